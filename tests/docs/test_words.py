@@ -16,7 +16,6 @@ NOT_YET: dict[str, int] = {}
 
 PARTICIPLES: dict[str, int] = {
     "python": 9,
-    "studio": 47,
 }
 
 RUST = [

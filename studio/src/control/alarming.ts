@@ -1,16 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
 import { type Refusal, refusalsOf } from "./refusals";
 import type { Alarms } from "./shapes";
-import { Watched } from "./watched";
+import { WatchedValue } from "./watched";
 
 /** Period at which the alarms are read, ms. */
 const LOOK_MS = 1000;
 
 /** The alarms of the system, for all views: looked at once a second. */
 export class Alarming {
-  readonly latest = new Watched<Alarms | null>(null);
+  readonly latest = new WatchedValue<Alarms | null>(null);
   /** Reason why they are not known. */
-  readonly trouble = new Watched<Refusal[]>([]);
+  readonly trouble = new WatchedValue<Refusal[]>([]);
   readonly #ask: () => Promise<Alarms>;
   #said = "";
   #again: ReturnType<typeof setTimeout> | undefined;

@@ -27,7 +27,7 @@ export type Asides = Pick<
   "replay" | "stop_replay" | "keep_workspace" | "forget_workspace" | "acknowledge_alarms" | "shelve_alarm" | "unshelve_alarm"
 >;
 
-interface Waiting {
+interface WaitingAnswer {
   waiting: true;
   go_on: { call: string; arguments: Record<string, unknown> };
 }
@@ -38,7 +38,7 @@ export async function call<T>(asker: Asker, name: string, args: object, signal?:
   let by = asker;
   for (;;) {
     const body = LASTING.has(asked.call) ? { ...asked.arguments, slice_ms: SLICE_MS } : asked.arguments;
-    const said = await answer<{ result: T } | Waiting>(by, "POST", `/v1/call/${asked.call}`, body, signal);
+    const said = await answer<{ result: T } | WaitingAnswer>(by, "POST", `/v1/call/${asked.call}`, body, signal);
     if (!("waiting" in said)) return said.result;
     asked = said.go_on;
     // What goes on has begun in time.

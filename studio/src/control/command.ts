@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-import { Refused } from "./refusals";
+import { RefusalError } from "./refusals";
 import { type Asker, request } from "./requests";
 import type { Holder, Role } from "./shapes";
-import { Watched } from "./watched";
+import { WatchedValue } from "./watched";
 
 /** Period at which the holder of command is read, ms. */
 const LOOK_MS = 1000;
@@ -16,9 +16,9 @@ const NOBODY: Holder = { holder: null, who: null, person: null, requests: [], se
  */
 export class Command {
   /** Holder of command, requests for it, and the outcomes of the last ones. */
-  readonly state = new Watched<Holder>(NOBODY);
+  readonly state = new WatchedValue<Holder>(NOBODY);
   /** The name of the session that commands; null: nobody. */
-  readonly holder = new Watched<string | null>(null);
+  readonly holder = new WatchedValue<string | null>(null);
   readonly #asker: Asker;
   readonly #name: () => string | null;
   #looking: ReturnType<typeof setTimeout> | undefined;
@@ -34,7 +34,7 @@ export class Command {
     return name !== null && this.holder.get() === name;
   }
 
-  /** Takes command. `force`: from its holder (role `configure`). Errors: `Refused`, naming the holder. */
+  /** Takes command. `force`: from its holder (role `configure`). Errors: `RefusalError`, naming the holder. */
   take(force = false): Promise<void> {
     return this.#ask("POST", "/v1/command", force ? { force: true } : {});
   }
@@ -67,7 +67,7 @@ export class Command {
     try {
       return await order();
     } catch (why) {
-      if (!(why instanceof Refused && why.is("NotCommanding"))) throw why;
+      if (!(why instanceof RefusalError && why.is("NotCommanding"))) throw why;
       await this.look();
       await this.take();
       return await order();

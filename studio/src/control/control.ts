@@ -3,34 +3,34 @@ import { LiveValues } from "../live/values";
 import { Alarming } from "./alarming";
 import { type Asides, call, type Looks, type Orders, type Stops, stop } from "./calls";
 import { Command, may } from "./command";
-import { Refused, unconnected } from "./refusals";
+import { RefusalError, unconnected } from "./refusals";
 import { type Asker, answer, request } from "./requests";
 import { Session } from "./session";
 import type { Role, Version } from "./shapes";
-import type { Pressed, Source } from "./source";
-import { Started } from "./started";
+import type { PressTime, Source } from "./source";
+import { StartedInstances } from "./started";
 import { Stream } from "./stream";
 import { Topics } from "./topics";
-import { Watched } from "./watched";
+import { WatchedValue } from "./watched";
 
 /** The real-time system, as the page sees it: looking, commanding, and what comes by itself. */
 export class Control implements Source {
   /** Version of the system that answers; another one when the system was started again. */
-  readonly met: Watched<Version>;
+  readonly met: WatchedValue<Version>;
   /** Number of times that the system was started again since the page was opened. */
-  readonly restarts = new Watched(0);
+  readonly restarts = new WatchedValue(0);
   readonly session: Session;
   readonly command: Command;
   readonly stream: Stream;
   readonly topics: Topics;
   readonly values: LiveValues;
-  readonly started = new Started();
+  readonly started = new StartedInstances();
   readonly alarms: Alarming;
   readonly past = null;
   readonly #asker: Asker;
 
   constructor(token: string | null, version: Version) {
-    this.met = new Watched(version);
+    this.met = new WatchedValue(version);
     this.#asker = { token, session: null };
     this.session = new Session(this.#asker);
     this.command = new Command(this.#asker, this.session.name.get);
@@ -76,26 +76,26 @@ export class Control implements Source {
     this.alarms.stop();
   }
 
-  /** Makes a call that only looks. Errors: `Refused`. */
+  /** Makes a call that only looks. Errors: `RefusalError`. */
   look<N extends keyof Looks>(name: N, args: Looks[N][0], signal?: AbortSignal): Promise<Looks[N][1]> {
     return this.#sure(() => call<Looks[N][1]>(this.#asker, name, args, signal));
   }
 
   /** When the person gave the command that is being made: the time of the event that is handled now, or now. */
-  pressed(): Pressed {
+  pressed(): PressTime {
     const event = window.event;
     return this.stream.daemon_ms(event?.isTrusted ? event.timeStamp : performance.now());
   }
 
   /**
    * Makes a call that commands; takes command first. The daemon refuses it where it comes later than half a second after `pressed`, which
-   * is the beginning of the call where nothing else is given. Errors: `Refused`.
+   * is the beginning of the call where nothing else is given. Errors: `RefusalError`.
    */
   async order<N extends keyof Orders>(
     name: N,
     args: Orders[N][0],
     signal?: AbortSignal,
-    pressed: Pressed = this.pressed(),
+    pressed: PressTime = this.pressed(),
   ): Promise<Orders[N][1]> {
     if (pressed === null) throw unconnected();
     await this.session.open();
@@ -106,13 +106,13 @@ export class Control implements Source {
     return done;
   }
 
-  /** Makes a call that leaves the machine alone: it neither needs command nor takes it. Errors: `Refused`. */
+  /** Makes a call that leaves the machine alone: it neither needs command nor takes it. Errors: `RefusalError`. */
   async aside<N extends keyof Asides>(name: N, args: Asides[N][0]): Promise<Asides[N][1]> {
     await this.session.open();
     return this.#sure(() => call<Asides[N][1]>(this.#asker, name, args));
   }
 
-  /** Stops something. It neither needs command nor takes it: who may operate may stop. Errors: `Refused`. */
+  /** Stops something. It neither needs command nor takes it: who may operate may stop. Errors: `RefusalError`. */
   stop<N extends keyof Stops>(name: N, args: Stops[N][0]): Promise<void> {
     return this.#sure(() => stop({ ...this.#asker, isFirst: true }, name, args));
   }
@@ -123,7 +123,7 @@ export class Control implements Source {
       return await call<null>({ ...this.#asker, isUrgent: true }, "emergency_stop", { reason }, signal);
     } catch (why) {
       // It needs no session: none is opened before it.
-      if (!(why instanceof Refused && why.is("SessionLost"))) throw why;
+      if (!(why instanceof RefusalError && why.is("SessionLost"))) throw why;
       return await call<null>({ token: this.#asker.token, session: null, isUrgent: true }, "emergency_stop", { reason }, signal);
     }
   }
@@ -149,14 +149,14 @@ export class Control implements Source {
     try {
       return await asked();
     } catch (why) {
-      if (!(why instanceof Refused && why.is("SessionLost"))) throw why;
+      if (!(why instanceof RefusalError && why.is("SessionLost"))) throw why;
       await this.session.renew();
       return await asked();
     }
   }
 }
 
-/** Asks who is there, with this token. Errors: `Refused`; 401 where the token is not known. */
+/** Asks who is there, with this token. Errors: `RefusalError`; 401 where the token is not known. */
 export async function connect(token: string | null): Promise<Control> {
   const asker: Asker = { token, session: null };
   const version = await answer<Version>(asker, "GET", "/v1/version");

@@ -16,14 +16,14 @@ export interface Place {
 }
 
 /** The system refused. Its words are for the person: show `refusals`, each with its remedy. */
-export class Refused extends Error {
+export class RefusalError extends Error {
   readonly refusals: Refusal[];
   /** HTTP status; 0 where no answer came. */
   readonly status: number;
 
   constructor(refusals: Refusal[], status: number) {
     super(refusals.map((refusal) => refusal.message).join("; "));
-    this.name = "Refused";
+    this.name = "RefusalError";
     this.refusals = refusals;
     this.status = status;
   }
@@ -35,23 +35,23 @@ export class Refused extends Error {
 
 /** Any error as refusals, so that each can be shown in the same way. */
 export function refusalsOf(error: unknown): Refusal[] {
-  if (error instanceof Refused) return error.refusals;
+  if (error instanceof RefusalError) return error.refusals;
   if (error instanceof Error) return [{ class: error.name, message: error.message }];
   return [{ class: "Error", message: String(error) }];
 }
 
 /** The system did not answer at all. */
-export function unreachable(why: unknown): Refused {
+export function unreachable(why: unknown): RefusalError {
   const message = `the real-time system does not answer (${why instanceof Error ? why.message : String(why)})`;
-  return new Refused(
+  return new RefusalError(
     [{ class: "ConnectionLost", message, remedy: "is it still running? the page goes on by itself when it is there again" }],
     0,
   );
 }
 
 /** There is no connection: a command is not even sent, for it could arrive at any time. */
-export function unconnected(): Refused {
-  return new Refused(
+export function unconnected(): RefusalError {
+  return new RefusalError(
     [
       {
         class: "ConnectionLost",
@@ -70,13 +70,13 @@ export function inWords<R extends { message: string; remedy?: string | null }>(r
 }
 
 /** Returns the refusal in an answer that is no success. */
-export function refusedBy(status: number, body: string): Refused {
+export function refusedBy(status: number, body: string): RefusalError {
   try {
     const { errors } = JSON.parse(body) as { errors?: Refusal[] };
-    if (errors && errors.length > 0) return new Refused(errors.map(inWords), status);
+    if (errors && errors.length > 0) return new RefusalError(errors.map(inWords), status);
   } catch {
     // Not JSON: whatever stands between the page and the system has answered. Its words are told below.
   }
   const said = body.trim().slice(0, 200);
-  return new Refused([{ class: "Error", message: `status ${status}${said ? `: ${said}` : ""}` }], status);
+  return new RefusalError([{ class: "Error", message: `status ${status}${said ? `: ${said}` : ""}` }], status);
 }

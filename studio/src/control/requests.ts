@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-import { Refused, refusedBy, unreachable } from "./refusals";
+import { RefusalError, refusedBy, unreachable } from "./refusals";
 import { inTurn } from "./room";
 
 /** Sender of a request: the token that lets it in, and the session that it has opened. */
@@ -18,12 +18,12 @@ export interface Asker {
 const TRIES = 3;
 const AGAIN_MAX_S = 2;
 
-/** One request of the control interface; its `result`. Errors: `Refused`. */
+/** One request of the control interface; its `result`. Errors: `RefusalError`. */
 export async function request<T>(asker: Asker, method: string, path: string, body?: unknown, signal?: AbortSignal): Promise<T> {
   return (await answer<{ result: T }>(asker, method, path, body, signal)).result;
 }
 
-/** One request; the whole answer. Errors: `Refused`, or `AbortError` where `signal` says so. */
+/** One request; the whole answer. Errors: `RefusalError`, or `AbortError` where `signal` says so. */
 export async function answer<T>(asker: Asker, method: string, path: string, body?: unknown, signal?: AbortSignal): Promise<T> {
   const headers: Record<string, string> = {};
   if (asker.token) headers.Authorization = `Bearer ${asker.token}`;
@@ -54,6 +54,6 @@ export async function answer<T>(asker: Asker, method: string, path: string, body
   try {
     return JSON.parse(text) as T;
   } catch {
-    throw new Refused([{ class: "Error", message: `${method} ${path} was not answered in JSON` }], status);
+    throw new RefusalError([{ class: "Error", message: `${method} ${path} was not answered in JSON` }], status);
   }
 }

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-import { type Refusal, Refused, refusalsOf } from "./refusals";
+import { type Refusal, RefusalError, refusalsOf } from "./refusals";
 import { type Asker, request } from "./requests";
-import { Watched } from "./watched";
+import { WatchedValue } from "./watched";
 
 const KEY = "opengpac.session";
 /** Key of the name of the person at this browser. */
 const PERSON = "opengpac.person";
 
-interface Opened {
+interface OpenedSession {
   session: string;
   name: string;
   heartbeat_ms: number;
@@ -17,11 +17,11 @@ interface Opened {
 /** The session of this page: opened at once, kept alive, opened again when it was lost. Verb instances that it starts are its own. */
 export class Session {
   /** The name that others see, or null while there is no session. */
-  readonly name = new Watched<string | null>(null);
+  readonly name = new WatchedValue<string | null>(null);
   /** Reason why there is none. */
-  readonly trouble = new Watched<Refusal[]>([]);
+  readonly trouble = new WatchedValue<Refusal[]>([]);
   /** Name of the person at this page, for others to read; empty: it was not given. */
-  readonly person = new Watched<string>(localStorage.getItem(PERSON) ?? "");
+  readonly person = new WatchedValue<string>(localStorage.getItem(PERSON) ?? "");
   readonly #asker: Asker;
   readonly #heartbeat: Worker;
   #opening: Promise<void> | null = null;
@@ -46,12 +46,12 @@ export class Session {
     return this.open();
   }
 
-  /** Says what the person at this page is called: the session goes on under that name. Errors: `Refused`. */
+  /** Says what the person at this page is called: the session goes on under that name. Errors: `RefusalError`. */
   async introduce(person: string): Promise<void> {
     const said = person.trim();
     if (said === "" || said === this.person.get()) return;
     const name = this.name.get();
-    if (name !== null) this.#take(await request<Opened>(this.#asker, "POST", "/v1/sessions", { name, take_up: true, person: said }));
+    if (name !== null) this.#take(await request<OpenedSession>(this.#asker, "POST", "/v1/sessions", { name, take_up: true, person: said }));
     localStorage.setItem(PERSON, said);
     this.person.set(said);
   }
@@ -74,25 +74,25 @@ export class Session {
     }
   }
 
-  #take(opened: Opened): void {
+  #take(opened: OpenedSession): void {
     sessionStorage.setItem(KEY, opened.name);
     this.#asker.session = opened.session;
     this.#heartbeat.postMessage({ token: this.#asker.token, session: opened.session, every_ms: opened.heartbeat_ms });
     this.name.set(opened.name);
   }
 
-  async #ask(): Promise<Opened> {
+  async #ask(): Promise<OpenedSession> {
     const person = this.person.get() === "" ? {} : { person: this.person.get() };
     const before = sessionStorage.getItem(KEY);
     try {
       // A page that is loaded again goes on with its session: what it commands and has started stays its own.
-      return await request<Opened>(this.#asker, "POST", "/v1/sessions", {
+      return await request<OpenedSession>(this.#asker, "POST", "/v1/sessions", {
         ...(before ? { name: before, take_up: true } : { name: newName() }),
         ...person,
       });
     } catch (why) {
-      if (before && why instanceof Refused && why.is("InUse")) {
-        return await request<Opened>(this.#asker, "POST", "/v1/sessions", { name: newName(), ...person });
+      if (before && why instanceof RefusalError && why.is("InUse")) {
+        return await request<OpenedSession>(this.#asker, "POST", "/v1/sessions", { name: newName(), ...person });
       }
       throw why;
     }

@@ -2,15 +2,15 @@
 import type { Asides, Looks, Orders, Stops } from "./calls";
 import type { Refusal } from "./refusals";
 import type { Alarms, End, Installed, LogEntry, Reading, RecordedSpan, Role, Statistics, Version } from "./shapes";
-import type { Started } from "./started";
+import type { StartedInstances } from "./started";
 import type { Stream } from "./stream";
-import type { Kept } from "./topics";
-import type { Watched } from "./watched";
+import type { KeptEntries } from "./topics";
+import type { WatchedValue } from "./watched";
 
 /** Something that comes by itself. */
 export interface Topic<T> {
-  readonly latest: Watched<T | null>;
-  readonly trouble: Watched<Refusal[]>;
+  readonly latest: WatchedValue<T | null>;
+  readonly trouble: WatchedValue<Refusal[]>;
   /** Looks at it, until the answer is called. */
   readonly watch: (watcher: () => void) => () => void;
   readonly get: () => T | null;
@@ -47,22 +47,22 @@ export interface Past {
   readonly begins_ns: number;
   readonly ends_ns: number;
   /** Where the views stand, ns on the system's clock. */
-  readonly cursor: Watched<number>;
+  readonly cursor: WatchedValue<number>;
   /** The first value that its replay found to be other than it was recorded; null: none is known. */
-  readonly differs: Watched<Differs | null>;
+  readonly differs: WatchedValue<Differs | null>;
   go(time_ns: number): void;
   /** SVVs and cells over a span, part by part: each part follows the one before. */
   span(names: string[], from_ns: number, to_ns: number, columns: number, signal: AbortSignal): AsyncIterable<RecordedSpan>;
   /** Returns a channel: type, unit, number of elements; undefined if it was not recorded. */
   channel(name: string): { name: string; type_text: string; unit: string; components: number } | undefined;
-  /** The names of all recordings beside which it can be laid, the newest first; its own too. Errors: `Refused`. */
+  /** The names of all recordings beside which it can be laid, the newest first; its own too. Errors: `RefusalError`. */
   others(): Promise<string[]>;
-  /** Another recording, with a cursor of its own that nobody sees. Errors: `Refused`. */
+  /** Another recording, with a cursor of its own that nobody sees. Errors: `RefusalError`. */
   beside(name: string): Promise<Past>;
 }
 
 /** When a command was given, by the daemon's clock, ms; null: there was no connection. */
-export type Pressed = number | null;
+export type PressTime = number | null;
 
 /**
  * Source of the views: the running system, the same standing still, or a recording. A view reads this and asks for nothing else, so that
@@ -71,29 +71,29 @@ export type Pressed = number | null;
 export interface Source {
   readonly version: Version;
   readonly role: Role;
-  readonly restarts: Watched<number>;
+  readonly restarts: WatchedValue<number>;
   readonly stream: Pick<Stream, "subscribe" | "connection">;
   readonly topics: {
     readonly statistics: Topic<Statistics>;
     readonly installed: Topic<Installed>;
-    readonly log: Topic<Kept<LogEntry>>;
-    readonly ends: Topic<Kept<End>>;
+    readonly log: Topic<KeptEntries<LogEntry>>;
+    readonly ends: Topic<KeptEntries<End>>;
   };
   readonly values: Values;
-  readonly alarms: { readonly latest: Watched<Alarms | null>; readonly trouble: Watched<Refusal[]>; look(): Promise<void> };
-  readonly started: Started;
+  readonly alarms: { readonly latest: WatchedValue<Alarms | null>; readonly trouble: WatchedValue<Refusal[]>; look(): Promise<void> };
+  readonly started: StartedInstances;
   /** Past that can be asked for; null: there is only the present. */
   readonly past: Past | null;
   /** Source that it is a standing picture of; itself if it moves. */
   readonly origin: Source;
   may(role: Role): boolean;
-  /** Makes a call that only looks. Errors: `Refused`. */
+  /** Makes a call that only looks. Errors: `RefusalError`. */
   look<N extends keyof Looks>(name: N, args: Looks[N][0], signal?: AbortSignal): Promise<Looks[N][1]>;
-  /** Makes a call that commands. Errors: `Refused`: what is past cannot be commanded. */
-  order<N extends keyof Orders>(name: N, args: Orders[N][0], signal?: AbortSignal, pressed?: Pressed): Promise<Orders[N][1]>;
-  /** Makes a call that leaves the machine alone: it needs its role and no command. Errors: `Refused`. */
+  /** Makes a call that commands. Errors: `RefusalError`: what is past cannot be commanded. */
+  order<N extends keyof Orders>(name: N, args: Orders[N][0], signal?: AbortSignal, pressed?: PressTime): Promise<Orders[N][1]>;
+  /** Makes a call that leaves the machine alone: it needs its role and no command. Errors: `RefusalError`. */
   aside<N extends keyof Asides>(name: N, args: Asides[N][0]): Promise<Asides[N][1]>;
   /** Returns when the person gave the command that is being made. For one of several calls: read before the first, and given to each. */
-  pressed(): Pressed;
+  pressed(): PressTime;
   stop<N extends keyof Stops>(name: N, args: Stops[N][0]): Promise<void>;
 }

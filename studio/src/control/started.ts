@@ -2,7 +2,7 @@
 import type { Statistics } from "./shapes";
 
 /** The verb instances that this page has started, and those among them that it has made. */
-export class Started {
+export class StartedInstances {
   readonly #instances = new Set<number>();
   readonly #made = new Set<number>();
 

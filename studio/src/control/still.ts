@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-import { Refused } from "./refusals";
+import { RefusalError } from "./refusals";
 import type { Reading } from "./shapes";
 import type { Source, Topic, Values } from "./source";
-import { Watched } from "./watched";
+import { WatchedValue } from "./watched";
 
 /** A topic that does not change. */
 function stillTopic<T>(of: Topic<T>): Topic<T> {
-  const latest = new Watched(of.get());
-  return { latest, trouble: new Watched(of.trouble.get()), watch: () => () => undefined, get: latest.get };
+  const latest = new WatchedValue(of.get());
+  return { latest, trouble: new WatchedValue(of.trouble.get()), watch: () => () => undefined, get: latest.get };
 }
 
 class StillValues implements Values {
@@ -46,7 +46,7 @@ export function stillOf(source: Source, readings: ReadonlyMap<string, Reading>):
       ends: stillTopic(topics.ends),
     },
     values: new StillValues(readings),
-    alarms: { latest: new Watched(source.alarms.latest.get()), trouble: new Watched([]), look: async () => undefined },
+    alarms: { latest: new WatchedValue(source.alarms.latest.get()), trouble: new WatchedValue([]), look: async () => undefined },
     started: source.started,
     past: null,
     origin: source,
@@ -60,6 +60,6 @@ export function stillOf(source: Source, readings: ReadonlyMap<string, Reading>):
 }
 
 /** Returns the refusal of a command to what is past. */
-export function notNow(why: string): Refused {
-  return new Refused([{ class: "InvalidState", message: `${why}: nothing can be commanded`, remedy: "go back to 'Live'" }], 0);
+export function notNow(why: string): RefusalError {
+  return new RefusalError([{ class: "InvalidState", message: `${why}: nothing can be commanded`, remedy: "go back to 'Live'" }], 0);
 }

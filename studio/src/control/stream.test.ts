@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 import { afterEach, beforeEach, expect, test, vi } from "vitest";
 import { LiveValues } from "../live/values";
-import { Refused } from "./refusals";
+import { RefusalError } from "./refusals";
 import { Stream } from "./stream";
 import { Topics } from "./topics";
 
@@ -110,7 +110,7 @@ test("a page whose token a restarted daemon does not know says so, and does not 
   let status = 0;
   stream = new Stream(
     () => ({ url: "ws://here/v1/stream", token: "old" }),
-    () => Promise.reject(new Refused([{ class: "Unauthorized", message: "no" }], status)),
+    () => Promise.reject(new RefusalError([{ class: "Unauthorized", message: "no" }], status)),
   );
   stream.open();
   // Not there: it is tried again.

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 import { Beats } from "./beats";
-import { type Refusal, Refused } from "./refusals";
-import { Watched } from "./watched";
+import { type Refusal, RefusalError } from "./refusals";
+import { WatchedValue } from "./watched";
 
 /** Request of a subscription; `id` is given by the stream. */
 export type Topic =
@@ -48,7 +48,7 @@ const GIVE_UP_MS = 4000;
  * At most 16 subscriptions: views share what they can (`topics.ts`, `live/values.ts`).
  */
 export class Stream {
-  readonly connection = new Watched<Connection>("connecting");
+  readonly connection = new WatchedValue<Connection>("connecting");
   readonly #url: () => { url: string; token: string | null };
   readonly #met: (() => Promise<void>) | null;
   readonly #subscriptions = new Map<string, { topic: Topic; subscriber: Subscriber }>();
@@ -138,7 +138,7 @@ export class Stream {
   /** Finds out by a plain request whether the system refuses this page's token, because a browser does not tell why a WebSocket failed. */
   #askWhy(refused: WebSocket): void {
     this.#met?.().catch((why) => {
-      if (!(why instanceof Refused && why.status === 401) || this.#socket !== refused) return;
+      if (!(why instanceof RefusalError && why.status === 401) || this.#socket !== refused) return;
       clearTimeout(this.#again);
       this.connection.set("out");
     });

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 import { expect, test } from "vitest";
-import { Refused } from "./refusals";
+import { RefusalError } from "./refusals";
 import { forEach } from "./together";
 
 test("no device waits for another one, and each refusal is told", async () => {
@@ -8,7 +8,7 @@ test("no device waits for another one, and each refusal is told", async () => {
   const end: (() => void)[] = [];
   const call = (device: string) => {
     begun.push(device);
-    if (device === "elbow") return Promise.reject(new Refused([{ class: "InvalidState", message: "elbow is in use" }], 409));
+    if (device === "elbow") return Promise.reject(new RefusalError([{ class: "InvalidState", message: "elbow is in use" }], 409));
     if (device === "wrist") return Promise.reject(new Error("wrist is gone"));
     return new Promise<void>((over) => end.push(over));
   };
@@ -19,6 +19,6 @@ test("no device waits for another one, and each refusal is told", async () => {
     () => null,
     (why: unknown) => why,
   );
-  expect(why).toBeInstanceOf(Refused);
-  expect((why as Refused).refusals.map((one) => one.message)).toEqual(["elbow is in use", "wrist is gone"]);
+  expect(why).toBeInstanceOf(RefusalError);
+  expect((why as RefusalError).refusals.map((one) => one.message)).toEqual(["elbow is in use", "wrist is gone"]);
 });

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-import { Refused, refusalsOf } from "./refusals";
+import { RefusalError, refusalsOf } from "./refusals";
 
 /**
  * Makes a call for each device, all at once: one press commands all of them, and none is late because another one took long. Errors:
- * `Refused`, with everything that was refused; the other devices have done it.
+ * `RefusalError`, with everything that was refused; the other devices have done it.
  */
 export async function forEach(devices: readonly string[], call: (device: string) => Promise<unknown>): Promise<void> {
   const ended = await Promise.allSettled(devices.map(call));
   const refusals = ended.flatMap((one) => (one.status === "rejected" ? refusalsOf(one.reason) : []));
-  if (refusals.length > 0) throw new Refused(refusals, 0);
+  if (refusals.length > 0) throw new RefusalError(refusals, 0);
 }

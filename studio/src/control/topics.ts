@@ -2,7 +2,7 @@
 import type { Refusal } from "./refusals";
 import type { End, Installed, LogEntry, Statistics } from "./shapes";
 import type { Stream, Topic } from "./stream";
-import { Watched } from "./watched";
+import { WatchedValue } from "./watched";
 
 /** Period of statistics, ms. */
 const STATISTICS_MS = 500;
@@ -10,9 +10,9 @@ const STATISTICS_MS = 500;
 export const KEPT_MAX = 20_000;
 
 /** A topic that several views share: one subscription, as long as anybody looks. */
-class Shared<T> {
-  readonly latest = new Watched<T | null>(null);
-  readonly trouble = new Watched<Refusal[]>([]);
+class SharedTopic<T> {
+  readonly latest = new WatchedValue<T | null>(null);
+  readonly trouble = new WatchedValue<Refusal[]>([]);
   readonly #stream: Stream;
   readonly #topic: () => Topic;
   readonly #take: (frame: Record<string, unknown>, before: T | null) => T;
@@ -57,7 +57,7 @@ class Shared<T> {
 }
 
 /** Entries with what was lost before they could be read. */
-export interface Kept<T> {
+export interface KeptEntries<T> {
   entries: T[];
   dropped: number;
   /** Entries of earlier runs: the system was started again since. Nothing of it is present. */
@@ -66,14 +66,14 @@ export interface Kept<T> {
   later?: readonly T[];
 }
 
-export type { Shared };
+export type { SharedTopic as Shared };
 
 /** Topics that the whole page follows. */
 export class Topics {
-  readonly statistics: Shared<Statistics>;
-  readonly installed: Shared<Installed>;
-  readonly log: Shared<Kept<LogEntry>>;
-  readonly ends: Shared<Kept<End>>;
+  readonly statistics: SharedTopic<Statistics>;
+  readonly installed: SharedTopic<Installed>;
+  readonly log: SharedTopic<KeptEntries<LogEntry>>;
+  readonly ends: SharedTopic<KeptEntries<End>>;
 
   /** Begins again: another run of the system answers than before. */
   renew(): void {
@@ -84,22 +84,22 @@ export class Topics {
   }
 
   constructor(stream: Stream) {
-    this.statistics = new Shared(
+    this.statistics = new SharedTopic(
       stream,
       () => ({ subscribe: "statistics", every_ms: STATISTICS_MS }),
       (frame) => frame.statistics as Statistics,
     );
-    this.installed = new Shared(
+    this.installed = new SharedTopic(
       stream,
       () => ({ subscribe: "installed" }),
       (frame) => frame.installed as Installed,
     );
-    this.log = new Shared<Kept<LogEntry>>(
+    this.log = new SharedTopic<KeptEntries<LogEntry>>(
       stream,
       (before) => ({ subscribe: "log", since: (before?.entries.at(-1)?.sequence ?? -1) + 1 }),
       (frame, before) => kept(before, frame.log as LogEntry[], frame.dropped as number),
     );
-    this.ends = new Shared<Kept<End>>(
+    this.ends = new SharedTopic<KeptEntries<End>>(
       stream,
       (before) => ({ subscribe: "ends", since: (before?.entries.at(-1)?.number ?? -1) + 1 }),
       (frame, before) => kept(before, frame.ends as End[], frame.dropped as number),
@@ -107,12 +107,12 @@ export class Topics {
   }
 }
 
-function kept<T>(before: Kept<T> | null, more: T[], dropped: number): Kept<T> {
+function kept<T>(before: KeptEntries<T> | null, more: T[], dropped: number): KeptEntries<T> {
   const entries = [...(before?.entries ?? []), ...more];
   return { entries: entries.slice(-KEPT_MAX), dropped: (before?.dropped ?? 0) + (dropped || 0), earlier: before?.earlier ?? [] };
 }
 
 /** Returns the same after the system was started again: what there is becomes an earlier run, and the count begins again. */
-export function aged<T>(before: Kept<T> | null): Kept<T> | null {
+export function aged<T>(before: KeptEntries<T> | null): KeptEntries<T> | null {
   return before && { entries: [], dropped: 0, earlier: [...before.earlier, ...before.entries].slice(-KEPT_MAX) };
 }

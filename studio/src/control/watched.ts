@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 /** A value that others watch: what `useSyncExternalStore` needs, and nothing more. */
-export class Watched<T> {
+export class WatchedValue<T> {
   #value: T;
   readonly #watchers = new Set<() => void>();
 

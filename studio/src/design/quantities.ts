@@ -3,7 +3,7 @@
 // read is refused with a sentence; nothing is taken for something else.
 
 /** Value that was read, or the reason why it was not. */
-export type Read<T> = { value: T; wrong?: undefined } | { value?: undefined; wrong: string };
+export type ReadResult<T> = { value: T; wrong?: undefined } | { value?: undefined; wrong: string };
 
 /** Exponents of m, kg, s, A, K, rad, counts, pixels. */
 type Dimension = readonly [number, number, number, number, number, number, number, number];
@@ -78,7 +78,7 @@ export function commaIn(text: string): string | null {
 }
 
 /** The number that a text means in a unit; one without a unit is taken as it is. Of a choice, `rad|m`, the first that fits counts. */
-export function numberIn(text: string, target: string): Read<number> {
+export function numberIn(text: string, target: string): ReadResult<number> {
   const read = split(text);
   if (read.wrong !== undefined) return read;
   const [number, symbol] = read.value;
@@ -97,7 +97,7 @@ export function numberIn(text: string, target: string): Read<number> {
 }
 
 /** Whole nanoseconds of "20 ms", "1.5 s", "2 min", or of the period of a rate, "1 kHz". `bare`: what a number without a unit counts. */
-export function durationNs(text: string, bare: "s" | null = null): Read<number> {
+export function durationNs(text: string, bare: "s" | null = null): ReadResult<number> {
   const read = split(text);
   if (read.wrong !== undefined) return read;
   const [number, symbol] = read.value;
@@ -112,11 +112,11 @@ export function durationNs(text: string, bare: "s" | null = null): Read<number> 
   return { wrong: `'${text.trim()}' is not a time: write for example '20 ms'` };
 }
 
-function inRange(ns: number, text: string): Read<number> {
+function inRange(ns: number, text: string): ReadResult<number> {
   return Math.abs(ns) < 2 ** 63 ? { value: Math.round(ns) } : { wrong: `'${text.trim()}' is out of range` };
 }
 
-function split(text: string): Read<[number, string]> {
+function split(text: string): ReadResult<[number, string]> {
   const comma = commaIn(text);
   if (comma !== null) return { wrong: comma };
   const found = NUMBER.exec(text.trim());

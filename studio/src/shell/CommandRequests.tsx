@@ -68,16 +68,16 @@ export function CommandRequests() {
   );
 }
 
-type Settled = Holder["settled"][number];
+type SettledRequest = Holder["settled"][number];
 
 /** The last request of a session that has ended, and was not put away. */
-export function settledOf(state: Holder, name: string, seen: number): Settled | null {
+export function settledOf(state: Holder, name: string, seen: number): SettledRequest | null {
   const last = state.settled.findLast((one) => one.name === name);
   return last && last.number > seen && last.by !== name ? last : null;
 }
 
 /** Returns the outcome of a request of this page, in one sentence. */
-export function wordsOf(of: Settled): string {
+export function wordsOf(of: SettledRequest): string {
   const by = of.by ? ` by ${of.by}` : "";
   const reason = of.reason ? `: ${of.reason}` : "";
   if (of.outcome === "granted") return `Command was granted to this page${reason}.`;

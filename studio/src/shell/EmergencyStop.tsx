@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 import { useCallback, useEffect, useRef, useState } from "react";
-import { type Refusal, Refused } from "../control/refusals";
+import { type Refusal, RefusalError } from "../control/refusals";
 import type { Statistics } from "../control/shapes";
 import { Refusals } from "../design/parts";
 import { useAction, useLive } from "./context";
@@ -75,8 +75,8 @@ export function useEmergencyStop(now: Statistics | null): Press {
           return;
         } catch (why) {
           if (pressed.signal.aborted) return;
-          setRefusals(why instanceof Refused ? why.refusals : []);
-          if (why instanceof Refused && isFinal(why.status)) return end("refused");
+          setRefusals(why instanceof RefusalError ? why.refusals : []);
+          if (why instanceof RefusalError && isFinal(why.status)) return end("refused");
           setHearing("unheard");
         }
         await new Promise((again) => setTimeout(again, AGAIN_MS));

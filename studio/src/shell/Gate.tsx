@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 import { useCallback, useEffect, useMemo, useState } from "react";
 import { type Control, connect } from "../control/control";
-import { Refused, refusalsOf } from "../control/refusals";
+import { RefusalError, refusalsOf } from "../control/refusals";
 import { forgetToken, keepToken } from "../control/token";
 import { Refusals } from "../design/parts";
 import { Axis, AxisContext } from "./axis";
@@ -32,7 +32,7 @@ export function Gate(props: { token: string | null }) {
       } catch (why) {
         if (over) return;
         setFailure(why);
-        if (!(why instanceof Refused && why.status === 401)) again = setTimeout(attempt, AGAIN_MS);
+        if (!(why instanceof RefusalError && why.status === 401)) again = setTimeout(attempt, AGAIN_MS);
       }
     };
     void attempt();
@@ -65,7 +65,7 @@ export function Gate(props: { token: string | null }) {
 
 function Door(props: { failure: unknown; open: (token: string) => void }) {
   if (!props.failure) return <main className="door quiet">Connecting…</main>;
-  const unknown = props.failure instanceof Refused && props.failure.status === 401;
+  const unknown = props.failure instanceof RefusalError && props.failure.status === 401;
   return (
     <main className="door stack">
       <h1>OpenGPAC studio</h1>

@@ -4,7 +4,7 @@ import type { Control } from "../control/control";
 import { Recording } from "../control/recorded/recording";
 import type { Source } from "../control/source";
 import { stillOf } from "../control/still";
-import { Watched } from "../control/watched";
+import { WatchedValue } from "../control/watched";
 
 /** Period at which the cursor of a recording that plays moves, ms. */
 const STEP_MS = 40;
@@ -12,14 +12,14 @@ const STEP_MS = 40;
 /** The one time axis: what all views show is the running system, the same standing still, or a recording at its cursor. */
 export class Axis {
   readonly live: Control;
-  readonly source: Watched<Source>;
+  readonly source: WatchedValue<Source>;
   /** Speed of a recording that plays, in multiples of the original; null: it stands. */
-  readonly playing = new Watched<number | null>(null);
+  readonly playing = new WatchedValue<number | null>(null);
   #player: ReturnType<typeof setInterval> | undefined;
 
   constructor(live: Control) {
     this.live = live;
-    this.source = new Watched<Source>(live);
+    this.source = new WatchedValue<Source>(live);
     // Of another run nothing stands still: what was kept is of the earlier one.
     live.restarts.watch(() => this.recording ?? this.goLive());
   }
@@ -40,7 +40,7 @@ export class Axis {
     this.source.set(stillOf(this.live, this.live.values.readings()));
   }
 
-  /** Shows a recording, from its beginning. Errors: `Refused`. */
+  /** Shows a recording, from its beginning. Errors: `RefusalError`. */
   async open(name: string): Promise<Recording> {
     const recording = await Recording.open(this.live, name);
     this.play(null);

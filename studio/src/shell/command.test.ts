@@ -4,9 +4,9 @@ import { personOf } from "../control/command";
 import type { Holder } from "../control/shapes";
 import { settledOf, wordsOf } from "./CommandRequests";
 
-type Settled = Holder["settled"][number];
+type SettledRequest = Holder["settled"][number];
 
-const settled = (number: number, name: string, outcome: Settled["outcome"], by: string | null, reason = ""): Settled => ({
+const settled = (number: number, name: string, outcome: SettledRequest["outcome"], by: string | null, reason = ""): SettledRequest => ({
   number,
   name,
   outcome,
@@ -14,7 +14,7 @@ const settled = (number: number, name: string, outcome: Settled["outcome"], by: 
   reason,
 });
 
-const state = (...of: Settled[]): Holder => ({ holder: "panel", who: "token x", person: null, requests: [], settled: of });
+const state = (...of: SettledRequest[]): Holder => ({ holder: "panel", who: "token x", person: null, requests: [], settled: of });
 
 test("a page is told once what became of its last request, unless it took it back itself", () => {
   const told = state(settled(1, "us", "declined", "panel", "not now"), settled(2, "them", "granted", "panel"));

@@ -3,7 +3,7 @@ import { createContext, useCallback, useContext, useState, useSyncExternalStore 
 import type { Control } from "../control/control";
 import { type Refusal, refusalsOf } from "../control/refusals";
 import type { Source, Topic } from "../control/source";
-import type { Watched } from "../control/watched";
+import type { WatchedValue } from "../control/watched";
 
 export const ControlContext = createContext<Control | null>(null);
 export const SourceContext = createContext<Source | null>(null);
@@ -23,7 +23,7 @@ export function useControl(): Source {
 }
 
 /** Returns the present value of something watched; the part is drawn again when it changes. */
-export function useWatched<T>(watched: Watched<T>): T {
+export function useWatched<T>(watched: WatchedValue<T>): T {
   return useSyncExternalStore(watched.watch, watched.get);
 }
 

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-import { Watched } from "../control/watched";
+import { WatchedValue } from "../control/watched";
 
 /** Light or dark as the person's machine says, or as the switch says. */
 export type Theme = "system" | "light" | "dark";
 
 const KEY = "opengpac.theme";
 
-export const theme = new Watched<Theme>(kept());
+export const theme = new WatchedValue<Theme>(kept());
 
 function kept(): Theme {
   const said = localStorage.getItem(KEY);

@@ -9,7 +9,7 @@ type Clock = Pick<Control, "order" | "look">;
 const MOVE_MS = 40;
 const MOVE_MAX_MS = 200;
 
-/** Lets the clock run at a rate until `signal` holds it. Errors: `Refused`. */
+/** Lets the clock run at a rate until `signal` holds it. Errors: `RefusalError`. */
 export async function runAt(clock: Clock, rate: () => number, signal: AbortSignal): Promise<void> {
   let before = performance.now();
   while (!signal.aborted) {
@@ -33,7 +33,7 @@ export function isCondition(entry: LogEntry, words: string): boolean {
 
 /**
  * Runs firing by firing until one of them reports a condition that fits, and stands behind that firing. Returns the entry of the log; null
- * where nothing is ever going to happen, and where `signal` held it. Errors: `Refused`.
+ * where nothing is ever going to happen, and where `signal` held it. Errors: `RefusalError`.
  */
 export async function runUntil(clock: Clock, words: string, signal: AbortSignal): Promise<LogEntry | null> {
   let since = await behind(clock);

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 import type { Looks } from "../calls";
 import type { Control } from "../control";
-import { Refused, refusalsOf } from "../refusals";
+import { RefusalError, refusalsOf } from "../refusals";
 import type {
   Recorded as About,
   Alarms,
@@ -18,18 +18,18 @@ import type {
   Version,
 } from "../shapes";
 import type { Past, Source, Topic } from "../source";
-import { Started } from "../started";
+import { StartedInstances } from "../started";
 import { notNow } from "../still";
-import type { Kept } from "../topics";
-import { Watched } from "../watched";
+import type { KeptEntries } from "../topics";
+import { WatchedValue } from "../watched";
 import { onSvvs } from "./joints";
-import { Replayed } from "./replaying";
-import { byInstance, countUntil, installedAt, type Told, toNs } from "./state";
+import { ReplayRun } from "./replaying";
+import { byInstance, countUntil, installedAt, type RecordedStructure, toNs } from "./state";
 import { notRecorded, RecordedValues } from "./values";
 
 class AtCursor<T> implements Topic<T> {
-  readonly latest = new Watched<T | null>(null);
-  readonly trouble = new Watched([]);
+  readonly latest = new WatchedValue<T | null>(null);
+  readonly trouble = new WatchedValue([]);
   readonly watch = this.latest.watch;
   readonly get = this.latest.get;
 }
@@ -38,27 +38,27 @@ class AtCursor<T> implements Topic<T> {
 export class Recording implements Source, Past {
   readonly name: string;
   readonly about: About;
-  readonly cursor: Watched<number>;
+  readonly cursor: WatchedValue<number>;
   /** The cursor for which everything is shown: it follows the other one. */
-  readonly shown: Watched<number>;
+  readonly shown: WatchedValue<number>;
   /** Reason why the values at the cursor are not known. */
-  readonly trouble = new Watched<ReturnType<typeof refusalsOf>>([]);
-  readonly restarts = new Watched(0);
-  readonly replayed: Replayed;
-  readonly differs: Replayed["differs"];
-  readonly started = new Started();
+  readonly trouble = new WatchedValue<ReturnType<typeof refusalsOf>>([]);
+  readonly restarts = new WatchedValue(0);
+  readonly replayed: ReplayRun;
+  readonly differs: ReplayRun["differs"];
+  readonly started = new StartedInstances();
   readonly role: Role = "observe";
   readonly values: RecordedValues;
-  readonly alarms = { latest: new Watched<Alarms | null>(null), trouble: new Watched([]), look: async () => undefined };
+  readonly alarms = { latest: new WatchedValue<Alarms | null>(null), trouble: new WatchedValue([]), look: async () => undefined };
   readonly topics = {
     statistics: new AtCursor<Statistics>(),
     installed: new AtCursor<Installed>(),
-    log: new AtCursor<Kept<LogEntry>>(),
-    ends: new AtCursor<Kept<End>>(),
+    log: new AtCursor<KeptEntries<LogEntry>>(),
+    ends: new AtCursor<KeptEntries<End>>(),
   };
   readonly log: readonly LogEntry[];
   readonly #ends: readonly End[];
-  readonly #installed: readonly Told<Installed>[];
+  readonly #installed: readonly RecordedStructure<Installed>[];
   readonly #byInstance: ReadonlyMap<string, LogEntry[]>;
   readonly #channels: ReadonlyMap<string, About["channels"][number]>;
   readonly #live: Control;
@@ -66,18 +66,18 @@ export class Recording implements Source, Past {
   #looking = false;
   #again = false;
 
-  /** Opens a recording of the system's folder. Errors: `Refused`. */
+  /** Opens a recording of the system's folder. Errors: `RefusalError`. */
   static async open(live: Control, name: string, signal?: AbortSignal): Promise<Recording> {
     const about = await live.look("recorded", { path: name }, signal);
     const all = async <T>(topic: string) => {
-      const found: Told<T>[] = [];
+      const found: RecordedStructure<T>[] = [];
       for (let since: number | null = 0; since !== null; ) {
         const part: { messages: { time_ns: number; message: unknown }[]; next: number | null } = await live.look(
           "recorded_messages",
           { path: name, topic, since },
           signal,
         );
-        found.push(...(part.messages as Told<T>[]));
+        found.push(...(part.messages as RecordedStructure<T>[]));
         since = part.next;
       }
       return found;
@@ -90,7 +90,7 @@ export class Recording implements Source, Past {
     live: Control,
     name: string,
     about: About,
-    told: { log: Told<LogEntry>[]; ends: Told<End>[]; installed: Told<Installed>[] },
+    told: { log: RecordedStructure<LogEntry>[]; ends: RecordedStructure<End>[]; installed: RecordedStructure<Installed>[] },
   ) {
     this.#live = live;
     this.name = name;
@@ -99,11 +99,11 @@ export class Recording implements Source, Past {
     this.#ends = told.ends.map((one) => one.message);
     this.#installed = told.installed;
     this.#byInstance = byInstance(this.log);
-    this.replayed = new Replayed(live, name, () => this.#installed.map((one) => one.message));
+    this.replayed = new ReplayRun(live, name, () => this.#installed.map((one) => one.message));
     this.differs = this.replayed.differs;
     this.#channels = new Map(about.channels.map((channel) => [channel.name, channel]));
-    this.cursor = new Watched(about.begins_ns);
-    this.shown = new Watched(Number.NaN);
+    this.cursor = new WatchedValue(about.begins_ns);
+    this.shown = new WatchedValue(Number.NaN);
     this.values = new RecordedValues(
       (value) => this.#channels.has(value),
       () => queueMicrotask(() => this.#lookSoon()),
@@ -161,7 +161,7 @@ export class Recording implements Source, Past {
     this.cursor.set(Math.min(this.ends_ns, Math.max(this.begins_ns, Math.round(time_ns))));
   }
 
-  /** To the next firing that stored a value, or the one before. Errors: `Refused`. */
+  /** To the next firing that stored a value, or the one before. Errors: `RefusalError`. */
   async step(back: boolean): Promise<void> {
     const found = await this.#live.look("recorded_firing", { path: this.name, time_ns: this.cursor.get(), back });
     if (found !== null) this.go(found);
@@ -220,7 +220,7 @@ export class Recording implements Source, Past {
         return { time_ns: this.cursor.get(), values };
       }
       default:
-        throw new Refused(notRecorded(call), 0);
+        throw new RefusalError(notRecorded(call), 0);
     }
   }
 
@@ -228,7 +228,7 @@ export class Recording implements Source, Past {
     const topic = `/geometry/${device}`;
     const { messages } = await this.#live.look("recorded_at", { path: this.name, time_ns: this.ends_ns, topics: [topic] });
     const found = messages[topic]?.message as Geometry | undefined;
-    if (!found) throw new Refused([{ class: "InvalidState", message: `device '${device}' has no shape in the recording` }], 0);
+    if (!found) throw new RefusalError([{ class: "InvalidState", message: `device '${device}' has no shape in the recording` }], 0);
     return onSvvs(
       found,
       this.#installed.flatMap((one) => one.message.instances),
@@ -280,13 +280,13 @@ export class Recording implements Source, Past {
 
   #told: Statistics | null = null;
 
-  #kept<T>(all: readonly T[], timeOf: (entry: T) => number, time_ns: number): Kept<T> {
+  #kept<T>(all: readonly T[], timeOf: (entry: T) => number, time_ns: number): KeptEntries<T> {
     const entries = all.slice(0, countUntil(all, timeOf, time_ns));
     return { entries, dropped: 0, earlier: [], later: all.slice(entries.length) };
   }
 }
 
-function verbsOf(installed: readonly Told<Installed>[]): VerbSummary[] {
+function verbsOf(installed: readonly RecordedStructure<Installed>[]): VerbSummary[] {
   const verbs = new Map<string, VerbSummary>();
   for (const { message } of installed) {
     for (const { verb, owner, lists } of message.instances) {

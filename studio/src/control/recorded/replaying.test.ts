@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 import { expect, test, vi } from "vitest";
-import { Refused } from "../refusals";
+import { RefusalError } from "../refusals";
 import type { Installed, ReplayDifference, Replaying } from "../shapes";
-import { differsOf, Replayed } from "./replaying";
+import { differsOf, ReplayRun } from "./replaying";
 
 const DIFFERENCE: ReplayDifference = {
   source: "rtp0.fast",
@@ -55,7 +55,7 @@ function system(...looks: (Replaying | Error)[]) {
     asked.push(name);
     return { replay: 7 };
   });
-  return { asked, of: new Replayed({ look, aside } as never, "run.mcap", () => INSTALLED) };
+  return { asked, of: new ReplayRun({ look, aside } as never, "run.mcap", () => INSTALLED) };
 }
 
 test("a replay is looked at until it is over, and its first difference is kept", async () => {
@@ -80,7 +80,7 @@ test("equal runs say so, what fails says why, and what was cancelled says nothin
   await failed.of.run(false);
   expect(failed.of.state.get()).toMatchObject({ kind: "failed", refusals: [{ message: "'run.mcap' brings native code" }] });
   vi.useFakeTimers();
-  const gone = new Refused([{ class: "UnknownName", message: "there is no replay 7" }], 422);
+  const gone = new RefusalError([{ class: "UnknownName", message: "there is no replay 7" }], 422);
   const cancelled = system(still, gone);
   const done = cancelled.of.run(false);
   await vi.advanceTimersByTimeAsync(50);

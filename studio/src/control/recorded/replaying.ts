@@ -4,7 +4,7 @@ import type { Control } from "../control";
 import { type Refusal, refusalsOf } from "../refusals";
 import type { Installed, ReplayDifference, Replaying } from "../shapes";
 import type { Differs } from "../source";
-import { Watched } from "../watched";
+import { WatchedValue } from "../watched";
 
 /** Period at which progress is read, ms. */
 const LOOK_MS = 200;
@@ -15,20 +15,20 @@ export type Replay =
   | { kind: "over"; firings: number; message: string; differs: Differs | null; isWhole: boolean; time_ns: number }
   | { kind: "failed"; refusals: Refusal[] };
 
-type Asked = Pick<Control, "look" | "aside">;
+type ReplayCalls = Pick<Control, "look" | "aside">;
 
 /** The replay of one recording. */
-export class Replayed {
-  readonly state = new Watched<Replay>({ kind: "none" });
+export class ReplayRun {
+  readonly state = new WatchedValue<Replay>({ kind: "none" });
   /** Of the last replay that came to its end; null: every value was as recorded, or none is over. */
-  readonly differs = new Watched<Differs | null>(null);
-  readonly #system: Asked;
+  readonly differs = new WatchedValue<Differs | null>(null);
+  readonly #system: ReplayCalls;
   readonly #name: string;
   readonly #installed: () => readonly Installed[];
   #number: number | null = null;
 
   /** `installed`: what the recording tells of instances, their blocks and cells. */
-  constructor(system: Asked, name: string, installed: () => readonly Installed[]) {
+  constructor(system: ReplayCalls, name: string, installed: () => readonly Installed[]) {
     this.#system = system;
     this.#name = name;
     this.#installed = installed;
@@ -66,7 +66,7 @@ export class Replayed {
     }
   }
 
-  /** Ends it where it is. Errors: `Refused`. */
+  /** Ends it where it is. Errors: `RefusalError`. */
   async cancel(): Promise<void> {
     const replay = this.#number;
     if (replay === null) return;

@@ -4,7 +4,7 @@
 import type { Installed, InstalledInstance, LogEntry, Statistics } from "../shapes";
 
 /** Structure that was installed, as it was told at a time. */
-export interface Told<T> {
+export interface RecordedStructure<T> {
   time_ns: number;
   message: T;
 }
@@ -26,7 +26,7 @@ export function byInstance(log: readonly LogEntry[]): ReadonlyMap<string, LogEnt
  * then the one that was told first.
  */
 export function installedAt(
-  told: readonly Told<Installed>[],
+  told: readonly RecordedStructure<Installed>[],
   log: ReadonlyMap<string, LogEntry[]>,
   now: Statistics | null,
   time_ns: number,

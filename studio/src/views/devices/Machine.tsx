@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 import { useEffect, useRef, useState } from "react";
-import { type Refusal, Refused, refusalsOf } from "../../control/refusals";
+import { type Refusal, RefusalError, refusalsOf } from "../../control/refusals";
 import type { Geometry } from "../../control/shapes";
 import { Panel, Refusals } from "../../design/parts";
 import { Age } from "../../live/Age";
@@ -8,11 +8,11 @@ import { MOVE_MS } from "../../live/values";
 import { useControl } from "../../shell/context";
 import { drawBeside, type Scene } from "./beside";
 import { buildMachine } from "./machine";
-import { type Drawn, PathAndGhost } from "./PathAndGhost";
+import { type DrawnObjects, PathAndGhost } from "./PathAndGhost";
 import { Stage, type Viewpoint } from "./stage";
 import { toolOf } from "./trail";
 
-const NOTHING: Drawn = { path_s: 0, body: null, ghost: null, frames: false, force_N: null };
+const NOTHING: DrawnObjects = { path_s: 0, body: null, ghost: null, frames: false, force_N: null };
 
 /** A physical device that has a shape, drawn as it stands now. Nothing where it has none. */
 export default function Machine(props: { device: string; lost: string | null }) {
@@ -34,7 +34,7 @@ export default function Machine(props: { device: string; lost: string | null }) 
       (found) => over || setGeometry(found),
       (why) => {
         // A device without a shape is no fault: a table of signals has none.
-        if (!over && !(why instanceof Refused && why.is("InvalidState"))) setTrouble(refusalsOf(why));
+        if (!over && !(why instanceof RefusalError && why.is("InvalidState"))) setTrouble(refusalsOf(why));
       },
     );
     return () => {

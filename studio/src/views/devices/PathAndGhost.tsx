@@ -4,7 +4,7 @@ import { Choice } from "../../design/Choice";
 import { AIMS, type Aim } from "./ghost";
 
 /** Objects drawn beside the machine. */
-export interface Drawn {
+export interface DrawnObjects {
   /** So far before the cursor, of a recording behind it too, s; 0: no path. */
   path_s: number;
   body: string | null;
@@ -18,7 +18,7 @@ const SPANS_S = [0, 1, 5, 20, 60];
 const FORCES_N = [1, 10, 100, 1000];
 
 /** Chooses what is drawn beside the machine: a path, a ghost, forces, frames. */
-export function PathAndGhost(props: { of: Geometry; drawn: Drawn; put: (drawn: Drawn) => void; isRecorded: boolean }) {
+export function PathAndGhost(props: { of: Geometry; drawn: DrawnObjects; put: (drawn: DrawnObjects) => void; isRecorded: boolean }) {
   const { of, drawn, put } = props;
   return (
     <div className="row stage-tools" role="group" aria-label="Drawn beside the machine">

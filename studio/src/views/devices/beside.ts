@@ -8,7 +8,7 @@ import { MOVE_MS } from "../../live/values";
 import { ContactArrows } from "./contacts";
 import { type Aim, aimed, buildGhost } from "./ghost";
 import { type BuiltMachine, disposeMachine } from "./machine";
-import type { Drawn } from "./PathAndGhost";
+import type { DrawnObjects } from "./PathAndGhost";
 import type { Stage } from "./stage";
 import { LivePath, type Place, placeOf, RecordedPath } from "./trail";
 
@@ -22,7 +22,7 @@ export interface Scene {
 }
 
 /** Draws it until the answer is called. `failed`: what could not be drawn, and why. */
-export function drawBeside(scene: Scene, drawn: Drawn, failed: (why: unknown) => void): () => void {
+export function drawBeside(scene: Scene, drawn: DrawnObjects, failed: (why: unknown) => void): () => void {
   const over = new AbortController();
   const ends: (() => void)[] = [];
   if (drawn.frames) ends.push(drawFrames(scene));
@@ -156,9 +156,9 @@ function drawPath(scene: Scene, body: string, span_ns: number, signal: AbortSign
   };
 }
 
-type Put = (places: readonly Place[], cursor_ns: number) => void;
+type PutPath = (places: readonly Place[], cursor_ns: number) => void;
 
-function followSystem({ control, machine }: Scene, body: string, span_ns: number, put: Put): () => void {
+function followSystem({ control, machine }: Scene, body: string, span_ns: number, put: PutPath): () => void {
   const path = new LivePath(span_ns);
   let frame = 0;
   let newest_ns = Number.NaN;
@@ -182,7 +182,7 @@ function followCursor(
   body: string,
   span_ns: number,
   signal: AbortSignal,
-  put: Put,
+  put: PutPath,
   failed: (why: unknown) => void,
 ): () => void {
   const { past } = control;

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Moving a joint as long as a button is held.
 
-import { Refused } from "../../control/refusals";
+import { RefusalError } from "../../control/refusals";
 import type { Source } from "../../control/source";
 
 /** The verb that moves as long as its heartbeat changes: `gpac.motion.jog`. */
@@ -63,5 +63,5 @@ export class Press {
 
 /** It had ended by itself: that is no fault. */
 function ended(why: unknown): void {
-  if (!(why instanceof Refused && why.is("InvalidState"))) throw why;
+  if (!(why instanceof RefusalError && why.is("InvalidState"))) throw why;
 }

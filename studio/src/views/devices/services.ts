@@ -2,10 +2,10 @@
 // Services of drivers: from what a person writes into a form to the arguments of `device_service`.
 import type { DriverOption, DriverService, Value } from "../../control/shapes";
 import { valueText } from "../../design/numbers";
-import { numberIn, type Read } from "../../design/quantities";
+import { numberIn, type ReadResult } from "../../design/quantities";
 
 /** Reads the text of one argument; undefined if it is empty and has a default. A number may have a unit, and is sent in that of the argument. */
-export function argumentFrom(text: string, of: DriverOption): Read<unknown> {
+export function argumentFrom(text: string, of: DriverOption): ReadResult<unknown> {
   const written = text.trim();
   if (written === "") return of.default === null ? { wrong: "a value is needed" } : { value: undefined };
   switch (of.kind) {
@@ -27,7 +27,7 @@ export function argumentFrom(text: string, of: DriverOption): Read<unknown> {
   }
 }
 
-function parsed(written: string, kind: "list" | "table"): Read<unknown> {
+function parsed(written: string, kind: "list" | "table"): ReadResult<unknown> {
   try {
     const value: unknown = JSON.parse(written);
     if (kind === "list" ? Array.isArray(value) : typeof value === "object" && value !== null && !Array.isArray(value)) return { value };

@@ -3,7 +3,7 @@ import { Vector3 } from "three";
 import { expect, test } from "vitest";
 import type { Geometry, InstalledInstance, RecordedSpan } from "../../control/shapes";
 import type { Past } from "../../control/source";
-import { Watched } from "../../control/watched";
+import { WatchedValue } from "../../control/watched";
 import { aimed } from "./ghost";
 import { LivePath, RecordedPath, toolOf } from "./trail";
 
@@ -45,7 +45,7 @@ function past(asked: [number, number][]): Past {
   return {
     begins_ns: 0,
     ends_ns: 10e9,
-    cursor: new Watched(0),
+    cursor: new WatchedValue(0),
     channel,
     async *span(_: string[], from_ns: number, to_ns: number) {
       asked.push([from_ns, to_ns]);

@@ -75,7 +75,7 @@ export class RecordedPath {
     this.#span_ns = span_ns;
   }
 
-  /** The places from the span before the cursor to the span behind it. Errors: `Refused`; `AbortError` where `signal` ended it. */
+  /** The places from the span before the cursor to the span behind it. Errors: `RefusalError`; `AbortError` where `signal` ended it. */
   async around(cursor_ns: number, signal: AbortSignal): Promise<Place[]> {
     const [from_ns, to_ns] = [cursor_ns - this.#span_ns, cursor_ns + this.#span_ns];
     const begins_ns = Math.max(from_ns, this.#past.begins_ns);

@@ -2,7 +2,7 @@
 import { useCallback, useMemo, useRef, useState, useSyncExternalStore } from "react";
 import { toNs } from "../../control/recorded/state";
 import type { Past, Topic } from "../../control/source";
-import type { Kept } from "../../control/topics";
+import type { KeptEntries } from "../../control/topics";
 import { count } from "../../design/numbers";
 import { Empty, Refusals } from "../../design/parts";
 import { saveText } from "../../design/saveText";
@@ -101,8 +101,8 @@ export default function Log() {
 }
 
 /** Returns the entries so far; of a recording, all of them as they came first: wherever the cursor is, the lines are the same. */
-function useTold<T>(topic: Topic<Kept<T>>, past: Past | null): Kept<T> | null {
-  const first = useRef<{ of: Topic<Kept<T>>; told: Kept<T> } | null>(null);
+function useTold<T>(topic: Topic<KeptEntries<T>>, past: Past | null): KeptEntries<T> | null {
+  const first = useRef<{ of: Topic<KeptEntries<T>>; told: KeptEntries<T> } | null>(null);
   return useSyncExternalStore(topic.watch, () => {
     const told = topic.get();
     if (!past || !told) return told;

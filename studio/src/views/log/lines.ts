@@ -3,7 +3,7 @@
 
 import { countUntil } from "../../control/recorded/state";
 import type { End, LogEntry, Report } from "../../control/shapes";
-import type { Kept } from "../../control/topics";
+import type { KeptEntries } from "../../control/topics";
 
 export interface Line {
   /** Key of the line: `e12` an entry, `r3` a report. */
@@ -25,14 +25,14 @@ export interface Line {
 export const BAD_KINDS = new Set(["fault", "processor_lost", "emergency_stop", "lost"]);
 export const WARN_KINDS = new Set(["overrun", "late"]);
 
-export function linesOf(log: Kept<LogEntry> | null, ends: Kept<End> | null): Line[] {
+export function linesOf(log: KeptEntries<LogEntry> | null, ends: KeptEntries<End> | null): Line[] {
   const earlier = merged((log?.earlier ?? []).map(entryLine), (ends?.earlier ?? []).map(reportLine));
   const present = merged(allOf(log).map(entryLine), allOf(ends).map(reportLine));
   return [...earlier.map((line, index) => ({ ...line, key: `b${index}`, isEarlier: true })), ...present];
 }
 
 /** Of a recording what comes behind the cursor too. */
-function allOf<T>(kept: Kept<T> | null): T[] {
+function allOf<T>(kept: KeptEntries<T> | null): T[] {
   return [...(kept?.entries ?? []), ...(kept?.later ?? [])];
 }
 

@@ -7,7 +7,7 @@ import { Empty, Panel, Refusals, Tag } from "../../design/parts";
 import { useAxis } from "../../shell/axis";
 import { useAction, useLive, useWatched } from "../../shell/context";
 import { go } from "../../shell/route";
-import { type Begun, freeText, recordingOf, sizeText, sumOf } from "./begun";
+import { freeText, type RunningRecording, recordingOf, sizeText, sumOf } from "./begun";
 
 /** Period at which the list of recordings is read, ms. */
 const LOOK_MS = 2000;
@@ -15,7 +15,7 @@ const LOOK_MS = 2000;
 const SHOWN_MAX = 200;
 
 /** The recordings of the system's folder, the newest first: what each is, to be opened in the views. */
-export function Files(props: { begun: Begun[]; changed: (one: Begun, now: Begun) => void }) {
+export function Files(props: { begun: RunningRecording[]; changed: (one: RunningRecording, now: RunningRecording) => void }) {
   const { files, refusals } = useFiles();
   const [text, setText] = useState("");
   const found = (files ?? []).filter((file) => file.name.toLowerCase().includes(text.toLowerCase()));
@@ -70,7 +70,11 @@ export function Files(props: { begun: Begun[]; changed: (one: Begun, now: Begun)
   );
 }
 
-function Row(props: { of: RecordingFile; recording: ReturnType<typeof recordingOf>; changed: (one: Begun, now: Begun) => void }) {
+function Row(props: {
+  of: RecordingFile;
+  recording: ReturnType<typeof recordingOf>;
+  changed: (one: RunningRecording, now: RunningRecording) => void;
+}) {
   const { of } = props;
   const begun = props.recording?.isLast ? props.recording.begun : null;
   const running = begun !== null && begun.summary?.running !== false;

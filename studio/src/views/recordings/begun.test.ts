@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 import { expect, test } from "vitest";
-import { type Begun, completedName, freeText, freshName, namesIn, recordingOf, sizeText, sumOf } from "./begun";
+import { completedName, freeText, freshName, namesIn, type RunningRecording, recordingOf, sizeText, sumOf } from "./begun";
 
 test("a recording gets a plain name", () => {
   expect(freshName("cell one/two", new Date(2026, 10, 23, 5, 7, 9))).toBe("cell-one-two-20261123-050709.mcap");
@@ -32,8 +32,8 @@ test("a file belongs to the recording that wrote it, which stands as its newest 
     free_bytes: 5,
     failure: null,
   };
-  const split: Begun = { recording: 1, run: "a", name: "run.mcap", summary };
-  const fresh: Begun = { recording: 2, run: "a", name: "other.mcap", summary: null };
+  const split: RunningRecording = { recording: 1, run: "a", name: "run.mcap", summary };
+  const fresh: RunningRecording = { recording: 2, run: "a", name: "other.mcap", summary: null };
   const all = [split, fresh];
   expect(recordingOf("run-2.mcap", all)).toEqual({ begun: split, isLast: false });
   expect(recordingOf("run-3.mcap", all)).toEqual({ begun: split, isLast: true });

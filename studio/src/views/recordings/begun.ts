@@ -2,7 +2,7 @@
 // The recordings that this tab has begun in this run of the system: by their numbers, which the system gives.
 import type { RecordingSummary } from "../../control/shapes";
 
-export interface Begun {
+export interface RunningRecording {
   recording: number;
   /** Run of the system that it is of. */
   run: string;
@@ -13,16 +13,16 @@ export interface Begun {
 
 const KEY = "opengpac.recordings";
 
-export function keptRecordings(run: string): Begun[] {
+export function keptRecordings(run: string): RunningRecording[] {
   try {
-    const all = JSON.parse(sessionStorage.getItem(KEY) ?? "[]") as Begun[];
+    const all = JSON.parse(sessionStorage.getItem(KEY) ?? "[]") as RunningRecording[];
     return all.filter((one) => one.run === run);
   } catch {
     return [];
   }
 }
 
-export function keepRecordings(all: Begun[]): void {
+export function keepRecordings(all: RunningRecording[]): void {
   sessionStorage.setItem(KEY, JSON.stringify(all));
 }
 
@@ -40,7 +40,7 @@ export function completedName(name: string): string {
 }
 
 /** The recording that a file belongs to; `isLast`: it is its newest file, to which how the recording stands belongs. null: none of this tab's. */
-export function recordingOf(file: string, all: Begun[]): { begun: Begun; isLast: boolean } | null {
+export function recordingOf(file: string, all: RunningRecording[]): { begun: RunningRecording; isLast: boolean } | null {
   const named = (path: string) => path.slice(path.lastIndexOf("/") + 1);
   for (const begun of all) {
     const files = begun.summary?.files.map(named) ?? [begun.name];

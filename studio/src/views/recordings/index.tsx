@@ -2,7 +2,7 @@
 import { useCallback, useEffect, useId, useState } from "react";
 import { Empty, Panel, Refusals } from "../../design/parts";
 import { useAction, useLive, useTopic } from "../../shell/context";
-import { type Begun, completedName, freshName, keepRecordings, keptRecordings, namesIn, sizeText } from "./begun";
+import { completedName, freshName, keepRecordings, keptRecordings, namesIn, type RunningRecording, sizeText } from "./begun";
 import { Files } from "./Files";
 import "./recordings.css";
 
@@ -28,7 +28,7 @@ export default function Recordings() {
   );
 }
 
-function Begin(props: { begun: (one: Begun) => void }) {
+function Begin(props: { begun: (one: RunningRecording) => void }) {
   const control = useLive();
   const action = useAction();
   const [name, setName] = useState(() => freshName(control.version.system, new Date()));
@@ -119,10 +119,10 @@ function Begin(props: { begun: (one: Begun) => void }) {
 }
 
 /** The recordings of this tab, with how those stand that run. */
-export function useRecordings(): { all: Begun[]; put: (all: Begun[]) => void } {
+export function useRecordings(): { all: RunningRecording[]; put: (all: RunningRecording[]) => void } {
   const control = useLive();
   const [all, show] = useState(() => keptRecordings(control.version.run));
-  const put = useCallback((next: Begun[]) => {
+  const put = useCallback((next: RunningRecording[]) => {
     keepRecordings(next);
     show(next);
   }, []);

@@ -11,7 +11,7 @@ interface About {
   tunable: boolean;
 }
 
-interface Tuned {
+interface TunedDevice {
   device: string;
   parameters: { name: string; unit: string }[];
 }
@@ -46,7 +46,7 @@ export function Parameters(props: { scope: Scope }) {
   );
 }
 
-function tunedBy(configuration: Configuration, channels: readonly string[]): Tuned[] {
+function tunedBy(configuration: Configuration, channels: readonly string[]): TunedDevice[] {
   return Object.entries(configuration.logical_devices)
     .filter(([device]) => channels.some((channel) => channel.startsWith(`${device}.`)))
     .map(([device, type]) => {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-import type { Watched } from "../../control/watched";
+import type { WatchedValue } from "../../control/watched";
 import { duration } from "../../design/numbers";
 import type { Plot } from "./plot";
 
@@ -8,7 +8,7 @@ const NAMES = ["A", "B"] as const;
 /** The two time cursors on the screen: dragged, or moved by the arrow keys (with shift ten times as far). */
 export class Bars {
   readonly #plot: Plot;
-  readonly #cursors: Watched<[number, number] | null>;
+  readonly #cursors: WatchedValue<[number, number] | null>;
   readonly #bars: HTMLElement[];
   /** Where the views stand in a recording: its time, s relative to the origin; null: they follow the system. */
   readonly #present: () => number | null;
@@ -19,7 +19,7 @@ export class Bars {
 
   constructor(
     plot: Plot,
-    cursors: Watched<[number, number] | null>,
+    cursors: WatchedValue<[number, number] | null>,
     present: () => number | null = () => null,
     differs: () => number | null = () => null,
   ) {

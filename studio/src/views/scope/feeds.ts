@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 import type { Refusal } from "../../control/refusals";
 import type { Stream } from "../../control/stream";
-import { Watched } from "../../control/watched";
+import { WatchedValue } from "../../control/watched";
 import type { ToWorker } from "./messages";
 import type { StreamChannel } from "./signal/frame";
 
@@ -18,7 +18,7 @@ interface Feed {
 /** Origin of the scope's channels. */
 export interface Feeding {
   /** Refusals by channel. */
-  readonly refused: Watched<ReadonlyMap<string, Refusal[]>>;
+  readonly refused: WatchedValue<ReadonlyMap<string, Refusal[]>>;
   /** Asks for these channels, and no others. */
   want(names: readonly string[]): void;
   /** Asks again for what was refused: something was installed. */
@@ -31,7 +31,7 @@ export interface Feeding {
  */
 export class Feeds implements Feeding {
   /** Refusals of the system, by channel. */
-  readonly refused = new Watched<ReadonlyMap<string, Refusal[]>>(new Map());
+  readonly refused = new WatchedValue<ReadonlyMap<string, Refusal[]>>(new Map());
   readonly #stream: Pick<Stream, "subscribe">;
   readonly #say: (message: ToWorker, transfer?: Transferable[]) => void;
   readonly #feeds = new Map<number, Feed>();

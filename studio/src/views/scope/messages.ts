@@ -113,7 +113,7 @@ export interface ChannelCounts {
   bytes: number;
 }
 
-export interface Drawn {
+export interface DrawnTrace {
   kind: "drawn";
   bitmap: ImageBitmap;
   span: Span | null;
@@ -131,7 +131,7 @@ export interface Drawn {
 }
 
 export type FromWorker =
-  | Drawn
+  | DrawnTrace
   | { kind: "channels"; channels: StreamChannel[] }
   | { kind: "trouble"; message: string }
   | { kind: "exported"; number: number; blob: Blob | null; message: string };

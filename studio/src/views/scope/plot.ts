@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 import uPlot from "uplot";
 import { colour } from "../../design/colours";
-import type { Drawn } from "./messages";
+import type { DrawnTrace } from "./messages";
 import { type Labels, labelsOf } from "./signal/labels";
 import type { Range } from "./signal/ranges";
 import { multiples, stepOf, timeUnit } from "./signal/ticks";
@@ -45,7 +45,7 @@ export class Plot {
   #isFixed = false;
   /** True if others under it have the labels along x. */
   #isAbove = false;
-  #drawn: Drawn | null = null;
+  #drawn: DrawnTrace | null = null;
   /** Element on which the cursors are put. */
   over: HTMLElement | null = null;
   /** Where its part of the picture begins, from the top, in pixels of the device. */
@@ -81,7 +81,7 @@ export class Plot {
     return { width: Math.round(width), height: Math.round(height) };
   }
 
-  draw(drawn: Drawn): void {
+  draw(drawn: DrawnTrace): void {
     this.#drawn = drawn;
     this.#plot?.redraw(false, true);
   }

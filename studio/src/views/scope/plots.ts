@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 import { Bars } from "./bars";
-import type { Band, Drawn } from "./messages";
+import type { Band, DrawnTrace } from "./messages";
 import { type Axis, type Gestures, Plot } from "./plot";
 import type { Scope } from "./scope";
 
@@ -19,7 +19,7 @@ export class Plots {
   readonly #scope: Scope;
   readonly #gestures: Gestures;
   #parts: { number: number; place: HTMLElement; plot: Plot; bars: Bars }[] = [];
-  #drawn: Drawn | null = null;
+  #drawn: DrawnTrace | null = null;
 
   constructor(host: HTMLElement, scope: Scope, gestures: Gestures) {
     this.#host = host;
@@ -58,7 +58,7 @@ export class Plots {
     return { width: this.#parts[0]?.plot.size().width ?? 0, height, plots };
   }
 
-  draw(drawn: Drawn): void {
+  draw(drawn: DrawnTrace): void {
     if (this.#drawn !== drawn) this.#drawn?.bitmap.close();
     this.#drawn = drawn;
     for (const { plot, bars } of this.#parts) {

@@ -2,7 +2,7 @@
 import { expect, test } from "vitest";
 import type { RecordedSpan } from "../../control/shapes";
 import type { Differs, Past } from "../../control/source";
-import { Watched } from "../../control/watched";
+import { WatchedValue } from "../../control/watched";
 import type { ToWorker } from "./messages";
 import { RecordedFeed, runsOf } from "./recorded";
 
@@ -34,8 +34,8 @@ function pastOf(asked: string[][]): Past {
     log: [],
     begins_ns: 0,
     ends_ns: 1e9,
-    cursor: new Watched(0),
-    differs: new Watched<Differs | null>(null),
+    cursor: new WatchedValue(0),
+    differs: new WatchedValue<Differs | null>(null),
     go: () => undefined,
     channel: (name) => CHANNELS.find((channel) => channel.name === name),
     others: async () => ["run.mcap"],

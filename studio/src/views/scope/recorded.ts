@@ -2,13 +2,13 @@
 import { type Refusal, refusalsOf } from "../../control/refusals";
 import type { RecordedSpan } from "../../control/shapes";
 import type { Past } from "../../control/source";
-import { Watched } from "../../control/watched";
+import { WatchedValue } from "../../control/watched";
 import type { Feeding } from "./feeds";
 import type { Into, ToWorker } from "./messages";
 import type { Run, StreamChannel } from "./signal/frame";
 
 /** Part of a recording for the screen: times, and its width in pixels. */
-export interface Wanted {
+export interface RequestedSpan {
   from_ns: number;
   to_ns: number;
   columns: number;
@@ -19,13 +19,13 @@ export interface Wanted {
  * values than it can show, the first, the last, the minimum and the maximum come, and exact sums of all of them.
  */
 export class RecordedFeed implements Feeding {
-  readonly refused = new Watched<ReadonlyMap<string, Refusal[]>>(new Map());
+  readonly refused = new WatchedValue<ReadonlyMap<string, Refusal[]>>(new Map());
   readonly #past: Past;
   readonly #say: (message: ToWorker, transfer?: Transferable[]) => void;
   readonly #failed: (why: string) => void;
   readonly #into: Into;
   #names: readonly string[] = [];
-  #wanted: Wanted | null = null;
+  #wanted: RequestedSpan | null = null;
   #asked = "";
   #over = new AbortController();
 
@@ -51,7 +51,7 @@ export class RecordedFeed implements Feeding {
   }
 
   /** Looks at other times. */
-  look(wanted: Wanted): void {
+  look(wanted: RequestedSpan): void {
     this.#wanted = wanted;
     this.#ask();
   }
@@ -74,7 +74,7 @@ export class RecordedFeed implements Feeding {
     void this.#load(channels, wanted, this.#over.signal);
   }
 
-  async #load(channels: StreamChannel[], wanted: Wanted, signal: AbortSignal): Promise<void> {
+  async #load(channels: StreamChannel[], wanted: RequestedSpan, signal: AbortSignal): Promise<void> {
     const names = channels.map((channel) => channel.name);
     try {
       let begins = true;

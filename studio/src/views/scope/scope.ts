@@ -2,11 +2,11 @@
 
 import type { LogEntry } from "../../control/shapes";
 import type { Past, Source } from "../../control/source";
-import { Watched } from "../../control/watched";
+import { WatchedValue } from "../../control/watched";
 import { type Beside, shiftOf } from "./beside";
 import { type Feeding, Feeds } from "./feeds";
 import { keepLast, kept } from "./keeping";
-import type { ChannelCounts, Drawn, Format, FromWorker, Row, Show, ToWorker, Window } from "./messages";
+import type { ChannelCounts, DrawnTrace, Format, FromWorker, Row, Show, ToWorker, Window } from "./messages";
 import { buffersOf, RecordedFeed } from "./recorded";
 import { channelsOf, type Setup, type TraceSetup } from "./setup";
 import { componentNames } from "./signal/components";
@@ -28,21 +28,21 @@ export interface Status {
  * move that is started there is seen here.
  */
 export class Scope {
-  readonly setup: Watched<Setup>;
-  readonly channels = new Watched<ReadonlyMap<string, StreamChannel>>(new Map());
-  readonly status = new Watched<Status>({ state: "rolling", triggers: 0, has_reference: false, triggered: false });
-  readonly rows = new Watched<Row[]>([]);
-  readonly counts = new Watched<ChannelCounts[]>([]);
+  readonly setup: WatchedValue<Setup>;
+  readonly channels = new WatchedValue<ReadonlyMap<string, StreamChannel>>(new Map());
+  readonly status = new WatchedValue<Status>({ state: "rolling", triggers: 0, has_reference: false, triggered: false });
+  readonly rows = new WatchedValue<Row[]>([]);
+  readonly counts = new WatchedValue<ChannelCounts[]>([]);
   /** Window on the screen, if it does not follow the system. */
-  readonly window = new Watched<Window>(null);
-  readonly stopped = new Watched(false);
-  readonly cursors = new Watched<[number, number] | null>(null);
-  readonly trouble = new Watched<string>("");
+  readonly window = new WatchedValue<Window>(null);
+  readonly stopped = new WatchedValue(false);
+  readonly cursors = new WatchedValue<[number, number] | null>(null);
+  readonly trouble = new WatchedValue<string>("");
   readonly feeds: Feeding;
   /** Times that can be asked for; null: what comes is all there is. */
   readonly past: Past | null;
   /** Another recording behind this one. */
-  readonly beside = new Watched<Beside | null>(null);
+  readonly beside = new WatchedValue<Beside | null>(null);
   /** The last picture's times. */
   span: Span | null = null;
   /** Range of the x axis in the last picture, if that is not time: Hz of spectra. */
@@ -52,7 +52,7 @@ export class Scope {
   readonly #recorded: RecordedFeed | null;
   #behind: { feed: RecordedFeed; shift_ns: number } | null = null;
   readonly #exports = new Map<number, { done: (blob: Blob) => void; failed: (why: Error) => void }>();
-  #shown: ((drawn: Drawn) => void) | null = null;
+  #shown: ((drawn: DrawnTrace) => void) | null = null;
   #log_end: (() => void) | null = null;
   #log_seen = -1;
   #ends: (() => void)[] = [];
@@ -69,7 +69,7 @@ export class Scope {
     const say = (message: ToWorker, transfer?: Transferable[]) => this.#say(message, transfer);
     this.#recorded = this.past && new RecordedFeed(this.past, say, (why) => this.trouble.set(why));
     this.feeds = this.#recorded ?? new Feeds(control.stream, say);
-    this.setup = new Watched(own ?? kept());
+    this.setup = new WatchedValue(own ?? kept());
     const installed = control.topics.installed.latest.watch(() => this.feeds.again(channelsOf(this.setup.get())));
     // Of another run times and numbers begin anew: nothing of the earlier one is drawn beside them.
     const restarts = control.restarts.watch(() => {
@@ -114,7 +114,7 @@ export class Scope {
   }
 
   /** Sets the receiver of pictures: one at a time. */
-  onDrawn(shown: (drawn: Drawn) => void): () => void {
+  onDrawn(shown: (drawn: DrawnTrace) => void): () => void {
     this.#shown = shown;
     return () => {
       if (this.#shown === shown) this.#shown = null;
@@ -197,7 +197,7 @@ export class Scope {
     this.#load();
   }
 
-  /** A file of what is on the screen: of CSV and MCAP all values of these times. Errors: `Refused`, `Error` in words. */
+  /** A file of what is on the screen: of CSV and MCAP all values of these times. Errors: `RefusalError`, `Error` in words. */
   async export(format: Format): Promise<Blob> {
     const span = this.span;
     if (!span) throw new Error("there is nothing to export: no value came yet");
@@ -339,7 +339,7 @@ export class Scope {
     }
   }
 
-  #drawn(drawn: Drawn): void {
+  #drawn(drawn: DrawnTrace): void {
     this.span = drawn.span;
     this.along = drawn.x;
     if (drawn.rows) this.rows.set(drawn.rows);

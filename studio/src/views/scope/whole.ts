@@ -10,7 +10,7 @@ export const VALUES_MAX = 5_000_000;
 
 /**
  * Every value of some channels between two times, both included, in their order: for files. A part that has more values than its columns
- * can hold is asked for again in smaller parts. Errors: `Refused`; `Error` where there are more than `VALUES_MAX`.
+ * can hold is asked for again in smaller parts. Errors: `RefusalError`; `Error` where there are more than `VALUES_MAX`.
  */
 export async function* wholeOf(
   past: Pick<Past, "span">,

@@ -2,12 +2,12 @@
 import { seconds } from "../../design/numbers";
 import { Panel, Tag, type Tone } from "../../design/parts";
 import { addressOf } from "../../shell/route";
-import type { Happened } from "./happened";
+import type { RepeatedEntry } from "./happened";
 
 const TONES: Record<string, Tone> = { transition: "accent", fault: "bad", overrun: "warn", late: "warn", start: "good", command: "plain" };
 
 /** Starts, conditions, transitions and ends of one instance with their times, newest first. */
-export function History(props: { of: Happened[]; instance: string | null }) {
+export function History(props: { of: RepeatedEntry[]; instance: string | null }) {
   if (props.instance === null) return null;
   return (
     <Panel title={`History of ${props.instance}`} end={<a href={addressOf("log", [], { text: props.instance })}>All in the log</a>}>

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 import { useId, useMemo, useState } from "react";
 import { isLate } from "../../control/late";
-import { Refused } from "../../control/refusals";
+import { RefusalError } from "../../control/refusals";
 import type { InstalledInstance, Value, VerbForm } from "../../control/shapes";
 import { Panel, Refusals } from "../../design/parts";
-import { durationNs, type Read } from "../../design/quantities";
+import { durationNs, type ReadResult } from "../../design/quantities";
 import { useConfiguration } from "../../shell/configuration";
 import { useAction, useControl } from "../../shell/context";
 import { ArgumentField } from "./ArgumentField";
@@ -14,17 +14,17 @@ import { arrayOf, byField, elements, gaps, valueFrom, wrongText } from "./fields
 import { InputField } from "./InputField";
 
 /** Texts that were written into a form. */
-interface Filled {
+interface FilledForm {
   chosen: Choices;
   texts: Record<string, string[]>;
   source: string;
   limit: string;
 }
 
-const EMPTY: Filled = { chosen: {}, texts: {}, source: "", limit: "" };
+const EMPTY: FilledForm = { chosen: {}, texts: {}, source: "", limit: "" };
 
 /** The forms of this page by their verb: another view, or another verb, takes nothing away that was written. */
-const written = new Map<string, Filled>();
+const written = new Map<string, FilledForm>();
 
 /** Instances whose making took too long for the press that asked for them, by their verb: the next press starts them. */
 const kept = new Map<string, { application: string; instance: number }>();
@@ -39,9 +39,9 @@ export function StartForm(props: { form: VerbForm; instances: InstalledInstance[
   const action = useAction();
   const configuration = useConfiguration();
   const options = useMemo(() => choicesOf(form, configuration), [form, configuration]);
-  const [filled, fillIn] = useState<Filled>(() => written.get(form.name) ?? EMPTY);
+  const [filled, fillIn] = useState<FilledForm>(() => written.get(form.name) ?? EMPTY);
   const { chosen, texts, source, limit } = filled;
-  const write = (change: Partial<Filled>) => {
+  const write = (change: Partial<FilledForm>) => {
     const next = change === EMPTY ? EMPTY : { ...filled, ...change };
     written.set(form.name, next);
     fillIn(next);
@@ -104,7 +104,7 @@ export function StartForm(props: { form: VerbForm; instances: InstalledInstance[
         await control.order("start", { instance, values, ...limits }, undefined, pressed);
       } catch (why) {
         if (isLate(control, pressed)) kept.set(form.name, { application: asked, instance });
-        else if (why instanceof Refused) await control.order("delete", { instance });
+        else if (why instanceof RefusalError) await control.order("delete", { instance });
         throw why;
       }
     });
@@ -185,7 +185,7 @@ export function StartForm(props: { form: VerbForm; instances: InstalledInstance[
 }
 
 /** Reads the text of the time limit, ns; null: none. */
-export function limitOf(text: string): Read<number | null> {
+export function limitOf(text: string): ReadResult<number | null> {
   if (text.trim() === "") return { value: null };
   const read = durationNs(text, "s");
   if (read.wrong !== undefined || read.value > 0) return read;

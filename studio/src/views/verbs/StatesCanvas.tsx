@@ -20,7 +20,7 @@ import { nodeId, nodeName } from "../../design/nodeIds";
 import { own } from "../../design/own";
 import "./states.css";
 import { type Arrow, arrowsOf, type Shape } from "./shape";
-import { ENDING, type Laid, type LaidBox, layOut, START, shortName } from "./states";
+import { ENDING, type LaidBox, type LaidDiagram, layOut, START, shortName } from "./states";
 
 export interface Place {
   x: number;
@@ -125,8 +125,8 @@ const [ACROSS, IN_A_ROW, DOWN] = [300, 4, 160];
 const PART = "part:";
 
 /** The layout of the diagram; null until it is there, and where there is none. */
-function useLaid(shape: Shape): Laid | null {
-  const [laid, setLaid] = useState<Laid | null>(null);
+function useLaid(shape: Shape): LaidDiagram | null {
+  const [laid, setLaid] = useState<LaidDiagram | null>(null);
   const drawn = JSON.stringify(shape);
   useEffect(() => {
     let over = false;
@@ -143,7 +143,7 @@ function useLaid(shape: Shape): Laid | null {
 }
 
 /** Boxes that are drawn: as they were laid out; lists that came since, or without a layout, in rows. */
-function boxesOf(shape: Shape, laid: Laid | null): LaidBox[] {
+function boxesOf(shape: Shape, laid: LaidDiagram | null): LaidBox[] {
   const known = laid?.boxes ?? [];
   const has = (kind: LaidBox["kind"], name: string) => known.some((box) => box.kind === kind && box.name === name);
   const lists = new Set(shape.lists.map(({ name }) => name));
@@ -317,7 +317,7 @@ function nodesOf(
 /** One arrow for each pair of states, with all conditions that lead along it: where the layout put it, as long as nobody moved an end. */
 function edgesOf(
   shape: Shape,
-  laid: Laid | null,
+  laid: LaidDiagram | null,
   boxes: LaidBox[],
   last: { from: string; to: string } | null,
   edit: StateEdit | undefined,

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 import { useEffect, useState } from "react";
-import { type Refusal, Refused, refusalsOf } from "../../control/refusals";
+import { type Refusal, RefusalError, refusalsOf } from "../../control/refusals";
 import type { VerbForm } from "../../control/shapes";
 import { useControl } from "../../shell/context";
 
@@ -14,7 +14,7 @@ export function useForm(name: string): { form: VerbForm | null; refusals: Refusa
     control.look("verb_form", { name }).then(
       (found) => over || setForm(found),
       // A recording has no forms: its diagrams come from its instances.
-      (why) => over || (why instanceof Refused && why.is("NotRecorded")) || setRefusals(refusalsOf(why)),
+      (why) => over || (why instanceof RefusalError && why.is("NotRecorded")) || setRefusals(refusalsOf(why)),
     );
     return () => {
       over = true;

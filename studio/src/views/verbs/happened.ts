@@ -19,18 +19,18 @@ const KINDS = new Set([
 ]);
 
 /** Entries about this instance, newest first, what repeats only counted. */
-export interface Happened extends LogEntry {
+export interface RepeatedEntry extends LogEntry {
   times: number;
 }
 
-export function useHappened(instance: string | null): Happened[] {
+export function useHappened(instance: string | null): RepeatedEntry[] {
   const control = useControl();
   const log = useTopic(control.topics.log);
   return useMemo(() => (instance === null ? [] : happenedTo(instance, log?.entries ?? [])), [instance, log]);
 }
 
-export function happenedTo(instance: string, entries: LogEntry[], most = 60): Happened[] {
-  const found: Happened[] = [];
+export function happenedTo(instance: string, entries: LogEntry[], most = 60): RepeatedEntry[] {
+  const found: RepeatedEntry[] = [];
   for (const entry of entries.toReversed()) {
     if (entry.about !== instance || !KINDS.has(entry.kind)) continue;
     const later = found.at(-1);
@@ -42,7 +42,7 @@ export function happenedTo(instance: string, entries: LogEntry[], most = 60): Ha
 }
 
 /** The list that was left last and the one that was entered, since the last start. */
-export function lastTransition(happened: Happened[]): { from: string; to: string } | null {
+export function lastTransition(happened: RepeatedEntry[]): { from: string; to: string } | null {
   for (const entry of happened) {
     if (entry.kind === "start" || entry.kind === "admission") return null;
     const lists = entry.kind === "transition" ? /'([^']+)' after '([^']+)'/.exec(entry.text) : null;

@@ -26,7 +26,7 @@ export interface LaidBox {
   height: number;
 }
 
-export interface Laid {
+export interface LaidDiagram {
   width: number;
   height: number;
   /** A part before what is in it. */
@@ -116,7 +116,7 @@ function labelWidth(arrow: Arrow): number {
   return Math.max(...arrow.conditions.map((one) => (one.name.length + (one.raises ? 9 : 0)) * LETTER)) + 8;
 }
 
-export async function layOut(shape: Shape): Promise<Laid> {
+export async function layOut(shape: Shape): Promise<LaidDiagram> {
   const { graph, arrows } = graphOf(shape);
   const laid = await (await elk()).layout(graph);
   return {

@@ -8,13 +8,13 @@ import { PanelBody } from "./PanelBody";
 import { PanelForm } from "./PanelForm";
 
 /** A panel that is being composed: a new one at a place, or one that is there. */
-type Composed = { of: Region | null; target: TabDropTarget | null; id: string | null };
+type ComposedPanel = { of: Region | null; target: TabDropTarget | null; id: string | null };
 
 /** Panels that are docked: dragged by their tabs, resized at what divides them, and the same by the keyboard. */
 export function Dock(props: { layout: Region | null; workspace: string; editing: boolean; changed: (layout: Region | null) => void }) {
   const { workspace, editing, changed } = props;
   const dock = useWorkspaceRef<Region>();
-  const [composed, setComposed] = useState<Composed | null>(null);
+  const [composed, setComposed] = useState<ComposedPanel | null>(null);
   const content = useCallback((tab: TabNode<Region>) => <PanelBody of={tab.data} workspace={workspace} />, [workspace]);
 
   const put = (panel: Region) => {

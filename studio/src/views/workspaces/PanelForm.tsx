@@ -3,7 +3,7 @@ import { useEffect, useId, useState } from "react";
 import type { Names, PanelKind, Region } from "../../control/shapes";
 import { useControl } from "../../shell/context";
 import { KINDS, kindWord } from "./layout";
-import { buttonsText, panelOf, valuesText, type Written } from "./written";
+import { buttonsText, panelOf, valuesText, type WrittenPanel } from "./written";
 
 /** Form of a panel's content: the names of the system are offered. */
 export function PanelForm(props: { of: Region | null; done: (panel: Region) => void; cancel: () => void }) {
@@ -11,7 +11,7 @@ export function PanelForm(props: { of: Region | null; done: (panel: Region) => v
   const names = useNames();
   const list = useId();
   const [kind, setKind] = useState<PanelKind>(of?.panel ?? "plot");
-  const [written, setWritten] = useState<Written>(() => ({
+  const [written, setWritten] = useState<WrittenPanel>(() => ({
     title: of?.title ?? "",
     names: (of?.names ?? []).join("\n"),
     seconds: String(of?.seconds ?? 10),
@@ -21,7 +21,7 @@ export function PanelForm(props: { of: Region | null; done: (panel: Region) => v
     buttons: buttonsText(of?.buttons ?? []),
   }));
   const [wrong, setWrong] = useState<string | null>(null);
-  const write = (change: Partial<Written>) => setWritten({ ...written, ...change });
+  const write = (change: Partial<WrittenPanel>) => setWritten({ ...written, ...change });
   const offered = { plot: names?.svvs, values: names?.svvs, scene: names?.devices, verb: names?.verbs, buttons: names?.instances };
   const choices = kind === "alarms" ? [] : (offered[kind] ?? []);
   const add = (name: string) => {

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 import { expect, test } from "vitest";
-import { Refused } from "../../control/refusals";
+import { RefusalError } from "../../control/refusals";
 import type { Button, End, InstalledInstance } from "../../control/shapes";
 import type { Source } from "../../control/source";
-import { Started } from "../../control/started";
+import { StartedInstances } from "../../control/started";
 import { beyond, limitsText } from "./limits";
 import { instanceNameOf, start, stateOf } from "./starting";
 
@@ -42,10 +42,10 @@ function ordered(refused = "") {
   const asked: [string, unknown][] = [];
   const order = async (name: string, args: unknown) => {
     asked.push([name, args]);
-    if (name === refused) throw new Refused([{ class: "NotEnabled", message: "not enabled" }], 409);
+    if (name === refused) throw new RefusalError([{ class: "NotEnabled", message: "not enabled" }], 409);
     return name === "create" ? 9 : null;
   };
-  return { control: { order, pressed: () => 0, started: new Started() } as unknown as Source, asked };
+  return { control: { order, pressed: () => 0, started: new StartedInstances() } as unknown as Source, asked };
 }
 
 test("a button starts the instance of a program with its values", async () => {

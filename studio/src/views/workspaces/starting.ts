@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Buttons: which instance each stands for, in which state that is, and starting it.
 import { isLate } from "../../control/late";
-import { Refused } from "../../control/refusals";
+import { RefusalError } from "../../control/refusals";
 import type { Button, End, InstalledInstance } from "../../control/shapes";
 import type { Source } from "../../control/source";
 
@@ -46,13 +46,13 @@ export function stateOf(button: Button, instance: InstalledInstance | null, ends
 
 /**
  * Starts what a button stands for. Of a button that makes its instance an ended one makes room first; one whose making took too long for
- * the press before is started. Errors: `Refused`.
+ * the press before is started. Errors: `RefusalError`.
  */
 export async function start(control: Source, button: Button, workspace: string, instance: InstalledInstance | null): Promise<void> {
   if (!button.start) {
     if (!instance) {
       const message = `there is no verb instance '${button.instance}'`;
-      throw new Refused([{ class: "UnknownName", message, remedy: "the program that makes it is not running" }], 0);
+      throw new RefusalError([{ class: "UnknownName", message, remedy: "the program that makes it is not running" }], 0);
     }
     await control.order("start", { instance: instance.id, values: button.values ?? {} });
     return;
@@ -68,7 +68,7 @@ export async function start(control: Source, button: Button, workspace: string, 
   try {
     await control.order("start", { instance: made, values: values ?? {} }, undefined, pressed);
   } catch (why) {
-    if (why instanceof Refused && !isLate(control, pressed)) await control.order("delete", { instance: made });
+    if (why instanceof RefusalError && !isLate(control, pressed)) await control.order("delete", { instance: made });
     throw why;
   }
 }

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 import { expect, test } from "vitest";
 import type { Button, Region } from "../../control/shapes";
-import { buttonsText, panelOf, valuesText, type Written } from "./written";
+import { buttonsText, panelOf, valuesText, type WrittenPanel } from "./written";
 
-const EMPTY: Written = { title: "", names: "", seconds: "10", values: "", device: "", verb: "", buttons: "" };
+const EMPTY: WrittenPanel = { title: "", names: "", seconds: "10", values: "", device: "", verb: "", buttons: "" };
 
 test("what a panel has is written as text, and read again as it was", () => {
   const values = [{ name: "level", label: "Level", minimum: 0, maximum: 2 }, { name: "flow" }, { name: "heat", maximum: 90 }];

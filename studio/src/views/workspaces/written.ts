@@ -2,7 +2,7 @@
 // A panel as a person writes it in the form: lines of text, read with a sentence for what is wrong.
 import type { Button, PanelKind, Region, ShownValue, Value } from "../../control/shapes";
 
-export interface Written {
+export interface WrittenPanel {
   title: string;
   names: string;
   seconds: string;
@@ -35,7 +35,7 @@ export function buttonsText(buttons: readonly Button[]): string {
 }
 
 /** The panel that was written, or in a sentence why there is none. What the form does not show of the panel before stays. */
-export function panelOf(kind: PanelKind, written: Written, before: Region | null): Region | string {
+export function panelOf(kind: PanelKind, written: WrittenPanel, before: Region | null): Region | string {
   const head = {
     ...(before?.share ? { share: before.share } : {}),
     panel: kind,

@@ -13,7 +13,7 @@ import "@xyflow/react/dist/style.css";
 import { type DragEvent, type KeyboardEvent, memo, type ReactNode, useCallback, useMemo, useRef, useState } from "react";
 import { nodeId, nodeName } from "../../../design/nodeIds";
 import { type BoxNode, BoxView } from "./BoxView";
-import { type Chosen, type Drawing, type End, type Place, type PortSide, sizeOf } from "./drawing";
+import { type Drawing, type End, type Place, type PortSide, type Selection, sizeOf } from "./drawing";
 import { type Elsewhere, Find } from "./Find";
 import { Middle } from "./Middle";
 import { FIT, Overview, useFar, useFitting, ZOOM_MAX, ZOOM_MIN } from "./Overview";
@@ -30,8 +30,8 @@ const wireViews = { wire: WireView };
 export interface CanvasProps {
   drawing: Drawing;
   places: ReadonlyMap<string, Place>;
-  chosen: Chosen;
-  choose: (chosen: Chosen) => void;
+  chosen: Selection;
+  choose: (chosen: Selection) => void;
   /** Opens or closes a nested graph. */
   toggle?: (box: string) => void;
   /** Objects of *Find* that are not drawn. */

@@ -2,7 +2,7 @@
 import { Panel as Corner } from "@xyflow/react";
 import { type KeyboardEvent, useEffect, useMemo, useRef, useState } from "react";
 import { score } from "../../../design/fuzzy";
-import type { Chosen, Drawing, Place } from "./drawing";
+import type { Drawing, Place, Selection } from "./drawing";
 import { useMiddle } from "./Middle";
 
 /** Object that can be found in a drawing: a box, a port of one, a cell. */
@@ -12,7 +12,7 @@ export interface Findable {
   about: string;
   /** The box at which it is seen; of a wire, where it begins. */
   box: string;
-  chosen: NonNullable<Chosen>;
+  chosen: NonNullable<Selection>;
   /** The same whether it is drawn or within what is closed. */
   key: string;
   /** Where it is that is not drawn, and what draws it. */
@@ -38,7 +38,7 @@ export function foundIn(of: readonly Findable[], typed: string): Findable[] {
 
 /** Returns the objects of a drawing that can be found; `here` tells it from what is called the same elsewhere. */
 export function findables(drawing: Drawing, here = ""): Findable[] {
-  const named = (text: string, about: string, box: string, chosen: NonNullable<Chosen>): Findable => ({
+  const named = (text: string, about: string, box: string, chosen: NonNullable<Selection>): Findable => ({
     text,
     about,
     box,
@@ -68,7 +68,7 @@ export function findables(drawing: Drawing, here = ""): Findable[] {
 export function Find(props: {
   drawing: Drawing;
   places: ReadonlyMap<string, Place>;
-  choose: (chosen: Chosen) => void;
+  choose: (chosen: Selection) => void;
   elsewhere: Elsewhere | undefined;
 }) {
   const { drawing, places, choose, elsewhere } = props;

@@ -107,4 +107,4 @@ export function portText(port: Pick<Port, "type_text" | "unit" | "mode">): strin
 }
 
 /** Choice in a drawing. */
-export type Chosen = { kind: "box" | "wire"; id: string } | null;
+export type Selection = { kind: "box" | "wire"; id: string } | null;

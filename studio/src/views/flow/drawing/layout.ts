@@ -2,7 +2,7 @@
 import type { ElkNode } from "elkjs/lib/elk-api";
 import { elk } from "../../../design/elk";
 import { type Box, type Drawing, type Place, portAt, sizeOf } from "./drawing";
-import type { Grouped, Region } from "./regions";
+import type { GroupedDrawing, Region } from "./regions";
 
 /** From layer to layer, px: values stand on the wires of what runs. */
 const [WITH_VALUES, WITHOUT] = ["110", "60"];
@@ -63,7 +63,7 @@ const PACKED = { "elk.algorithm": "rectpacking", "elk.aspectRatio": "1.5", "elk.
  * A drawing in regions side by side, in each its boxes along the data. `regionOf`: the title of a box's region. Wires from region to region
  * place nothing. Null: the layout refuses it.
  */
-export async function arrangeIn(drawing: Drawing, regionOf: (box: Box) => string): Promise<Grouped | null> {
+export async function arrangeIn(drawing: Drawing, regionOf: (box: Box) => string): Promise<GroupedDrawing | null> {
   const of = new Map(drawing.boxes.map((box) => [box.id, regionOf(box)]));
   const titles = [...new Set(of.values())].sort();
   const children = titles.map((title): ElkNode => {

@@ -13,7 +13,7 @@ export interface Region {
 }
 
 /** The regions of a drawing, and where its boxes stand. */
-export interface Grouped {
+export interface GroupedDrawing {
   regions: Region[];
   places: Map<string, Place>;
 }
@@ -28,7 +28,7 @@ export function grouped(
   sources: readonly string[],
   sourceOf: (box: Box) => string | null,
   unplaced: string,
-): Grouped {
+): GroupedDrawing {
   const named = [...new Set([...sources, ...boxes.flatMap((box) => sourceOf(box) ?? [])])];
   const places = new Map<string, Place>();
   const regions: Region[] = [];

@@ -11,7 +11,7 @@ import type { Draft } from "./definition";
 import { type Faces, type Item, itemsOf, modeText, sideOf } from "./faces";
 import { ModeField } from "./ModeField";
 import { ownGraph } from "./nested";
-import type { Begun } from "./offered";
+import type { WireStart } from "./offered";
 import { WireField } from "./WireField";
 import { constantOf, constantText } from "./written";
 
@@ -23,7 +23,7 @@ export function BoxPanel(props: {
   change: (draft: Draft) => void;
   choose: (label: string) => void;
   /** Offers what a wire from a port may lead to. */
-  offer: (from: Begun) => void;
+  offer: (from: WireStart) => void;
   /** Goes into a graph. */
   enter: (label: string) => void;
   /** Names that graphs have, for one that becomes a use's own. */
@@ -134,7 +134,7 @@ function Wiring(props: {
   label: string;
   faces: Faces;
   change: (draft: Draft) => void;
-  offer: (from: Begun) => void;
+  offer: (from: WireStart) => void;
 }) {
   const { item, ...more } = props;
   const side = sideOf(item);

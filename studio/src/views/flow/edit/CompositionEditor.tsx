@@ -9,7 +9,7 @@ import { addressOf } from "../../../shell/route";
 import { type StateEdit, StatesCanvas } from "../../verbs/StatesCanvas";
 import { CompositionPanel, PartPanel, StepsPanel } from "./CompositionPanel";
 import * as composed from "./composed";
-import type { Composed, Part } from "./definition";
+import type { ComposedDefinition, Part } from "./definition";
 import { Head, type Working } from "./Head";
 import { draftOf, withoutSources } from "./reading";
 import { SystemVerb } from "./SystemVerb";
@@ -18,7 +18,7 @@ import { SystemVerb } from "./SystemVerb";
 const PAUSE_MS = 250;
 
 /** Draws a verb that is made of verbs: its parts as states, transitions between them. */
-export function CompositionEditor(props: { work: Working; draft: Composed }) {
+export function CompositionEditor(props: { work: Working; draft: ComposedDefinition }) {
   const { work, draft } = props;
   const [chosen, setChosen] = useState<string | null>(null);
   const { verb, found } = useComposed(draft);
@@ -76,7 +76,7 @@ function said(one: Refusal): string {
 }
 
 /** Verbs that can be parts: of the file, and of the system. */
-function Verbs(props: { draft: Composed; add: (name: string, part?: Part) => void }) {
+function Verbs(props: { draft: ComposedDefinition; add: (name: string, part?: Part) => void }) {
   const { draft, add } = props;
   const [wrong, setWrong] = useState<Refusal[]>([]);
   const known = Object.keys(draft.made_of).filter((name) => !isWithin(draft, name));
@@ -109,7 +109,7 @@ function Verbs(props: { draft: Composed; add: (name: string, part?: Part) => voi
 }
 
 /** Returns whether a definition is the composition itself, or has it within. */
-function isWithin(draft: Composed, name: string, depth = 0): boolean {
+function isWithin(draft: ComposedDefinition, name: string, depth = 0): boolean {
   if (name === draft.of.name) return true;
   const part = Object.hasOwn(draft.made_of, name) ? draft.made_of[name] : undefined;
   if (part?.kind !== "composition" || depth > 20) return false;
@@ -117,7 +117,7 @@ function isWithin(draft: Composed, name: string, depth = 0): boolean {
 }
 
 /** The verb that the composition is, by the system; what is wrong where it is none. Asked again a moment after each change. */
-function useComposed(draft: Composed): { verb: VerbRequest | null; found: Refusal[] } {
+function useComposed(draft: ComposedDefinition): { verb: VerbRequest | null; found: Refusal[] } {
   const control = useLive();
   const [answer, setAnswer] = useState<{ verb: VerbRequest | null; found: Refusal[] }>({ verb: null, found: [] });
   useEffect(() => {
@@ -138,7 +138,12 @@ function useComposed(draft: Composed): { verb: VerbRequest | null; found: Refusa
   return answer;
 }
 
-async function composedVerb(control: Control, { of, made_of }: Composed, signal: AbortSignal, around: string[] = []): Promise<VerbRequest> {
+async function composedVerb(
+  control: Control,
+  { of, made_of }: ComposedDefinition,
+  signal: AbortSignal,
+  around: string[] = [],
+): Promise<VerbRequest> {
   if (around.includes(of.name)) throw new Error(`definitions need one another in a circle: ${[...around, of.name].join(" → ")}`);
   const parts = new Map<string, unknown>();
   for (const [label, name] of Object.entries(of.parts)) {

@@ -5,10 +5,10 @@ import { own } from "../../../design/own";
 import { Panel } from "../../../design/parts";
 import { TextField } from "../../../design/TextField";
 import * as composed from "./composed";
-import type { Composed, Step } from "./definition";
+import type { ComposedDefinition, Step } from "./definition";
 import { constantText, givenOf, words } from "./written";
 
-type Of = { draft: Composed; change: (draft: Composed) => void };
+type Of = { draft: ComposedDefinition; change: (draft: ComposedDefinition) => void };
 
 /** A part that is chosen: what it is, what it is called, and what its parameters, outputs and conditions are called in the whole. */
 export function PartPanel(props: Of & { label: string; choose: (label: string | null) => void }) {

@@ -2,14 +2,14 @@
 import { useId, useMemo, useState } from "react";
 import { type Refusal, refusalsOf } from "../../../control/refusals";
 import { Refusals } from "../../../design/parts";
-import { type Drawn, newComposition, newGraph, newVerb, type Part } from "./definition";
+import { type DrawnDefinition, newComposition, newGraph, newVerb, type Part } from "./definition";
 import { besides, download, draftsOf, savedFile } from "./file";
 import type { OpenedFile } from "./history";
 import { draftOf, withoutSources } from "./reading";
 import { SystemVerb } from "./SystemVerb";
 
 /** The verbs and compositions of a file, or of what is drawn: what a new composition can be made of. */
-function partsAt(draft: Drawn, found: Drawn[]): Record<string, Part> {
+function partsAt(draft: DrawnDefinition, found: DrawnDefinition[]): Record<string, Part> {
   const parts = found.flatMap((one): [string, Part][] => {
     if (one.kind === "graph") return [];
     return [[one.of.name, one.kind === "verb" ? one : { kind: "composition", of: one.of }]];
@@ -19,7 +19,11 @@ function partsAt(draft: Drawn, found: Drawn[]): Record<string, Part> {
 }
 
 /** New, open, save; and a verb that is in the system, to begin with. */
-export function FileTools(props: { draft: Drawn; file: OpenedFile | null; open: (draft: Drawn, file: OpenedFile | null) => void }) {
+export function FileTools(props: {
+  draft: DrawnDefinition;
+  file: OpenedFile | null;
+  open: (draft: DrawnDefinition, file: OpenedFile | null) => void;
+}) {
   const [said, setSaid] = useState<string | null>(null);
   const [wrong, setWrong] = useState<Refusal[]>([]);
   const field = useId();

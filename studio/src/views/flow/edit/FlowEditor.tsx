@@ -9,7 +9,7 @@ import { useLive } from "../../../shell/context";
 import { type StateEdit, StatesCanvas } from "../../verbs/StatesCanvas";
 import { shapeOfDefinition } from "../../verbs/shape";
 import { Canvas } from "../drawing/Canvas";
-import { type Chosen, type Drawing, type End, type Place, type PortSide, sizeOf } from "../drawing/drawing";
+import { type Drawing, type End, type Place, type PortSide, type Selection, sizeOf } from "../drawing/drawing";
 import { arrange } from "../drawing/layout";
 import { grouped, regionAt } from "../drawing/regions";
 import { type Aim, aimOf } from "./aim";
@@ -30,7 +30,7 @@ import { ListPanel } from "./ListPanel";
 import type { VerbDraft } from "./NamedPanel";
 import { findingsWithin, graphsWithin, replaced, standing, type Way, within } from "./nested";
 import { Offer } from "./Offer";
-import { type Begun, withOffered } from "./offered";
+import { type WireStart, withOffered } from "./offered";
 import { Palette } from "./Palette";
 import { placedOn } from "./placement";
 import { freePlace, placed, placesOf, removed } from "./places";
@@ -38,7 +38,7 @@ import { type Possible, useFaces, useFindings, usePossible } from "./system";
 import { VerbPanel } from "./VerbPanel";
 import { Where } from "./Where";
 
-type Shown = "flow" | "lists";
+type EditorView = "flow" | "lists";
 const NOTHING: Drawing = { boxes: [], wires: [] };
 /** Where an offer stands that was asked for by the keyboard: from the corner of the canvas, px. */
 const BY_KEYBOARD: Place = { x: 80, y: 60 };
@@ -56,10 +56,10 @@ export function FlowEditor(props: { work: Working; whole: Draft }) {
   const draft = useMemo(() => within(whole, way) ?? whole, [whole, way]);
   const put = useCallback((next: Draft) => putWhole(replaced(whole, way, next)), [putWhole, whole, way]);
   const findings = useMemo(() => findingsWithin(all, way), [all, way]);
-  const [shown, setShown] = useState<Shown>("flow");
+  const [shown, setShown] = useState<EditorView>("flow");
   const [list, setList] = useState<string | null>(null);
-  const [chosen, setChosen] = useState<Chosen>(null);
-  const [offer, setOffer] = useState<{ from: Begun; at: Place; seen: Place } | null>(null);
+  const [chosen, setChosen] = useState<Selection>(null);
+  const [offer, setOffer] = useState<{ from: WireStart; at: Place; seen: Place } | null>(null);
   const possible = usePossible(control, draft);
   // The drawing is shown as a whole anew: another one was opened, it was arranged, or something came that may lie outside.
   const [shownAnew, setShownAnew] = useState(0);
@@ -191,7 +191,7 @@ export function FlowEditor(props: { work: Working; whole: Draft }) {
         const reason = whyNot(draft, possible, from, to);
         if (reason !== null) setRefused({ from, to, reason });
       },
-      dangle: (from: Begun, at: Place, seen: Place) => setOffer({ from, at, seen }),
+      dangle: (from: WireStart, at: Place, seen: Place) => setOffer({ from, at, seen }),
       connect: (from: End, to: End) => {
         const ends = [portOf(draft, from), portOf(draft, to)] as const;
         if (ends[0] !== undefined && ends[1] !== undefined) put(change.connect(draft, ends[0], ends[1], faces));
@@ -394,7 +394,7 @@ function whyNot(draft: Draft, possible: Possible, from: End, to: End): string | 
 }
 
 /** Beside a box, on the side of the port. */
-function besideOf(draft: Draft, from: Begun): Place {
+function besideOf(draft: Draft, from: WireStart): Place {
   const at = own(draft.of.layout, from.box);
   return at ? { x: at.x + (from.side === "output" ? 260 : -260), y: at.y } : freePlace(draft);
 }

@@ -4,19 +4,19 @@ import type { Refusal } from "../../../control/refusals";
 import { Refusals } from "../../../design/parts";
 import { TextField } from "../../../design/TextField";
 import { UnreadDraft } from "./DraftBoundary";
-import type { Drawn } from "./definition";
+import type { DrawnDefinition } from "./definition";
 import { FileTools } from "./FileTools";
 import type { useDraft } from "./history";
 
 export type Working = ReturnType<typeof useDraft>;
 
-const KINDS: Record<Drawn["kind"], string> = { graph: "Graph", verb: "Verb", composition: "Composition" };
+const KINDS: Record<DrawnDefinition["kind"], string> = { graph: "Graph", verb: "Verb", composition: "Composition" };
 
 /** The tools above the drawing: what it is called and is for, the way back, files. `children`: those of what is drawn. */
 export function Head(props: {
   work: Working;
   /** Definition that is named: the whole, or the graph within that is drawn. */
-  of: Drawn;
+  of: DrawnDefinition;
   put: (text: { name?: string; doc?: string }) => void;
   trouble: Refusal[];
   opened: () => void;

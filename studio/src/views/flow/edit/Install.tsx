@@ -8,7 +8,7 @@ import { addressOf } from "../../../shell/route";
 import { type Draft, definitionOf } from "./definition";
 import type { Faces } from "./faces";
 import { type Placement, patternsOf } from "./placement";
-import { begin, end, keepTrial, keptTrial, type Trial, type Wanted } from "./trial";
+import { begin, end, keepTrial, keptTrial, type Trial, type TrialRequest } from "./trial";
 import { constantOf, everyOf } from "./written";
 
 /** Puts what is drawn into the running system. The system refuses what would touch a verb that runs, and says which. */
@@ -68,7 +68,7 @@ function TryGraph(props: { draft: Draft & { kind: "graph" }; placement: Placemen
   const control = useLive();
   const { busy, refusals, run } = useAction();
   const { sources, svvs } = useThere();
-  const [wanted, setWanted] = useState<Wanted>({ every_ns: 20_000_000, source: "", placement: {}, inputs: {} });
+  const [wanted, setWanted] = useState<TrialRequest>({ every_ns: 20_000_000, source: "", placement: {}, inputs: {} });
   const [trial, show] = useState<Trial | null>(() => keptTrial(control));
   const setTrial = (next: Trial | null) => {
     keepTrial(control, next);
@@ -138,7 +138,7 @@ function TryGraph(props: { draft: Draft & { kind: "graph" }; placement: Placemen
   );
 }
 
-function InputField(props: { name: string; svvs: string[]; put: (given: Wanted["inputs"][string]) => void }) {
+function InputField(props: { name: string; svvs: string[]; put: (given: TrialRequest["inputs"][string]) => void }) {
   const { name, svvs, put } = props;
   const [text, setText] = useState("");
   const list = `svvs-${name}`;

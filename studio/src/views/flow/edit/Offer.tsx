@@ -6,21 +6,21 @@ import { Refusals } from "../../../design/parts";
 import { useLive } from "../../../shell/context";
 import type { Draft, Graph } from "./definition";
 import type { Faces } from "./faces";
-import { type Answered, type Begun, fitting, type Offered, offered, questionOf, tried } from "./offered";
+import { fitting, offered, type PortAnswer, questionOf, tried, type WireOffer, type WireStart } from "./offered";
 
 /** Choice of the ports that a wire may lead to: the system says what fits. */
 export function Offer(props: {
   draft: Draft;
   faces: Faces;
   graphs: Graph[];
-  from: Begun;
-  take: (offer: Offered) => void;
+  from: WireStart;
+  take: (offer: WireOffer) => void;
   close: () => void;
 }) {
   const { draft, faces, graphs, from } = props;
   const control = useLive();
   const at = useMemo(() => tried(draft, faces, graphs), [draft, faces, graphs]);
-  const [offers, setOffers] = useState<Offered[] | null>(null);
+  const [offers, setOffers] = useState<WireOffer[] | null>(null);
   const [refusals, setRefusals] = useState<Refusal[]>([]);
   useEffect(() => {
     const asked = new AbortController();
@@ -30,7 +30,7 @@ export function Offer(props: {
       return;
     }
     control.look("compatible", question as { from: { block: string; port: string } }, asked.signal).then(
-      (found) => setOffers(offered(draft, from, at, found as Answered[], faces)),
+      (found) => setOffers(offered(draft, from, at, found as PortAnswer[], faces)),
       (why) => {
         if (!asked.signal.aborted) setRefusals(refusalsOf(why));
       },

@@ -4,14 +4,14 @@ import { type Refusal, refusalsOf } from "../../../control/refusals";
 import { Refusals } from "../../../design/parts";
 import { useLive } from "../../../shell/context";
 import type { PortSide } from "../drawing/drawing";
-import { allSets, connect, disconnect, type Named, setWith } from "./change";
+import { allSets, connect, disconnect, type NamedSet, setWith } from "./change";
 import { type Draft, definitionOf } from "./definition";
 import type { Faces } from "./faces";
-import type { Answered, Begun } from "./offered";
+import type { PortAnswer, WireStart } from "./offered";
 
 /** The other ends that a wire from a port may have: by the system's answer, and every boundary that binds nothing yet. */
-export function otherEnds(draft: Draft, side: PortSide, answered: Answered[]): Map<string, string | Named> {
-  const ends = new Map<string, string | Named>();
+export function otherEnds(draft: Draft, side: PortSide, answered: PortAnswer[]): Map<string, string | NamedSet> {
+  const ends = new Map<string, string | NamedSet>();
   for (const { block, port, reason } of answered) if (block !== "" && reason === null) ends.set(`${block}.${port}`, `${block}.${port}`);
   const refused = new Set(answered.filter((one) => one.block === "" && one.reason !== null).map((one) => one.port));
   for (const set of allSets(draft)) {
@@ -32,18 +32,18 @@ export function WireField(props: {
   faces: Faces;
   change: (draft: Draft) => void;
   /** Offers blocks that are not there yet. */
-  offer: (from: Begun) => void;
+  offer: (from: WireStart) => void;
 }) {
   const { draft, label, port, side, faces } = props;
   const control = useLive();
-  const [ends, setEnds] = useState<Map<string, string | Named> | null>(null);
+  const [ends, setEnds] = useState<Map<string, string | NamedSet> | null>(null);
   const [refusals, setRefusals] = useState<Refusal[]>([]);
   const name = `${label}.${port}`;
   const present = setWith(draft, name);
   const ask = () => {
     control.look("compatible", { [draft.kind]: definitionOf(draft), from: { block: label, port } }).then(
       (found) => {
-        setEnds(otherEnds(draft, side, found as Answered[]));
+        setEnds(otherEnds(draft, side, found as PortAnswer[]));
         setRefusals([]);
       },
       (why) => setRefusals(refusalsOf(why)),

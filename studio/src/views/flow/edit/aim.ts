@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Where a finding leads: what is drawn and chosen when somebody presses it, and which field gets the focus.
-import type { Chosen } from "../drawing/drawing";
+import type { Selection } from "../drawing/drawing";
 import type { Draft } from "./definition";
 import { drawnDraft } from "./drawn";
 import type { Faces } from "./faces";
@@ -11,7 +11,7 @@ export interface Aim {
   /** The graph in which it is. */
   way: Way;
   shown: "flow" | "lists";
-  chosen: Chosen;
+  chosen: Selection;
   /** The box that is shown in the middle. */
   box: string | null;
   list: string | null;
@@ -53,7 +53,14 @@ function inDrawing(whole: Draft, faces: Faces, finding: Finding, where: Where): 
   const [local] = findingsWithin([finding], way);
   if (!draft || !local) return null;
   const drawing = drawnDraft(draft, faces, [local], null);
-  const aim = (chosen: Chosen, box: string | null, field: string | null): Aim => ({ way, shown: "flow", chosen, box, list: null, field });
+  const aim = (chosen: Selection, box: string | null, field: string | null): Aim => ({
+    way,
+    shown: "flow",
+    chosen,
+    box,
+    list: null,
+    field,
+  });
   const wire = drawing.wires.find((one) => one.findings.includes(about(local)));
   if (wire) return aim({ kind: "wire", id: wire.id }, wire.to.box, null);
   const first = local.where[0];

@@ -24,17 +24,17 @@ import { type Faces, inner, sideOf, splitPort } from "./faces";
 import { holdingOf } from "./reading";
 
 /** A set of ports: one node of the data flow. */
-export interface Named {
+export interface NamedSet {
   kind: SetKind;
   name: string;
   ports: string[];
 }
 
-export function allSets(draft: Draft): Named[] {
+export function allSets(draft: Draft): NamedSet[] {
   return SET_KINDS[draft.kind].flatMap((kind) => Object.entries(setsOf(draft, kind)).map(([name, ports]) => ({ kind, name, ports })));
 }
 
-export function setWith(draft: Draft, port: string): Named | undefined {
+export function setWith(draft: Draft, port: string): NamedSet | undefined {
   return allSets(draft).find((set) => set.ports.includes(port));
 }
 
@@ -170,7 +170,7 @@ export function setConstant(draft: Draft, label: string, name: string, value: Va
  * Wires an output to an input. Both are then in one set: that of the output, where it has one; else that of the input; else a new cell.
  * An input that was in another set leaves it: it has one writer. A boundary of the whole is named by its set.
  */
-export function connect(draft: Draft, from: string | Named, to: string | Named, faces: Faces): Draft {
+export function connect(draft: Draft, from: string | NamedSet, to: string | NamedSet, faces: Faces): Draft {
   if (typeof to !== "string") {
     if (typeof from !== "string") return draft;
     const present = setWith(draft, from);

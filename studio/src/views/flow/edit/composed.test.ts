@@ -3,7 +3,7 @@ import { expect, test } from "vitest";
 import { arrowsOf } from "../../verbs/shape";
 import { layOut } from "../../verbs/states";
 import * as composed from "./composed";
-import { type Composed, newComposition, type Part } from "./definition";
+import { type ComposedDefinition, newComposition, type Part } from "./definition";
 import { draftsOf, fileText, savedFile } from "./file";
 import { draftOf } from "./reading";
 
@@ -19,7 +19,7 @@ const verb = (name: string): Part =>
   }) as Part;
 const parts = { approach: verb("approach"), insert: verb("insert") };
 
-function press(): Composed {
+function press(): ComposedDefinition {
   let made = newComposition("press", parts);
   for (const name of ["approach", "insert"]) made = composed.addPart(made, name).composed;
   made = composed.setStep(made, 0, composed.drawnStep(made, "approach", "insert"));
@@ -69,7 +69,7 @@ test("a part with another label, or none: what names it follows, or goes", () =>
 
 test("what a composition is made of has its names there, in compositions of compositions too", () => {
   const { of } = press();
-  const outer: Composed = {
+  const outer: ComposedDefinition = {
     kind: "composition",
     of: { ...of, name: "twice", parts: { one: "press", two: "insert" }, rename: {} },
     made_of: { ...parts, press: { kind: "composition", of } },
@@ -88,7 +88,7 @@ test("what a composition is made of has its names there, in compositions of comp
     ["two", null],
   ]);
   // A circle ends.
-  const round: Composed = {
+  const round: ComposedDefinition = {
     ...outer,
     made_of: { ...outer.made_of, press: { kind: "composition", of: { ...of, parts: { again: "press" } } } },
   };
@@ -101,7 +101,7 @@ test("a composition is saved with its parts, opened as it was, and a file that h
   const [again] = draftsOf(text);
   expect(again).toMatchObject(made);
   const file = { name: "press.json", text };
-  expect(savedFile(again as Composed, file)).toMatchObject({ text, said: "nothing was changed: the file is as it was" });
+  expect(savedFile(again as ComposedDefinition, file)).toMatchObject({ text, said: "nothing was changed: the file is as it was" });
 
   const toml = `format = "opengpac-definitions"
 version = 1
@@ -115,7 +115,7 @@ command_lists = { start = [{ activate = "ramp", every = "1 ms" }] }
 parts = { first = "approach", then = "approach" }
 transitions = [{ from = "first", condition = "there", to = "then" }] # goes on
 `;
-  const opened = draftsOf(toml)[0] as Composed;
+  const opened = draftsOf(toml)[0] as ComposedDefinition;
   const saved = savedFile(composed.setRename(opened, "then.to", "depth"), { name: "press.toml", text: toml });
   expect(saved.name).toBe("press.toml");
   expect(saved.text).toBe(`${toml}rename = { "then.to" = "depth" }\n`);

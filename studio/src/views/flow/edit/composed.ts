@@ -4,29 +4,29 @@
 import type { Value } from "../../../control/shapes";
 import { arrowsOf, commandText, type Shape } from "../../verbs/shape";
 import { freeName } from "./change";
-import { type Composed, type Composition, definitionOf, type Part, type Step, type Verb } from "./definition";
+import { type ComposedDefinition, type Composition, definitionOf, type Part, type Step, type Verb } from "./definition";
 
-function with_(composed: Composed, change: Partial<Composition>): Composed {
+function with_(composed: ComposedDefinition, change: Partial<Composition>): ComposedDefinition {
   return { ...composed, of: { ...composed.of, ...change } };
 }
 
 /** Returns a part; null: nothing of that name is there. */
-export function partOf(composed: Composed, label: string): Part | null {
+export function partOf(composed: ComposedDefinition, label: string): Part | null {
   const name = Object.hasOwn(composed.of.parts, label) ? composed.of.parts[label] : undefined;
   return name !== undefined && Object.hasOwn(composed.made_of, name) ? (composed.made_of[name] ?? null) : null;
 }
 
-export function addPart(composed: Composed, name: string): { composed: Composed; label: string } {
+export function addPart(composed: ComposedDefinition, name: string): { composed: ComposedDefinition; label: string } {
   const label = freeName(name.replaceAll(".", "_"), Object.keys(composed.of.parts));
   return { composed: with_(composed, { parts: { ...composed.of.parts, [label]: name } }), label };
 }
 
-export function setPart(composed: Composed, label: string, name: string): Composed {
+export function setPart(composed: ComposedDefinition, label: string, name: string): ComposedDefinition {
   return with_(composed, { parts: { ...composed.of.parts, [label]: name } });
 }
 
 /** Removes a part, with the transitions, names and values that are about it. */
-export function removePart(composed: Composed, label: string): Composed {
+export function removePart(composed: ComposedDefinition, label: string): ComposedDefinition {
   const { parts, transitions, initial, rename, preset } = composed.of;
   const keep = <T>(map: Record<string, T>) => Object.fromEntries(Object.entries(map).filter(([name]) => !isOf(name, label)));
   const steps = transitions.map((step) => ({ ...step, from: step.from.filter((from) => !isOf(from, label)) }));
@@ -40,7 +40,7 @@ export function removePart(composed: Composed, label: string): Composed {
 }
 
 /** Another label for a part; what names it follows. */
-export function renamePart(composed: Composed, label: string, to: string): Composed {
+export function renamePart(composed: ComposedDefinition, label: string, to: string): ComposedDefinition {
   const { parts, transitions, initial, rename, preset } = composed.of;
   const renamed = (name: string) => (isOf(name, label) ? `${to}${name.slice(label.length)}` : name);
   const keyed = <T>(map: Record<string, T>) => Object.fromEntries(Object.entries(map).map(([name, value]) => [renamed(name), value]));
@@ -53,7 +53,7 @@ export function renamePart(composed: Composed, label: string, to: string): Compo
   });
 }
 
-export function setStep(composed: Composed, index: number, step: Step | null): Composed {
+export function setStep(composed: ComposedDefinition, index: number, step: Step | null): ComposedDefinition {
   const transitions = [...composed.of.transitions];
   if (step) transitions[index] = step;
   else transitions.splice(index, 1);
@@ -61,21 +61,21 @@ export function setStep(composed: Composed, index: number, step: Step | null): C
 }
 
 /** Sets the name in the whole of something of a part; empty: as in the part. */
-export function setRename(composed: Composed, name: string, to: string): Composed {
+export function setRename(composed: ComposedDefinition, name: string, to: string): ComposedDefinition {
   const { [name]: _before, ...rest } = composed.of.rename;
   return with_(composed, { rename: to === "" ? rest : { ...composed.of.rename, [name]: to } });
 }
 
 /** The value that an input of a part always has; undefined: it stays a parameter. */
-export function setPreset(composed: Composed, name: string, value: Value | undefined): Composed {
+export function setPreset(composed: ComposedDefinition, name: string, value: Value | undefined): ComposedDefinition {
   const { [name]: _before, ...rest } = composed.of.preset;
   return with_(composed, { preset: value === undefined ? rest : { ...composed.of.preset, [name]: value } });
 }
 
 export function setComposition(
-  composed: Composed,
+  composed: ComposedDefinition,
   change: Partial<Pick<Composition, "initial" | "share" | "together" | "until" | "name" | "doc">>,
-): Composed {
+): ComposedDefinition {
   return with_(composed, change);
 }
 
@@ -92,7 +92,7 @@ export interface Names {
   conditions: string[];
 }
 
-export function namesOf(part: Part | null, made_of: Composed["made_of"], depth = 0): Names {
+export function namesOf(part: Part | null, made_of: ComposedDefinition["made_of"], depth = 0): Names {
   if (!part || depth > DEPTH_MAX) return { objects: [], parameters: [], inputs: [], outputs: [], conditions: [] };
   if (part.kind === "verb") {
     const { objects = {}, instantiation_parameters, input_parameters, output_values, conditions } = part.of;
@@ -142,11 +142,11 @@ interface Inside {
 }
 
 /** The state diagram of a composition: its parts as states around their command lists. */
-export function shapeOfComposition(composed: Composed): Shape {
+export function shapeOfComposition(composed: ComposedDefinition): Shape {
   return { ...inside(composed.of, composed.made_of, "", 0), ending: null };
 }
 
-function inside(of: Composition, made_of: Composed["made_of"], prefix: string, depth: number): Inside {
+function inside(of: Composition, made_of: ComposedDefinition["made_of"], prefix: string, depth: number): Inside {
   const made: Inside = { lists: [], parts: [], conditions: [], transitions: [], initial: "" };
   const within = prefix === "" ? null : prefix.slice(0, -1);
   for (const [label, name] of Object.entries(of.parts)) {
@@ -189,13 +189,13 @@ function ofVerb(verb: Verb, part: string): Inside {
 }
 
 /** The parts and lists between which transitions lead. */
-export function statesOf(composed: Composed): string[] {
+export function statesOf(composed: ComposedDefinition): string[] {
   const { parts, lists } = shapeOfComposition(composed);
   return [...parts, ...lists].map(({ name }) => name);
 }
 
 /** The conditions that lead out of a state; those of all parts for what is none. */
-export function conditionsFrom(composed: Composed, from: readonly string[]): string[] {
+export function conditionsFrom(composed: ComposedDefinition, from: readonly string[]): string[] {
   const labels = from.length > 0 ? from.map((one) => one.split(".")[0] ?? one) : Object.keys(composed.of.parts);
   const own = labels.flatMap((label) =>
     namesOf(partOf(composed, label), composed.made_of).conditions.map((name) => composed.of.rename[`${label}.${name}`] ?? name),
@@ -204,7 +204,7 @@ export function conditionsFrom(composed: Composed, from: readonly string[]): str
 }
 
 /** A transition that is drawn from one state to another: at the first condition that leads out of it and that no other one takes. */
-export function drawnStep(composed: Composed, from: string, to: string): Step {
+export function drawnStep(composed: ComposedDefinition, from: string, to: string): Step {
   const ends = arrowsOf(shapeOfComposition(composed)).filter((arrow) => arrow.to === null && isOf(arrow.from, from));
   return { from: [from], condition: ends[0]?.conditions[0]?.name ?? null, to };
 }

@@ -153,7 +153,7 @@ export interface Composition {
 }
 
 /** A composition that is drawn, with the verbs and compositions that its parts are. */
-export interface Composed {
+export interface ComposedDefinition {
   kind: "composition";
   of: Composition;
   made_of: Record<string, Part>;
@@ -163,7 +163,7 @@ export interface Composed {
 export type Part = { kind: "verb"; of: Verb } | { kind: "composition"; of: Composition };
 
 /** Definition in the editor. */
-export type Drawn = Draft | Composed;
+export type DrawnDefinition = Draft | ComposedDefinition;
 
 export const FORMAT = "opengpac-definitions";
 export const VERSION = 1;
@@ -190,7 +190,7 @@ export function newVerb(name: string): Draft {
   return { kind: "verb", of };
 }
 
-export function newComposition(name: string, made_of: Record<string, Part>): Composed {
+export function newComposition(name: string, made_of: Record<string, Part>): ComposedDefinition {
   const of: Composition = {
     name,
     doc: "",

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 import type { Box, Drawing, End, Port, Wire } from "../drawing/drawing";
-import { allSets, isOutput, type Named } from "./change";
+import { allSets, isOutput, type NamedSet } from "./change";
 import type { BlockUse, Draft, SetKind } from "./definition";
 import { type Faces, type Item, inner, itemsOf, modeText, sideOf, splitPort } from "./faces";
 import { about, type Finding, isPort } from "./findings";
@@ -57,14 +57,14 @@ export function drawnDraft(draft: Draft, faces: Faces, findings: Finding[], refu
 }
 
 interface Sides {
-  set: Named;
+  set: NamedSet;
   ports: Map<string, Port["side"]>;
   /** Ports that their blocks do not have: of a graph that was changed within, of a block that the system does not know. */
   lost: Set<string>;
 }
 
 /** Returns the ports of a set that write and those that read. One that is not there is drawn as what the set needs: its writer, else a reader. */
-function sidesOf(draft: Draft, set: Named, faces: Faces): Sides {
+function sidesOf(draft: Draft, set: NamedSet, faces: Faces): Sides {
   const lost = new Set(set.ports.filter((port) => isLost(draft, port, faces)));
   const ports = new Map<string, Port["side"]>();
   let needsWriter = set.kind === "outputs" || (set.kind === "cells" && !set.ports.some((port) => isOutput(draft, port, faces)));
@@ -99,12 +99,12 @@ function lostPort(name: string, side: Port["side"]): Port {
 }
 
 /** The set that a boundary's box stands for. */
-export function boundaryOf(draft: Draft, box: string): Named | undefined {
+export function boundaryOf(draft: Draft, box: string): NamedSet | undefined {
   return allSets(draft).find((set) => `${set.kind}:${set.name}` === box);
 }
 
 /** A port as a definition names it: a boundary's is its set. */
-export function portOf(draft: Draft, end: End): string | Named | undefined {
+export function portOf(draft: Draft, end: End): string | NamedSet | undefined {
   return Object.hasOwn(draft.of.blocks, end.box) ? `${end.box}.${end.port}` : boundaryOf(draft, end.box);
 }
 
@@ -159,7 +159,7 @@ function portsOf(item: Item): Port[] {
   return [{ name: item.name, side, type_text: item.type_text, unit: item.unit, mode: modeText(item.mode), doc: item.doc }];
 }
 
-function boundaryBox(draft: Draft, set: Named, writers: string[], readers: string[], faces: Faces, findings: Finding[]): Box {
+function boundaryBox(draft: Draft, set: NamedSet, writers: string[], readers: string[], faces: Faces, findings: Finding[]): Box {
   const bound = [...writers, ...readers].map((port) => inner(draft.of, port, faces)).find((item) => item !== undefined);
   const port = (side: Port["side"]): Port => ({
     name: VALUE,
@@ -189,7 +189,7 @@ function isSet(where: Finding["where"][number], name: string): boolean {
   return ("cell" in where && where.cell === name) || ("block" in where && where.block === "" && isPort(where) && where.port === name);
 }
 
-function wireOf(draft: Draft, set: Named, from: End, to: End, faces: Faces, findings: Finding[]): Wire {
+function wireOf(draft: Draft, set: NamedSet, from: End, to: End, faces: Faces, findings: Finding[]): Wire {
   const item = inner(draft.of, `${to.box}.${to.port}`, faces) ?? inner(draft.of, `${from.box}.${from.port}`, faces);
   const found = findings.filter((finding) => isAbout(finding, set, placeOf(draft, from), placeOf(draft, to))).map(about);
   // Until the system has said it: a wire at a port that is not there is found at once.
@@ -215,7 +215,7 @@ function lostText(draft: Draft, end: End, faces: Faces): string | null {
 }
 
 /** A finding is of a wire where it names both ends of it, or its cell and no port that lies elsewhere. */
-function isAbout(finding: Finding, set: Named, from: { block: string; port: string }, to: { block: string; port: string }): boolean {
+function isAbout(finding: Finding, set: NamedSet, from: { block: string; port: string }, to: { block: string; port: string }): boolean {
   const ports = finding.where.filter(isPort);
   const same = (one: { block: string; port: string }) =>
     ports.some((other) => one.block === other.block && (one.port === other.port || one.block === ""));

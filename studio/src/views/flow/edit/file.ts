@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 import { parse as parseToml, TomlError } from "smol-toml";
-import { type Draft, type Drawn, definitionOf, FORMAT, type Graph, type Part, VERSION } from "./definition";
+import { type Draft, type DrawnDefinition, definitionOf, FORMAT, type Graph, type Part, VERSION } from "./definition";
 import type { OpenedFile } from "./history";
 import { compositionOf, draftOf } from "./reading";
 import { byName, sharedGraphs, withoutNewPlaces } from "./sharing";
@@ -9,28 +9,28 @@ import { patched, same } from "./toml";
 type Tree = Record<string, unknown>;
 
 /** The text of a file with one definition, and the verbs that a composition is made of: what `gpac.load` reads. */
-export function fileText(draft: Drawn): string {
+export function fileText(draft: DrawnDefinition): string {
   return written(
     withDefinitions({ format: FORMAT, version: VERSION }, [[`${draft.kind}s`, draft.of.name, writtenDefinition(draft)], ...partsOf(draft)]),
   );
 }
 
 /** A file that is saved: its name, its text, and what a person is to know of it. */
-export interface Saved {
+export interface SavedFile {
   name: string;
   text: string;
   said: string | null;
 }
 
 /** A definition of a file: its section, its key, what is written there. */
-type Written = [section: string, key: string, definition: Tree];
+type WrittenDefinition = [section: string, key: string, definition: Tree];
 
 /**
  * The draft as a file. One that was opened keeps all else that it has: other definitions, modules, its description. What was not changed
  * is the same text, byte for byte. In a TOML file only the lines of what was changed are others; one of which that cannot be done becomes
  * JSON, since its comments cannot follow. A graph that the file names is changed where it is defined.
  */
-export function savedFile(draft: Drawn, file: OpenedFile | null): Saved {
+export function savedFile(draft: DrawnDefinition, file: OpenedFile | null): SavedFile {
   if (file === null) return { name: `${draft.of.name}.json`, text: fileText(draft), said: null };
   const opened = drawnIn(file.text, draft);
   if (opened && isUnchanged(draft, opened)) return { ...file, said: "nothing was changed: the file is as it was" };
@@ -40,8 +40,8 @@ export function savedFile(draft: Drawn, file: OpenedFile | null): Saved {
   const told = changed.map(([name]) => `the graph '${name}' was changed: every definition of the file that names it follows`);
   const name = (definition: Tree) => byName(definition, new Set(shared.keys()));
   const fresh = partsOf(draft).filter(([section, key]) => !Object.hasOwn((tree[section] as object | undefined) ?? {}, key));
-  const ofGraphs = changed.map(([key, { is }]): Written => ["graphs", key, name(writtenDefinition({ kind: "graph", of: is }))]);
-  const own: Written = [`${draft.kind}s`, draft.of.name, name(writtenDefinition(draft))];
+  const ofGraphs = changed.map(([key, { is }]): WrittenDefinition => ["graphs", key, name(writtenDefinition({ kind: "graph", of: is }))]);
+  const own: WrittenDefinition = [`${draft.kind}s`, draft.of.name, name(writtenDefinition(draft))];
   const text = written(withDefinitions(tree, [...ofGraphs, own, ...fresh]));
   if (file.text.trimStart().startsWith("{")) return { name: file.name, text, said: told.join("; ") || null };
   const asToml = opened && patchedText(draft, opened, file, tree, fresh, shared);
@@ -52,16 +52,16 @@ export function savedFile(draft: Drawn, file: OpenedFile | null): Saved {
 
 /** The TOML file with the changes of the draft; null where they cannot be written into it. */
 function patchedText(
-  draft: Drawn,
-  opened: Drawn,
+  draft: DrawnDefinition,
+  opened: DrawnDefinition,
   file: OpenedFile,
   tree: Tree,
-  fresh: Written[],
+  fresh: WrittenDefinition[],
   shared: ReturnType<typeof sharedGraphs>,
 ): string | null {
   const names = new Set(shared.keys());
   // What the file says in short stays so: only what the draft has changed is written.
-  const merge = (section: string, key: string, before: Drawn, now: Drawn): Written => {
+  const merge = (section: string, key: string, before: DrawnDefinition, now: DrawnDefinition): WrittenDefinition => {
     const [was, is] = [before, withoutNewPlaces(now, before)].map((one) => byName(writtenDefinition(one), names));
     return [section, key, merged((tree[section] as Record<string, Tree>)[key], was, is) as Tree];
   };
@@ -72,16 +72,16 @@ function patchedText(
   return again && same(meant(again), meant(withoutNewPlaces(draft, opened))) ? text : null;
 }
 
-function withDefinitions(tree: Tree, definitions: Written[]): Tree {
+function withDefinitions(tree: Tree, definitions: WrittenDefinition[]): Tree {
   const made = { ...tree };
   for (const [section, key, definition] of definitions) made[section] = { ...(made[section] as Tree | undefined), [key]: definition };
   return made;
 }
 
 /** The verbs and compositions that a composition is made of, those that parts of parts are too. */
-function partsOf(draft: Drawn): Written[] {
+function partsOf(draft: DrawnDefinition): WrittenDefinition[] {
   if (draft.kind !== "composition") return [];
-  const found = new Map<string, Written>();
+  const found = new Map<string, WrittenDefinition>();
   const add = (parts: Record<string, string>) => {
     for (const name of Object.values(parts)) {
       const part = Object.hasOwn(draft.made_of, name) ? draft.made_of[name] : undefined;
@@ -95,7 +95,7 @@ function partsOf(draft: Drawn): Written[] {
 }
 
 /** Returns the meaning of a draft, without the places of its boxes. */
-function meant(draft: Drawn): unknown {
+function meant(draft: DrawnDefinition): unknown {
   if (draft.kind !== "composition") return definitionOf(draft);
   const { layout: _drawing, ...of } = draft.of;
   return of;
@@ -138,13 +138,13 @@ function isTable(value: unknown): value is Record<string, unknown> {
 }
 
 /** Returns whether the draft says the same as the file. Places count where the file has some. */
-function isUnchanged(draft: Drawn, opened: Drawn): boolean {
-  const said = (one: Drawn) => JSON.stringify(sorted(one.of));
+function isUnchanged(draft: DrawnDefinition, opened: DrawnDefinition): boolean {
+  const said = (one: DrawnDefinition) => JSON.stringify(sorted(one.of));
   return said(opened) === said(withoutNewPlaces(draft, opened));
 }
 
 /** The same definition as the file has it. */
-function drawnIn(text: string, draft: Drawn): Drawn | undefined {
+function drawnIn(text: string, draft: DrawnDefinition): DrawnDefinition | undefined {
   return draftsOf(text).find((one) => one.kind === draft.kind && one.of.name === draft.of.name);
 }
 
@@ -157,7 +157,7 @@ function sorted(value: unknown): unknown {
     .map(([key, of]) => [key, key === "command_lists" ? Object.entries(of as object).map(sorted) : sorted(of)]);
 }
 
-function writtenDefinition(draft: Drawn): Tree {
+function writtenDefinition(draft: DrawnDefinition): Tree {
   const definition: Tree = { ...draft.of };
   delete definition.name;
   return definition;
@@ -197,13 +197,13 @@ function readText(text: string): unknown {
 }
 
 /** Every composition, verb and graph of a file. Errors: what it is instead, in words. */
-export function draftsOf(text: string): Drawn[] {
+export function draftsOf(text: string): DrawnDefinition[] {
   const file = definitionsFile(text);
   const definitions = definitionsOf(text);
   const compositions = Object.entries(file.compositions ?? {}).map(([name, given]) => compositionOf(name, given));
   const parts = [...definitions.filter((one) => one.kind === "verb"), ...compositions.map((of): Part => ({ kind: "composition", of }))];
   const made_of: Record<string, Part> = Object.fromEntries(parts.map((one) => [one.of.name, one]));
-  return [...compositions.map((of): Drawn => ({ kind: "composition", of, made_of })), ...definitions];
+  return [...compositions.map((of): DrawnDefinition => ({ kind: "composition", of, made_of })), ...definitions];
 }
 
 /** Every verb and graph of a file. Errors: as there. */

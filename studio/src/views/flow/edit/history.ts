@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 import { useCallback, useEffect, useReducer } from "react";
-import { type Composed, type Drawn, newVerb } from "./definition";
+import { type ComposedDefinition, type DrawnDefinition, newVerb } from "./definition";
 import { followed, type Placement } from "./placement";
 import { compositionOf, draftOf } from "./reading";
 
@@ -21,7 +21,7 @@ export interface OpenedFile {
 
 /** Work of the editor: the drawing, the file that it came from, and the sources on which its blocks are to run. */
 export interface Work {
-  draft: Drawn;
+  draft: DrawnDefinition;
   file: OpenedFile | null;
   placement?: Placement;
 }
@@ -32,7 +32,13 @@ export interface History {
   future: Work[];
 }
 
-export type Step = { to: Drawn } | { back: true } | { again: true } | { instead: Work } | { placed: Drawn } | { on: Placement };
+export type Step =
+  | { to: DrawnDefinition }
+  | { back: true }
+  | { again: true }
+  | { instead: Work }
+  | { placed: DrawnDefinition }
+  | { on: Placement };
 
 /** A change that changes nothing is none; opening another draft can be taken back as every change. */
 export function stepped(history: History, step: Step): History {
@@ -51,7 +57,7 @@ export function stepped(history: History, step: Step): History {
   return next ? { past: [...past, present], present: next, future: rest } : history;
 }
 
-function changed(work: Work, draft: Drawn): Work {
+function changed(work: Work, draft: DrawnDefinition): Work {
   const next = { ...work, draft };
   return work.placement ? withPlacement(next, followed(work.placement, work.draft, draft)) : next;
 }
@@ -62,7 +68,7 @@ function withPlacement(work: Work, placement: Placement): Work {
   return Object.keys(placement).length === 0 ? rest : { ...rest, placement };
 }
 
-function isSame(one: Drawn, other: Drawn): boolean {
+function isSame(one: DrawnDefinition, other: DrawnDefinition): boolean {
   return one === other || JSON.stringify(one) === JSON.stringify(other);
 }
 
@@ -84,10 +90,10 @@ export function useDraft() {
     file: work.file,
     placement: work.placement ?? NOWHERE,
     placeOn: useCallback((on: Placement) => step({ on }), []),
-    change: useCallback((to: Drawn) => step({ to }), []),
+    change: useCallback((to: DrawnDefinition) => step({ to }), []),
     /** The same with places: no change that could be taken back. */
-    place: useCallback((placed: Drawn) => step({ placed }), []),
-    open: useCallback((draft: Drawn, file: OpenedFile | null = null) => step({ instead: { draft, file } }), []),
+    place: useCallback((placed: DrawnDefinition) => step({ placed }), []),
+    open: useCallback((draft: DrawnDefinition, file: OpenedFile | null = null) => step({ instead: { draft, file } }), []),
     back: history.past.length > 0 ? () => step({ back: true }) : null,
     again: history.future.length > 0 ? () => step({ again: true }) : null,
   };
@@ -120,8 +126,8 @@ function kept(): Work | null {
   const text = keptText();
   if (text === null) return null;
   try {
-    const { file, placement, ...draft } = JSON.parse(text) as Drawn & { file?: OpenedFile | null; placement?: Placement };
-    return withPlacement({ draft: checked(draft as Drawn), file: file ?? null }, placement ?? {});
+    const { file, placement, ...draft } = JSON.parse(text) as DrawnDefinition & { file?: OpenedFile | null; placement?: Placement };
+    return withPlacement({ draft: checked(draft as DrawnDefinition), file: file ?? null }, placement ?? {});
   } catch {
     // By another version of the page, or damaged: it is offered as a file.
     localStorage.setItem(UNREAD, text);
@@ -130,13 +136,13 @@ function kept(): Work | null {
 }
 
 /** A draft that was kept, read as a file is. */
-function checked(draft: Drawn): Drawn {
+function checked(draft: DrawnDefinition): DrawnDefinition {
   if (draft.kind !== "composition") return draftOf(draft.kind, draft.of.name, draft.of);
-  const parts = Object.entries(draft.made_of ?? {}).map(([name, part]): [string, Composed["made_of"][string]] => [
+  const parts = Object.entries(draft.made_of ?? {}).map(([name, part]): [string, ComposedDefinition["made_of"][string]] => [
     name,
     part.kind === "composition"
       ? { kind: "composition", of: compositionOf(name, part.of) }
-      : (draftOf("verb", name, part.of) as Composed["made_of"][string]),
+      : (draftOf("verb", name, part.of) as ComposedDefinition["made_of"][string]),
   ]);
   return { kind: "composition", of: compositionOf(draft.of.name, draft.of), made_of: Object.fromEntries(parts) };
 }

@@ -3,7 +3,7 @@ import { expect, test } from "vitest";
 import { foundChoices } from "../../../design/Choices";
 import type { Draft } from "./definition";
 import type { Face, Item } from "./faces";
-import { type Begun, fitting, offered, questionOf, tried, withOffered } from "./offered";
+import { fitting, offered, questionOf, tried, type WireStart, withOffered } from "./offered";
 import { draftOf } from "./reading";
 
 const item = (name: string, kind: Item["kind"], type_text = "double", unit = ""): Item => ({
@@ -24,7 +24,7 @@ const faces = new Map(
   ].map((one) => [one.name, one]),
 );
 const draft = draftOf("graph", "g", { blocks: { a: "library.angle", new: "library.gain" }, outputs: { z: "new.y", free: [] } });
-const from: Begun = { box: "a", port: "q_out", side: "output" };
+const from: WireStart = { box: "a", port: "q_out", side: "output" };
 const at = tried(draft, faces, []);
 /** Answer of the system: ports of one type fit. */
 const answered = Object.keys(at.draft.of.blocks).flatMap((block) =>

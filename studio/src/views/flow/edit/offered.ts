@@ -10,29 +10,29 @@ import { boundaryOf, placeOf, portOf } from "./drawn";
 import { type Faces, type Item, inner, itemsOf, modeText, sideOf } from "./faces";
 
 /** A port as `compatible` names it, and why it cannot be the other end; null: it can. */
-export interface Answered {
+export interface PortAnswer {
   block: string;
   port: string;
   reason: string | null;
 }
 
 /** Beginning of the wire. */
-export type Begun = End & { side: PortSide };
+export type WireStart = End & { side: PortSide };
 
-export type Offered = { key: string; text: string; about: string } & (
+export type WireOffer = { key: string; text: string; about: string } & (
   | { kind: "block"; use: BlockUse; name: string; port: string }
   | { kind: "port"; block: string; port: string }
   | { kind: "boundary"; set: SetKind; name: string }
 );
 
 /** A draft beside which one of each block stands, to ask which ports fit; what each label there is. */
-export interface Tried {
+export interface TriedDraft {
   draft: Draft;
   uses: Map<string, { use: BlockUse; name: string }>;
 }
 
-export function tried(draft: Draft, faces: Faces, graphs: Iterable<Graph>): Tried {
-  const uses: Tried["uses"] = new Map();
+export function tried(draft: Draft, faces: Faces, graphs: Iterable<Graph>): TriedDraft {
+  const uses: TriedDraft["uses"] = new Map();
   const taken = new Set(Object.keys(draft.of.blocks));
   const add = (use: BlockUse, name: string) => {
     const label = change.freeName("new", taken);
@@ -46,14 +46,14 @@ export function tried(draft: Draft, faces: Faces, graphs: Iterable<Graph>): Trie
 }
 
 /** Returns the question to the system; null: no port is there to ask with, and what fits is known here. */
-export function questionOf(draft: Draft, from: Begun, at: Tried): Record<string, unknown> | null {
+export function questionOf(draft: Draft, from: WireStart, at: TriedDraft): Record<string, unknown> | null {
   const boundary = boundaryOf(draft, from.box);
   if (boundary && (draft.kind === "verb" || boundary.ports.length === 0)) return null;
   return { [draft.kind]: definitionOf(at.draft), from: placeOf(draft, from) };
 }
 
 /** Returns what fits without a question: a boundary that binds nothing takes any port, one of a verb those of the type of its ports. */
-export function fitting(draft: Draft, from: Begun, at: Tried, faces: Faces): Answered[] {
+export function fitting(draft: Draft, from: WireStart, at: TriedDraft, faces: Faces): PortAnswer[] {
   const bound = boundaryOf(draft, from.box)
     ?.ports.map((port) => inner(draft.of, port, faces))
     .find((item) => item !== undefined);
@@ -66,7 +66,7 @@ export function fitting(draft: Draft, from: Begun, at: Tried, faces: Faces): Ans
 }
 
 /** Returns the offers, the best first: of the same unit and type, then as the components stand; ports that are there, the outside. */
-export function offered(draft: Draft, from: Begun, at: Tried, answered: Answered[], faces: Faces): Offered[] {
+export function offered(draft: Draft, from: WireStart, at: TriedDraft, answered: PortAnswer[], faces: Faces): WireOffer[] {
   const begun = inner(draft.of, `${from.box}.${from.port}`, faces);
   const likeness = (item: Item | undefined) =>
     begun && item ? Number(begun.unit !== "" && begun.unit === item.unit) * 2 + Number(begun.type_text === item.type_text) : 0;
@@ -99,7 +99,7 @@ export function offered(draft: Draft, from: Begun, at: Tried, answered: Answered
 }
 
 /** A port of the whole, made for the wire. */
-function outside(draft: Draft, from: Begun): Offered[] {
+function outside(draft: Draft, from: WireStart): WireOffer[] {
   if (boundaryOf(draft, from.box)) return [];
   const name = from.port.replaceAll(".", "_");
   if (draft.kind === "verb")
@@ -111,10 +111,16 @@ function outside(draft: Draft, from: Begun): Offered[] {
 }
 
 /** The draft with what was chosen, wired; and the box that it is. */
-export function withOffered(draft: Draft, from: Begun, offer: Offered, at: Place, faces: Faces): { draft: Draft; box: string } | null {
+export function withOffered(
+  draft: Draft,
+  from: WireStart,
+  offer: WireOffer,
+  at: Place,
+  faces: Faces,
+): { draft: Draft; box: string } | null {
   const begun = portOf(draft, from);
   if (begun === undefined) return null;
-  const wired = (next: Draft, end: string | change.Named) =>
+  const wired = (next: Draft, end: string | change.NamedSet) =>
     from.side === "output" ? change.connect(next, begun, end, faces) : change.connect(next, end, begun, faces);
   if (offer.kind === "port") return { draft: wired(draft, `${offer.block}.${offer.port}`), box: offer.block };
   if (offer.kind === "block") {

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 // On which sources blocks of a draft run. That is of the system, not of the definition: it is kept beside the draft, and in no file.
-import type { Draft, Drawn } from "./definition";
+import type { Draft, DrawnDefinition } from "./definition";
 import { renamedKey } from "./nested";
 
 /** Label, in a graph within `outer.inner`, → interrupt source. */
 export type Placement = Readonly<Record<string, string>>;
 
 /** The placement after a change of the draft: what names a block that has another label follows, what names none is gone. */
-export function followed(placement: Placement, before: Drawn, next: Drawn): Placement {
+export function followed(placement: Placement, before: DrawnDefinition, next: DrawnDefinition): Placement {
   if (before.kind === "composition" || next.kind === "composition" || Object.keys(placement).length === 0) return placement;
   const renamed = renamedKey(before.of.blocks, next.of.blocks);
   const lines = Object.entries(placement).flatMap(([label, source]) => {

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 // Graphs of a file that definitions of it name: what is drawn has them within, what is saved names them again.
-import type { BlockUse, Drawn, Graph } from "./definition";
+import type { BlockUse, DrawnDefinition, Graph } from "./definition";
 import { same } from "./toml";
 
 type Tree = Record<string, unknown>;
 
 /** A graph that the file defines, as it was and as the draft has it. */
-interface Shared {
+interface SharedGraph {
   was: Graph;
   is: Graph;
 }
@@ -15,8 +15,13 @@ interface Shared {
  * The graphs of the file that the saved definition names, rather than having them within: those that it named before, or has as the file
  * has them. A graph of which the draft has two versions under one name is none of them.
  */
-export function sharedGraphs(draft: Drawn, opened: Drawn | undefined, tree: Tree, graphs: ReadonlyMap<string, Graph>): Map<string, Shared> {
-  const shared = new Map<string, Shared>();
+export function sharedGraphs(
+  draft: DrawnDefinition,
+  opened: DrawnDefinition | undefined,
+  tree: Tree,
+  graphs: ReadonlyMap<string, Graph>,
+): Map<string, SharedGraph> {
+  const shared = new Map<string, SharedGraph>();
   if (draft.kind === "composition") return shared;
   const before = namedIn(opened && ((tree[`${opened.kind}s`] as Tree | undefined)?.[opened.of.name] as Tree | undefined), tree);
   for (const [name, uses] of usesOf(draft.of.blocks)) {
@@ -43,7 +48,7 @@ export function byName(definition: Tree, names: ReadonlySet<string>): Tree {
 }
 
 /** The draft without the places that it got because what was opened has none, of graphs within too. */
-export function withoutNewPlaces<D extends Drawn>(draft: D, opened: Drawn): D {
+export function withoutNewPlaces<D extends DrawnDefinition>(draft: D, opened: DrawnDefinition): D {
   if (draft.kind === "composition") {
     return Object.keys(opened.of.layout).length > 0 ? draft : { ...draft, of: { ...draft.of, layout: {} } };
   }

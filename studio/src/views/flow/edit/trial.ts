@@ -6,7 +6,7 @@ import { type Draft, definitionOf, type Graph } from "./definition";
 import { type Faces, inner } from "./faces";
 import type { Placement } from "./placement";
 
-export interface Wanted {
+export interface TrialRequest {
   every_ns: number;
   /** `rtp0.fast`. */
   source: string;
@@ -55,8 +55,8 @@ export function verbAround(graph: Graph, every_ns: number): Record<string, unkno
   };
 }
 
-/** Installs a graph and starts it. Errors: `Refused`; definition and SVVs stay then, an instance that was not started does not. */
-export async function begin(control: Control, draft: Draft & { kind: "graph" }, faces: Faces, wanted: Wanted): Promise<Trial> {
+/** Installs a graph and starts it. Errors: `RefusalError`; definition and SVVs stay then, an instance that was not started does not. */
+export async function begin(control: Control, draft: Draft & { kind: "graph" }, faces: Faces, wanted: TrialRequest): Promise<Trial> {
   const graph = draft.of;
   const pressed = control.pressed();
   const there = new Set((await control.look("names", {})).svvs);

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Texts that a person writes into the fields of the editor.
 import type { Value } from "../../../control/shapes";
-import { durationNs, type Read } from "../../../design/quantities";
+import { durationNs, type ReadResult } from "../../../design/quantities";
 import type { Bound } from "./definition";
 
 /** The names in a text: "near.done, near.lost". */
@@ -45,14 +45,14 @@ export function constantText(value: Value | undefined): string {
 }
 
 /** Reads a person's text as an interval, ns; null: none. */
-export function everyOf(text: string): Read<number | null> {
+export function everyOf(text: string): ReadResult<number | null> {
   if (text === "") return { value: null };
   const read = durationNs(text);
   return read.wrong !== undefined || read.value > 0 ? read : { wrong: `'${text}' is no interval: it must be more than 0` };
 }
 
 /** The range of an input parameter: two numbers, or parameters of objects: "0, arm.max_speed". Nothing is no range. */
-export function withinOf(text: string): Read<[Bound, Bound] | null> {
+export function withinOf(text: string): ReadResult<[Bound, Bound] | null> {
   if (text === "") return { value: null };
   const ends = text.split(/[\s,]+/).filter(Boolean);
   const [low, high] = ends.map((end): Bound => (Number.isFinite(Number(end)) ? Number(end) : end));

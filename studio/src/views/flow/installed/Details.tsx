@@ -4,11 +4,11 @@ import { period, valueText } from "../../../design/numbers";
 import { Panel } from "../../../design/parts";
 import { LiveValue } from "../../../live/LiveValue";
 import { addressOf } from "../../../shell/route";
-import type { Chosen } from "../drawing/drawing";
+import type { Selection } from "../drawing/drawing";
 import { type Drawing, portText, type Wire } from "../drawing/drawing";
 
 /** Details of what is chosen in the drawing. */
-export function Details(props: { drawing: Drawing; chosen: Chosen; instances: InstalledInstance[] }) {
+export function Details(props: { drawing: Drawing; chosen: Selection; instances: InstalledInstance[] }) {
   const { chosen, drawing, instances } = props;
   const wire = chosen?.kind === "wire" ? drawing.wires.find((one) => one.id === chosen.id) : undefined;
   const box = chosen?.kind === "box" ? drawing.boxes.find((one) => one.id === chosen.id) : undefined;

@@ -5,9 +5,9 @@ import type { InstalledInstance } from "../../../control/shapes";
 import { Empty, Refusals } from "../../../design/parts";
 import { useControl, useTopic, useWatched } from "../../../shell/context";
 import { Canvas } from "../drawing/Canvas";
-import type { Chosen, Drawing, Place } from "../drawing/drawing";
+import type { Drawing, Place, Selection } from "../drawing/drawing";
 import { arrange, arrangeIn } from "../drawing/layout";
-import type { Grouped, Region } from "../drawing/regions";
+import type { GroupedDrawing, Region } from "../drawing/regions";
 import { sourceColour } from "../drawing/sources";
 import { Details } from "./Details";
 import { drawn, graphsOf } from "./drawn";
@@ -23,7 +23,7 @@ export function Installed() {
   const trouble = useWatched(control.topics.installed.trouble);
   const [said, setSaid] = useState<ReadonlySet<string> | null>(null);
   const [opened, setOpened] = useState<ReadonlySet<string>>(new Set());
-  const [chosen, setChosen] = useState<Chosen>(null);
+  const [chosen, setChosen] = useState<Selection>(null);
   const instances = useMemo(() => (installed?.instances ?? []).filter((one) => one.state !== "deleted").map(inOwnUnits), [installed]);
   const toggle = useCallback((box: string) => setOpened((before) => toggled(before, box)), []);
   const first = useFirst(instances);
@@ -197,7 +197,7 @@ const GROUPINGS = [
 /** The region of SVVs and channels that belong to none. */
 const SHARED = "shared";
 
-interface Arranged {
+interface ArrangedDrawing {
   drawing: Drawing;
   places: ReadonlyMap<string, Place>;
   regions?: Region[];
@@ -205,7 +205,7 @@ interface Arranged {
 }
 
 /** Places with those of boxes that somebody has moved, for as long as the same boxes are drawn. */
-function useMoved(arranged: Arranged | null): { places: ReadonlyMap<string, Place>; move: (box: string, to: Place) => void } {
+function useMoved(arranged: ArrangedDrawing | null): { places: ReadonlyMap<string, Place>; move: (box: string, to: Place) => void } {
   const [moved, setMoved] = useState<{ of: string; to: ReadonlyMap<string, Place> }>({ of: "", to: new Map() });
   const of = arranged?.of ?? "";
   const move = useCallback(
@@ -217,8 +217,8 @@ function useMoved(arranged: Arranged | null): { places: ReadonlyMap<string, Plac
 }
 
 /** The drawing with places for its boxes, in regions where that is wanted; null until they are known. */
-function useArranged(drawing: Drawing, grouping: Grouping): Arranged | null {
-  const [arranged, setArranged] = useState<Arranged | null>(null);
+function useArranged(drawing: Drawing, grouping: Grouping): ArrangedDrawing | null {
+  const [arranged, setArranged] = useState<ArrangedDrawing | null>(null);
   useEffect(() => {
     let over = false;
     const of = `${grouping}\n${drawing.boxes.map((box) => box.id).join("\n")}`;
@@ -233,7 +233,7 @@ function useArranged(drawing: Drawing, grouping: Grouping): Arranged | null {
   return arranged;
 }
 
-async function inRegions(drawing: Drawing, grouping: Grouping): Promise<Grouped | null> {
+async function inRegions(drawing: Drawing, grouping: Grouping): Promise<GroupedDrawing | null> {
   if (grouping === null) return null;
   if (grouping === "instance") return await arrangeIn(drawing, (box) => instanceOf(drawing, box.id) ?? SHARED);
   const laid = await arrangeIn(drawing, (box) => box.source ?? SHARED);

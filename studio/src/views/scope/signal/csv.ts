@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-import { type Exported, missingText, rows, secondsText } from "./table";
+import { type ExportedChannel, missingText, rows, secondsText } from "./table";
 
 /** Rows that are put together to one part of the file. */
 const PART_ROWS = 4096;
@@ -8,7 +8,7 @@ const PART_ROWS = 4096;
  * The values as CSV, in parts: `time_s`, then a column for each component, empty where its channel has no value at that time. Numbers have
  * all their digits. What is missing stands in front, in lines that begin with `#` (pandas: `comment="#"`).
  */
-export function* csv(channels: readonly Exported[], from_ns: number, to_ns: number): Generator<string> {
+export function* csv(channels: readonly ExportedChannel[], from_ns: number, to_ns: number): Generator<string> {
   const missing = missingText(channels, from_ns, to_ns);
   yield [...missing.map((line) => `# ${line}`), heading(channels), ""].join("\n");
   let lines: string[] = [];
@@ -28,7 +28,7 @@ export function* csv(channels: readonly Exported[], from_ns: number, to_ns: numb
   if (lines.length > 0) yield `${lines.join("\n")}\n`;
 }
 
-function heading(channels: readonly Exported[]): string {
+function heading(channels: readonly ExportedChannel[]): string {
   const names = channels.flatMap(({ name, unit, components }) =>
     components.map((component) => `${name}${component.name}${unit ? ` (${unit})` : ""}`),
   );

@@ -34,7 +34,7 @@ export function difference(one: Series, other: Series): Series {
 /** Computes values from several series, at the times of the first, with the values that the others have then. Unknown in the gaps of any. */
 export function combined(of: readonly Series[], value: (of: readonly number[]) => number): Series {
   const [one = [], ...others] = of;
-  const held = others.map((other) => new Held(other));
+  const held = others.map((other) => new HeldValue(other));
   const values_then: number[] = Array.from({ length: of.length }, () => Number.NaN);
   const made: Series = [];
   for (const piece of one) {
@@ -70,7 +70,7 @@ function pieceOf(times: number[], values: number[], broken: boolean): Piece {
 }
 
 // The value that a series has at times that only grow.
-class Held {
+class HeldValue {
   readonly #series: Series;
   #piece = 0;
   #next: number;

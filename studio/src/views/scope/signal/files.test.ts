@@ -8,9 +8,9 @@ import { csv } from "./csv";
 import { runOf } from "./frames.testing";
 import { mcap } from "./mcap";
 import { Ring } from "./ring";
-import { type Exported, secondsText } from "./table";
+import { type ExportedChannel, secondsText } from "./table";
 
-function channels(): Exported[] {
+function channels(): ExportedChannel[] {
   const fast = new Ring(1, 1e15, 1e6);
   fast.take(runOf([1_000_000_001, 1_001_000_000, 1_005_000_000], [0.1, 1 / 3, 5], [1, 2, 6], 3));
   const slow = new Ring(2, 1e15, 1e6);

@@ -2,7 +2,7 @@
 import { McapWriter } from "@mcap/core";
 import { truthValues } from "./components";
 import { missingIn } from "./series";
-import { type Exported, missingText, rows } from "./table";
+import { type ExportedChannel, missingText, rows } from "./table";
 
 /** A message of a channel: what Foxglove and PlotJuggler draw as `NAME.value`. */
 interface Message {
@@ -15,7 +15,7 @@ interface Message {
  * The metadata `missing` names the values that are missing. `gpac.open_recording` reads the file, as it reads a recording.
  */
 export async function mcap(
-  channels: readonly Exported[],
+  channels: readonly ExportedChannel[],
   from_ns: number,
   to_ns: number,
   system: string,
@@ -42,7 +42,7 @@ export async function mcap(
   });
   const encoder = new TextEncoder();
   for (const { channel, time_ns, at } of messages) {
-    const of = channels[channel] as Exported;
+    const of = channels[channel] as ExportedChannel;
     const time = BigInt(time_ns);
     const data = encoder.encode(JSON.stringify(messageOf(of, at)));
     await writer.addMessage({
@@ -69,14 +69,14 @@ function aboutOf(system: string, begins_ns: number): Map<string, string> {
 }
 
 /** Number of lost values by channel, of channels that lost any. */
-function lostOf(channels: readonly Exported[], from_ns: number, to_ns: number): Map<string, string> {
+function lostOf(channels: readonly ExportedChannel[], from_ns: number, to_ns: number): Map<string, string> {
   const counts = channels.map(
     ({ name, ring }) => [name, missingIn(ring, from_ns, to_ns).reduce((sum, { lost }) => sum + lost, 0)] as const,
   );
   return new Map(counts.filter(([, lost]) => lost > 0).map(([name, lost]) => [name, String(lost)]));
 }
 
-async function register(writer: McapWriter, { name, type_text, unit }: Exported, system: string): Promise<number> {
+async function register(writer: McapWriter, { name, type_text, unit }: ExportedChannel, system: string): Promise<number> {
   const schema = {
     type: "object",
     properties: { value: { description: `${type_text}${unit ? ` in ${unit}` : ""}` }, number: { type: "integer" } },
@@ -92,7 +92,7 @@ async function register(writer: McapWriter, { name, type_text, unit }: Exported,
   return writer.registerChannel({ topic: name, schemaId, messageEncoding: "json", metadata });
 }
 
-function messageOf({ ring, all, type_text }: Exported, at: number): Message {
+function messageOf({ ring, all, type_text }: ExportedChannel, at: number): Message {
   const number = ring.number(at);
   if (all.length === 1 && all[0] === "") {
     const value = ring.value(at, 0);

@@ -4,7 +4,7 @@ import type { Ring } from "./ring";
 import { missingIn } from "./series";
 
 /** A channel to be exported, with the components of it that were chosen. */
-export interface Exported {
+export interface ExportedChannel {
   name: string;
   type_text: string;
   unit: string | null;
@@ -18,19 +18,19 @@ export interface Exported {
 export type Row = (time_ns: number, indices: (number | null)[]) => void;
 
 /** Goes through the values of all channels in order of time; values of several channels with one time are one row. */
-export function rows(channels: readonly Exported[], from_ns: number, to_ns: number, row: Row): void {
+export function rows(channels: readonly ExportedChannel[], from_ns: number, to_ns: number, row: Row): void {
   const next = channels.map(({ ring }) => ring.indexAt(from_ns));
   const indices: (number | null)[] = channels.map(() => null);
   for (;;) {
     let time_ns = Number.POSITIVE_INFINITY;
     for (let i = 0; i < channels.length; i += 1) {
-      const ring = (channels[i] as Exported).ring;
+      const ring = (channels[i] as ExportedChannel).ring;
       const at = next[i] as number;
       if (at < ring.end) time_ns = Math.min(time_ns, ring.time_ns(at));
     }
     if (time_ns > to_ns || time_ns === Number.POSITIVE_INFINITY) return;
     for (let i = 0; i < channels.length; i += 1) {
-      const ring = (channels[i] as Exported).ring;
+      const ring = (channels[i] as ExportedChannel).ring;
       const at = next[i] as number;
       const has = at < ring.end && ring.time_ns(at) === time_ns;
       indices[i] = has ? at : null;
@@ -41,7 +41,7 @@ export function rows(channels: readonly Exported[], from_ns: number, to_ns: numb
 }
 
 /** In words what is missing between two times: one line for each place. */
-export function missingText(channels: readonly Exported[], from_ns: number, to_ns: number): string[] {
+export function missingText(channels: readonly ExportedChannel[], from_ns: number, to_ns: number): string[] {
   return channels.flatMap(({ name, ring }) =>
     missingIn(ring, from_ns, to_ns).map(({ from_ns: start, to_ns: stop, lost, skipped }) => {
       const until = Number.isFinite(stop) ? ` and before ${secondsText(stop)} s` : "";

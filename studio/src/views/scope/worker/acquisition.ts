@@ -8,7 +8,7 @@ import { Ring } from "../signal/ring";
 import { Sweep, type SweepMode } from "../signal/sweep";
 import { EdgeFinder } from "../signal/trigger";
 
-export interface Kept {
+export interface KeptChannel {
   about: StreamChannel;
   ring: Ring;
   components: string[];
@@ -36,7 +36,7 @@ const BYTES_MAX = 512 * 2 ** 20;
 
 /** Acquisition from the stream: kept channel by channel, counted, and searched for the trigger. */
 export class Acquisition {
-  readonly channels = new Map<string, Kept>();
+  readonly channels = new Map<string, KeptChannel>();
   sweep = new Sweep("roll", 5e9, 0);
   hold = false;
   /** Of what came from a recording: sums over all values of the span, also of those that did not come; by channel and component. */
@@ -181,7 +181,7 @@ export class Acquisition {
     if (this.#finder?.rule.channel === name) this.#search(kept, from);
   }
 
-  #search({ ring, components }: Kept, from: number): void {
+  #search({ ring, components }: KeptChannel, from: number): void {
     const finder = this.#finder;
     const component = components.indexOf(finder?.rule.component ?? "");
     if (!finder || component < 0) return;

@@ -7,7 +7,7 @@ import type { Missing } from "../signal/series";
 export type Canvas = OffscreenCanvasRenderingContext2D;
 
 /** Where a scale lies on the screen: `lo` at `bottom`, `hi` at `top`. */
-export interface Placed extends Range {
+export interface PlacedScale extends Range {
   top: number;
   bottom: number;
 }
@@ -23,7 +23,7 @@ export interface Pen {
 /** Where fewer values than this lie on a pixel, each is also drawn as a point. */
 const POINTS_BELOW = 1 / 8;
 
-export function drawLine(canvas: Canvas, points: Points, on: Placed, pen: Pen, width: number): void {
+export function drawLine(canvas: Canvas, points: Points, on: PlacedScale, pen: Pen, width: number): void {
   const scale = (on.top - on.bottom) / (on.hi - on.lo);
   const y = (value: number) => on.bottom + (value - on.lo) * scale;
   canvas.save();

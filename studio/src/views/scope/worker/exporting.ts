@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 import type { FromWorker, ShownTrace, ToWorker } from "../messages";
 import { csv } from "../signal/csv";
-import type { Exported } from "../signal/table";
+import type { ExportedChannel } from "../signal/table";
 import type { Acquisition } from "./acquisition";
 
-type Asked = Extract<ToWorker, { kind: "export" }>;
+type ExportRequest = Extract<ToWorker, { kind: "export" }>;
 
 /** Makes the file: of CSV what is on the screen, component by component; of MCAP whole channels. Derived traces are not in it. */
-export async function exported(acquisition: Acquisition, traces: readonly ShownTrace[], asked: Asked): Promise<FromWorker> {
+export async function exported(acquisition: Acquisition, traces: readonly ShownTrace[], asked: ExportRequest): Promise<FromWorker> {
   const channels = chosen(acquisition, traces);
   if (channels.length === 0) throw new Error("there is nothing to export: no trace has values");
   const parts = asked.format === "csv" ? [...csv(channels, asked.from_ns, asked.to_ns)] : await mcapParts(channels, asked);
@@ -16,13 +16,13 @@ export async function exported(acquisition: Acquisition, traces: readonly ShownT
 }
 
 // Loaded when it is first asked for.
-async function mcapParts(channels: Exported[], asked: Asked): Promise<Uint8Array<ArrayBuffer>[]> {
+async function mcapParts(channels: ExportedChannel[], asked: ExportRequest): Promise<Uint8Array<ArrayBuffer>[]> {
   const { mcap } = await import("../signal/mcap");
   return mcap(channels, asked.from_ns, asked.to_ns, asked.system);
 }
 
-function chosen(acquisition: Acquisition, traces: readonly ShownTrace[]): Exported[] {
-  const made = new Map<string, Exported>();
+function chosen(acquisition: Acquisition, traces: readonly ShownTrace[]): ExportedChannel[] {
+  const made = new Map<string, ExportedChannel>();
   for (const { setup } of traces) {
     const kept = acquisition.channels.get(setup.channel);
     const index = kept ? kept.components.indexOf(setup.component ?? "") : -1;

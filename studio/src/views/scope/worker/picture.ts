@@ -9,7 +9,7 @@ import type { SpectrumSetup } from "../signal/spectrum";
 import type { Span } from "../signal/sweep";
 import { timeUnit } from "../signal/ticks";
 import { type Acquisition, sumsKey } from "./acquisition";
-import { type Canvas, drawLine, drawMissing, extent, type Placed } from "./draw";
+import { type Canvas, drawLine, drawMissing, extent, type PlacedScale } from "./draw";
 import { placed } from "./placing";
 import { type Scales, scaleKey } from "./scales";
 import { type Spectra, spectraOf } from "./spectral";
@@ -137,7 +137,7 @@ export class Picture {
   }
 }
 
-function stroke(canvas: Canvas, { trace, points, earlier, on }: Line & { on: Placed }, show: Show, more?: () => void): void {
+function stroke(canvas: Canvas, { trace, points, earlier, on }: Line & { on: PlacedScale }, show: Show, more?: () => void): void {
   canvas.save();
   canvas.beginPath();
   canvas.rect(0, on.top, show.width, on.bottom - on.top);
@@ -159,7 +159,7 @@ function sizes(show: Show): { width: number; height: number; ratio: number } {
   return { width: show.width, height: show.height, ratio: show.ratio };
 }
 
-function lane(canvas: Canvas, trace: ShownTrace, on: Placed, i: number, show: Show): void {
+function lane(canvas: Canvas, trace: ShownTrace, on: PlacedScale, i: number, show: Show): void {
   canvas.save();
   canvas.font = show.font;
   canvas.textBaseline = "top";
@@ -182,7 +182,7 @@ function lane(canvas: Canvas, trace: ShownTrace, on: Placed, i: number, show: Sh
   canvas.restore();
 }
 
-function marker(canvas: Canvas, { setup, colour }: ShownTrace, on: Placed, show: Show): void {
+function marker(canvas: Canvas, { setup, colour }: ShownTrace, on: PlacedScale, show: Show): void {
   const { marker: at, ratio } = show;
   if (!at || setup.derive || setup.channel !== at.channel || (setup.component ?? "") !== at.component) return;
   const y = on.bottom + ((at.level - on.lo) / (on.hi - on.lo)) * (on.top - on.bottom);

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 import type { Show, ShownTrace } from "../messages";
 import type { Range } from "../signal/ranges";
-import type { Placed } from "./draw";
+import type { PlacedScale } from "./draw";
 
 /** Where a line lies in the picture: in the plot of its trace; of lanes, in the `i`th of so many. */
-export function placed(range: Range, i: number, of: number, trace: ShownTrace, show: Show): Placed {
+export function placed(range: Range, i: number, of: number, trace: ShownTrace, show: Show): PlacedScale {
   if (show.scales !== "lanes") {
     const band = show.plots.find(({ plot }) => plot === (trace.setup.plot ?? 0));
     return { ...range, top: band?.top ?? 0, bottom: band ? band.top + band.height : show.height };

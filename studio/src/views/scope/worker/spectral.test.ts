@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 import { expect, test } from "vitest";
-import { Watched } from "../../../control/watched";
+import { WatchedValue } from "../../../control/watched";
 import { overFrequency } from "../gestures";
 import type { Row, Show, ShownTrace } from "../messages";
 import { EMPTY, type Setup } from "../setup";
@@ -82,8 +82,8 @@ test("the drawing for documents has the line, what lies behind it, and an axis i
 });
 
 test("frequencies are zoomed about a place, moved, and shown whole again", () => {
-  const setup = new Watched<Setup>({ ...EMPTY, spectrum: { window: "hann", amount: "amplitude", to_hz: null } });
-  const rows = new Watched<Row[]>([{ spectrum: { count: 1, held: 0, rate_hz: 1000, peak: null } } as Row]);
+  const setup = new WatchedValue<Setup>({ ...EMPTY, spectrum: { window: "hann", amount: "amplitude", to_hz: null } });
+  const rows = new WatchedValue<Row[]>([{ spectrum: { count: 1, held: 0, rate_hz: 1000, peak: null } } as Row]);
   const scope = {
     setup,
     rows,

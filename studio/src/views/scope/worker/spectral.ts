@@ -25,16 +25,16 @@ export interface Spectra {
   behind: ReadonlyMap<string, RowSpectrum>;
 }
 
-type Shown = Show & { spectrum: SpectrumSetup };
+type SpectrumRequest = Show & { spectrum: SpectrumSetup };
 
-interface Found {
+interface FoundSpectrum {
   spectrum: Spectrum;
   rate_hz: number;
   peak: Peak | null;
 }
 
 /** The spectrum of each trace over the span, and over the same times of what lies behind it. */
-export function spectraOf(show: Shown, of: Store, behind: Behind | null, span: Span, ranges: Ranges): Spectra {
+export function spectraOf(show: SpectrumRequest, of: Store, behind: Behind | null, span: Span, ranges: Ranges): Spectra {
   const shift = (behind?.origin_ns ?? 0) - span.origin_ns;
   const found = show.traces.flatMap((trace) => {
     const own = spectrumAt(show, of, trace, span.from_ns, span.to_ns);
@@ -45,7 +45,7 @@ export function spectraOf(show: Shown, of: Store, behind: Behind | null, span: S
   const rates = found.flatMap(({ own, earlier }) => [own?.rate_hz ?? 0, earlier?.rate_hz ?? 0]);
   const hi = to_hz ?? Math.max(HIGHEST_MIN, ...rates.map((rate_hz) => rate_hz / 2));
   const x = { lo: from_hz < hi ? from_hz : 0, hi };
-  const points = (one: Found | null) => decimate(one ? overFrequency(one, x) : [], x.lo, x.hi, show.width);
+  const points = (one: FoundSpectrum | null) => decimate(one ? overFrequency(one, x) : [], x.lo, x.hi, show.width);
   const lines = found
     .filter(({ trace }) => !trace.setup.hidden)
     .map(({ trace, own, earlier }): Line => ({ trace, points: points(own), earlier: earlier && points(earlier) }));
@@ -64,19 +64,19 @@ export function spectraOf(show: Shown, of: Store, behind: Behind | null, span: S
   };
 }
 
-function spectrumAt(show: Shown, of: Store, { setup }: ShownTrace, from_ns: number, to_ns: number): Found | null {
+function spectrumAt(show: SpectrumRequest, of: Store, { setup }: ShownTrace, from_ns: number, to_ns: number): FoundSpectrum | null {
   const values = regular(traceSeries(of, setup, from_ns, to_ns), from_ns, to_ns);
   if (!values) return null;
   const spectrum = spectrumOf(values, show.spectrum);
   return { spectrum, rate_hz: 1 / values.step_s, peak: peakOf(spectrum, show.spectrum.to_hz, show.spectrum.from_hz) };
 }
 
-function rowOf({ spectrum, rate_hz, peak }: Found): RowSpectrum {
+function rowOf({ spectrum, rate_hz, peak }: FoundSpectrum): RowSpectrum {
   return { count: spectrum.count, held: spectrum.held, rate_hz, peak };
 }
 
 /** Frequencies in the place of times: those that are shown, one more on each side, and the strongest one where it lies between two. */
-function overFrequency({ spectrum: { step_hz, values }, peak }: Found, { lo, hi }: Range): Series {
+function overFrequency({ spectrum: { step_hz, values }, peak }: FoundSpectrum, { lo, hi }: Range): Series {
   const from = Math.max(0, Math.floor(lo / step_hz));
   const to = Math.min(values.length, Math.ceil(hi / step_hz) + 1);
   const hz = Array.from({ length: Math.max(0, to - from) }, (_, k) => (from + k) * step_hz);
@@ -90,7 +90,7 @@ function overFrequency({ spectrum: { step_hz, values }, peak }: Found, { lo, hi 
   return [{ times_ns: Float64Array.from(hz), values: Float64Array.from(shown), from: 0, to: hz.length, broken: false }];
 }
 
-function rangesOf(lines: readonly Line[], show: Shown, ranges: Ranges): Record<string, Range> {
+function rangesOf(lines: readonly Line[], show: SpectrumRequest, ranges: Ranges): Record<string, Range> {
   const found = new Map<string, { low: number; high: number; fixed: [number, number] | null }>();
   for (const { trace, points, earlier } of lines) {
     const key = scaleKey(trace, show);

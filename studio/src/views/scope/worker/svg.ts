@@ -5,7 +5,7 @@ import type { Points } from "../signal/decimate";
 import { labelsOf, rangeText } from "../signal/labels";
 import type { Range } from "../signal/ranges";
 import { stepOf, ticks } from "../signal/ticks";
-import type { Placed } from "./draw";
+import type { PlacedScale } from "./draw";
 
 const [LEFT, RIGHT, TOP, BOTTOM, LEGEND] = [70, 16, 12, 44, 18];
 /** Characters of a label. */
@@ -21,7 +21,7 @@ export interface Line {
 
 /** A trace with its place on the screen, and which scale it has. */
 export interface PlacedLine extends Line {
-  on: Placed;
+  on: PlacedScale;
   key: string;
 }
 

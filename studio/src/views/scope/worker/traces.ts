@@ -4,7 +4,7 @@ import type { TraceSetup } from "../setup";
 import { combined, derivative, difference } from "../signal/derived";
 import { type Formula, formula } from "../signal/formula";
 import { type Missing, missingIn, type Series, seriesOf } from "../signal/series";
-import type { Acquisition, Kept } from "./acquisition";
+import type { Acquisition, KeptChannel } from "./acquisition";
 
 /** Where values of traces come from: what is kept now, or a reference. */
 export interface Store {
@@ -104,7 +104,7 @@ export class Reference implements Behind {
 
 /** Where values of the shown channels are missing: each place once, with all that is missing there. */
 export function missingOf(acquisition: Acquisition, traces: readonly ShownTrace[], from_ns: number, to_ns: number): Missing[] {
-  const channels = new Set<Kept>();
+  const channels = new Set<KeptChannel>();
   for (const { setup } of traces) {
     const kept = acquisition.channels.get(setup.channel);
     if (kept) channels.add(kept);
