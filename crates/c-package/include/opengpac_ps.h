@@ -115,7 +115,7 @@ void opengpac_close(opengpac_system *system);
  *       Returns all that is wrong with a graph or a verb, as `check_definition` does, and what installing it
  *       would refuse whatever it is given: constants, defaults, members of objects, second writers in a list.
  *       Nothing is entered.
- *   compatible(from, [to], ...drawing) -> Wired
+ *   compatible(from, [to], ...drawing) -> PortVerdicts
  *       Returns why two ports of a graph or a verb cannot be wired, or null; without `to`, why each other one
  *       cannot.
  *   define_device_type(...device_type)
@@ -128,11 +128,11 @@ void opengpac_close(opengpac_system *system);
  *       Deletes an SVV that nothing is bound to.
  *   library() -> list of Interface
  *       Returns every block: of the library, of code modules.
- *   fuse([on]) -> Fused
+ *   fuse([on]) -> FusedBlocks
  *       Fuses blocks in C that are always due together, for a second; with groups `waiting` it is to be
  *       called again. Returns what is fused.
  *         on: False undoes it.
- *   fused() -> Fused
+ *   fused() -> FusedBlocks
  *       Returns what is fused, and what is not and why.
  * logical devices
  *   device(name, ...request)
@@ -267,7 +267,7 @@ void opengpac_close(opengpac_system *system);
  *       Returns the names of what there is.
  *   configuration() -> Configuration
  *       Returns processors, sources, devices as their drivers describe them, device types.
- *   installed() -> Installed
+ *   installed() -> InstalledInstances
  *       Returns every instance with its blocks, ports, cells, command lists, conditions and transitions.
  *   verbs() -> list of VerbSummary
  *       Returns the verbs that are entered.
@@ -332,7 +332,7 @@ void opengpac_close(opengpac_system *system);
  *   recordings([folder]) -> list of RecordingFile
  *       Returns the recordings of a folder, the newest first.
  *         folder: Over the control interface it is the daemon's own, and is left out.
- *   recorded(path) -> Recorded
+ *   recorded(path) -> RecordingContents
  *       Returns what a recording is: when, of what, how it ended. One that is under way is told as far as it
  *       is on the disk.
  *   recorded_at(path, time_ns, [names], [topics], [known]) -> RecordedAt

@@ -13,7 +13,7 @@ const CHUNKS_MAX: usize = 32;
 /// A recording.
 #[derive(Clone, Debug, Serialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
-pub struct RecordingSummary {
+pub struct RecordingContents {
     /// Name of the system.
     pub system: String,
     /// Version of OpenGPAC that wrote it.
@@ -70,7 +70,7 @@ pub struct RecordedEnd {
 
 impl Archive {
     /// Returns its description. Reads no values.
-    pub fn about(&self) -> Result<RecordingSummary, Refusals> {
+    pub fn about(&self) -> Result<RecordingContents, Refusals> {
         let (installed, _) = self.records(INSTALLED, 0, CHUNKS_MAX)?;
         let (ends, _) = self.records(ENDS, 0, CHUNKS_MAX)?;
         let mut verbs: Vec<String> = installed.iter().flat_map(|one| verbs_of(&one.message)).collect();
@@ -83,7 +83,7 @@ impl Archive {
         let epoch_ns: i128 = text("epoch_unix_ns").parse().unwrap_or(0);
         let begins_ns = text("begins_ns").parse().unwrap_or(0);
         #[allow(clippy::cast_precision_loss, reason = "a time of day in seconds")]
-        Ok(RecordingSummary {
+        Ok(RecordingContents {
             system: text("system"),
             version: text("version"),
             clock: text("clock"),

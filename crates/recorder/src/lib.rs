@@ -32,7 +32,7 @@ mod span;
 mod state;
 mod values;
 
-pub use about::{RecordedChannel, RecordedEnd, RecordingSummary};
+pub use about::{RecordedChannel, RecordedEnd, RecordingContents};
 pub use archive::{Archive, RecordedMessage};
 pub use digest::{Samples, Sums};
 pub use folder::{Folder, Sink, Space, next_beside};

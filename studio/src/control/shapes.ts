@@ -98,7 +98,7 @@ export interface Application {
   values?: { [name: string]: Value };
   /** The logical device whose own verb this is. */
   owner: string | null;
-  place: Place | null;
+  place: SourceLocation | null;
 }
 
 /** A verb applied to arguments: what makes a verb instance. */
@@ -116,7 +116,7 @@ export interface ApplicationRequest {
   values?: { [name: string]: Value };
   /** The logical device whose own verb this is. */
   owner?: string | null;
-  place?: Place | null;
+  place?: SourceLocation | null;
 }
 
 /** Arbitration of a start that needs something of a logical device which another verb holds. */
@@ -226,7 +226,7 @@ export interface BlockUse {
   block: WrittenBlockSource;
   /** Constants for parameters, presets, sizes and inputs of this occurrence (`code.biquad(b0=0.1)`). */
   constants: { [name: string]: Value };
-  place: Place | null;
+  place: SourceLocation | null;
 }
 
 /** One occurrence of a block in a graph or verb. */
@@ -234,7 +234,7 @@ export interface BlockUseRequest {
   block: WrittenBlockSourceRequest;
   /** Constants for parameters, presets, sizes and inputs of this occurrence (`code.biquad(b0=0.1)`). */
   constants?: { [name: string]: Value };
-  place?: Place | null;
+  place?: SourceLocation | null;
 }
 
 /** An end of the range of an input parameter. JSON: a number, `"arm.max_speed"` or `"-arm.max_speed"`. */
@@ -307,12 +307,12 @@ export type Command = {
 
 export interface CommandList {
   commands: WrittenCommand[];
-  place: Place | null;
+  place: SourceLocation | null;
 }
 
 export interface CommandListRequest {
   commands: WrittenCommandRequest[];
-  place?: Place | null;
+  place?: SourceLocation | null;
 }
 
 /** A function block command. */
@@ -365,7 +365,7 @@ export interface Composition {
   together?: boolean;
   /** End of parts that run together. */
   until?: TogetherUntil;
-  place?: Place | null;
+  place?: SourceLocation | null;
 }
 
 /** Configuration: processors, interrupt sources, physical devices, logical devices and their types. */
@@ -381,7 +381,7 @@ export interface Configuration {
 }
 
 /** A part of a recording that cannot be read. */
-export type Damaged = {
+export type DamagedPart = {
   /** Its place in the file: the first byte, and the first one behind it. */
   begins: number;
   ends: number;
@@ -444,7 +444,7 @@ export interface DeviceRequest {
   units?: [string, string][];
   /** Arbitration of a second verb that commands it, if it is not as its type says. */
   arbitration?: Arbitration | null;
-  place?: Place | null;
+  place?: SourceLocation | null;
 }
 
 /** State of a logical device. */
@@ -459,7 +459,7 @@ export interface DeviceType {
   svvs: { [name: string]: SvvSpecification };
   parameters: { [name: string]: DeviceParameter };
   arbitration: Arbitration;
-  place: Place | null;
+  place: SourceLocation | null;
 }
 
 /** A logical device type: an optional verb, SVVs, parameters. */
@@ -471,7 +471,7 @@ export interface DeviceTypeRequest {
   svvs?: { [name: string]: SvvSpecificationRequest };
   parameters?: { [name: string]: DeviceParameterRequest };
   arbitration?: Arbitration;
-  place?: Place | null;
+  place?: SourceLocation | null;
 }
 
 /** Drawing that is checked: one of the two. */
@@ -567,7 +567,7 @@ export interface FormInput {
 }
 
 /** Groups of fused blocks, and blocks that are not fused. */
-export interface Fused {
+export interface FusedBlocks {
   /** Tables get the entries that there are, also those of instances that come. */
   on: boolean;
   /** Groups that nobody has compiled so far: `fuse` goes on with them. */
@@ -660,7 +660,7 @@ export interface Graph {
   modes: { [name: string]: PortMode };
   /** `divide={"estimator": 5}`: this block at 5 T where the graph is activated at T. */
   divide: { [name: string]: number };
-  place: Place | null;
+  place: SourceLocation | null;
 }
 
 /** A data flow graph (f, I, O, L, ρ): `inputs`, `outputs` and `cells` are ρ. */
@@ -675,7 +675,7 @@ export interface GraphRequest {
   modes?: { [name: string]: PortMode };
   /** `divide={"estimator": 5}`: this block at 5 T where the graph is activated at T. */
   divide?: { [name: string]: number };
-  place?: Place | null;
+  place?: SourceLocation | null;
 }
 
 /** `POST /v1/command/hand_over`. */
@@ -736,7 +736,7 @@ export interface InputParameter {
   member?: string | null;
   /** The function of the PS that makes the value of what people write, by its name. */
   form?: string | null;
-  place: Place | null;
+  place: SourceLocation | null;
 }
 
 /** An input parameter: ψ. */
@@ -755,12 +755,7 @@ export interface InputParameterRequest {
   member?: string | null;
   /** The function of the PS that makes the value of what people write, by its name. */
   form?: string | null;
-  place?: Place | null;
-}
-
-/** Installed verb instances. */
-export interface Installed {
-  instances: InstalledInstance[];
+  place?: SourceLocation | null;
 }
 
 /** Activation of a block, and when it is due. */
@@ -861,6 +856,11 @@ export interface InstalledInstance {
   initial: string;
   /** The list that runs at its end. */
   ending: string | null;
+}
+
+/** Installed verb instances. */
+export interface InstalledInstances {
+  instances: InstalledInstance[];
 }
 
 /** A command list. */
@@ -1127,7 +1127,7 @@ export interface Part {
 }
 
 /** A command list that a condition led on from. */
-export interface Passed {
+export interface PassedList {
   command_list: string;
   condition: string;
   /** The block that reported it, if one did. */
@@ -1136,7 +1136,7 @@ export interface Passed {
 }
 
 /** Pauses in force: true: all actions; false: none; a list: the actions on these logical devices. */
-export type Paused = boolean | string[];
+export type PausesInForce = boolean | string[];
 
 /** A physical device as its driver describes it. */
 export interface PhysicalDevice {
@@ -1170,12 +1170,6 @@ export interface PhysicalDeviceStatistics {
   slew_limited: number;
   /** Counters of its driver, by name. */
   counters: { [name: string]: number };
-}
-
-/** Source location of a definition in the user's program. */
-export interface Place {
-  file: string;
-  line: number;
 }
 
 /** A verb with its arguments, ready to be installed. */
@@ -1253,7 +1247,7 @@ export interface PlannedBlock {
   remote_drivers: number[];
   /** The activation it belongs to (every block has one; of a block that is only executed it is never on). */
   activation: number;
-  place: Place | null;
+  place: SourceLocation | null;
 }
 
 export type PlannedBound = {
@@ -1501,6 +1495,9 @@ export interface PortName {
 /** The value of a port that nothing is bound to, or the number of elements of a block; null where it has none. */
 export type PortValue = Value | number | null;
 
+/** Reason why two ports cannot be wired; of one port and all others, a list. */
+export type PortVerdicts = string | null | Verdict[];
+
 /** Result for one processor in a process of its own, or for those that share one. */
 export interface ProcessTakenOver {
   /** Its name; of a process that may be shared, that of the process. */
@@ -1532,7 +1529,7 @@ export interface ProcessorAbout {
 }
 
 /** Mark of a condition that raises: a bool, or the name of the class, which the programming system knows. */
-export type Raised = boolean | string;
+export type RaiseMark = boolean | string;
 
 /** The values that an item may have. As text `[0, 1]`, `(0, inf)`, `[pose]`: a round bracket excludes its end. */
 export type Range = string;
@@ -1557,38 +1554,6 @@ export interface Reading {
   bytes?: string | null;
   number: number;
   time_ns: number;
-}
-
-/** A recording. */
-export interface Recorded {
-  /** Name of the system. */
-  system: string;
-  /** Version of OpenGPAC that wrote it. */
-  version: string;
-  /** `virtual` or `monotonic`. */
-  clock: string;
-  /** Time at which the clock of the system stood at 0, s since 1970. */
-  epoch_unix_s: number;
-  /** First and last time in it, ns on the system's clock. */
-  begins_ns: number;
-  ends_ns: number;
-  /** False where the file has no end: it is under way, or its recorder was killed, or the disk was full. */
-  complete: boolean;
-  /** True if it can be run again: `opengpac replay`. */
-  replay: boolean;
-  channels: RecordedChannel[];
-  /** Topics of other channels: `/log`, `/ends`, … */
-  topics: string[];
-  /** Verbs that were installed, in the order of their names; of a long recording those of its beginning. */
-  verbs: string[];
-  /** Ends of verb instances; of a long recording the first ones. */
-  ends: RecordedEnd[];
-  /** Messages that are not in it, by channel, where there are any. */
-  lost: { [name: string]: number };
-  /** Parts of the file that cannot be read, as far as they are known: the content of a chunk is checked when it is read first. */
-  damage: Damaged[];
-  /** Description of the system in the file: `configuration` is the answer of the call of that name as JSON. */
-  metadata: { [name: string]: string };
 }
 
 /** State at a time of a recording. */
@@ -1670,6 +1635,38 @@ export interface RecordingBegun {
   recording: number;
 }
 
+/** A recording. */
+export interface RecordingContents {
+  /** Name of the system. */
+  system: string;
+  /** Version of OpenGPAC that wrote it. */
+  version: string;
+  /** `virtual` or `monotonic`. */
+  clock: string;
+  /** Time at which the clock of the system stood at 0, s since 1970. */
+  epoch_unix_s: number;
+  /** First and last time in it, ns on the system's clock. */
+  begins_ns: number;
+  ends_ns: number;
+  /** False where the file has no end: it is under way, or its recorder was killed, or the disk was full. */
+  complete: boolean;
+  /** True if it can be run again: `opengpac replay`. */
+  replay: boolean;
+  channels: RecordedChannel[];
+  /** Topics of other channels: `/log`, `/ends`, … */
+  topics: string[];
+  /** Verbs that were installed, in the order of their names; of a long recording those of its beginning. */
+  verbs: string[];
+  /** Ends of verb instances; of a long recording the first ones. */
+  ends: RecordedEnd[];
+  /** Messages that are not in it, by channel, where there are any. */
+  lost: { [name: string]: number };
+  /** Parts of the file that cannot be read, as far as they are known: the content of a chunk is checked when it is read first. */
+  damage: DamagedPart[];
+  /** Description of the system in the file: `configuration` is the answer of the call of that name as JSON. */
+  metadata: { [name: string]: string };
+}
+
 /** A file in a folder of recordings. */
 export interface RecordingFile {
   /** Its plain name. */
@@ -1708,7 +1705,7 @@ export interface Refusal {
   /** The next step if it is known; printed after the message, behind a semicolon. */
   remedy?: string;
   /** Place to look at first: the definition that is at fault. */
-  place?: Place | null;
+  place?: SourceLocation | null;
   /** The parts of the definition that it is about, the first one first. */
   where?: Where[];
 }
@@ -1717,7 +1714,7 @@ export interface Refusal {
 export interface RefusalEnd {
   /** Name in the message, for example `output 'servo.effort' (double, N.m)`. */
   what: string;
-  place?: Place | null;
+  place?: SourceLocation | null;
 }
 
 /** A part of a layout: a row or a column of regions, tabs, or one panel. */
@@ -1779,7 +1776,7 @@ export interface RegionRequest {
 /** Remark about something that was filled in or is worth knowing: an implied cell, an edge that is a delay. */
 export interface Remark {
   text: string;
-  place: Place | null;
+  place: SourceLocation | null;
 }
 
 /** A replay that has begun. */
@@ -1896,7 +1893,7 @@ export interface Report {
   outputs: { [name: string]: Value | null };
   others: Other[];
   /** The transitions that it took, in order: at most the last 64. */
-  way: Passed[];
+  way: PassedList[];
 }
 
 /** Property that each device of an object must have when a verb starts. */
@@ -1906,7 +1903,7 @@ export interface Requirement {
   /** Class of the refusal. */
   raises: Class;
   remedy: string;
-  place: Place | null;
+  place: SourceLocation | null;
 }
 
 /** Property that each device of an object must have when a verb starts. */
@@ -1916,7 +1913,7 @@ export interface RequirementRequest {
   /** Class of the refusal. */
   raises: Class;
   remedy?: string;
-  place?: Place | null;
+  place?: SourceLocation | null;
 }
 
 /** An opened session with the instances that are still there of those that it has started. */
@@ -2103,6 +2100,12 @@ export type SourceKind = "trigger" | "software" | {
   };
 };
 
+/** Source location of a definition in the user's program. */
+export interface SourceLocation {
+  file: string;
+  line: number;
+}
+
 /**
  * Statistics of an interrupt source. Bin i of a histogram counts times from 2^i to 2^(i+1) ns; the first also shorter ones, the last also
  * longer ones.
@@ -2172,7 +2175,7 @@ export interface Statistics {
   processes: { [name: string]: string[] };
   /** Cause of the latched emergency stop; null: it is not latched. */
   emergency: string | null;
-  paused: Paused;
+  paused: PausesInForce;
   mode: Mode;
   /** Rights that the supervisor's thread asked of the operating system and did not get. */
   supervisor_rights_missing: string[];
@@ -2186,7 +2189,7 @@ export interface Step {
   condition?: string | null;
   /** A part, which stands for its initial list, or one list. */
   to: string;
-  place?: Place | null;
+  place?: SourceLocation | null;
 }
 
 /** A file that is there. */
@@ -2203,7 +2206,7 @@ export interface StreamAnswer {
   beat?: number | null;
   svvs?: Snapshot | null;
   statistics?: Statistics | null;
-  installed?: Installed | null;
+  installed?: InstalledInstances | null;
   log?: LogEntry[] | null;
   ends?: End[] | null;
   /** The first frame of a scope: what the binary ones after it carry. */
@@ -2334,13 +2337,13 @@ export interface Termination {
   /** ν: outputs it returns. Absent: none declared. */
   returns: NameList | null;
   /** True if it raises on the PS (the PS knows which class): so, or by the name of the class. */
-  raises: Raised;
+  raises: RaiseMark;
   /** Command lists to which it is limited; empty: all. In JSON one name, or several. */
   during: NameList;
   priority: number;
   /** Code of the alarm that it raises whenever it acts, whether the verb ends or goes on. */
   alarm: string | null;
-  place: Place | null;
+  place: SourceLocation | null;
 }
 
 /** A termination condition: an element of t_V with its ν. */
@@ -2350,13 +2353,13 @@ export interface TerminationRequest {
   /** ν: outputs it returns. Absent: none declared. */
   returns?: NameList | null;
   /** True if it raises on the PS (the PS knows which class): so, or by the name of the class. */
-  raises?: Raised;
+  raises?: RaiseMark;
   /** Command lists to which it is limited; empty: all. In JSON one name, or several. */
   during?: NameList;
   priority?: number;
   /** Code of the alarm that it raises whenever it acts, whether the verb ends or goes on. */
   alarm?: string | null;
-  place?: Place | null;
+  place?: SourceLocation | null;
 }
 
 /** A time with its unit: `20 ms`. */
@@ -2376,7 +2379,7 @@ export interface Transition {
   from: string;
   condition: string;
   to: string;
-  place: Place | null;
+  place: SourceLocation | null;
 }
 
 /** One line of τ. */
@@ -2384,7 +2387,7 @@ export interface TransitionRequest {
   from: string;
   condition: string;
   to: string;
-  place?: Place | null;
+  place?: SourceLocation | null;
 }
 
 /** A C type with its layout. */
@@ -2452,7 +2455,7 @@ export interface Verb {
    * of a logical device continues.
    */
   if_cut_off: IfCutOff | null;
-  place: Place | null;
+  place: SourceLocation | null;
 }
 
 /** The paper's two classes of verbs. */
@@ -2515,7 +2518,7 @@ export interface VerbRequest {
    * of a logical device continues.
    */
   if_cut_off?: IfCutOff | null;
-  place?: Place | null;
+  place?: SourceLocation | null;
 }
 
 /** A verb in one line. */
@@ -2583,9 +2586,6 @@ export type Where = {
 } | {
   transition: [string, string];
 };
-
-/** Reason why two ports cannot be wired; of one port and all others, a list. */
-export type Wired = string | null | Verdict[];
 
 /** `DELETE /v1/command/request`. */
 export interface WithdrawRequest {
@@ -2755,7 +2755,7 @@ export interface Calls {
       /** Options of the driver. */
       options?: { [name: string]: unknown } | null;
       source: string;
-      place?: Place | null;
+      place?: SourceLocation | null;
     };
     result: PhysicalDevice;
   };
@@ -2819,7 +2819,7 @@ export interface Calls {
       device: string;
       channel: string;
       source: string;
-      place?: Place | null;
+      place?: SourceLocation | null;
     };
     result: null;
   };
@@ -2860,7 +2860,7 @@ export interface Calls {
       from: PortName;
       to?: PortName | null;
     }) & Drawing;
-    result: Wired;
+    result: PortVerdicts;
   };
   /** Enters a type of logical devices. */
   define_device_type: {
@@ -2879,7 +2879,7 @@ export interface Calls {
     role: "configure";
     arguments: ({
       name: string;
-      place?: Place | null;
+      place?: SourceLocation | null;
     }) & SvvRequest;
     result: null;
   };
@@ -2904,13 +2904,13 @@ export interface Calls {
       /** False undoes it. */
       on?: boolean | null;
     };
-    result: Fused;
+    result: FusedBlocks;
   };
   /** Returns what is fused, and what is not and why. */
   fused: {
     role: "observe";
     arguments: Record<string, never>;
-    result: Fused;
+    result: FusedBlocks;
   };
   /** Makes a logical device, with its own verb instance. */
   device: {
@@ -2958,7 +2958,7 @@ export interface Calls {
     arguments: {
       device: string;
       verb: string;
-      place?: Place | null;
+      place?: SourceLocation | null;
     };
     result: null;
   };
@@ -3357,7 +3357,7 @@ export interface Calls {
   installed: {
     role: "observe";
     arguments: Record<string, never>;
-    result: Installed;
+    result: InstalledInstances;
   };
   /** Returns the verbs that are entered. */
   verbs: {
@@ -3538,7 +3538,7 @@ export interface Calls {
     arguments: {
       path: string;
     };
-    result: Recorded;
+    result: RecordingContents;
   };
   /** Returns what was at a time of a recording. */
   recorded_at: {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 import type { Asides, Looks, Orders, Stops } from "./calls";
 import type { Refusal } from "./refusals";
-import type { Alarms, End, Installed, LogEntry, Reading, RecordedSpan, Role, Statistics, Version } from "./shapes";
+import type { Alarms, End, InstalledInstances, LogEntry, Reading, RecordedSpan, Role, Statistics, Version } from "./shapes";
 import type { StartedInstances } from "./started";
 import type { Stream } from "./stream";
 import type { KeptEntries } from "./topics";
@@ -75,7 +75,7 @@ export interface Source {
   readonly stream: Pick<Stream, "subscribe" | "connection">;
   readonly topics: {
     readonly statistics: Topic<Statistics>;
-    readonly installed: Topic<Installed>;
+    readonly installed: Topic<InstalledInstances>;
     readonly log: Topic<KeptEntries<LogEntry>>;
     readonly ends: Topic<KeptEntries<End>>;
   };

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 import type { Refusal } from "./refusals";
-import type { End, Installed, LogEntry, Statistics } from "./shapes";
+import type { End, InstalledInstances, LogEntry, Statistics } from "./shapes";
 import type { Stream, Topic } from "./stream";
 import { WatchedValue } from "./watched";
 
@@ -71,7 +71,7 @@ export type { SharedTopic as Shared };
 /** Topics that the whole page follows. */
 export class Topics {
   readonly statistics: SharedTopic<Statistics>;
-  readonly installed: SharedTopic<Installed>;
+  readonly installed: SharedTopic<InstalledInstances>;
   readonly log: SharedTopic<KeptEntries<LogEntry>>;
   readonly ends: SharedTopic<KeptEntries<End>>;
 
@@ -92,7 +92,7 @@ export class Topics {
     this.installed = new SharedTopic(
       stream,
       () => ({ subscribe: "installed" }),
-      (frame) => frame.installed as Installed,
+      (frame) => frame.installed as InstalledInstances,
     );
     this.log = new SharedTopic<KeptEntries<LogEntry>>(
       stream,

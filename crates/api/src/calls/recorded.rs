@@ -5,7 +5,7 @@ use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 use indexmap::IndexMap;
 use model::refusal::Refusals;
-use recorder::{RecordedMessage, RecordingFile, RecordingSummary, Samples, Sums, opened};
+use recorder::{RecordedMessage, RecordingContents, RecordingFile, Samples, Sums, opened};
 use schemars::JsonSchema;
 use serde::Serialize;
 use std::collections::HashMap;
@@ -65,7 +65,7 @@ crate::calls! {
         ) -> Vec<RecordingFile>: costs, record_folder("folder")
             => |_system| recorder::recordings(&folder);
         /// Returns what a recording is: when, of what, how it ended. One that is under way is told as far as it is on the disk.
-        Observe recorded(must path: PathBuf) -> RecordingSummary: costs, record_path("path")
+        Observe recorded(must path: PathBuf) -> RecordingContents: costs, record_path("path")
             => |_system| opened(&path)?.about();
         /// Returns what was at a time of a recording.
         Observe recorded_at(

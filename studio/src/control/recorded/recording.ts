@@ -3,12 +3,12 @@ import type { Looks } from "../calls";
 import type { Control } from "../control";
 import { RefusalError, refusalsOf } from "../refusals";
 import type {
-  Recorded as About,
+  RecordingContents as About,
   Alarms,
   Configuration,
   End,
   Geometry,
-  Installed,
+  InstalledInstances,
   LogEntry,
   Names,
   RecordedSpan,
@@ -52,13 +52,13 @@ export class Recording implements Source, Past {
   readonly alarms = { latest: new WatchedValue<Alarms | null>(null), trouble: new WatchedValue([]), look: async () => undefined };
   readonly topics = {
     statistics: new AtCursor<Statistics>(),
-    installed: new AtCursor<Installed>(),
+    installed: new AtCursor<InstalledInstances>(),
     log: new AtCursor<KeptEntries<LogEntry>>(),
     ends: new AtCursor<KeptEntries<End>>(),
   };
   readonly log: readonly LogEntry[];
   readonly #ends: readonly End[];
-  readonly #installed: readonly RecordedStructure<Installed>[];
+  readonly #installed: readonly RecordedStructure<InstalledInstances>[];
   readonly #byInstance: ReadonlyMap<string, LogEntry[]>;
   readonly #channels: ReadonlyMap<string, About["channels"][number]>;
   readonly #live: Control;
@@ -82,7 +82,7 @@ export class Recording implements Source, Past {
       }
       return found;
     };
-    const [log, ends, installed] = await Promise.all([all<LogEntry>("/log"), all<End>("/ends"), all<Installed>("/installed")]);
+    const [log, ends, installed] = await Promise.all([all<LogEntry>("/log"), all<End>("/ends"), all<InstalledInstances>("/installed")]);
     return new Recording(live, name, about, { log, ends, installed });
   }
 
@@ -90,7 +90,7 @@ export class Recording implements Source, Past {
     live: Control,
     name: string,
     about: About,
-    told: { log: RecordedStructure<LogEntry>[]; ends: RecordedStructure<End>[]; installed: RecordedStructure<Installed>[] },
+    told: { log: RecordedStructure<LogEntry>[]; ends: RecordedStructure<End>[]; installed: RecordedStructure<InstalledInstances>[] },
   ) {
     this.#live = live;
     this.name = name;
@@ -286,7 +286,7 @@ export class Recording implements Source, Past {
   }
 }
 
-function verbsOf(installed: readonly RecordedStructure<Installed>[]): VerbSummary[] {
+function verbsOf(installed: readonly RecordedStructure<InstalledInstances>[]): VerbSummary[] {
   const verbs = new Map<string, VerbSummary>();
   for (const { message } of installed) {
     for (const { verb, owner, lists } of message.instances) {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 import { expect, test, vi } from "vitest";
 import { RefusalError } from "../refusals";
-import type { Installed, ReplayDifference, Replaying } from "../shapes";
+import type { InstalledInstances, ReplayDifference, Replaying } from "../shapes";
 import { differsOf, ReplayRun } from "./replaying";
 
 const DIFFERENCE: ReplayDifference = {
@@ -20,7 +20,7 @@ const DIFFERENCE: ReplayDifference = {
 };
 const INSTALLED = [
   { instances: [{ name: "counts#1", blocks: [{ label: "counter", ports: [{ name: "y", cell: "counts#1:count" }] }] }] },
-] as unknown as Installed[];
+] as unknown as InstalledInstances[];
 
 test("a difference names signal, place and both values", () => {
   expect(differsOf(DIFFERENCE, INSTALLED)).toEqual({

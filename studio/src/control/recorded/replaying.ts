@@ -2,7 +2,7 @@
 // A recording that the system runs again, beside itself: how far it has come, and the first value that is not as it was recorded.
 import type { Control } from "../control";
 import { type Refusal, refusalsOf } from "../refusals";
-import type { Installed, ReplayDifference, Replaying } from "../shapes";
+import type { InstalledInstances, ReplayDifference, Replaying } from "../shapes";
 import type { Differs } from "../source";
 import { WatchedValue } from "../watched";
 
@@ -24,11 +24,11 @@ export class ReplayRun {
   readonly differs = new WatchedValue<Differs | null>(null);
   readonly #system: ReplayCalls;
   readonly #name: string;
-  readonly #installed: () => readonly Installed[];
+  readonly #installed: () => readonly InstalledInstances[];
   #number: number | null = null;
 
   /** `installed`: what the recording tells of instances, their blocks and cells. */
-  constructor(system: ReplayCalls, name: string, installed: () => readonly Installed[]) {
+  constructor(system: ReplayCalls, name: string, installed: () => readonly InstalledInstances[]) {
     this.#system = system;
     this.#name = name;
     this.#installed = installed;
@@ -88,7 +88,7 @@ export class ReplayRun {
 }
 
 /** A difference as the page tells it: private cells are found by what was installed. */
-export function differsOf(found: ReplayDifference, installed: readonly Installed[]): Differs {
+export function differsOf(found: ReplayDifference, installed: readonly InstalledInstances[]): Differs {
   const when = `${found.between ? "after" : "in"} firing ${found.number} of source '${found.source}'`;
   const which = found.block === "" ? "" : `block '${found.block}', output '${found.port}', `;
   return {
@@ -101,7 +101,7 @@ export function differsOf(found: ReplayDifference, installed: readonly Installed
 }
 
 /** Where the port of a block, `INSTANCE.LABEL`, is stored. */
-function cellOf({ block, port }: ReplayDifference, installed: readonly Installed[]): string | null {
+function cellOf({ block, port }: ReplayDifference, installed: readonly InstalledInstances[]): string | null {
   for (const instance of installed.flatMap((one) => one.instances)) {
     if (!block.startsWith(`${instance.name}.`)) continue;
     const found = instance.blocks.find((one) => block === `${instance.name}.${one.label}`)?.ports.find((one) => one.name === port);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 import { expect, test } from "vitest";
-import type { Installed, InstalledInstance, LogEntry, Statistics } from "../shapes";
+import type { InstalledInstance, InstalledInstances, LogEntry, Statistics } from "../shapes";
 import { byInstance, countUntil, installedAt } from "./state";
 
 const entry = (sequence: number, time_s: number, kind: string, text = ""): LogEntry => ({
@@ -20,7 +20,7 @@ const LOG = [
   entry(5, 6, "start"),
 ];
 const INSTANCE = { id: 7, name: "sway#1", state: "running", list: "far", initial: "near", starts: 9 } as InstalledInstance;
-const told = [{ time_ns: 1.5e9, message: { instances: [INSTANCE] } as Installed }];
+const told = [{ time_ns: 1.5e9, message: { instances: [INSTANCE] } as InstalledInstances }];
 
 function at(time_s: number, now: Statistics | null = null) {
   return installedAt(told, byInstance(LOG), now, time_s * 1e9).instances.map(({ state, list, starts }) => [state, list, starts]);
@@ -44,7 +44,7 @@ test("what the log has no entry for, as being suspended, is known from the stati
 });
 
 test("an instance that is gone later is gone", () => {
-  const gone = [...told, { time_ns: 8e9, message: { instances: [] } as unknown as Installed }];
+  const gone = [...told, { time_ns: 8e9, message: { instances: [] } as unknown as InstalledInstances }];
   expect(installedAt(gone, byInstance(LOG), null, 9e9).instances).toEqual([]);
   expect(installedAt(gone, byInstance(LOG), null, 7e9).instances).toHaveLength(1);
 });

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // State of what was installed, at a time of a recording: from what was told now and then, and from the log, which has every start,
 // transition and end with its own time.
-import type { Installed, InstalledInstance, LogEntry, Statistics } from "../shapes";
+import type { InstalledInstance, InstalledInstances, LogEntry, Statistics } from "../shapes";
 
 /** Structure that was installed, as it was told at a time. */
 export interface RecordedStructure<T> {
@@ -26,11 +26,11 @@ export function byInstance(log: readonly LogEntry[]): ReadonlyMap<string, LogEnt
  * then the one that was told first.
  */
 export function installedAt(
-  told: readonly RecordedStructure<Installed>[],
+  told: readonly RecordedStructure<InstalledInstances>[],
   log: ReadonlyMap<string, LogEntry[]>,
   now: Statistics | null,
   time_ns: number,
-): Installed {
+): InstalledInstances {
   const last = told.findLast((one) => one.time_ns <= time_ns);
   const present = new Map((last?.message.instances ?? []).map((instance) => [instance.id, instance]));
   for (const { time_ns: at_ns, message } of told) {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 import { useEffect, useState } from "react";
 import { type Refusal, refusalsOf } from "../../control/refusals";
-import type { Damaged, Recorded, RecordingFile } from "../../control/shapes";
+import type { DamagedPart, RecordingContents, RecordingFile } from "../../control/shapes";
 import { count, seconds } from "../../design/numbers";
 import { Empty, Panel, Refusals, Tag } from "../../design/parts";
 import { useAxis } from "../../shell/axis";
@@ -153,19 +153,19 @@ function Row(props: {
 
 /** When it began, by the clock on the wall. */
 /** A part of a file that cannot be read: place and messages. */
-function damageText(of: Damaged): string {
+function damageText(of: DamagedPart): string {
   const lost = of.lost == null ? "unknown" : `${count(sumOf(of.lost))} (${Object.keys(of.lost).join(", ")})`;
   const when = of.from_ns == null || of.to_ns == null ? "" : `, ${seconds(of.from_ns / 1e9)} to ${seconds(of.to_ns / 1e9)}`;
   return `bytes ${of.begins} to ${of.ends}${when}: ${of.what}; messages lost: ${lost}`;
 }
 
-function whenText(about: Recorded): string {
+function whenText(about: RecordingContents): string {
   const at = new Date((about.epoch_unix_s + about.begins_ns / 1e9) * 1000);
   return at.toLocaleString(undefined, { dateStyle: "short", timeStyle: "medium" });
 }
 
 /** Returns the ends of instances, each kind once: "halted 2 ×, over". */
-export function endsText(about: Recorded): string {
+export function endsText(about: RecordingContents): string {
   const counts = new Map<string, number>();
   for (const { condition } of about.ends) counts.set(condition, (counts.get(condition) ?? 0) + 1);
   return [...counts].map(([condition, times]) => (times > 1 ? `${condition} ${times} ×` : condition)).join(", ");
@@ -197,9 +197,9 @@ function useFiles(): { files: RecordingFile[] | null; refusals: Refusal[] } {
 }
 
 /** Returns the description of a recording: asked for again when its file has grown. */
-function useAbout(file: RecordingFile): { about: Recorded | null; refusals: Refusal[] } {
+function useAbout(file: RecordingFile): { about: RecordingContents | null; refusals: Refusal[] } {
   const live = useLive();
-  const [about, setAbout] = useState<Recorded | null>(null);
+  const [about, setAbout] = useState<RecordingContents | null>(null);
   const [refusals, setRefusals] = useState<Refusal[]>([]);
   // biome-ignore lint/correctness/useExhaustiveDependencies: of a file that grows it is asked again
   useEffect(() => {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-import type { Installed, InstalledPort } from "../../control/shapes";
+import type { InstalledInstances, InstalledPort } from "../../control/shapes";
 
 /** Data from one interrupt source to another. */
 export interface Connection {
@@ -10,7 +10,7 @@ export interface Connection {
 }
 
 /** The connections between sources: a cell that a block of one source writes and one of another source reads. */
-export function connectionsOf(installed: Installed): Connection[] {
+export function connectionsOf(installed: InstalledInstances): Connection[] {
   const writers = new Map<string, Set<string>>();
   for (const block of blocksOf(installed)) {
     for (const port of block.ports) {
@@ -42,7 +42,7 @@ function cellsOf(port: InstalledPort): string[] {
   return port.cells ?? (port.cell === null ? [] : [port.cell]);
 }
 
-function blocksOf(installed: Installed) {
+function blocksOf(installed: InstalledInstances) {
   return installed.instances.filter((one) => one.state !== "ended" && one.state !== "deleted").flatMap((one) => one.blocks);
 }
 

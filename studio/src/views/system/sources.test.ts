@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 import { expect, test } from "vitest";
-import type { Installed, InstalledPort, SourceStatistics, Statistics } from "../../control/shapes";
+import type { InstalledInstances, InstalledPort, SourceStatistics, Statistics } from "../../control/shapes";
 import { connectionsOf } from "./connections";
 import { load, quantile, sinceBaseline, sourcesOf } from "./sources";
 
@@ -90,7 +90,7 @@ test("connections: what one source writes and another one reads, by mode", () =>
       { state: "running", blocks: [block("fast", [port("input", { cell: "b", mode: "ratio 20" }), port("output", { cell: "c" })])] },
       { state: "ended", blocks: [block("fast", [port("output", { cell: "z" })]), block("slow", [port("input", { cell: "z" })])] },
     ],
-  } as unknown as Installed;
+  } as unknown as InstalledInstances;
   expect(connectionsOf(installed)).toEqual([
     {
       from: "slow",
