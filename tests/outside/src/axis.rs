@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //! A linear axis that follows its commanded speed: the shortest driver there is.
-use device::{Channel, Declaration, DeviceError, Driver, DriverError, Given, Kind, Layout, Opened, OptionWord, Slot, Type};
+use device::{Channel, Declaration, DeviceError, Driver, DriverError, GivenOptions, Kind, Layout, OpenedDriver, OptionWord, Slot, Type};
 use serde::Deserialize;
 use serde_json::json;
 
@@ -28,7 +28,7 @@ struct Axis {
     time_ns: i64,
 }
 
-fn open(given: &Given<'_>) -> Result<Opened, DriverError> {
+fn open(given: &GivenOptions<'_>) -> Result<OpenedDriver, DriverError> {
     let options: Options = given.read()?;
     if options.travel <= options.start {
         return Err(given.wrong("travel", "it must lie behind the start"));
