@@ -106,10 +106,10 @@ pub fn schema() -> serde_json::Value {
     file["properties"]["version"] = json!({ "const": VERSION });
     file["additionalProperties"] = json!(false);
     // Graphs within graphs are drawn too.
-    let layout = file["$defs"]["Drawn"]["properties"]["layout"].clone();
+    let layout = file["$defs"]["DrawnDefinition"]["properties"]["layout"].clone();
     file["$defs"]["Graph"]["properties"]["layout"] = layout;
     for (name, schema) in file["$defs"].as_object_mut().into_iter().flatten() {
-        if let Some(required) = schema.get_mut("required").and_then(serde_json::Value::as_array_mut).filter(|_| name.starts_with("Drawn")) {
+        if let Some(required) = schema.get_mut("required").and_then(serde_json::Value::as_array_mut).filter(|_| name.starts_with("DrawnDefinition")) {
             required.retain(|property| property != "name");
         }
         close(schema);
