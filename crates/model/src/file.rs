@@ -109,7 +109,7 @@ pub fn schema() -> serde_json::Value {
     let layout = file["$defs"]["DrawnDefinition"]["properties"]["layout"].clone();
     file["$defs"]["Graph"]["properties"]["layout"] = layout;
     for (name, schema) in file["$defs"].as_object_mut().into_iter().flatten() {
-        if let Some(required) = schema.get_mut("required").and_then(serde_json::Value::as_array_mut).filter(|_| name.starts_with("DrawnDefinition")) {
+        if let Some(required) = schema.get_mut("required").and_then(serde_json::Value::as_array_mut).filter(|_| name.starts_with("Drawn")) {
             required.retain(|property| property != "name");
         }
         close(schema);
