@@ -5,7 +5,7 @@ import type { Browser, Page } from "playwright-core";
 import { afterAll, beforeAll, expect, test } from "vitest";
 import { Commander } from "./commander";
 import { randomOf } from "./randomActions";
-import { browse, goTo, type Opened, open, type Running, run, shoot } from "./running";
+import { browse, goTo, type Opened, open, pressFreely, type Running, run, shoot } from "./running";
 
 /** Presses at each width. */
 const PRESSES = Number(process.env.OPENGPAC_PRESSES ?? 40);
@@ -19,6 +19,7 @@ let other: Commander;
 beforeAll(async () => {
   [running, browser] = await Promise.all([run(join(import.meta.dirname, "program.py"), "--role", "configure"), browse(false)]);
   studio = await open(browser, running.url);
+  pressFreely(studio.page);
   other = await Commander.open(running.url, true);
   await other.call("define_alarm", { code: "E7", text: "oil is low", remedy: "refill it", severity: "high" });
 });

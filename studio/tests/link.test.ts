@@ -6,7 +6,7 @@ import type { Browser, Page } from "playwright-core";
 import { afterAll, afterEach, beforeAll, expect, test } from "vitest";
 import { Commander } from "./commander";
 import { Link } from "./link";
-import { browse, command, type Opened, open, type Running, run, shoot, show } from "./running";
+import { browse, command, type Opened, open, type Running, run, shoot, show, standsStill } from "./running";
 
 /** Presses of the emergency stop; a campaign on a quiet machine gives their number, and judges times. */
 const STOPS = Number(process.env.OPENGPAC_STOPS ?? 18);
@@ -117,6 +117,7 @@ test("a press that is held up moves nothing when the network goes on", async () 
     .waitFor();
   await page.locator(".holder").getByText("nobody").waitFor();
   const before = await watch.starts();
+  await standsStill(home);
   link.freeze();
   // It is pressed before the page can know that nothing arrives.
   await home.click();
@@ -129,6 +130,7 @@ test("a press that is held up moves nothing when the network goes on", async () 
   // Pressed while the page knows that there is no connection, it is not even sent.
   link.freeze();
   await isUnheard(page);
+  await standsStill(home);
   await home.click();
   await button(page, "Home").getByText("there is no connection to the system").waitFor();
   link.thaw();

@@ -130,14 +130,8 @@ test("a panel leads back from an emergency stop: reset, enable, and its own butt
   await button(page, "Home")
     .getByText(/^ended/)
     .waitFor();
-  await page
-    .getByRole("button", { name: /^Acknowledge emergency_stop/ })
-    .first()
-    .click();
-  await page
-    .getByRole("button", { name: /^Acknowledge emergency_stop/ })
-    .first()
-    .waitFor({ state: "detached" });
+  const acknowledge = page.getByRole("button", { name: /^Acknowledge emergency_stop/ }).first();
+  await command(acknowledge, acknowledge, "detached");
   // As the test before has left it.
   await command(page.getByRole("button", { name: "Sway", exact: true }), button(page, "Sway").getByText(/^running/));
   await page.setViewportSize({ width: 1024, height: 768 });
@@ -147,12 +141,11 @@ test("command is asked for by name, declined with a reason, handed over; stoppin
   const { page: holder } = anna;
   const { page: other } = bert;
   const ask = async (reason: string) => {
-    await other.getByRole("button", { name: "Request command" }).click();
     const form = other.getByRole("form", { name: "Request command" });
+    await command(other.getByRole("button", { name: "Request command" }), form);
     await form.getByLabel("Your name").fill("Bert");
     await form.getByLabel("Reason").fill(reason);
-    await form.getByRole("button", { name: "Send" }).click();
-    await other.getByText("to hand over command…").waitFor();
+    await command(form.getByRole("button", { name: "Send" }), other.getByText("to hand over command…"));
   };
   await ask("shift change");
   const asked = holder.getByRole("alert").filter({ hasText: "Bert" });
@@ -163,13 +156,12 @@ test("command is asked for by name, declined with a reason, handed over; stoppin
   expect(await axeFindings(other)).toEqual([]);
   // Who waits for command stops all the same.
   await show(other, "#/panel/joint");
-  await other.getByRole("button", { name: "Halt Sway" }).click();
-  await button(other, "Sway").getByText("ended: halted").waitFor();
+  await command(other.getByRole("button", { name: "Halt Sway" }), button(other, "Sway").getByText("ended: halted"));
   await asked.getByLabel(/^Why/).fill("in a minute");
-  await asked.getByRole("button", { name: "Decline" }).click();
-  await other.getByText(/The request for command was declined by studio-\w+: in a minute\./).waitFor();
+  const declined = other.getByText(/The request for command was declined by studio-\w+: in a minute\./);
+  await command(asked.getByRole("button", { name: "Decline" }), declined);
   await ask("");
-  await asked.getByRole("button", { name: "Hand over" }).click();
+  await command(asked.getByRole("button", { name: "Hand over" }), asked, "detached");
   await other.locator(".holder").getByText("this page").waitFor();
   await holder.locator(".holder").getByText("Bert", { exact: true }).waitFor();
   expect(await other.getByRole("button", { name: "Request command" }).count()).toBe(0);
@@ -192,7 +184,8 @@ test("each alarm is seen with its severity and state in every view, and acknowle
   expect(await stopRectangles(page), "the list of alarms is open").toEqual([STOP]);
   expect(await axeFindings(page)).toEqual([]);
   const grease = bar.locator('[data-alarm="E101"]');
-  await bar.getByRole("button", { name: "Acknowledge E102 of elbow" }).click();
+  const acknowledged = bar.locator('[data-alarm="E102"] .tag').getByText("acknowledged");
+  await command(bar.getByRole("button", { name: "Acknowledge E102 of elbow" }), acknowledged);
   await expect.poll(() => bar.locator('[data-alarm="E102"] .tag').allTextContents()).toEqual(["critical", "acknowledged"]);
   expect(await grease.locator(".tag").allTextContents()).toEqual(["low", "active"]);
   await other.take();
@@ -213,14 +206,13 @@ test("an alarm is shelved with a reason and a time, is told of, and comes back",
   const list = page.locator("main");
   await list.locator('[data-alarm="E102"]').waitFor();
   expect(await list.getByRole("button", { name: "Shelve E102" }).count(), "what is critical stays").toBe(0);
-  await list.getByRole("button", { name: "Shelve E101 of elbow…" }).click();
   const form = list.getByRole("form", { name: "Shelve E101 of elbow" });
+  await command(list.getByRole("button", { name: "Shelve E101 of elbow…" }), form);
   expect(await form.getByRole("button", { name: "Shelve", exact: true }).isDisabled(), "without a reason").toBe(true);
   await form.getByLabel("Reason").fill("the grease comes on Monday");
   await form.getByLabel("for").selectOption("15 min");
-  await form.getByRole("button", { name: "Shelve", exact: true }).click();
   const shelved = list.locator('[data-shelved="E101"]');
-  await shelved.getByText("the grease comes on Monday").waitFor();
+  await command(form.getByRole("button", { name: "Shelve", exact: true }), shelved.getByText("the grease comes on Monday"));
   await shelved.getByText(/1[45] min left/).waitFor();
   expect(await list.locator('[data-alarm="E101"]').count()).toBe(0);
   expect(await axeFindings(page)).toEqual([]);
@@ -230,8 +222,7 @@ test("an alarm is shelved with a reason and a time, is told of, and comes back",
   await other.call("acknowledge_alarms", {});
   // Nothing else is raised: the place of messages says that one is shelved, and where.
   await page.getByRole("link", { name: "1 alarm is shelved" }).waitFor();
-  await shelved.getByRole("button", { name: "Unshelve E101 of elbow" }).click();
-  await list.locator('[data-alarm="E101"]').waitFor();
+  await command(shelved.getByRole("button", { name: "Unshelve E101 of elbow" }), list.locator('[data-alarm="E101"]'));
   const { current } = await other.call<{ current: { shelvings: { who: string; reason: string; ended_by: string }[] }[] }>("alarms", {});
   const [shelving] = current[0]?.shelvings ?? [];
   expect(shelving?.reason).toBe("the grease comes on Monday");

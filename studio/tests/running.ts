@@ -6,6 +6,7 @@ import { tmpdir } from "node:os";
 import { join, resolve } from "node:path";
 import axe from "axe-core";
 import { type Browser, type BrowserContext, chromium, type Locator, type Page } from "playwright-core";
+import { afterEach, expect } from "vitest";
 
 export const ROOT = resolve(import.meta.dirname, "../..");
 /** Where screenshots are kept. */
@@ -96,6 +97,8 @@ export const LOOKS: Look[] = [
 export async function open(browser: Browser, url: string, look: Look = LOOKS[0] as Look): Promise<Opened> {
   const context = await browser.newContext({ viewport: { width: look.width, height: look.height }, colorScheme: look.scheme });
   context.setDefaultTimeout(PATIENCE_MS);
+  await context.exposeBinding("tellUnaimed", ({ page }, name: string) => void (pressingFreely.has(page) || unaimed.push(name)));
+  await context.addInitScript(watchForUnaimed);
   const page = await context.newPage();
   const errors: string[] = [];
   page.on("console", (message) => {
@@ -142,6 +145,31 @@ export async function axeFindings(page: Page): Promise<string[]> {
 /** How long a control stands still before a person presses it, ms. */
 const AIMED_MS = 200;
 
+/** Names of controls that command and were pressed by a test that had not aimed: the page may refuse such a press on a slow machine. */
+const unaimed: string[] = [];
+/** Pages whose test presses anything at any time, and expects refusals. */
+const pressingFreely = new WeakSet<Page>();
+
+afterEach(() => {
+  expect(unaimed.splice(0), "controls that command are pressed with `command`, or after `standsStill`").toEqual([]);
+});
+
+/** Lets a test press any control of a page without aiming first. */
+export function pressFreely(page: Page): void {
+  pressingFreely.add(page);
+}
+
+/** Runs in the page, before its own scripts: tells of each press of a control that commands and was not aimed at. */
+function watchForUnaimed(): void {
+  const told = window as unknown as { aimed?: string; tellUnaimed: (name: string) => void };
+  const press = (event: PointerEvent) => {
+    const control = event.target instanceof Element ? event.target.closest("button") : null;
+    if (event.button !== 0 || !control?.closest("[data-commands]") || control.textContent === told.aimed) return;
+    told.tellUnaimed(control.getAttribute("aria-label") ?? control.textContent ?? "");
+  };
+  window.addEventListener("pointerdown", press, true);
+}
+
 /**
  * Presses a control that commands, as a person does: once it stands still, and again where the page says that the press came too late or
  * that something else was there when it was aimed. Waits for what it leads to.
@@ -175,12 +203,13 @@ function standStill(element: Element, for_ms: number): Promise<void> {
   return new Promise((over) => {
     let place = "";
     let since = performance.now();
-    const look = () => {
+    const look = (): unknown => {
       const now = JSON.stringify(element.getBoundingClientRect());
       if (now !== place) since = performance.now();
       place = now;
-      if (performance.now() - since >= for_ms) over();
-      else requestAnimationFrame(look);
+      if (performance.now() - since < for_ms) return requestAnimationFrame(look);
+      (window as unknown as { aimed: string | null }).aimed = element.textContent;
+      over();
     };
     look();
   });

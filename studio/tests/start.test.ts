@@ -4,7 +4,7 @@ import { join } from "node:path";
 import type { Browser } from "playwright-core";
 import { afterAll, beforeAll, expect, test } from "vitest";
 import { Commander } from "./commander";
-import { axeFindings, browse, command, goTo, LOOKS, type Opened, open, type Running, run, shoot, show } from "./running";
+import { axeFindings, browse, command, goTo, LOOKS, type Opened, open, type Running, run, shoot, show, standsStill } from "./running";
 
 let running: Running;
 let browser: Browser;
@@ -79,6 +79,7 @@ test("what is offered works: a joint is jogged, and the arm moves to a position"
   const jog = page.getByRole("button", { name: "Jog wrist_3 forward while held" });
   await jog.waitFor();
   await jog.hover();
+  await standsStill(jog);
   await page.mouse.down();
   await expect.poll(async () => Math.abs(await watch.value("ur5e.wrist_3.sensed"))).toBeGreaterThan(0.01);
   await page.mouse.up();
@@ -88,7 +89,9 @@ test("what is offered works: a joint is jogged, and the arm moves to a position"
   await page.getByRole("link", { name: "Move to a position" }).click();
   const form = page.locator("form.start");
   const goal = form.getByRole("group", { name: "goal" });
-  await goal.getByRole("button", { name: "Present" }).click();
+  const present = goal.getByRole("button", { name: "Present" });
+  await standsStill(present);
+  await present.click();
   await expect.poll(() => goal.getByLabel("wrist_3").inputValue()).not.toBe("");
   await goal.getByLabel("wrist_3").fill("-20 deg");
   // The form is longer than the window, and its button is in view.

@@ -115,8 +115,7 @@ test("a move is started from the form, runs, and is halted", async () => {
   await command(form.getByRole("button", { name: "Start" }), instance);
   await page.locator('.list.lit[data-list="start"]').waitFor();
   const name = (await instance.getByRole("link").textContent()) ?? "";
-  await instance.getByRole("button", { name: "Halt" }).click();
-  await page.locator(".reports li").filter({ hasText: name }).first().waitFor();
+  await command(instance.getByRole("button", { name: "Halt" }), page.locator(".reports li").filter({ hasText: name }));
   await page.locator(".history").getByText("command list 'stop'").waitFor();
   await page.locator(".instances li").filter({ hasText: name }).getByText("ended").waitFor();
 });
@@ -131,7 +130,7 @@ test("two that need the same joint: the second is refused, and the holder is nam
   const form = page.locator("form.start");
   // What was written before is still there.
   expect(await form.getByRole("group", { name: "speed" }).getByLabel("wrist_3").inputValue()).toBe("0.2");
-  await form.getByRole("button", { name: "Clear" }).click();
+  await command(form.getByRole("button", { name: "Clear" }), form.locator(".clear:disabled"));
   await choose(page, ["shoulder_pan", "wrist_3"]);
   await form.getByRole("group", { name: "goal" }).getByLabel("shoulder_pan").fill("0");
   await form.getByRole("group", { name: "goal" }).getByLabel("wrist_3").fill("0");
@@ -142,20 +141,19 @@ test("changing inputs begins with the present values, and follows them", async (
   const { page } = studio;
   await show(page, "verbs/sway/sway%231");
   const instance = page.locator(".instances > li").filter({ has: page.getByRole("link", { name: "sway#1" }) });
-  await instance.getByRole("button", { name: "Change inputs" }).click();
   const field = instance.getByLabel("amplitude");
+  await command(instance.getByRole("button", { name: "Change inputs" }), field);
   expect(await field.inputValue()).toBe("0.4");
   const change = instance.getByRole("button", { name: "Change", exact: true });
   expect(await change.isDisabled(), "nothing is changed yet").toBe(true);
   await field.fill("0.3 rad");
   await instance.getByText("now 0.4").waitFor();
-  await change.click();
+  await command(change, instance.getByText("now 0.4"), "detached");
   await expect.poll(() => field.inputValue(), { timeout: PATIENCE_MS }).toBe("0.3");
   await field.fill("2");
-  await change.click();
-  await instance.getByText("its range is").waitFor();
+  await command(change, instance.getByText("its range is"));
   expect(await field.inputValue(), "what was written stays").toBe("2");
-  await instance.getByRole("button", { name: "Change inputs" }).click();
+  await command(instance.getByRole("button", { name: "Change inputs" }), field, "detached");
 });
 
 test("the log has commands and who gave them, and is filtered", async () => {

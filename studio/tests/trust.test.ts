@@ -67,12 +67,10 @@ test("a driver's counters and services are seen, and a service is asked for by i
   await expect.poll(() => panel.locator("[data-counter]").first().textContent()).toMatch(/\d/);
   await panel.getByText(/services:/).click();
   const place = panel.getByRole("form", { name: "Service place of drives" });
-  await place.getByRole("button", { name: "Ask" }).click();
-  await place.getByText("a value is needed").waitFor();
+  await command(place.getByRole("button", { name: "Ask" }), place.getByText("a value is needed"));
   await place.getByLabel("part").fill("x");
   await place.getByLabel("position").fill("0,5");
-  await place.getByRole("button", { name: "Ask" }).click();
-  await place.getByText("write 0.5").waitFor();
+  await command(place.getByRole("button", { name: "Ask" }), place.getByText("write 0.5"));
   await place.getByLabel("position").fill("0.5");
   await command(place.getByRole("button", { name: "Ask" }), place.getByText("done", { exact: true }));
   await panel.getByText(/channels/).click();
@@ -101,17 +99,14 @@ test("the right mouse button moves no joint", async () => {
 test("a time limit is read as the package reads it, or refused with a sentence; nothing starts without it", async () => {
   const { page } = studio;
   await fillMove(page, "1,5 s");
-  await page.locator("form.start").getByRole("button", { name: "Start" }).click();
-  await page.locator("form.start").getByText("'1,5 s' has a decimal comma: write 1.5").waitFor();
-  await page.locator("form.start").getByLabel("Time limit").fill("soon");
-  await page.locator("form.start").getByRole("button", { name: "Start" }).click();
-  await page.locator("form.start").getByText("'soon' is not a number with a unit").waitFor();
+  const form = page.locator("form.start");
+  const start = form.getByRole("button", { name: "Start" });
+  await command(start, form.getByText("'1,5 s' has a decimal comma: write 1.5"));
+  await form.getByLabel("Time limit").fill("soon");
+  await command(start, form.getByText("'soon' is not a number with a unit"));
   const started = page.waitForRequest((request) => request.url().endsWith("/v1/call/start"));
   await fillMove(page, "2.5 min");
-  await command(
-    page.locator("form.start").getByRole("button", { name: "Start" }),
-    page.locator(".instances li").filter({ hasText: "running" }),
-  );
+  await command(start, page.locator(".instances li").filter({ hasText: "running" }));
   expect((await started).postDataJSON().limits).toEqual({ time_limit_ns: 150_000_000_000 });
 });
 
@@ -122,8 +117,8 @@ test("who has lost command can still halt what he has started", async () => {
   const other = await Commander.open(running.url, true);
   await page.locator(".holder").getByText("commander", { exact: true }).waitFor();
   const name = (await instance.getByRole("link").textContent()) ?? "";
-  await instance.getByRole("button", { name: "Halt" }).click();
-  await page.locator(".instances li").filter({ hasText: name }).getByText("ended").waitFor();
+  const ended = page.locator(".instances li").filter({ hasText: name }).getByText("ended");
+  await command(instance.getByRole("button", { name: "Halt" }), ended);
   expect(await other.holder()).toBe("commander");
   await other.close();
 });
@@ -138,8 +133,8 @@ test("an alarm is seen in every view, and acknowledged where it is seen", async 
     await page.getByRole("status", { name: "Alarms" }).getByText("press: oil is low").waitFor();
   }
   await other.close();
-  await page.getByRole("button", { name: "Acknowledge E7 of press" }).click();
-  await page.getByRole("button", { name: "Acknowledge E7 of press" }).waitFor({ state: "detached" });
+  const acknowledge = page.getByRole("button", { name: "Acknowledge E7 of press" });
+  await command(acknowledge, acknowledge, "detached");
 });
 
 test("the emergency stop stands at one place in every state and width, and says what became of a press", async () => {

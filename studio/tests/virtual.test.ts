@@ -3,7 +3,21 @@
 import { join } from "node:path";
 import type { Browser, Page } from "playwright-core";
 import { afterAll, beforeAll, expect, test } from "vitest";
-import { axeFindings, browse, goTo, LOOKS, type Opened, open, type Running, run, STOP, shoot, stopRectangles } from "./running";
+import {
+  axeFindings,
+  browse,
+  command,
+  goTo,
+  LOOKS,
+  type Opened,
+  open,
+  type Running,
+  run,
+  STOP,
+  shoot,
+  standsStill,
+  stopRectangles,
+} from "./running";
 
 let running: Running;
 let browser: Browser;
@@ -29,12 +43,13 @@ test("the clock stands until it is moved: a firing, and to the condition that is
   const clock = page.getByRole("group", { name: "Virtual clock" });
   await expect.poll(() => now(page)).toBeLessThan(0.05);
   const before = await now(page);
-  await clock.getByRole("button", { name: "Next firing" }).click();
+  const next = clock.getByRole("button", { name: "Next firing" });
+  await standsStill(next);
+  await next.click();
   await expect.poll(() => now(page)).toBeGreaterThan(before);
   expect((await now(page)) - before).toBeLessThan(0.0205);
   await clock.getByLabel("Condition").fill("fell");
-  await clock.getByRole("button", { name: "To condition" }).click();
-  await clock.getByRole("status").getByText("blink#1").waitFor();
+  await command(clock.getByRole("button", { name: "To condition" }), clock.getByRole("status").getByText("blink#1"));
   expect(await clock.getByRole("status").textContent()).toContain("fell");
   await expect.poll(() => now(page)).toBeCloseTo(2.02, 3);
   // The log has nothing behind it: the clock stands at that very firing.
@@ -59,11 +74,10 @@ test("it runs at a rate until it is held, and every look passes the check of axe
   const clock = page.getByRole("group", { name: "Virtual clock" });
   await clock.getByLabel("Rate of the clock").selectOption("10");
   const before = await now(page);
-  await clock.getByRole("button", { name: "Run clock" }).click();
+  await command(clock.getByRole("button", { name: "Run clock" }), clock.getByRole("button", { name: "Hold clock" }));
   await expect.poll(() => now(page)).toBeGreaterThan(before + 1);
   expect(await stopRectangles(page), "the clock runs").toEqual([STOP]);
-  await clock.getByRole("button", { name: "Hold clock" }).click();
-  await clock.getByRole("button", { name: "Run clock" }).waitFor();
+  await command(clock.getByRole("button", { name: "Hold clock" }), clock.getByRole("button", { name: "Run clock" }));
   for (const look of LOOKS) {
     await page.setViewportSize({ width: look.width, height: look.height });
     await page.emulateMedia({ colorScheme: look.scheme });
