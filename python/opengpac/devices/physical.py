@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 import functools
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from typing import TYPE_CHECKING, Any
 
 from ..application.arguments import Argument
@@ -14,7 +14,7 @@ from ..refusals.declared_names import DeclaredNames
 from ..refusals.source_location import here
 from ..system.sources import Source
 from ..values.arrays import np
-from ..values.encoding import dtype_of
+from ..values.encoding import decoder_of, dtype_of
 from ..values.tables import Table, TableDisplay, Tables, identifiers
 from .services import Services
 
@@ -47,6 +47,11 @@ class Channel(DeclaredNames, Argument):
     def dtype(self) -> np.dtype[Any]:
         """The dtype of its value."""
         return dtype_of(self._about["type"])
+
+    @functools.cached_property
+    def _decode(self) -> Callable[[bytes], Any]:
+        """Gives its value from the bytes of one."""
+        return decoder_of(self._about["type"])
 
     @property
     def full_name(self) -> str:

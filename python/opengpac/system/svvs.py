@@ -13,7 +13,7 @@ from ..application.arguments import Argument
 from ..errors import CallError, Error, NotEnabled, UnknownName, ValueRefused, gone, refusals, refuse
 from ..refusals.declared_names import DeclaredNames
 from ..values.arrays import np
-from ..values.encoding import dtype_of, from_bytes, plain, value_of
+from ..values.encoding import decoder_of, dtype_of, from_bytes, plain
 from ..values.tables import Table, TableDisplay
 
 if TYPE_CHECKING:
@@ -108,6 +108,11 @@ class SVV(TableDisplay, DeclaredNames, Argument, Generic[T]):
         """The dtype of its value."""
         return dtype_of(self._about["type"])
 
+    @functools.cached_property
+    def _decode(self) -> Callable[[bytes], Any]:
+        """Gives its value from the bytes of one."""
+        return decoder_of(self._about["type"])
+
     @property
     def type(self) -> str:
         """Its C type."""
@@ -121,7 +126,7 @@ class SVV(TableDisplay, DeclaredNames, Argument, Generic[T]):
     def _read(self) -> tuple[Any, int, float]:
         with refusals:
             _, [(data, number, time_ns)] = self.system._alive().read([self._asked])
-        return value_of(data, self._about["type"]), number, time_ns * 1e-9
+        return self._decode(data), number, time_ns * 1e-9
 
     @property
     def value(self) -> T:
@@ -262,4 +267,4 @@ def rows_of(system: System, svvs: Sequence[SVV[Any] | Channel]) -> tuple[int, li
     """Reads these at one time: when that was, ns, and value, number and time of each, ns."""
     with refusals:
         time_ns, rows = system._alive().read([each._asked for each in svvs])
-    return time_ns, [(value_of(data, svv._about["type"]), number, at_ns) for svv, (data, number, at_ns) in zip(svvs, rows, strict=True)]
+    return time_ns, [(svv._decode(data), number, at_ns) for svv, (data, number, at_ns) in zip(svvs, rows, strict=True)]

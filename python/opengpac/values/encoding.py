@@ -7,25 +7,19 @@ from __future__ import annotations
 import json
 import math
 import struct
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from typing import Any
 
 from ..errors import ValueRefused, refuse
 from .arrays import is_array, is_record, np
 from .numbers import is_masked, number, rows
 
-_SCALARS = {
-    "double": "<f8", "float": "<f4", "bool": "?",
-    "int8_t": "<i1", "int16_t": "<i2", "int32_t": "<i4", "int64_t": "<i8",
-    "uint8_t": "<u1", "uint16_t": "<u2", "uint32_t": "<u4", "uint64_t": "<u8",
-}  # fmt: skip
-
 _FORMATS = {
     "double": "<d", "float": "<f", "bool": "?",
     "int8_t": "<b", "int16_t": "<h", "int32_t": "<i", "int64_t": "<q",
     "uint8_t": "<B", "uint16_t": "<H", "uint32_t": "<I", "uint64_t": "<Q",
 }  # fmt: skip
-"""The same for one number alone, which needs no array."""
+"""The format by which `struct` reads each C scalar."""
 
 
 def dtype_of(tree: Mapping[str, Any]) -> np.dtype[Any]:
@@ -37,7 +31,8 @@ def dtype_of(tree: Mapping[str, Any]) -> np.dtype[Any]:
     dtype(('<f4', (3,)))
     """
     if "scalar" in tree:
-        return np.dtype(_SCALARS[tree["scalar"]])
+        # NumPy has the names of C but for this one: its `float` is C's double.
+        return np.dtype("float32" if tree["scalar"] == "float" else tree["scalar"].removesuffix("_t"))
     if "array" in tree:
         element, count = tree["array"]
         return np.dtype((dtype_of(element), (count,)))
@@ -64,15 +59,19 @@ def from_bytes(data: bytes, dtype: np.dtype[Any]) -> Any:
     return array[()] if base.names else array.item()
 
 
-def value_of(data: bytes, tree: Mapping[str, Any]) -> Any:
-    """Returns the Python value of an object's bytes, whose C type is given as the model's tree.
+def decoder_of(tree: Mapping[str, Any]) -> Callable[[bytes], Any]:
+    """Returns the function that gives the Python value of an object's bytes, for the C type that the model's tree describes.
 
-    >>> value_of(bytes([0, 0, 0, 63]), {"scalar": "float"})
+    A single number needs no array: neither NumPy nor its dtype is asked for.
+
+    >>> decoder_of({"scalar": "float"})(bytes([0, 0, 0, 63]))
     0.5
     """
     if "scalar" in tree:
-        return struct.unpack(_FORMATS[tree["scalar"]], data)[0]
-    return from_bytes(data, dtype_of(tree))
+        unpack = struct.Struct(_FORMATS[tree["scalar"]]).unpack
+        return lambda data: unpack(data)[0]
+    dtype = dtype_of(tree)
+    return lambda data: from_bytes(data, dtype)
 
 
 def plain(value: Any, what: str = "the value") -> Any:

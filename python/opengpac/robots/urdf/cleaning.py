@@ -11,8 +11,7 @@ from .structure import MOVING
 
 _READ = ("link", "joint", "mujoco")
 """What is taken from a file; materials, transmissions, plugins and `ros2_control` are not."""
-_MOMENTS = ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")
-_PRODUCTS = _MOMENTS[3:]
+_PRODUCTS = numbers.MOMENTS[3:]
 
 BALL_M = 0.05
 """Radius of the ball whose inertia a link is given that has a mass alone, m."""
@@ -207,7 +206,7 @@ def _clean_link(source: Source, link: ElementTree.Element, moves: bool) -> None:
     kilograms = 0.0 if mass is None else source.numbers(mass, "value", 1, "0")[0]
     moments = [0.0] * 6
     if inertia is not None:
-        moments = [source.numbers(inertia, word, 1, "0")[0] for word in _MOMENTS]
+        moments = [source.numbers(inertia, word, 1, "0")[0] for word in numbers.MOMENTS]
     if kilograms <= 0.0:
         if moves:
             source.note(f"link '{name}' has a mass of {kilograms:g} kg: it is taken from its shapes", inertial)
@@ -217,7 +216,7 @@ def _clean_link(source: Source, link: ElementTree.Element, moves: bool) -> None:
             source.note(f"link '{name}' has an inertia that no body has: that of a ball of 5 cm is taken", inertial)
         moment = 0.4 * kilograms * BALL_M**2
         element = ElementTree.SubElement(inertial, "inertia") if inertia is None else inertia
-        element.attrib.update({word: f"{0.0 if word in _PRODUCTS else moment}" for word in _MOMENTS})
+        element.attrib.update({word: f"{0.0 if word in _PRODUCTS else moment}" for word in numbers.MOMENTS})
 
 
 def _flat(shape: ElementTree.Element) -> str:

@@ -9,14 +9,14 @@ from xml.etree import ElementTree
 from ..plausible import ANGLE, HUGE, INERTIA, LENGTH, MASS, RATIO, Bounds, check_bounds
 from .source import Source
 
-_MOMENTS = ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")
+MOMENTS = ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")
 _NUMBERS: Mapping[tuple[str, str], tuple[int, Bounds]] = {
     ("origin", "xyz"): (3, LENGTH),
     ("origin", "rpy"): (3, ANGLE),
     ("axis", "xyz"): (3, RATIO),
     # What is below zero and must not be is put right later: a mass, a size, a damping, a friction.
     ("mass", "value"): (1, Bounds(-HUGE, MASS.high, "kg")),
-    **{("inertia", moment): (1, INERTIA) for moment in _MOMENTS},
+    **{("inertia", moment): (1, INERTIA) for moment in MOMENTS},
     ("box", "size"): (3, LENGTH),
     **{(shape, size): (1, LENGTH) for shape in ("cylinder", "capsule") for size in ("radius", "length")},
     ("sphere", "radius"): (1, LENGTH),
