@@ -167,7 +167,8 @@ impl ToolJog {
         let goes_on = wish.twist.unit().is_some_and(|unit| unit.is_along(&heading.unit)) && self.obstacle.is_none();
         let wanted = if goes_on { wish.twist.speed() * wish.share } else { 0.0 };
         self.speed = if self.way.is_at_rest() && self.rest >= REST && self.speed == 0.0 { wanted } else { (self.speed * HIGHER).min(wanted) };
-        let limits = self.along(arm, wish, &heading);
+        let slopes = slopes(arm, &heading, &self.q[0]);
+        let limits = along(wish, &heading, &slopes);
         let way = if self.speed == 0.0 {
             towards(self.way, 0.0, limits, wish.cycle_s)
         } else if heading.distance.is_finite() {
@@ -175,7 +176,7 @@ impl ToolJog {
         } else {
             towards(self.way, self.speed, limits, wish.cycle_s)
         };
-        match self.checked(arm, wish, &heading, way, limits) {
+        match self.checked(arm, wish, &heading, way, limits, &slopes) {
             Ok(stop) => {
                 self.stop = stop;
                 self.follow();
@@ -209,24 +210,9 @@ impl ToolJog {
         (self.way, self.speed, self.obstacle, self.stop.count) = (State::default(), 0.0, None, 0);
     }
 
-    /// Acceleration and jerk along the direction: those of the tool, or what the joints allow where they are now.
-    fn along(&self, arm: &Arm, wish: &Wish, heading: &Heading) -> Limits {
-        let (linear, angular) = (length(heading.linear), length(heading.angular));
-        let part = |limit: f64, by: f64| if by > 0.0 { limit / by } else { f64::INFINITY };
-        let mut limits = Limits {
-            speed: f64::INFINITY,
-            acceleration: part(wish.linear.acceleration, linear).min(part(wish.angular.acceleration, angular)),
-            jerk: part(wish.linear.jerk, linear).min(part(wish.angular.jerk, angular)),
-        };
-        for (slope, joint) in slopes(arm, heading, &self.q[0]).into_iter().zip(wish.joints) {
-            limits.acceleration = limits.acceleration.min(part(SHARE * joint.acceleration, slope));
-            limits.jerk = limits.jerk.min(part(SHARE * joint.jerk, slope));
-        }
-        limits
-    }
-
-    /// Computes the set-points from a state along the direction to rest; the error is what is in the way of them.
-    fn checked(&self, arm: &Arm, wish: &Wish, heading: &Heading, way: State, limits: Limits) -> Result<Stop, Obstacle> {
+    /// Computes the set-points from a state along the direction to rest, within these limits along it; the error is what is in the way of
+    /// them. `slopes` are those of the joints now.
+    fn checked(&self, arm: &Arm, wish: &Wish, heading: &Heading, way: State, limits: Limits, slopes: &[f64; JOINTS_MAX]) -> Result<Stop, Obstacle> {
         let profile = Profile::stop(way, limits);
         let count = 1 + (profile.duration_s() / wish.cycle_s).ceil() as usize;
         if count > STOP_MAX {
@@ -246,17 +232,8 @@ impl ToolJog {
             check(wish, &last[0], &last)?;
             last = [last[0], last[0], last[1]];
         }
-        self.check_approach(arm, wish, heading, &last[0])?;
+        check_approach(arm, wish, heading, slopes, &last[0])?;
         Ok(stop)
-    }
-
-    /// Checks that a place of rest is not too near to a singularity that lies ahead: there the joints' ways for that of the tool are so
-    /// long that the direction is given up. The way back, along which they become shorter, is always free.
-    fn check_approach(&self, arm: &Arm, wish: &Wish, heading: &Heading, rest: &[f64; JOINTS_MAX]) -> Result<(), Obstacle> {
-        let slowest = SLOWEST * wish.twist.speed();
-        let (now, then) = (slopes(arm, heading, &self.q[0]), slopes(arm, heading, rest));
-        let is_too_near = |i: usize, joint: &Limits| then[i] > now[i] && (then[i] > SLOPE_MAX || then[i] * slowest > joint.speed);
-        if wish.joints.iter().enumerate().any(|(i, joint)| is_too_near(i, joint)) { Err(Obstacle::Singular) } else { Ok(()) }
     }
 
     /// Takes the next set-point of the stop that was checked last, or stays.
@@ -274,6 +251,31 @@ impl ToolJog {
         self.rest = if q == self.q[0] && way.is_at_rest() { self.rest.saturating_add(1) } else { 0 };
         (self.q, self.way) = ([q, self.q[0], self.q[1]], way);
     }
+}
+
+/// Returns acceleration and jerk along the direction: those of the tool, or what the joints allow where these are their slopes.
+fn along(wish: &Wish, heading: &Heading, slopes: &[f64; JOINTS_MAX]) -> Limits {
+    let (linear, angular) = (length(heading.linear), length(heading.angular));
+    let part = |limit: f64, by: f64| if by > 0.0 { limit / by } else { f64::INFINITY };
+    let mut limits = Limits {
+        speed: f64::INFINITY,
+        acceleration: part(wish.linear.acceleration, linear).min(part(wish.angular.acceleration, angular)),
+        jerk: part(wish.linear.jerk, linear).min(part(wish.angular.jerk, angular)),
+    };
+    for (slope, joint) in slopes.iter().zip(wish.joints) {
+        limits.acceleration = limits.acceleration.min(part(SHARE * joint.acceleration, *slope));
+        limits.jerk = limits.jerk.min(part(SHARE * joint.jerk, *slope));
+    }
+    limits
+}
+
+/// Checks that a place of rest is not too near to a singularity that lies ahead: there the joints' ways for that of the tool are so
+/// long that the direction is given up. The way back, along which they become shorter than they are now, is always free.
+fn check_approach(arm: &Arm, wish: &Wish, heading: &Heading, now: &[f64; JOINTS_MAX], rest: &[f64; JOINTS_MAX]) -> Result<(), Obstacle> {
+    let slowest = SLOWEST * wish.twist.speed();
+    let then = slopes(arm, heading, rest);
+    let is_too_near = |i: usize, joint: &Limits| then[i] > now[i] && (then[i] > SLOPE_MAX || then[i] * slowest > joint.speed);
+    if wish.joints.iter().enumerate().any(|(i, joint)| is_too_near(i, joint)) { Err(Obstacle::Singular) } else { Ok(()) }
 }
 
 /// Returns the way of each joint for a way of the tool of 1 m, or 1 rad, along the direction, where the joints are at `q`.
@@ -310,142 +312,4 @@ fn check(wish: &Wish, q: &[f64; JOINTS_MAX], last: &[[f64; JOINTS_MAX]; 3]) -> R
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::kinematics::chain::samples::{HOME, six_joints};
-    use crate::path::samples::numbers;
-
-    const JOINT: Limits = Limits { speed: 0.25, acceleration: 5.0, jerk: 50.0 };
-    const LINEAR: Limits = Limits { speed: f64::INFINITY, acceleration: 0.5, jerk: 5.0 };
-    const ANGULAR: Limits = Limits { speed: f64::INFINITY, acceleration: 2.5, jerk: 25.0 };
-    const CYCLE_S: f64 = 0.02;
-
-    fn twist(linear: [f64; 3], angular: [f64; 3], in_tool: bool) -> Twist {
-        Twist { linear, angular, in_tool }
-    }
-
-    /// Runs `steps` set-points, checking each against the limits of the joints, and gives the poses of the tool.
-    fn run(jog: &mut ToolJog, steps: usize, range: f64, mut wanted: impl FnMut(usize) -> (Twist, f64)) -> Vec<Pose> {
-        let chain = six_joints();
-        let arm = chain.read(6).expect("a chain");
-        let mut last = jog.q;
-        let mut poses = Vec::new();
-        for k in 0..steps {
-            let (twist, distance) = wanted(k);
-            let ranges = Ranges { min: &[-range; 6], max: &[range; 6] };
-            jog.advance(&arm, &Wish { twist, distance, share: 1.0, linear: LINEAR, angular: ANGULAR, joints: &[JOINT; 6], ranges, cycle_s: CYCLE_S });
-            let now = *jog.setpoint();
-            for i in 0..6 {
-                let (v, a) = (now[i] - last[0][i], now[i] - 2.0 * last[0][i] + last[1][i]);
-                let j = now[i] - 3.0 * last[0][i] + 3.0 * last[1][i] - last[2][i];
-                assert!(v.abs() <= 1.00001 * JOINT.speed * CYCLE_S && a.abs() <= 1.00001 * JOINT.acceleration * CYCLE_S.powi(2), "joint {i} at {k}");
-                assert!(j.abs() <= 1.00001 * JOINT.jerk * CYCLE_S.powi(3), "jerk of joint {i} at {k}: {}", j / CYCLE_S.powi(3));
-                assert!(now[i].abs() <= range, "joint {i} at {k}: {}", now[i]);
-            }
-            last = [now, last[0], last[1]];
-            poses.push(arm.posture(&now[..6]).tool);
-        }
-        poses
-    }
-
-    fn at(q: [f64; 6]) -> ToolJog {
-        let mut jog = ToolJog::default();
-        let mut all = [0.0; JOINTS_MAX];
-        all[..6].copy_from_slice(&q);
-        jog.begin(&all);
-        jog
-    }
-
-    #[test]
-    fn the_speed_along_the_axis_is_held_and_the_distance_is_exact() {
-        for in_tool in [false, true] {
-            let mut jog = at(HOME);
-            let poses = run(&mut jog, 300, 6.3, |_| (twist([0.0, 0.05, 0.0], [0.0; 3], in_tool), 0.1));
-            let start = six_joints().read(6).expect("a chain").posture(&HOME).tool;
-            let axis = if in_tool { rotate(start.quaternion, [0.0, 1.0, 0.0]) } else { [0.0, 1.0, 0.0] };
-            for (k, two) in poses.windows(2).enumerate() {
-                let (way, turn) = two[0].to(&two[1]);
-                let along: f64 = way.iter().zip(&axis).map(|(a, b)| a * b).sum();
-                assert!(length(turn) < 1e-7 && (length(way) - along.abs()).abs() < 1e-7, "off the axis at {k}");
-                assert!(along <= 0.05 * CYCLE_S + 1e-9);
-                if (20..90).contains(&k) {
-                    assert!((along / CYCLE_S - 0.05).abs() < 1e-6, "{} m/s at {k}", along / CYCLE_S);
-                }
-            }
-            assert!((length(start.to(&poses[299]).0) - 0.1).abs() < 1e-9 && jog.has_arrived() && jog.obstacle().is_none());
-        }
-    }
-
-    #[test]
-    fn a_turn_leaves_the_tool_where_it_is() {
-        let mut jog = at(HOME);
-        let start = six_joints().read(6).expect("a chain").posture(&HOME).tool;
-        let poses = run(&mut jog, 300, 6.3, |_| (twist([0.0; 3], [0.0, 0.0, 0.2], true), 0.3));
-        assert!(poses.iter().all(|pose| length(start.to(pose).0) < 1e-6));
-        assert!((length(start.to(&poses[299]).1) - 0.3).abs() < 1e-8 && jog.has_arrived());
-    }
-
-    #[test]
-    fn at_the_end_of_its_reach_and_of_a_range_it_rests_on_its_line() {
-        for (range, expected) in [(6.3, Obstacle::Singular), (1.7, Obstacle::Limit(1))] {
-            let mut jog = at(HOME);
-            let start = six_joints().read(6).expect("a chain").posture(&HOME).tool;
-            let poses = run(&mut jog, 2000, range, |_| (twist([0.25, 0.0, 0.0], [0.0; 3], false), f64::INFINITY));
-            assert_eq!(jog.obstacle(), Some(expected));
-            let gone = start.to(&poses[1999]).0;
-            assert!(gone[0] > 0.02 && gone[1].abs() < 1e-6 && gone[2].abs() < 1e-6, "{gone:?}");
-            // And back.
-            let back = run(&mut jog, 200, range, |_| (twist([-0.1, 0.0, 0.0], [0.0; 3], false), f64::INFINITY));
-            assert!(start.to(&back[199]).0[0] < gone[0] - 0.05);
-        }
-    }
-
-    /// Presses one after the other against the end of the reach, each from rest: they creep nearer to it, and the way back stays free.
-    #[test]
-    fn the_way_back_is_free_however_often_a_jog_was_pressed_against_its_end() {
-        let chain = six_joints();
-        let arm = chain.read(6).expect("a chain");
-        for seed in 0..12 {
-            let mut number = numbers(seed + 1);
-            let q = if seed == 0 { HOME } else { std::array::from_fn(|i| HOME[i] + number(-0.3, 0.3)) };
-            let out: [f64; 3] = if seed == 0 { [0.0, 0.0, 1.0] } else { std::array::from_fn(|_| number(-1.0, 1.0)) };
-            let out = scale(out, 1.0 / length(out));
-            let mut jog = at(q);
-            for press in 0..5 {
-                let speed = if number(0.0, 1.0) < 0.5 { 0.25 } else { 0.05 };
-                let there = *jog.setpoint();
-                jog.begin(&there);
-                run(&mut jog, 2000, 6.3, |_| (twist(scale(out, speed), [0.0; 3], false), f64::INFINITY));
-                assert!(jog.obstacle().is_some(), "seed {seed}, press {press}");
-                let end = arm.posture(&jog.setpoint()[..6]).tool;
-                for speed in [0.25, 0.05] {
-                    let mut back = jog;
-                    back.begin(jog.setpoint());
-                    let poses = run(&mut back, 200, 6.3, |_| (twist(scale(out, -speed), [0.0; 3], false), f64::INFINITY));
-                    let gone = length(end.to(&poses[199]).0);
-                    assert!(gone > 0.02, "seed {seed}, press {press}: {gone} m back at {speed} m/s, {:?}", back.obstacle());
-                }
-            }
-        }
-    }
-
-    #[test]
-    fn directions_speeds_and_stops_at_random_keep_every_limit() {
-        for seed in 1..60 {
-            let mut number = numbers(seed);
-            let q = std::array::from_fn(|i| HOME[i] + number(-0.8, 0.8));
-            let mut jog = at(q);
-            let mut now = (Twist::default(), f64::INFINITY);
-            run(&mut jog, 600, 2.6, |k| {
-                if k % 40 == 0 {
-                    let mut part = |most: f64| if number(0.0, 1.0) < 0.5 { 0.0 } else { number(-most, most) };
-                    let (linear, angular) = (std::array::from_fn(|_| part(0.25)), std::array::from_fn(|_| part(1.0)));
-                    now = (twist(linear, angular, number(0.0, 1.0) < 0.5), if number(0.0, 1.0) < 0.3 { 0.02 } else { f64::INFINITY });
-                }
-                now
-            });
-            run(&mut jog, STOP_MAX + 5, 2.6, |_| (Twist::default(), f64::INFINITY));
-            assert!(jog.is_at_rest(), "seed {seed}");
-        }
-    }
-}
+mod tests;
