@@ -12,6 +12,7 @@ mod software;
 mod values;
 mod workspaces;
 
+pub use instances::prepare;
 pub use recordings::is_recording;
 
 use crate::Call;

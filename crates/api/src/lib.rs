@@ -26,11 +26,11 @@ pub use answered::{CallResult, Outcome};
 #[doc(hidden)]
 pub use arguments::{CallArguments, quick};
 pub use call::{Argument, Call, begin, call, commanded, known};
-pub use calls::{add, calls, find, is_recording, with_effect};
+pub use calls::{add, calls, find, is_recording, prepare, with_effect};
 pub use effect::{DriverArgument, Effect, RecordArguments};
 pub use journal::{JournalEntry, JournalRule};
 pub use open::open;
-pub use performing::{PreparedVerb, StartedVerb, prepare};
+pub use performing::{PreparedVerb, StartedVerb};
 pub use role::Role;
 pub use values::{Reading, Snapshot, snapshot};
 

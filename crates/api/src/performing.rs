@@ -1,9 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Call of a verb in steps: its instance is made, started, waited for and deleted. A daemon keeps owners and its journal between the steps.
 use crate::answered::{CallResult, Outcome};
-use crate::arguments::CallArguments;
-use crate::calls::with_effect;
-use crate::effect::Effect;
 use crate::waits::lasting;
 use model::definition::Application;
 use model::refusal::Refusals;
@@ -23,13 +20,6 @@ pub struct PreparedVerb<'a> {
 pub struct StartedVerb<'a> {
     system: &'a System,
     started: StartedInstance,
-}
-
-/// Reads the arguments of a call of a verb, and makes its instance.
-pub fn prepare<'a>(system: &'a System, arguments: &str) -> Result<PreparedVerb<'a>, Refusals> {
-    let mut given = CallArguments::of(with_effect(Effect::PerformsVerb).name, arguments)?;
-    let limits = given.may("limits")?;
-    PreparedVerb::of(system, given.whole()?, limits)
 }
 
 impl<'a> PreparedVerb<'a> {

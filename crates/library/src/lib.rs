@@ -5,7 +5,6 @@
 //! share is beside `blocks`.
 pub mod chatter;
 pub mod kinematics;
-pub mod lead;
 pub mod motion;
 pub mod online;
 pub mod pace;

@@ -6,8 +6,13 @@
 //! (the *interpolated position mode* of drives). It costs that many invocations of delay.
 
 mod approach;
+mod inputs;
+mod lead;
 
-pub use approach::{Approach, ReferenceInputs};
+pub use approach::Approach;
+pub use inputs::ReferenceInputs;
+pub use lead::Braking;
+use lead::Lead;
 
 /// Position and speed of a reference, and its way to a goal.
 #[derive(Clone, Copy, Debug, Default)]

@@ -4,10 +4,10 @@
 //! A generator stores with each set-point how fast it moves and how that changes, and when it was stored. The one that follows goes on
 //! from that state, so neither speed nor acceleration has a step. Where the last set-point is older than a cycle, nothing leads the joint:
 //! its servo is at rest, or brakes by itself and says how far beyond that set-point it leads the joint, and how fast.
-use crate::lead::Braking;
 use crate::motion::Motion;
 use crate::online::State;
 use crate::profile::{JOINTS_MAX, Limits};
+use crate::reference::Braking;
 use crate::span::Span;
 use opengpac::Invocation;
 

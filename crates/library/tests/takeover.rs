@@ -3,7 +3,7 @@
 //! of a joint whose motion is taken away, and the motion that begins from there.
 //!
 //! `make test` tries a thousand takeovers, others each day; `OPENGPAC_TAKEOVERS` says how many, and `OPENGPAC_SEED` the first seed.
-use library::lead::Braking;
+use library::reference::Braking;
 use library::reference::{Approach, ReferenceInputs};
 use opengpac::Invocation;
 use opengpac::read::{BlockFace, TypeFace};

@@ -23,6 +23,7 @@ mod finale;
 pub mod invariants;
 pub mod lives;
 pub mod memory;
+mod operate;
 pub mod operations;
 mod outcome;
 pub mod plant;

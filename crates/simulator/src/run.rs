@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 //! One seed from its beginning to its end.
 use crate::broken::BrokenInvariant;
+use crate::operate::carry_out;
 use crate::operations::{self, Operation};
 use crate::outcome::{Failure, Outcome};
 use crate::seed::Numbers;
 use crate::world::World;
-use crate::world::operate::carry_out;
 use crate::{door, finale, invariants, plant};
 use std::cell::RefCell;
 use std::mem::ManuallyDrop;

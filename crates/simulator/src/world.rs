@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //! A system under the virtual clock with a program, callers and a plant, and what is known of it.
 mod instances;
-pub mod operate;
 
 use crate::broken::{BrokenInvariant, broken, text};
 use crate::lives::Lives;
@@ -25,7 +24,7 @@ const INSTANCES: usize = 8;
 const LONG: Duration = Duration::from_secs(20);
 
 /// A wait that a caller has begun.
-struct Pending {
+pub(crate) struct Pending {
     call: &'static str,
     arguments: Json,
 }
@@ -37,11 +36,11 @@ pub struct World {
     pub lives: Lives,
     pub draw: Numbers,
     pub watching: Watching,
-    message: Option<Message>,
+    pub(crate) message: Option<Message>,
     /// Number of verbs that were tried; those that there are.
     tried: usize,
     defined: Vec<usize>,
-    pending: [Option<Pending>; CALLERS],
+    pub(crate) pending: [Option<Pending>; CALLERS],
     last_tag: i64,
     last_name: usize,
     /// Positions up to which the log and the end reports were read.
@@ -52,7 +51,7 @@ pub struct World {
     /// Since when each output has nobody who claims it.
     pub free_since: Vec<Option<i64>>,
     /// The clock of those who watch each other.
-    hearts_ns: i64,
+    pub(crate) hearts_ns: i64,
     /// Allocations of the system in calls.
     pub work: u64,
     /// Story of its making.
@@ -161,7 +160,7 @@ impl World {
         (words, result)
     }
 
-    fn define(&mut self) -> String {
+    pub(crate) fn define(&mut self) -> String {
         let Some(verb) = self.program.verbs.get(self.tried) else { return "every verb is defined".to_owned() };
         let (name, definition) = (verb.name.clone(), verb.definition.clone());
         let (answer, result) = self.told("define_verb", definition);

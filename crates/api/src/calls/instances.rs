@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Verb instances.
+use crate::arguments::CallArguments;
 use crate::calls::with_effect;
 use crate::effect::Effect;
 use crate::performing::{PreparedVerb, performed};
@@ -8,9 +9,17 @@ use crate::waits::{lasting, until};
 use indexmap::IndexMap;
 use model::definition::Application;
 use model::plan::Plan;
+use model::refusal::Refusals;
 use model::value::Value;
 use serde_json::json;
-use supervisor::{CommandSubject, InstanceAbout, InstanceState, Limits, Report};
+use supervisor::{CommandSubject, InstanceAbout, InstanceState, Limits, Report, System};
+
+/// Reads the arguments of a call of a verb, and makes its instance.
+pub fn prepare<'a>(system: &'a System, arguments: &str) -> Result<PreparedVerb<'a>, Refusals> {
+    let mut given = CallArguments::of(with_effect(Effect::PerformsVerb).name, arguments)?;
+    let limits = given.may("limits")?;
+    PreparedVerb::of(system, given.whole()?, limits)
+}
 
 crate::calls! {
     /// Verb instances.

@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Reference of a joint from invocation to invocation: its set-points, the time that was lost, and the braking after a gap.
 
-use super::{Bounds, Spline, WARY};
-use crate::lead::{Braking, Lead};
+use super::{Bounds, Braking, Lead, ReferenceInputs, Spline, WARY};
 use crate::online::State;
 use crate::span::{ElapsedTime, Span};
 use opengpac::Invocation;
@@ -24,32 +23,6 @@ pub struct Approach {
 struct Gap {
     lost_s: f64,
     left_s: f64,
-}
-
-/// Inputs of a reference in one invocation.
-#[derive(Clone, Copy, Debug, Default)]
-pub struct ReferenceInputs {
-    pub setpoint: f64,
-    /// Speed and acceleration of the set-point, and the time at which it was stored, ns; 0 if it declares none.
-    pub velocity: f64,
-    pub acceleration: f64,
-    pub time_ns: i64,
-    /// Position of the joint.
-    pub position: f64,
-    /// Addition to its readings.
-    pub offset: f64,
-    /// None where its zero is not known: then its numbers mean nothing.
-    pub range: Option<(f64, f64)>,
-    pub speed_max: f64,
-    /// Maximum acceleration while it catches up after lost time, or brakes because set-points no longer come.
-    pub acceleration_max: f64,
-    /// Maximum jerk while it brakes.
-    pub jerk_max: f64,
-    /// Measured speed of the joint.
-    pub joint_velocity: f64,
-    /// Maximum distance between reference and joint, and time that may be lost at once, s; each 0 for no bound.
-    pub error_max: f64,
-    pub gap_max_s: f64,
 }
 
 /// Result of one approach of a reference.

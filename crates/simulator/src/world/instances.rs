@@ -151,7 +151,7 @@ impl World {
         self.system.statistics().physical_devices.get("plant").is_some_and(|plant| plant.lost.is_some())
     }
 
-    pub(super) fn transit(&mut self, of: Operation, call: &str, from: &str, to: &[&str]) -> Result<String, BrokenInvariant> {
+    pub(crate) fn transit(&mut self, of: Operation, call: &str, from: &str, to: &[&str]) -> Result<String, BrokenInvariant> {
         let Some((name, id)) = self.pick(of.a) else { return Ok(format!("nothing to {call}")) };
         let before = self.system.state(id);
         let (answer, result) = self.told(call, json!({"instance": id}));
@@ -165,7 +165,7 @@ impl World {
         if is_right { Ok(words) } else { broken("life of an instance", format!("{words}; it was {before} and is {after}")) }
     }
 
-    pub(super) fn halt(&mut self, of: Operation) -> Result<String, BrokenInvariant> {
+    pub(crate) fn halt(&mut self, of: Operation) -> Result<String, BrokenInvariant> {
         let Some((name, id)) = self.pick(of.a) else { return Ok("nothing to halt".to_owned()) };
         let before = self.system.state(id);
         let is_second = of.b.is_multiple_of(3);
@@ -177,19 +177,19 @@ impl World {
         Ok(words)
     }
 
-    pub(super) fn wait(&mut self, of: Operation) -> String {
+    pub(crate) fn wait(&mut self, of: Operation) -> String {
         let Some((_, id)) = self.pick(of.a) else { return "nothing to wait for".to_owned() };
         self.begin(of.caller, "wait", json!({"instance": id, "timeout_ns": (of.b % 30) as i64 * MS}))
     }
 
-    pub(super) fn wait_shortly(&mut self, of: Operation) -> String {
+    pub(crate) fn wait_shortly(&mut self, of: Operation) -> String {
         let Some((name, id)) = self.pick(of.a) else { return "nothing to wait for".to_owned() };
         let ms = of.b % 10;
         format!("wait for '{name}', {ms} ms at the most: {}", self.told("wait", json!({"instance": id, "timeout_ns": ms as i64 * MS})).0)
     }
 
     /// A call that lasts: it is made now, and goes on while others act.
-    pub(super) fn begin(&mut self, caller: usize, call: &'static str, arguments: Json) -> String {
+    pub(crate) fn begin(&mut self, caller: usize, call: &'static str, arguments: Json) -> String {
         let words = format!("caller {caller}: {call} {arguments}");
         let answer = self.go_on(caller, call, &arguments);
         format!("{words}: {answer}")
@@ -220,7 +220,7 @@ impl World {
         words
     }
 
-    pub(super) fn delete(&mut self, of: Operation) -> Result<String, BrokenInvariant> {
+    pub(crate) fn delete(&mut self, of: Operation) -> Result<String, BrokenInvariant> {
         let Some((name, id)) = self.pick(of.a) else { return Ok("nothing to delete".to_owned()) };
         let before = self.system.state(id);
         let (answer, result) = self.told("delete", json!({"instance": id}));
@@ -235,7 +235,7 @@ impl World {
         Ok(words)
     }
 
-    pub(super) fn set(&mut self, of: Operation) -> String {
+    pub(crate) fn set(&mut self, of: Operation) -> String {
         let Some((name, id)) = self.pick(of.a) else { return "nothing to set".to_owned() };
         let verb = &self.program.verbs[self.lives.of[&name].verb];
         let Some((input, most)) = verb.inputs.get(of.b % verb.inputs.len().max(1)) else { return "nothing to set".to_owned() };
@@ -244,12 +244,12 @@ impl World {
     }
 
     /// The program stores a value that no block does.
-    pub(super) fn write(&mut self, of: Operation) -> String {
+    pub(crate) fn write(&mut self, of: Operation) -> String {
         let svv = format!("s{}.{}", of.a % PAIRS, ["a", "b"][of.b % 2]);
         format!("write 0.5 to '{svv}': {}", self.told("write", json!({"name": svv, "value": 0.5})).0)
     }
 
-    pub(super) fn look(&mut self, of: Operation) -> String {
+    pub(crate) fn look(&mut self, of: Operation) -> String {
         let call = ["statistics", "names", "installed", "log", "alarms", "verbs", "configuration"][of.a % 7];
         let (answer, _) = self.told(call, json!({}));
         format!("look at {call}: {} characters", answer.len())

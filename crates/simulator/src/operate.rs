@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Operations, carried out one by one.
-use super::World;
 use crate::broken::{BrokenInvariant, broken};
 use crate::churn::churn;
 use crate::operations::{Operation, What};
 use crate::plant;
 use crate::program::{JOINT, MS};
+use crate::world::World;
 use interconnect::Faults;
 use serde_json::json;
 

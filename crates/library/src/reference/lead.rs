@@ -8,9 +8,9 @@
 //!
 //! After a gap that is longer than allowed the servo brakes from the present position of the joint and passes over the set-points of motions
 //! from before the gap. When the joint rests, a motion that begins from there is followed at once, any other set-point only after a while.
+use super::ReferenceInputs;
 use crate::online::{State, towards};
 use crate::profile::Limits;
-use crate::reference::ReferenceInputs;
 
 /// The state of a servo that brakes by itself: its distance beyond the last set-point, and the motion there.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
