@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Declarations of all calls.
 mod alarms;
+mod arms;
 mod cell;
 mod configuration;
 mod devices;
@@ -21,10 +22,11 @@ use std::collections::HashMap;
 use std::sync::{LazyLock, OnceLock};
 
 /// The calls by subject.
-const SUBJECTS: [&[Call]; 11] = [
+const SUBJECTS: [&[Call]; 12] = [
     configuration::CONFIGURATION,
     software::SOFTWARE,
     devices::DEVICES,
+    arms::ARMS,
     instances::INSTANCES,
     values::VALUES,
     cell::CELL,

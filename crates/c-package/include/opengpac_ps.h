@@ -156,6 +156,12 @@ void opengpac_close(opengpac_system *system);
  *       Returns the value of a parameter.
  *   set_device_parameter(name, parameter, value)
  *       Sets a parameter.
+ * arms
+ *   describe_arm(...arm)
+ *       Enters an arm, in the place of the one of that name: its joints, and the geometry that joins them or
+ *       the reason why it is not known.
+ *   arms() -> list of ArmDescription
+ *       Returns the arms whose joints are there.
  * verb instances
  *   check(...application) -> Plan
  *       Plans an application without making anything. Returns the plan.

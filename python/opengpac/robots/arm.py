@@ -17,6 +17,7 @@ from .. import library
 from ..application.instances import VerbInstance
 from ..devices.groups import Group
 from ..errors import CallError, Error, NotEnabled, UnknownName, did_you_mean, refuse
+from ..studio import offered_motions
 from ..values.configurations import Configuration
 from ..values.encoding import plain
 from ..values.frames import Pose
@@ -113,7 +114,14 @@ class Arm(Group[Joint]):
             name, *joints, kinematics=self._read if of is None else lambda: of(names), states=self.states, interfaces=self.interfaces
         )
         part.model, part._kinematics_of = self.model, of
+        if isinstance(group, str):
+            part._offer()
         return part
+
+    def _offer(self) -> None:
+        """Lets a page of the system move its tool, now or once there is one."""
+        self.system._arms[self.name] = self
+        offered_motions.offer_for(self)
 
     def touching(self) -> list[tuple[str, str]]:
         """Pairs of bodies that touch where a simulated arm is now and do not at its home, by their names in the model; of others none.
@@ -164,6 +172,7 @@ class Arm(Group[Joint]):
     @tool.setter
     def tool(self, frame: Pose | Sequence[float]) -> None:
         self.kinematics.tool = Pose.of(frame)
+        offered_motions.offer_for(self)
 
     @property
     def base(self) -> Pose:
@@ -173,6 +182,7 @@ class Arm(Group[Joint]):
     @base.setter
     def base(self, frame: Pose | Sequence[float]) -> None:
         self.kinematics.base = Pose.of(frame)
+        offered_motions.offer_for(self)
 
     @property
     def payload(self) -> Payload:

@@ -142,6 +142,7 @@ def load(
                 name, len(arm), MOTION_JOINTS, part,
             )  # fmt: skip
         rtp.system._by_name.keep("arm", name, asked, arm)
+        arm._offer()
         return arm
     except BaseException:
         for joint in joints:

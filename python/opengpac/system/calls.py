@@ -169,6 +169,15 @@ class Calls(CallTransport):
         """Sets a parameter."""
         return self._ask("set_device_parameter", {"name": name, "parameter": parameter, "value": value})
 
+    def describe_arm(self, arm: Mapping[str, Any]) -> None:
+        """Enters an arm, in the place of the one of that name: its joints, and the geometry that joins them
+        or the reason why it is not known."""
+        return self._ask_of("describe_arm", arm)
+
+    def arms(self) -> list[Any]:
+        """Returns the arms whose joints are there."""
+        return self._ask("arms")
+
     def check(self, application: Mapping[str, Any]) -> Any:
         """Plans an application without making anything. Returns the plan."""
         return self._ask_of("check", application)

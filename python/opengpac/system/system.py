@@ -154,6 +154,8 @@ class System(SystemCommands, SystemTime, DeclaredNames):
         self._restored: warm_restart.RestartContents | None = None
         self._studio: Studio | None = None
         self._offers_motions = False
+        self._arms: dict[str, Any] = {}
+        """Arms of its joints, for a page that moves their tools."""
         forks.known(self)
 
     # ---- configuration ----

@@ -146,6 +146,28 @@ export type Argument = {
 /** Kind of a verb's argument. */
 export type ArgumentKind = "device" | "group" | "svv" | "channel";
 
+/** An arm: joints that move one tool. */
+export interface ArmDescription {
+  name: string;
+  /** Logical devices of its joints, in the order of the chain. */
+  joints: string[];
+  /** Geometry that joins them; null where it is not known. */
+  chain: ChainDescription | null;
+  /** Reason why the geometry is not known, for people; empty where it is. */
+  missing: string;
+}
+
+/** An arm: joints that move one tool. */
+export interface ArmDescriptionRequest {
+  name: string;
+  /** Logical devices of its joints, in the order of the chain. */
+  joints: string[];
+  /** Geometry that joins them; null where it is not known. */
+  chain?: ChainDescription | null;
+  /** Reason why the geometry is not known, for people; empty where it is. */
+  missing?: string;
+}
+
 /** `POST /v1/command/request`. */
 export interface AskForCommand {
   /** Purpose, for the holder to read. */
@@ -264,6 +286,24 @@ export interface ButtonRequest {
 
 /** Kind of a data object. */
 export type CellKind = "svv" | "private" | "constant" | "channel";
+
+/** Geometry of an arm, as a value of the parameter `chain` of the kinematic blocks. Poses are x y z (m), then the quaternion w x y z. */
+export interface ChainDescription {
+  /** Number of joints. */
+  joints: number;
+  /** Of each of 16 joints: 0 does not move the tool, 1 turns, 2 slides. */
+  kind: number[];
+  /** Base of the arm in the frame in which poses are given. */
+  base: number[];
+  /** Flange in the frame of the base where every joint is at 0. */
+  home: number[];
+  /** Tool in the frame of the flange. */
+  tool: number[];
+  /** Unit vector along the axis of each of 16 joints, in the frame of the base, where every joint is at 0. */
+  axis: number[][];
+  /** Point on each of these axes, m. */
+  anchor: number[][];
+}
 
 export interface Channel {
   /** `part.channel` or a plain name. */
@@ -2996,6 +3036,18 @@ export interface Calls {
       value: Value;
     };
     result: null;
+  };
+  /** Enters an arm, in the place of the one of that name: its joints, and the geometry that joins them or the reason why it is not known. */
+  describe_arm: {
+    role: "configure";
+    arguments: ArmDescriptionRequest;
+    result: null;
+  };
+  /** Returns the arms whose joints are there. */
+  arms: {
+    role: "observe";
+    arguments: Record<string, never>;
+    result: ArmDescription[];
   };
   /** Plans an application without making anything. Returns the plan. */
   check: {

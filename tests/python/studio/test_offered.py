@@ -11,7 +11,7 @@ import pytest
 import opengpac as gpac
 from opengpac.studio import server
 
-OFFERED = {"jog", "move_absolute", "move_relative", "stop"}
+OFFERED = {"jog", "move_absolute", "move_relative", "stop", "jog_linear", "move_linear"}
 
 
 @pytest.fixture
@@ -61,3 +61,29 @@ def test_what_a_program_has_defined_under_a_name_stays(cell: gpac.System, page: 
     cell._served(server.serve(cell, 0, "operate", page=page))
     (stop,) = (verb for verb in cell.verbs if verb.name == "stop")
     assert "acts on" not in str(stop)
+
+
+def test_the_system_is_told_the_geometry_of_an_arm_and_each_tool_that_it_gets(cell: gpac.System, page: Path) -> None:
+    robot = arm(cell)
+    cell._served(server.serve(cell, 0, "operate", page=page))
+    (told,) = cell._alive().arms()
+    assert told == {"name": "ur5e", "joints": [joint.name for joint in robot], "chain": robot.chain, "missing": ""}
+    robot.tool = gpac.Frame((0, 0, "120 mm"))
+    robot.base = gpac.Frame(("1 m", 0, 0))
+    (told,) = cell._alive().arms()
+    assert told["chain"] == robot.chain
+    robot[0].disable()
+    robot[0].delete()
+    assert cell._alive().arms() == [], "an arm that lacks a joint moves no tool"
+
+
+def test_an_arm_without_geometry_says_why(cell: gpac.System, page: Path) -> None:
+    def unknown() -> gpac.robots.Kinematics:
+        raise gpac.DefinitionError("its file has no tool")
+
+    robot = gpac.robots.Arm("bare", *arm(cell), kinematics=unknown)
+    robot._offer()
+    cell._served(server.serve(cell, 0, "operate", page=page))
+    told = {one["name"]: one for one in cell._alive().arms()}
+    assert told["bare"]["chain"] is None
+    assert told["bare"]["missing"] == "its file has no tool"

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Looking at a running system. Nothing here disturbs what runs.
 pub(crate) mod about_calls;
+pub(crate) mod arm_calls;
+pub(crate) mod arms;
 pub(crate) mod block_times;
 pub(crate) mod commanded;
 pub(crate) mod companion_calls;

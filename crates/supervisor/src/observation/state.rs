@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //! State that the supervisor keeps for observers: log, end reports, taps, snapshots.
 use crate::ending::latest::Ends;
+use crate::observation::arms::Arms;
 use crate::observation::log::Log;
 use crate::observation::taps::Taps;
 use crate::observation::workspaces::Workspaces;
@@ -16,6 +17,8 @@ pub(crate) struct Observation {
     /// Ends not yet told to an event loop.
     pub ended: u64,
     pub taps: Taps,
+    /// Arms that programs have described.
+    pub arms: Arms,
     /// Layouts of panels, which people look at it with.
     pub workspaces: Workspaces,
     /// Snapshots that have arrived: ticket → (time, bytes of each script).

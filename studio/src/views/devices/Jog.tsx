@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-import { type KeyboardEvent, useCallback, useEffect, useRef, useState } from "react";
+import { useCallback, useEffect, useState } from "react";
 import { type Refusal, refusalsOf } from "../../control/refusals";
 import { Refusals } from "../../design/parts";
 import { useAction, useControl } from "../../shell/context";
 import { type DeviceFamily, shortName } from "./families";
-import { BEAT, JOG, Press } from "./jogging";
+import { BEAT, JOG } from "./jogging";
+import { HeldButton, useHeld } from "./useHeld";
 
 export interface JogState {
   /** True if its buttons can be pressed. */
@@ -27,8 +28,7 @@ export function useJog(family: DeviceFamily): JogState {
   const [refusals, setRefusals] = useState<Refusal[]>([]);
   const [share, setShare] = useState(50);
   const [ready, setReady] = useState(false);
-  const pressed = useRef<Press | null>(null);
-  const last = useRef<Promise<unknown>>(Promise.resolve());
+  const held = useHeld();
 
   const look = useCallback(() => {
     if (!joints || !control.may("operate")) return;
@@ -43,43 +43,16 @@ export function useJog(family: DeviceFamily): JogState {
   }, [control, joints]);
   useEffect(look, [look]);
 
-  const release = useCallback(() => {
-    pressed.current?.release();
-    pressed.current = null;
-  }, []);
-  // A button whose page is hidden or left is held no longer, nor is one whose connection is lost.
-  useEffect(() => {
-    const end = control.stream.connection.watch(release);
-    window.addEventListener("blur", release);
-    document.addEventListener("visibilitychange", release);
-    return () => {
-      release();
-      end();
-      window.removeEventListener("blur", release);
-      document.removeEventListener("visibilitychange", release);
-    };
-  }, [control, release]);
-
-  const press = (device: string, direction: 1 | -1) => {
-    if (pressed.current) return;
-    setRefusals([]);
-    const begun = new Press(control, device, `${direction * share} %`, last.current);
-    pressed.current = begun;
-    last.current = begun.done;
-    begun.done
-      .catch((why) => setRefusals(refusalsOf(why)))
-      .finally(() => {
-        if (pressed.current === begun) pressed.current = null;
-      });
-  };
+  const press = (device: string, direction: 1 | -1) =>
+    held.press({ verb: JOG, devices: [device], values: { velocity: `${direction * share} %` } });
   return {
     able: ready,
     missing: joints && !ready && missing !== "unknown" ? missing : null,
-    refusals,
+    refusals: [...refusals, ...held.refusals],
     share,
     setShare,
     press,
-    release,
+    release: held.release,
     look,
   };
 }
@@ -87,34 +60,15 @@ export function useJog(family: DeviceFamily): JogState {
 /** The two buttons of a joint: it moves while one is held, with the mouse, a finger, or the space bar. */
 export function JogButtons(props: { of: JogState; device: string }) {
   const { of, device } = props;
-  const held = (direction: 1 | -1) => ({
-    onPointerDown: (event: React.PointerEvent<HTMLButtonElement>) => {
-      // The main button alone: the right one opens a menu, and its release may never come.
-      if (event.button !== 0 || !event.isPrimary) return;
-      event.currentTarget.setPointerCapture(event.pointerId);
-      of.press(device, direction);
-    },
-    onPointerUp: of.release,
-    onPointerCancel: of.release,
-    onLostPointerCapture: of.release,
-    onContextMenu: of.release,
-    onBlur: of.release,
-    onKeyDown: (event: KeyboardEvent) => {
-      if (event.key !== " " && event.key !== "Enter") return;
-      event.preventDefault();
-      if (!event.repeat) of.press(device, direction);
-    },
-    onKeyUp: of.release,
-  });
   const name = shortName(device);
   return (
     <span className="jog" data-commands>
-      <button type="button" aria-label={`Jog ${name} backward while held`} {...held(-1)}>
+      <HeldButton label={`Jog ${name} backward while held`} press={() => of.press(device, -1)} release={of.release}>
         −
-      </button>
-      <button type="button" aria-label={`Jog ${name} forward while held`} {...held(1)}>
+      </HeldButton>
+      <HeldButton label={`Jog ${name} forward while held`} press={() => of.press(device, 1)} release={of.release}>
         +
-      </button>
+      </HeldButton>
     </span>
   );
 }

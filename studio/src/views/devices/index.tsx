@@ -4,10 +4,12 @@ import { Empty } from "../../design/parts";
 import { useConfiguration } from "../../shell/configuration";
 import { useControl, useTopic } from "../../shell/context";
 import { useRoute } from "../../shell/route";
+import { useArms } from "./arms";
 import { DeviceDetail } from "./DeviceDetail";
 import { Family } from "./Family";
 import { familiesOf } from "./families";
 import { PhysicalDevices } from "./PhysicalDevices";
+import { ToolPanel } from "./ToolPanel";
 import "./devices.css";
 
 // three.js comes with the first machine that is drawn.
@@ -19,6 +21,7 @@ export default function Devices() {
   const now = useTopic(control.topics.statistics);
   const configuration = useConfiguration();
   const { path } = useRoute();
+  const arms = useArms();
   const families = useMemo(() => (configuration ? familiesOf(configuration) : []), [configuration]);
   if (!configuration || !now) return <p className="quiet wait">Waiting for the devices…</p>;
   const names = Object.keys(configuration.logical_devices);
@@ -48,6 +51,11 @@ export default function Devices() {
         {families.map((family) => (
           <div className="families" key={`${family.name} ${family.type.name}`}>
             <Family of={family} now={now} chosen={chosen} />
+          </div>
+        ))}
+        {arms?.map((arm) => (
+          <div className="families" key={arm.name}>
+            <ToolPanel of={arm} now={now} />
           </div>
         ))}
         {chosen && (

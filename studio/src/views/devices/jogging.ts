@@ -1,64 +1,93 @@
 // SPDX-License-Identifier: Apache-2.0
-// Moving a joint as long as a button is held.
+// Moving something as long as a button is held, or by one step.
 
 import { RefusalError } from "../../control/refusals";
+import type { Report, Value } from "../../control/shapes";
 import type { Source } from "../../control/source";
 
-/** The verb that moves as long as its heartbeat changes: `gpac.motion.jog`. */
+/** The verb that moves joints as long as its heartbeat changes: `gpac.motion.jog`. */
 export const JOG = "jog";
+/** The verb that moves the tool of an arm so: `gpac.motion.jog_linear`. */
+export const JOG_TOOL = "jog_linear";
 /** The SVV into which the page writes that its button is still held. */
 export const BEAT = "studio.heartbeat";
 /** Period, ms: the joints stop when the last one is older than 250 ms. */
 const BEAT_MS = 60;
 
+/** Motion of one press. */
+export interface JogMotion {
+  verb: string;
+  /** Logical devices of its object `arm`. */
+  devices: string[];
+  values: Record<string, Value>;
+  /** Ends by itself: the button need not be held for it. */
+  isStep?: boolean;
+}
+
 /** One press of a button, from its beginning to its end. */
 export class Press {
   readonly #control: Source;
   #held = true;
-  /** Over: the joint stands, and the instance is gone. */
-  readonly done: Promise<void>;
+  readonly motion: JogMotion;
+  /** Over: the joints stand, and the instance is gone. The report of a motion that ended by itself, else null. */
+  readonly done: Promise<Report | null>;
 
   /** `before`: the press before it, whose halt it waits for. */
-  constructor(control: Source, device: string, velocity: string, before: Promise<unknown> = Promise.resolve()) {
+  constructor(control: Source, motion: JogMotion, before: Promise<unknown> = Promise.resolve()) {
     this.#control = control;
+    this.motion = motion;
     this.done = before.then(
-      () => this.#move(device, velocity),
-      () => this.#move(device, velocity),
+      () => this.#move(),
+      () => this.#move(),
     );
   }
 
+  /** The button is let go: a motion that is held ends, a step goes on. */
   release(): void {
+    if (!this.motion.isStep) this.#held = false;
+  }
+
+  /** The page is hidden or left, or its connection lost: whatever it is ends. */
+  leave(): void {
     this.#held = false;
   }
 
-  async #move(device: string, velocity: string): Promise<void> {
+  async #move(): Promise<Report | null> {
     // Released before it could begin: nothing has moved.
-    if (!this.#held) return;
+    if (!this.#held) return null;
     const control = this.#control;
+    const { verb, devices, values } = this.motion;
     let beat = (Math.floor(Date.now() / BEAT_MS) % 1_000_000) + 1;
     const say = () => control.order("write", { name: BEAT, value: beat++ });
     await say();
     // A button that is held commands each call at the time of that call.
-    const instance = await control.order("create", { verb: JOG, arguments: { arm: { devices: [device] }, heartbeat: { svv: BEAT } } });
+    const instance = await control.order("create", { verb, arguments: { arm: { devices }, heartbeat: { svv: BEAT } } });
     let isStarted = false;
+    let report: Report | null = null;
     try {
       // The button was released meanwhile, or the connection was lost.
-      if (!this.#held) return;
+      if (!this.#held) return null;
       isStarted = true;
-      await control.order("start", { instance, values: { velocity } });
-      while (this.#held && (await control.look("state", { instance })) === "running") {
-        await say();
-        await new Promise((again) => setTimeout(again, BEAT_MS));
+      await control.order("start", { instance, values });
+      while (this.#held) {
+        const [state] = await Promise.all([control.look("state", { instance }), say(), passed(BEAT_MS)]);
+        if (state !== "running") break;
       }
+      if (this.#held) report = await control.look("report", { instance });
     } finally {
-      if (isStarted) {
+      if (isStarted && report === null) {
         // Whatever has happened: the joint is halted first, which needs no command, and the instance is gone then.
         await control.stop("halt", { instance }).catch(ended);
         await control.look("wait", { instance }).catch(ended);
       }
       await control.order("delete", { instance });
     }
+    return report;
   }
+}
+
+function passed(ms: number): Promise<void> {
+  return new Promise((over) => setTimeout(over, ms));
 }
 
 /** It had ended by itself: that is no fault. */

@@ -15,9 +15,10 @@ test("what is offered can be done here", () => {
   expect(triesOf({ ...known, configuration: EMPTY })).toEqual([]);
   const titles = (more: object) => triesOf({ ...known, configuration: ARM, ...more }).map((one) => one.title);
   expect(titles({ svvs: ["ur5e.elbow.sensed"] })).toEqual(["Look at the machine", "Watch a value", "See what runs, and when"]);
-  const all = { verbs: ["jog", "move_absolute"], svvs: ["studio.heartbeat", "ur5e.elbow.sensed"] };
+  const all = { verbs: ["jog", "jog_linear", "move_absolute"], svvs: ["studio.heartbeat", "ur5e.elbow.sensed"] };
   expect(titles({ ...all, mayConfigure: true })).toEqual([
     "Jog a joint",
+    "Jog the tool of an arm",
     "Move to a position",
     "Look at the machine",
     "Watch a value",

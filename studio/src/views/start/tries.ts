@@ -36,6 +36,13 @@ export function triesOf(known: SystemNames): Try[] {
       },
     joint !== undefined &&
       mayOperate &&
+      verbs.includes("jog_linear") && {
+        title: "Jog the tool of an arm",
+        about: "Along and about the axes of its base or of the tool: while a button is held, or by steps of a length that you choose.",
+        address: addressOf("devices", [joint]),
+      },
+    joint !== undefined &&
+      mayOperate &&
       verbs.includes("move_absolute") && {
         title: "Move to a position",
         about: "Choose the joints, write a goal or take the present one, and press Start.",

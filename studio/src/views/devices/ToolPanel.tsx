@@ -1,0 +1,207 @@
+// SPDX-License-Identifier: Apache-2.0
+import { useEffect, useId, useRef, useState } from "react";
+import type { Refusal } from "../../control/refusals";
+import type { ArmDescription, ChainDescription, DeviceState, Statistics } from "../../control/shapes";
+import { Panel, Refusals } from "../../design/parts";
+import { Age } from "../../live/Age";
+import { isStored } from "../../live/stored";
+import { useControl } from "../../shell/context";
+import { isRenewed } from "./families";
+import {
+  isTurn,
+  notEnabled,
+  SPEED_MAX,
+  STEPS,
+  type Step,
+  TOOL_AXES,
+  type ToolAxis,
+  type ToolJog,
+  TURN_MAX,
+  toldOfEnd,
+  toolMotion,
+  whyNot,
+} from "./toolJog";
+import { rollPitchYaw, toolPose } from "./toolPose";
+import { HeldButton, useHeld } from "./useHeld";
+
+const DEGREES = 180 / Math.PI;
+
+/** Tool of an arm: its pose, live, and jogging it along and about axes. */
+export function ToolPanel(props: { of: ArmDescription; now: Statistics }) {
+  const { of: arm, now } = props;
+  const control = useControl();
+  const isFresh = arm.joints.every((joint) => isRenewed(now.devices[joint]));
+  const why = whyNot(arm);
+  return (
+    <Panel
+      className={`tool ${isFresh ? "" : "old"}`}
+      title={
+        <>
+          Tool of {arm.name} {!isFresh && <Age of={sensedOf(arm)} />}
+        </>
+      }
+    >
+      {arm.chain && <PoseFigures of={arm} chain={arm.chain} />}
+      {why !== null && <p className="quiet">{why}</p>}
+      {why === null && arm.chain && control.may("operate") && (
+        <ToolJogs of={arm} chain={arm.chain} states={arm.joints.map((joint) => now.devices[joint])} />
+      )}
+    </Panel>
+  );
+}
+
+function sensedOf(arm: ArmDescription): string[] {
+  return arm.joints.map((joint) => `${joint}.sensed`);
+}
+
+/** Pose of the tool in figures, mm and degrees, written into the page without React. */
+function PoseFigures(props: { of: ArmDescription; chain: ChainDescription }) {
+  const control = useControl();
+  const place = useRef<HTMLDListElement>(null);
+  const { of: arm, chain } = props;
+  useEffect(() => {
+    const q = new Map<number, number>();
+    let isDue = false;
+    const show = () => {
+      isDue = false;
+      const pose =
+        q.size === arm.joints.length
+          ? toolPose(
+              chain,
+              [...arm.joints.keys()].map((joint) => q.get(joint) ?? Number.NaN),
+            )
+          : null;
+      const figures = pose ? [...pose.place.map((x) => 1000 * x), ...rollPitchYaw(pose).map((angle) => DEGREES * angle)] : [];
+      for (const [index, axis] of TOOL_AXES.entries()) {
+        const shown = place.current?.querySelector(`[data-pose="${axis}"]`);
+        // Rounded so that no figure is shown as -0.
+        if (shown) shown.textContent = figures[index] === undefined ? "–" : (Math.round(figures[index] * 100) / 100 + 0).toFixed(2);
+      }
+    };
+    const ends = sensedOf(arm).map((name, joint) =>
+      control.values.watch(name, (reading) => {
+        if (reading && isStored(reading) && typeof reading.value === "number") q.set(joint, reading.value);
+        else q.delete(joint);
+        // All joints of a moment are told one after the other.
+        if (!isDue) queueMicrotask(show);
+        isDue = true;
+      }),
+    );
+    return () => {
+      for (const end of ends) end();
+    };
+  }, [control, arm, chain]);
+  return (
+    <dl className="pose live" ref={place} aria-label={`Pose of the tool of ${arm.name}`}>
+      {TOOL_AXES.map((axis) => (
+        <div key={axis}>
+          <dt>{axis}</dt>
+          <dd>
+            <span className="figures" data-pose={axis}>
+              –
+            </span>
+            <span className="quiet">{isTurn(axis) ? "\u202f°" : "\u202fmm"}</span>
+          </dd>
+        </div>
+      ))}
+    </dl>
+  );
+}
+
+function ToolJogs(props: { of: ArmDescription; chain: ChainDescription; states: (DeviceState | undefined)[] }) {
+  const { of: arm, chain, states } = props;
+  const [inTool, setInTool] = useState(false);
+  const [step, setStep] = useState<Step>(0);
+  const [share, setShare] = useState(20);
+  const [told, setTold] = useState<{ text: string; wrong: Refusal[] }>({ text: "", wrong: [] });
+  const held = useHeld((report) => {
+    const wrong = toldOfEnd(arm, report);
+    setTold({ text: wrong ? "" : "The step is done.", wrong: wrong ? [wrong] : [] });
+  });
+  const isStepping = held.under?.isStep === true;
+  const press = (axis: ToolAxis, direction: 1 | -1) => {
+    if (isStepping) return;
+    const jog: ToolJog = { axis, direction, share, inTool, step };
+    const asleep = arm.joints.filter((_, index) => !isRenewed(states[index]));
+    setTold({ text: "", wrong: asleep.length > 0 ? [notEnabled(asleep)] : [] });
+    if (asleep.length > 0) return;
+    held.press(toolMotion(arm, chain, jog));
+  };
+  const isEnabled = states.every(isRenewed);
+  const wrong = [...held.refusals, ...told.wrong];
+  const said = held.under ? (isStepping ? "A step is under way." : "The tool moves while the button is held.") : told.text;
+  return (
+    <>
+      <div className="row tool-choices">
+        <Segments
+          label="Axes of"
+          value={inTool ? "tool" : "base"}
+          put={(value) => setInTool(value === "tool")}
+          of={[
+            ["base", "base"],
+            ["tool", "tool"],
+          ]}
+        />
+        <Segments
+          label="Moves"
+          value={String(step)}
+          put={(value) => setStep(STEPS.find((one) => String(one) === value) ?? 0)}
+          unit="mm or °"
+          of={STEPS.map((one) => [String(one), one === 0 ? "while held" : String(one)])}
+        />
+        <label className="row">
+          <span className="quiet">Speed</span>
+          <input type="range" min={5} max={100} step={5} value={share} onChange={(event) => setShare(Number(event.target.value))} />
+          <span className="figures tool-speed">
+            {Math.round(10 * SPEED_MAX * share)} mm/s, {Math.round((DEGREES * TURN_MAX * share) / 100)} °/s
+          </span>
+        </label>
+      </div>
+      <div className="tool-axes" data-commands>
+        {TOOL_AXES.map((axis) => (
+          <div key={axis} className="tool-axis">
+            <span>{axis}</span>
+            {([-1, 1] as const).map((direction) => (
+              <HeldButton
+                key={direction}
+                label={labelOf(axis, direction, step)}
+                press={() => press(axis, direction)}
+                release={held.release}
+                isBusy={isStepping}
+              >
+                {direction > 0 ? "+" : "−"}
+              </HeldButton>
+            ))}
+          </div>
+        ))}
+      </div>
+      {/* One line, whatever it says; what is refused is told over the page. */}
+      <p className="tool-told" role="status" aria-label={`State of jogging the tool of ${arm.name}`}>
+        {said || (isEnabled ? "The tool stands." : "Enable the joints of the arm first.")}
+      </p>
+      <Refusals of={wrong} />
+    </>
+  );
+}
+
+function labelOf(axis: ToolAxis, direction: 1 | -1, step: Step): string {
+  const way = `${isTurn(axis) ? "about" : "along"} ${direction > 0 ? "+" : "−"}${axis.replace("R", "")}`;
+  return step === 0 ? `Jog the tool ${way} while held` : `Step the tool ${way} by ${step} ${isTurn(axis) ? "degrees" : "mm"}`;
+}
+
+/** One of a few, all in sight. */
+function Segments(props: { label: string; value: string; put: (value: string) => void; of: [string, string][]; unit?: string }) {
+  const name = useId();
+  return (
+    <fieldset className="segments">
+      <legend>{props.label}</legend>
+      {props.of.map(([value, text]) => (
+        <label key={value}>
+          <input type="radio" name={name} value={value} checked={value === props.value} onChange={() => props.put(value)} />
+          <span>{text}</span>
+        </label>
+      ))}
+      {props.unit && <span className="segments-unit">{props.unit}</span>}
+    </fieldset>
+  );
+}

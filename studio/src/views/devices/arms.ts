@@ -1,0 +1,38 @@
+// SPDX-License-Identifier: Apache-2.0
+import { useEffect, useState } from "react";
+import type { ArmDescription } from "../../control/shapes";
+import { useControl } from "../../shell/context";
+
+/** Period at which the page asks for the arms again, ms: a program may give one another tool. */
+const LOOK_MS = 1000;
+
+/** The arms of the system, as its programs describe them now; null: not known yet. A recording has none. */
+export function useArms(): ArmDescription[] | null {
+  const control = useControl();
+  const [arms, setArms] = useState<ArmDescription[] | null>(null);
+  useEffect(() => {
+    let over = false;
+    let said = "";
+    let again: ReturnType<typeof setTimeout> | undefined;
+    const look = () => {
+      control
+        .look("arms", {})
+        .then((found) => {
+          const now = JSON.stringify(found);
+          if (!over && now !== said) setArms(found);
+          said = now;
+        })
+        // Where the system does not answer, the page says so at its top.
+        .catch(() => undefined)
+        .finally(() => {
+          if (!over) again = setTimeout(look, LOOK_MS);
+        });
+    };
+    if (control.past === null) look();
+    return () => {
+      over = true;
+      clearTimeout(again);
+    };
+  }, [control]);
+  return arms;
+}

@@ -1,0 +1,93 @@
+// SPDX-License-Identifier: Apache-2.0
+// Motions of the tool of an arm that a button asks for, and what is said of how they ended.
+import type { Refusal } from "../../control/refusals";
+import type { ArmDescription, ChainDescription, Report } from "../../control/shapes";
+import { JOG_TOOL, type JogMotion } from "./jogging";
+import { movingJoints } from "./toolPose";
+
+/** Highest speeds of the tool: m/s along an axis, rad/s about one. They are those of the verb. */
+export const SPEED_MAX = 0.25;
+export const TURN_MAX = 1;
+/** Number of joints with which a tool can be moved along and about all axes. */
+const AXES = 6;
+
+/** Axes of the tool, as they are written on its buttons: along them, then about them. */
+export const TOOL_AXES = ["X", "Y", "Z", "RX", "RY", "RZ"] as const;
+export type ToolAxis = (typeof TOOL_AXES)[number];
+
+/** Lengths of a step, mm or degrees; 0: no step, it moves while the button is held. */
+export const STEPS = [0, 0.1, 1, 10] as const;
+export type Step = (typeof STEPS)[number];
+
+export interface ToolJog {
+  axis: ToolAxis;
+  direction: 1 | -1;
+  /** Part of the highest speed, %. */
+  share: number;
+  inTool: boolean;
+  step: Step;
+}
+
+export function isTurn(axis: ToolAxis): boolean {
+  return axis.startsWith("R");
+}
+
+/** Reason why the tool of an arm cannot be jogged, in words; null: it can. */
+export function whyNot(arm: ArmDescription): string | null {
+  if (arm.chain === null)
+    return `The geometry of this arm is not known here: ${arm.missing || "no program has told it"}. Its joints can be jogged.`;
+  const joints = movingJoints(arm.chain);
+  if (joints < AXES)
+    return `This arm has ${joints === 1 ? "1 joint that moves" : `${joints} joints that move`} its tool; jogging it along and about all axes takes ${AXES}. Its joints can be jogged.`;
+  return null;
+}
+
+/** Motion of one press. `chain`: the geometry of the arm now, with the tool that it has. */
+export function toolMotion(arm: ArmDescription, chain: ChainDescription, jog: ToolJog): JogMotion {
+  const turns = isTurn(jog.axis);
+  const speeds = (of: boolean, most: number) =>
+    TOOL_AXES.filter((axis) => isTurn(axis) === of).map((axis) => (axis === jog.axis ? (jog.direction * most * jog.share) / 100 : 0));
+  const step = turns ? (jog.step * Math.PI) / 180 : jog.step / 1000;
+  return {
+    verb: JOG_TOOL,
+    devices: arm.joints,
+    isStep: jog.step > 0,
+    values: {
+      velocity: speeds(false, SPEED_MAX),
+      angular_velocity: speeds(true, TURN_MAX),
+      in_tool: jog.inTool,
+      distance: step,
+      chain: { ...chain },
+    },
+  };
+}
+
+/** Says that joints are not enabled, once for all of them. */
+export function notEnabled(joints: readonly string[]): Refusal {
+  const which = joints.length === 1 ? `Joint '${joints[0]}' is` : `${joints.length} joints of this arm are`;
+  return { class: "NotEnabled", message: `${which} not enabled: nothing has moved.`, remedy: "press Enable all above" };
+}
+
+/** Says how a motion of the tool ended by itself, where a person has to know it; null: it ended as it should. */
+export function toldOfEnd(arm: ArmDescription, report: Report): Refusal | null {
+  const { condition } = report;
+  if (condition === "arrived") return null;
+  if (condition === "blocked") {
+    const joint = typeof report.value === "number" && report.value >= 0 ? arm.joints[report.value] : undefined;
+    return joint === undefined
+      ? {
+          class: "JogBlocked",
+          message: "The tool rests: the arm is near a singularity or at the end of its reach there.",
+          remedy: "jog another way, or move a joint",
+        }
+      : {
+          class: "JogBlocked",
+          message: `The tool rests: joint '${joint}' is at the end of its range.`,
+          remedy: "jog back, or move that joint by itself",
+        };
+  }
+  // The verb stopped the tool, since the heartbeat of the page stayed away.
+  if (condition === "stopped")
+    return { class: "Released", message: "The tool was stopped: the system heard nothing of this page for 0.25 s.", remedy: "press again" };
+  return { class: condition, message: report.message || "The motion ended.", remedy: "see the view Log" };
+}

@@ -1,0 +1,101 @@
+// SPDX-License-Identifier: Apache-2.0
+// Pose of the tool of an arm at given joint positions: a product of exponentials, as the kinematic blocks compute it.
+import type { ChainDescription } from "../../control/shapes";
+
+export type Vector = [number, number, number];
+/** Rotation matrix, row by row. */
+type Turn = [Vector, Vector, Vector];
+
+/** Place (m) and orientation of something in a frame. */
+export interface Pose {
+  place: Vector;
+  turn: Turn;
+}
+
+/** Kinds of joints in a chain. */
+const HINGE = 1;
+const SLIDE = 2;
+/** Sine of the least distance from a pitch of 90 degrees at which roll and yaw can be told apart. */
+const UPRIGHT = 1e-9;
+
+/** Number of the joints that move the tool. */
+export function movingJoints(chain: ChainDescription): number {
+  return chain.kind.slice(0, chain.joints).filter((kind) => kind === HINGE || kind === SLIDE).length;
+}
+
+/** Pose of the tool, in the frame in which poses of the arm are given. `q`: positions of the joints, rad or m, in the order of the chain. */
+export function toolPose(chain: ChainDescription, q: readonly number[]): Pose {
+  let pose = poseOf(chain.base);
+  for (let joint = 0; joint < chain.joints; joint += 1) {
+    const moved = displacement(chain.kind[joint], vector(chain.axis[joint]), vector(chain.anchor[joint]), q[joint] ?? Number.NaN);
+    if (moved) pose = composed(pose, moved);
+  }
+  return composed(composed(pose, poseOf(chain.home)), poseOf(chain.tool));
+}
+
+function displacement(kind: number | undefined, axis: Vector, anchor: Vector, q: number): Pose | null {
+  if (kind === SLIDE) return { place: scaled(axis, q), turn: rotation(axis, 0) };
+  if (kind !== HINGE) return null;
+  const turn = rotation(axis, q);
+  return { place: subtract(anchor, applied(turn, anchor)), turn };
+}
+
+/** Pose of seven numbers: x y z (m), then the unit quaternion w x y z. */
+export function poseOf(numbers: readonly number[]): Pose {
+  const [x = 0, y = 0, z = 0, w = 1, i = 0, j = 0, k = 0] = numbers;
+  return {
+    place: [x, y, z],
+    turn: [
+      [1 - 2 * (j * j + k * k), 2 * (i * j - w * k), 2 * (i * k + w * j)],
+      [2 * (i * j + w * k), 1 - 2 * (i * i + k * k), 2 * (j * k - w * i)],
+      [2 * (i * k - w * j), 2 * (j * k + w * i), 1 - 2 * (i * i + j * j)],
+    ],
+  };
+}
+
+/** Pose of something given in the frame `outer`, in the frame in which `outer` is given. */
+export function composed(outer: Pose, inner: Pose): Pose {
+  const columns = [0, 1, 2].map((column) => applied(outer.turn, inner.turn.map((row) => row[column]) as Vector));
+  const turn = [0, 1, 2].map((row) => columns.map((column) => column[row])) as Turn;
+  return { place: add(outer.place, applied(outer.turn, inner.place)), turn };
+}
+
+/** Roll, pitch and yaw: turns about the fixed x, then y, then z axis, rad. Yaw is 0 where the pitch is 90 degrees. */
+export function rollPitchYaw({ turn: [x, y, z] }: Pose): Vector {
+  const across = Math.hypot(x[0], y[0]);
+  const pitch = Math.atan2(-z[0], across);
+  if (across < UPRIGHT) return [Math.atan2(-y[2], y[1]), pitch, 0];
+  return [Math.atan2(z[1], z[2]), pitch, Math.atan2(y[0], x[0])];
+}
+
+/** Rotation about a unit vector by an angle, by the formula of Rodrigues. */
+function rotation([x, y, z]: Vector, angle: number): Turn {
+  const [s, c] = [Math.sin(angle), Math.cos(angle)];
+  const d = 1 - c;
+  return [
+    [c + x * x * d, x * y * d - z * s, x * z * d + y * s],
+    [y * x * d + z * s, c + y * y * d, y * z * d - x * s],
+    [z * x * d - y * s, z * y * d + x * s, c + z * z * d],
+  ];
+}
+
+function vector(of: readonly number[] | undefined): Vector {
+  const [x = 0, y = 0, z = 0] = of ?? [];
+  return [x, y, z];
+}
+
+function applied(turn: Turn, to: Vector): Vector {
+  return turn.map((row) => row[0] * to[0] + row[1] * to[1] + row[2] * to[2]) as Vector;
+}
+
+function add(a: Vector, b: Vector): Vector {
+  return [a[0] + b[0], a[1] + b[1], a[2] + b[2]];
+}
+
+function subtract(a: Vector, b: Vector): Vector {
+  return [a[0] - b[0], a[1] - b[1], a[2] - b[2]];
+}
+
+function scaled(a: Vector, by: number): Vector {
+  return [a[0] * by, a[1] * by, a[2] * by];
+}
