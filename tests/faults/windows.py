@@ -3,6 +3,7 @@
 
     python tests/faults/windows.py             with one guard process lost, and with both: each span, 3 times
     python tests/faults/windows.py --times 10  more often
+    python tests/faults/windows.py --load 13   beside so many processes that compute
 
 By threads, what follows is the program, killed or stopped; in processes under `continue` it is supervisor and processor, both killed. The
 plant has no watchdog of its own. A window is the longest span after which its outputs did not become safe within 2 s; the report is in
@@ -15,8 +16,10 @@ import argparse
 import contextlib
 import json
 import os
+import subprocess
 import sys
 import time
+from collections.abc import Iterator
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
@@ -26,7 +29,7 @@ from plant import Plant, until
 from watched import KILL, SIGNALS, STOP, Program, put_away
 
 OUT = Path(__file__).parent.parent.parent / "out" / "windows.json"
-SPANS_MS = (0, 5, 10, 20, 50, 100, 150, 200, 300, 400)
+SPANS_MS = (0, 1, 2, 5, 10, 20, 30, 50, 100, 200)
 """From the loss of the guards to that of what they guard."""
 WITHIN_S = 2.0
 
@@ -121,15 +124,29 @@ def table(found: list[Loss]) -> str:
     return "\n".join(lines)
 
 
+@contextlib.contextmanager
+def load(count: int) -> Iterator[None]:
+    """So many processes compute beside it."""
+    busy = [subprocess.Popen([sys.executable, "-c", "while True: pass"]) for _ in range(count)]
+    try:
+        yield
+    finally:
+        for process in busy:
+            process.kill()
+            process.wait()
+
+
 def main() -> None:
     """Measures all of them."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").partition("\n")[0])
     parser.add_argument("--times", type=int, default=3)
+    parser.add_argument("--load", type=int, default=0, help="processes that compute beside it")
+    parser.add_argument("--guards", type=int, choices=(1, 2), help="how many guard processes are lost")
     given = parser.parse_args()
     leftovers.enter_alone([__file__, *sys.argv[1:]])
     found: list[Loss] = []
-    with contextlib.suppress(KeyboardInterrupt):
-        for kind in kinds():
+    with contextlib.suppress(KeyboardInterrupt), load(given.load):
+        for kind in (kind for kind in kinds() if given.guards in (None, kind.guards)):
             found += [lose(kind, span_ms) for span_ms in SPANS_MS for _ in range(given.times)]
             print(table(found[-len(SPANS_MS) * given.times :]), flush=True)
     print(table(found))

@@ -162,7 +162,7 @@ def test_a_standstill_of_all_is_told_with_its_length_and_nobody_is_blamed(proces
             words = r"source '[a-z0-9.]+' stood still for \d+\.\d s \(its process was stopped, or the machine\)"
             assert re.search(words, alarms["time_lost system"])
             assert any(text.startswith("source 'rtp1.fast' stood still for ") for text in late)
-            assert tree(program.process.pid) == there, "nobody was ended"
+            until(lambda there=there: tree(program.process.pid) == there, "nobody was ended, and who stood in for a guard is gone")
             assert (program.ask("reset"), program.ask("push"), program.ask("look")) == ("reset\n", "pushed\n", "[]\n")
     finally:
         program.end()
@@ -177,7 +177,7 @@ def test_a_shorter_standstill_of_all_loses_nothing_and_is_in_the_log(process: bo
         assert program.ask("look") == "[]\n" and not program.is_safe(), "it pushes on"
         alarms, late = json.loads(program.ask("told"))
         assert alarms == {} and any(text.startswith("source 'rtp1.fast' stood still for ") for text in late)
-        assert tree(program.process.pid) == there
+        until(lambda: tree(program.process.pid) == there, "nobody was ended")
     finally:
         program.end()
 

@@ -73,6 +73,7 @@ pub(crate) fn share(of: &Heartbeat, with: &Heartbeat) {
 pub fn sing(heart: Arc<Heartbeat>) -> io::Result<()> {
     let body = move || {
         let parameter = libc::sched_param { sched_priority: PRIORITY };
+        let _limited = process_kit::limit_real_time();
         // SAFETY: this thread's own scheduling; it sleeps for ever.
         unsafe { libc::sched_setscheduler(0, libc::SCHED_FIFO | libc::SCHED_RESET_ON_FORK, &parameter) };
         let _sings = Sings::here(&heart);

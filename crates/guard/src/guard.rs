@@ -151,6 +151,12 @@ impl Guard {
         self.members.each_ref().map(Member::pid)
     }
 
+    /// Returns the numbers of the processes that stand in for a guard that is stopped, or has ended and has not been replaced yet. They have been told
+    /// what is registered.
+    pub fn stand_ins(&self) -> [Option<i32>; 2] {
+        self.members.each_ref().map(Member::stand_in)
+    }
+
     /// Asks both. It is done where one has done it: the other one is gone for good, or is told when it is there again.
     fn request(&self, change: impl Fn(&mut Registry) -> Result<Request, String>) -> Result<(), GuardError> {
         let [first, second] = &self.members;

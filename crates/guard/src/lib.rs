@@ -4,7 +4,7 @@
 //!
 //! | | |
 //! |---|---|
-//! | [`Guard`] | the supervisor's side of both: what to guard, and what is said of it; `member.rs`: one of them, replaced when it is gone |
+//! | [`Guard`] | the supervisor's side of both: what to guard, and what is said of it; `member.rs`: one of them, replaced when it is gone; `standing_in.rs`: the one that guards meanwhile |
 //! | [`send_handles`], [`receive_handles`] | how the supervisor of a process gets what it registers there |
 //! | [`watch`] | the rules by which a process counts as lost, and what follows: values without a clock, a thread or a descriptor |
 //! | [`make_safe`] | what it writes, for the supervisor of a thread that is lost |
@@ -23,6 +23,7 @@ mod reports;
 mod rights;
 mod safe;
 pub mod serve;
+mod standing_in;
 mod starting;
 mod stopped;
 mod ward;

@@ -2,21 +2,21 @@
 //! One of the two guard processes, as the supervisor has it: started, told what to guard, and replaced by another one with everything that was
 //! registered when it is gone.
 use crate::guard_event::{GuardCommand, GuardError, GuardEvent};
-use crate::messages::{Loss, Tell};
+use crate::messages::{Ask, HANDED_OVER, Loss, Tell};
 use crate::registry::{Registry, Request};
 use crate::serve::Hearts;
+use crate::standing_in::{ChildWait, StandIn};
 use crate::starting::{ANSWER, launch, send, tale};
 use crate::watcher::{self, Watcher};
 use interconnect::{Link, LinkClosed};
-use process_kit::{Child, Heartbeat, Restarts, Silence, UnixLink, connect, now_ns};
+use process_kit::{Child, ChildChange, Heartbeat, Restarts, Silence, UnixLink, connect, now_ns};
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::thread::JoinHandle;
 use std::time::Duration;
 
 /// Limit on restarting a guard that died: a number of restarts within a time.
 const RESTARTS: (u32, Duration) = (20, Duration::from_secs(10));
-/// The number of what another guard is told of its own accord; requests of callers begin behind it.
-const HANDED_OVER: u64 = 0;
 /// Maximum time that a guard with nothing to guard may take to end.
 const GRACE: Duration = Duration::from_secs(2);
 /// Between two looks of who waits for an answer.
@@ -43,8 +43,14 @@ struct MemberState {
 struct State {
     link: Arc<UnixLink>,
     /// The guard process; none where a predecessor of ours started it.
-    child: Option<Child>,
+    child: Option<Arc<Child>>,
     registry: Registry,
+    /// The thread that waits for a change of the child.
+    waiting: Option<ChildWait>,
+    /// The guard that stands in for the child.
+    stand_in: Option<StandIn>,
+    /// Limit on standing in: a guard that is stopped again and again.
+    stands: Restarts,
     next_request: u64,
     /// Requests that wait for an answer, and those that have one.
     requests: Vec<(u64, Option<Result<(), String>>)>,
@@ -75,7 +81,7 @@ impl Member {
     pub fn start(command: GuardCommand, watches: bool, tell: Tells) -> Result<Member, GuardError> {
         let heart = || Heartbeat::new().map_err(|error| GuardError(format!("no memory for the hearts of guard and supervisor: {error}")));
         let hearts = Hearts { guard: heart()?, supervisor: heart()? };
-        let (link, child) = launch(&command, &hearts)?;
+        let (link, child) = launch(&command, &hearts, false)?;
         Member::of(command, watches, link, Some(child), (Registry::default(), hearts), tell)
     }
 
@@ -110,8 +116,11 @@ impl Member {
         });
         let state = State {
             link,
-            child,
+            child: child.map(Arc::new),
             registry,
+            waiting: None,
+            stand_in: None,
+            stands: Restarts::new(RESTARTS.0, RESTARTS.1),
             next_request: 1,
             requests: Vec::new(),
             restarts: Restarts::new(RESTARTS.0, RESTARTS.1),
@@ -120,6 +129,7 @@ impl Member {
             is_closing: false,
         };
         let shared = Arc::new(MemberState { command, state: Mutex::new(state), answered: Condvar::new(), watcher, tell });
+        shared.wait_for_child();
         let (keeps, watches) = (shared.clone(), shared.clone());
         let spawn = |name: &str, body: Box<dyn FnOnce() + Send>| std::thread::Builder::new().name(name.into()).spawn(body).expect("a thread can be started");
         let threads =
@@ -151,7 +161,12 @@ impl Member {
 
     /// Returns the number of the process, if this supervisor started it.
     pub fn pid(&self) -> Option<i32> {
-        self.shared.state().child.as_ref().map(Child::pid)
+        self.shared.state().child.as_ref().map(|child| child.pid())
+    }
+
+    /// Returns the number of the process that stands in for it.
+    pub fn stand_in(&self) -> Option<i32> {
+        self.shared.state().stand_in.as_ref().map(|stand_in| stand_in.child.pid())
     }
 }
 
@@ -168,13 +183,28 @@ impl Drop for Member {
             // A panic of the function that events are told to has been printed; there is nothing to add.
             let _ended = thread.join();
         }
-        if let Some(child) = self.shared.state().child.take() {
+        let (child, stand_in, waiting) = {
+            let mut state = self.shared.state();
+            (state.child.take(), state.stand_in.take(), state.waiting.take())
+        };
+        if let Some(stand_in) = stand_in {
+            if is_done {
+                stand_in.child.kill();
+            } else {
+                stand_in.child.leave();
+            }
+        }
+        if let Some(child) = child {
             // One that still tries to write somewhere goes on doing so, and ends by itself; one that is stopped would stay for ever.
-            if !is_done || child.wait(GRACE).is_none() {
+            if is_done && child.wait(GRACE).is_some() {
+                waiting.into_iter().for_each(ChildWait::join);
+            } else {
                 if is_done && watcher::is_stopped(&child) {
                     child.kill();
                 }
-                child.leave();
+                if let Some(child) = Arc::into_inner(child) {
+                    child.leave();
+                }
             }
         }
     }
@@ -183,6 +213,39 @@ impl Drop for Member {
 impl MemberState {
     fn state(&self) -> MutexGuard<'_, State> {
         self.state.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Waits for the changes of the guard process in a thread, if it is a child of this one. Another one is replaced when it is seen to be gone.
+    fn wait_for_child(self: &Arc<Self>) {
+        let member = Arc::downgrade(self);
+        let changed = move |change, is_over: &AtomicBool| member.upgrade().map(|member| member.child_changed(change, is_over)).is_some();
+        let mut state = self.state();
+        state.waiting = state.child.as_ref().and_then(|child| ChildWait::start(child, changed));
+    }
+
+    /// Starts a guard that stands in for the child, or ends it.
+    fn child_changed(&self, change: ChildChange, is_over: &AtomicBool) {
+        let mut state = self.state();
+        let is_needed = match change {
+            ChildChange::Continued => false,
+            ChildChange::Stopped => state.stand_in.is_some() || state.stands.allow(now_ns()),
+            ChildChange::Ended => true,
+        };
+        if is_needed && state.stand_in.is_none() && !state.is_closing {
+            // Where none can be started, whoever replaces the guard tries again, and says why it cannot.
+            state.stand_in = StandIn::start(&self.command, &self.watcher.hearts, &state.registry).ok();
+        }
+        let needless = if is_needed { None } else { state.stand_in.take() };
+        is_over.store(change == ChildChange::Ended, Ordering::Release);
+        drop(state);
+        self.answered.notify_all();
+        needless.into_iter().for_each(StandIn::end);
+    }
+
+    /// Returns the state when the thread that waits for the guard process, which has ended, has started another one.
+    fn state_when_waited(&self) -> MutexGuard<'_, State> {
+        let waits = |state: &mut State| state.waiting.as_ref().is_some_and(|waiting| !waiting.is_over());
+        self.answered.wait_timeout_while(self.state(), GRACE, waits).unwrap_or_else(PoisonError::into_inner).0
     }
 
     fn request(&self, change: impl FnOnce(&mut Registry) -> Result<Request, String>) -> Result<(), GuardError> {
@@ -195,6 +258,9 @@ impl MemberState {
         let request = state.next_request;
         state.next_request += 1;
         state.requests.push((request, None));
+        if let Some(stand_in) = &mut state.stand_in {
+            stand_in.tell(ask.clone(), &descriptors);
+        }
         // Where the link is gone, the guard that is started instead is told everything: that is the answer too.
         let _sent = send(&state.link, request, ask, &descriptors);
         let mut silence = Silence::begins();
@@ -215,7 +281,7 @@ impl MemberState {
     }
 
     /// Hears the guard until this side closes the link, or the guard is gone.
-    fn keep(&self) {
+    fn keep(self: &Arc<Self>) {
         loop {
             let link = self.state().link.clone();
             match link.receive_with(Duration::from_secs(3600)) {
@@ -287,18 +353,22 @@ impl MemberState {
         (self.tell)(GuardEvent::Restarted { how, refused });
     }
 
-    /// Starts another guard and tells it everything that is registered. False: this side is closing, or there can be none.
-    fn restore(&self) -> bool {
+    /// Puts another guard in the place of the one that is gone, which has been told everything that is registered. False: this side is closing, or
+    /// there can be none.
+    fn restore(self: &Arc<Self>) -> bool {
         let mut state = self.state();
         if state.is_closing {
             return false;
         }
         let stood_still = self.watcher.is_gone();
-        let how = match state.child.take() {
+        let how = match state.child.clone() {
             Some(child) => {
                 // One that lives but does not talk is of no use.
                 child.kill();
-                child.wait(GRACE).map_or_else(|| "does not end".to_owned(), |status| status.to_string())
+                drop(state);
+                let how = child.wait(GRACE).map_or_else(|| "does not end".to_owned(), |status| status.to_string());
+                state = self.state_when_waited();
+                how
             }
             None => "is gone".to_owned(),
         };
@@ -308,6 +378,8 @@ impl MemberState {
             Ok(awaited) => {
                 let last_request = state.next_request - 1;
                 state.handover = Some(Handover { how, awaited, last_request, refused: Vec::new() });
+                drop(state);
+                self.wait_for_child();
                 true
             }
             Err(problem) => {
@@ -324,21 +396,18 @@ impl MemberState {
         }
     }
 
-    /// Returns how many answers the new guard owes: its greeting, and one for each registration.
+    /// Returns how many answers the new guard owes: its greeting, and one for each thing that it was told.
     fn start_again(&self, state: &mut State) -> Result<usize, String> {
+        let stand_in = state.stand_in.take();
         if !state.restarts.allow(now_ns()) {
+            stand_in.into_iter().for_each(StandIn::end);
             return Err(format!("it ended too often: {}", state.restarts));
         }
-        let (link, child) = launch(&self.command, &self.watcher.hearts).map_err(|error| error.0)?;
-        let mut awaited = 1;
-        let told = state.registry.everything(|ask, descriptors| {
-            awaited += 1;
-            send(&link, HANDED_OVER, ask, descriptors)
-        });
-        told.map_err(|LinkClosed| "it ended at once".to_owned())?;
-        (state.link, state.child) = (Arc::new(link), Some(child));
-        self.watcher.guarded_by(state.child.as_ref(), &state.link, false);
-        Ok(awaited)
+        let mut stand_in = stand_in.map_or_else(|| StandIn::start(&self.command, &self.watcher.hearts, &state.registry), Ok)?;
+        stand_in.tell(Ask::Lead, &[]);
+        (state.link, state.child) = (Arc::new(stand_in.link), Some(Arc::new(stand_in.child)));
+        self.watcher.guarded_by(state.child.as_deref(), &state.link, false);
+        Ok(stand_in.awaited)
     }
 }
 

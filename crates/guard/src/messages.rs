@@ -3,6 +3,9 @@
 use crate::watch::{Bounds, Cause};
 use serde::{Deserialize, Serialize};
 
+/// The number of what another guard is told of its own accord; requests of callers begin behind it.
+pub(crate) const HANDED_OVER: u64 = 0;
+
 /// To the guard. Each is answered by one [`Tell::Done`] or [`Tell::Refused`] with its number.
 #[derive(Debug, Serialize, Deserialize)]
 pub(crate) struct GuardRequest {
@@ -21,6 +24,8 @@ pub(crate) enum Ask {
     Release { ward: u64, device: String },
     /// The process ends in good order, or its loss has been dealt with: it is forgotten, with its handles.
     Forget { ward: u64 },
+    /// Beat, and listen at the path: the guard that it has stood in for is gone.
+    Lead,
     /// A supervisor that comes back: tell everything that is guarded, descriptors too, then answer.
     Adopt,
 }

@@ -12,11 +12,13 @@ use interconnect::LinkClosed;
 use process_kit::{Heartbeat, Listener, UnixLink, has_ended, inherited, now_ns, process_descriptor};
 use std::io;
 use std::os::fd::{AsFd, AsRawFd, BorrowedFd, OwnedFd};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 /// The environment variable with the path where a supervisor that comes back finds the guard.
 pub(crate) const PATH: &str = "OPENGPAC_GUARD_PATH";
+/// The environment variable of a guard that stands in for another one.
+pub(crate) const STANDS_IN: &str = "OPENGPAC_GUARD_STANDS_IN";
 /// The name of the descriptor of the first link.
 pub(crate) const LINK: &str = "link";
 /// The names of the descriptors of hearts: its own, that of its supervisor.
@@ -38,19 +40,22 @@ pub fn run() -> Result<(), String> {
     let heart = |name: &str| inherited(name).map_err(|error| error.to_string()).and_then(|heart| Heartbeat::received(heart).map_err(|error| error.to_string()));
     let hearts = Hearts { guard: heart(HEART)?, supervisor: heart(SUPERVISOR)? };
     let path = std::env::var_os(PATH);
-    serve(link, hearts, path.as_deref().map(Path::new)).map_err(|error| format!("the guard cannot serve: {error}"))
+    let leads = std::env::var_os(STANDS_IN).is_none();
+    serve(link, hearts, path.as_deref().map(Path::new), leads).map_err(|error| format!("the guard cannot serve: {error}"))
 }
 
-/// Guards for every supervisor that talks over `link`, or connects to `path`. Takes over the process: scheduling, signals, memory.
+/// Guards for every supervisor that talks over `link`, or connects to `path`. It beats and listens at the path if it `leads`, or when it is asked
+/// to lead, or when its supervisor is gone. Takes over the process: scheduling, signals, memory.
 ///
 /// # Errors
 /// `AddrInUse` where another guard listens at `path`; else what the operating system refuses.
-pub fn serve(link: UnixLink, hearts: Hearts, path: Option<&Path>) -> io::Result<()> {
-    let listener = path.map(Listener::listen).transpose()?;
-    let mut guarding = Guarding { hearts, listener, links: Vec::new(), wards: Wards::default(), waits: Vec::new(), missing: rights::take() };
+pub fn serve(link: UnixLink, hearts: Hearts, path: Option<&Path>, leads: bool) -> io::Result<()> {
+    let path = path.map(Path::to_owned);
+    let listener = path.as_deref().filter(|_| leads).map(Listener::listen).transpose()?;
+    let mut guarding = Guarding { hearts, leads, path, listener, links: Vec::new(), wards: Wards::default(), waits: Vec::new(), missing: rights::take() };
     guarding.welcome(link);
     while guarding.has_reason() {
-        guarding.hearts.guard.beat();
+        guarding.beat();
         guarding.wait();
         guarding.look();
         guarding.accept();
@@ -98,6 +103,9 @@ impl Supervisor {
 
 struct Guarding {
     hearts: Hearts,
+    /// It does not stand in for another one, whose heart and path these are.
+    leads: bool,
+    path: Option<PathBuf>,
     listener: Option<Listener>,
     links: Vec<Supervisor>,
     wards: Wards,
@@ -109,6 +117,25 @@ struct Guarding {
 impl Guarding {
     fn has_reason(&self) -> bool {
         !self.links.is_empty() || self.wards.has_reason()
+    }
+
+    fn beat(&mut self) {
+        if self.links.is_empty() && !self.leads {
+            // Nobody is left who would ask it to. Where another guard listens at the path, that one is found there.
+            let _listens = self.lead();
+        }
+        if self.leads {
+            self.hearts.guard.beat();
+        }
+    }
+
+    /// Takes the heart and the path of the guard that it stood in for.
+    fn lead(&mut self) -> Result<(), String> {
+        self.leads = true;
+        if let (None, Some(path)) = (&self.listener, &self.path) {
+            self.listener = Some(Listener::listen(path).map_err(|error| format!("the guard cannot listen at '{}': {error}", path.display()))?);
+        }
+        Ok(())
     }
 
     fn wait(&mut self) {
@@ -184,10 +211,11 @@ impl Guarding {
     }
 
     fn act(&mut self, ask: Ask, descriptors: Vec<OwnedFd>, link: &UnixLink) -> Result<(), String> {
-        if let Ask::Adopt = ask {
-            return self.tell_all(link);
+        match ask {
+            Ask::Adopt => self.tell_all(link),
+            Ask::Lead => self.lead(),
+            _ => self.wards.act(ask, descriptors),
         }
-        self.wards.act(ask, descriptors)
     }
 
     /// Tells everything that is guarded, with descriptors.

@@ -3,7 +3,7 @@
 use crate::guard_event::{GuardCommand, GuardError};
 use crate::messages::{Ask, GuardRequest, Tell, encode};
 use crate::registry::Registry;
-use crate::serve::{HEART, Hearts, LINK, PATH, SUPERVISOR};
+use crate::serve::{HEART, Hearts, LINK, PATH, STANDS_IN, SUPERVISOR};
 use interconnect::LinkClosed;
 use process_kit::{Child, Heartbeat, Launch, UnixLink};
 use std::os::fd::{AsFd, BorrowedFd, OwnedFd};
@@ -19,12 +19,17 @@ pub(crate) fn send(link: &UnixLink, request: u64, ask: Ask, descriptors: &[Owned
     link.send_with(&encode(&GuardRequest { request, ask }), &borrowed, Some(ANSWER))
 }
 
-pub(crate) fn launch(command: &GuardCommand, hearts: &Hearts) -> Result<(UnixLink, Child), GuardError> {
+/// Starts a guard process. `stands_in`: it guards as every other one does, but beats and listens only when it is asked to [lead](Ask::Lead);
+/// it is started at the priority of the calling thread.
+pub(crate) fn launch(command: &GuardCommand, hearts: &Hearts, stands_in: bool) -> Result<(UnixLink, Child), GuardError> {
     let (link, theirs) = UnixLink::pair().map_err(|error| GuardError(format!("no link to a guard can be made: {error}")))?;
     let [heart, supervisor] = hearts.descriptors().map_err(|error| GuardError(format!("no descriptor can be made for a guard: {error}")))?;
     let mut launch = Launch::new(command.command.iter().cloned()).descriptor(LINK, theirs).descriptor(HEART, heart).descriptor(SUPERVISOR, supervisor);
     if let Some(path) = &command.path {
         launch = launch.variable(PATH, path);
+    }
+    if stands_in {
+        launch = launch.variable(STANDS_IN, "1").urgently();
     }
     let child = launch.start().map_err(|error| GuardError(error.to_string()))?;
     Ok((link, child))

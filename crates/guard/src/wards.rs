@@ -56,7 +56,7 @@ impl Wards {
             }
             Ask::Release { ward, device } => self.ward(ward)?.release(&device),
             Ask::Forget { ward } => self.0.retain(|one| one.text.ward != ward),
-            Ask::Adopt => {}
+            Ask::Lead | Ask::Adopt => {}
         }
         Ok(())
     }

@@ -195,10 +195,14 @@ impl Watcher {
 /// Takes real-time priority where it is given; a watcher without it is only less punctual.
 fn prioritise() {
     let parameter = libc::sched_param { sched_priority: PRIORITY };
+    // Nothing of this process runs at a real-time priority without the limit.
+    let is_limited = process_kit::limit_real_time();
     // SAFETY: this thread's own scheduling and timers.
     unsafe {
         libc::prctl(libc::PR_SET_TIMERSLACK, 1_u64);
-        libc::sched_setscheduler(0, libc::SCHED_FIFO | libc::SCHED_RESET_ON_FORK, &parameter);
+        if is_limited {
+            libc::sched_setscheduler(0, libc::SCHED_FIFO | libc::SCHED_RESET_ON_FORK, &parameter);
+        }
     }
 }
 

@@ -53,8 +53,9 @@ impl DelayedProgram {
         self.link.send(b"guards").unwrap();
         loop {
             match self.words() {
-                words if words.starts_with("[Some(") => {
-                    let numbers = words.split(|char: char| !char.is_ascii_digit()).filter(|number| !number.is_empty());
+                words if words.starts_with("guards ") => {
+                    let (guards, _) = words.split_once(';').expect("stand-ins come behind them");
+                    let numbers = guards.split(|char: char| !char.is_ascii_digit()).filter(|number| !number.is_empty());
                     return numbers.map(|number| number.parse().unwrap()).collect();
                 }
                 words => said.push(words),

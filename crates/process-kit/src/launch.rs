@@ -23,19 +23,26 @@ const FIRST: RawFd = 3;
 /// A process to start: its command line, what it inherits, its limits.
 ///
 /// It gets a process group of its own, so that Ctrl-C at the terminal does not reach it, no input, our outputs, and the processor
-/// cores of our main thread at ordinary priority, no matter which thread starts it. It survives us.
+/// cores of our main thread, no matter which thread starts it; ordinary priority, unless it is started [urgently](Launch::urgently). It survives us.
 #[derive(Debug)]
 pub struct Launch {
     command: Vec<OsString>,
     descriptors: Vec<(String, OwnedFd)>,
     variables: BTreeMap<OsString, OsString>,
     real_time_max: Option<Duration>,
+    is_urgent: bool,
 }
 
 impl Launch {
     /// A program (looked for in `PATH` unless it has a `/`) and its arguments.
     pub fn new(command: impl IntoIterator<Item = OsString>) -> Launch {
-        Launch { command: command.into_iter().collect(), descriptors: Vec::new(), variables: std::env::vars_os().collect(), real_time_max: None }
+        Launch {
+            command: command.into_iter().collect(),
+            descriptors: Vec::new(),
+            variables: std::env::vars_os().collect(),
+            real_time_max: None,
+            is_urgent: false,
+        }
     }
 
     /// Passes a descriptor; the process takes it with [`inherited`](crate::inherited) by this name (letters, digits, `_`).
@@ -55,6 +62,13 @@ impl Launch {
     /// lowered to the same, as every process with kernels has one. Ours where it is left out.
     pub fn real_time_max(mut self, limit: Duration) -> Launch {
         self.real_time_max = Some(limit);
+        self
+    }
+
+    /// Starts it at the priority of the calling thread, which waits until the program is in place: at a real-time priority, no load holds
+    /// either up. It keeps that priority until it takes another one.
+    pub fn urgently(mut self) -> Launch {
+        self.is_urgent = true;
         self
     }
 
@@ -81,7 +95,7 @@ impl Launch {
         if let Some(limit) = self.real_time_max {
             limit_ours(limit);
         }
-        let pid = spawn(&arguments, &variables, &descriptors).map_err(|error| fail(error.to_string()))?;
+        let pid = spawn(&arguments, &variables, &descriptors, self.is_urgent).map_err(|error| fail(error.to_string()))?;
         let child = Child::started(pid).map_err(|error| fail(error.to_string()))?;
         settle(pid, self.real_time_max).map_err(|error| fail(error.to_string()))?;
         Ok(child)
@@ -117,11 +131,11 @@ fn check(result: libc::c_int) -> io::Result<()> {
 }
 
 /// Starts a process whose descriptors `FIRST`, `FIRST + 1`, … are `descriptors`, and nothing above.
-fn spawn(arguments: &[CString], variables: &[CString], descriptors: &[RawFd]) -> io::Result<libc::pid_t> {
+fn spawn(arguments: &[CString], variables: &[CString], descriptors: &[RawFd], is_urgent: bool) -> io::Result<libc::pid_t> {
     let end = FIRST + descriptors.len() as RawFd;
     // Duplicates above all numbers that will be set, so that none is overwritten before it is passed.
     let above: Vec<OwnedFd> = descriptors.iter().map(|descriptor| duplicate(*descriptor, end)).collect::<io::Result<_>>()?;
-    let mut plan = plan()?;
+    let mut plan = plan(is_urgent)?;
     let input: &CStr = c"/dev/null";
     // SAFETY: the plan is initialised, the path ends in NUL, and the calls copy what they are given.
     unsafe {
@@ -139,8 +153,8 @@ fn spawn(arguments: &[CString], variables: &[CString], descriptors: &[RawFd]) ->
     Ok(pid)
 }
 
-/// Group of its own, ordinary scheduling, no signal blocked or ignored.
-fn plan() -> io::Result<Plan> {
+/// Group of its own, ordinary scheduling (that of this thread if it `is_urgent`), no signal blocked or ignored.
+fn plan(is_urgent: bool) -> io::Result<Plan> {
     // SAFETY: all zeroes is storage that the two calls initialise.
     let mut plan: Plan = unsafe {
         let mut plan = std::mem::MaybeUninit::<Plan>::zeroed();
@@ -148,7 +162,8 @@ fn plan() -> io::Result<Plan> {
         check(libc::posix_spawnattr_init(&raw mut (*plan.as_mut_ptr()).attributes))?;
         plan.assume_init()
     };
-    let flags = libc::POSIX_SPAWN_SETPGROUP | libc::POSIX_SPAWN_SETSIGMASK | libc::POSIX_SPAWN_SETSIGDEF | libc::POSIX_SPAWN_SETSCHEDULER;
+    let scheduling = if is_urgent { 0 } else { libc::POSIX_SPAWN_SETSCHEDULER };
+    let flags = libc::POSIX_SPAWN_SETPGROUP | libc::POSIX_SPAWN_SETSIGMASK | libc::POSIX_SPAWN_SETSIGDEF | scheduling;
     let ordinary = libc::sched_param { sched_priority: 0 };
     // SAFETY: the attributes are initialised; the sets and the parameter are values of our own.
     unsafe {

@@ -9,7 +9,8 @@
 //! | [`SharedMemory`], [`Heartbeat`] | memory that processes share and that nobody has to clean up |
 //! | [`Silence`] | time since the last word of another side, as far as this side was there |
 //! | [`Restarts`] | how often a lost process may be started again |
-//! | [`may_lock_all`], [`stand_back`] | a right that a process asks the operating system for, and one that it gives up |
+//! | [`ChildChange`], [`next_change`] | a child that is stopped, goes on or ends |
+//! | [`may_lock_all`], [`limit_real_time`], [`stand_back`] | a right that a process asks the operating system for, a limit, and a right that it gives up |
 //!
 //! Nothing here knows a device, a kernel or a text format.
 mod child;
@@ -34,9 +35,9 @@ pub use launch::{Launch, LaunchError};
 pub use link::{FRAME_LEN_MAX, Frame, UnixLink};
 pub use listener::{Listener, connect, fresh_folder, is_abandoned, run_folder};
 pub use passing::DESCRIPTORS_MAX;
-pub use process::{ended, has_ended, pid_of, process_descriptor, signal, this_process};
+pub use process::{ChildChange, ended, has_ended, next_change, pid_of, process_descriptor, signal, this_process};
 pub use restarts::Restarts;
-pub use rights::{may_lock_all, stand_back};
+pub use rights::{limit_real_time, may_lock_all, stand_back};
 pub use shared_memory::SealedMemory as SharedMemory;
 pub use silence::Silence;
 pub use status::Status;

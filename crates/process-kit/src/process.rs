@@ -61,6 +61,37 @@ pub fn ended(process: BorrowedFd<'_>, limit: Duration) -> bool {
     }
 }
 
+/// Change of a child of this process that the operating system tells its parent.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ChildChange {
+    /// A signal (SIGSTOP) has stopped it.
+    Stopped,
+    /// It was stopped and goes on.
+    Continued,
+    /// It has ended.
+    Ended,
+}
+
+/// Waits for the next change of a child, which is not reaped: its end, and [`ChildChange::Continued`] if it `is_stopped`, else
+/// [`ChildChange::Stopped`]. A debugger that holds it is not seen. A process that is no child of this one, or has been reaped, counts as ended.
+pub fn next_change(child: BorrowedFd<'_>, is_stopped: bool) -> ChildChange {
+    let change = if is_stopped { libc::WCONTINUED } else { libc::WSTOPPED };
+    loop {
+        // SAFETY: all zeroes is a valid value, which the call fills.
+        let (waited, code) = unsafe {
+            let mut about: libc::siginfo_t = std::mem::zeroed();
+            let waited = libc::waitid(libc::P_PIDFD, child.as_raw_fd() as libc::id_t, &mut about, change | libc::WEXITED | libc::WNOWAIT);
+            (waited, about.si_code)
+        };
+        match code {
+            libc::CLD_STOPPED if waited == 0 => return ChildChange::Stopped,
+            libc::CLD_CONTINUED if waited == 0 => return ChildChange::Continued,
+            _ if waited != 0 && io::Error::last_os_error().kind() == io::ErrorKind::Interrupted => {}
+            _ => return ChildChange::Ended,
+        }
+    }
+}
+
 /// Signals the process and no other. Returns false if it has ended, or without the right to signal it.
 pub fn signal(process: BorrowedFd<'_>, signal: i32) -> bool {
     // SAFETY: takes no memory of ours.

@@ -12,6 +12,26 @@ pub fn stand_back() {
     }
 }
 
+/// Processor time that a real-time thread may use without sleeping before the operating system signals it: a barrier of its own
+/// against a runaway block, behind the time budget of blocks and with the same end (SIGXCPU is taken as a spent budget).
+const REAL_TIME_US_MAX: u64 = 5_000_000;
+
+/// Sets the limit without which nothing runs at a real-time priority. Returns false if it cannot be set.
+pub fn limit_real_time() -> bool {
+    // SAFETY: reads and lowers a limit of this process.
+    unsafe {
+        let mut limit = libc::rlimit { rlim_cur: 0, rlim_max: 0 };
+        if libc::getrlimit(libc::RLIMIT_RTTIME, &mut limit) != 0 {
+            return false;
+        }
+        if limit.rlim_cur <= REAL_TIME_US_MAX {
+            return true;
+        }
+        limit.rlim_cur = REAL_TIME_US_MAX.min(limit.rlim_max);
+        libc::setrlimit(libc::RLIMIT_RTTIME, &limit) == 0
+    }
+}
+
 /// Returns whether this process may lock any amount of memory: a limit would make later allocations fail. Takes the limit off where that is allowed.
 pub fn may_lock_all() -> bool {
     let any = libc::rlimit { rlim_cur: libc::RLIM_INFINITY, rlim_max: libc::RLIM_INFINITY };

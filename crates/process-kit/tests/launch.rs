@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Processes are started with what is named and nothing else, and end with nothing left over.
 use interconnect::Link;
-use process_kit::{Child, Launch, Status, UnixLink};
+use process_kit::{Child, ChildChange, Launch, Status, UnixLink, next_change};
 use std::ffi::OsString;
-use std::os::fd::{AsRawFd, OwnedFd};
+use std::os::fd::{AsFd, AsRawFd, OwnedFd};
 use std::time::Duration;
 
 const LIMIT: Duration = Duration::from_secs(300);
@@ -73,6 +73,44 @@ fn a_stopped_process_ends_when_it_is_asked_to() {
     unsafe { libc::kill(child.pid(), libc::SIGSTOP) };
     assert_eq!(child.end(LIMIT), Status::Killed { signal: libc::SIGTERM, core: false });
     assert_eq!(child.wait(Duration::ZERO), Some(Status::Killed { signal: libc::SIGTERM, core: false }), "it is remembered");
+}
+
+#[test]
+fn the_changes_of_a_child_are_told_in_their_order_and_it_is_not_reaped() {
+    let (child, link) = linked(&["parent"]);
+    link.receive(LIMIT).unwrap().expect("in time");
+    let process = child.descriptor().unwrap();
+    // SAFETY: signals our child, which has not been reaped.
+    let signal = |signal| unsafe { libc::kill(child.pid(), signal) };
+    for _ in 0..2 {
+        signal(libc::SIGSTOP);
+        assert_eq!(next_change(process.as_fd(), false), ChildChange::Stopped);
+        signal(libc::SIGCONT);
+        assert_eq!(next_change(process.as_fd(), true), ChildChange::Continued);
+    }
+    signal(libc::SIGSTOP);
+    assert_eq!(next_change(process.as_fd(), false), ChildChange::Stopped);
+    signal(libc::SIGKILL);
+    assert_eq!(next_change(process.as_fd(), true), ChildChange::Ended);
+    assert_eq!(child.wait(LIMIT), Some(Status::Killed { signal: libc::SIGKILL, core: false }), "its end is still there");
+    assert_eq!(next_change(process.as_fd(), false), ChildChange::Ended);
+}
+
+#[test]
+fn a_process_that_is_started_urgently_has_the_priority_of_the_thread_that_starts_it() {
+    let first = libc::sched_param { sched_priority: 1 };
+    // SAFETY: asks about a child that has not been reaped.
+    let scheduling = |pid| unsafe { libc::sched_getscheduler(pid) };
+    // SAFETY: the scheduling of this thread, which ends with the test.
+    let is_given = process_kit::limit_real_time() && unsafe { libc::sched_setscheduler(0, libc::SCHED_FIFO, &first) } == 0;
+    let (urgent, ordinary) = (stand_in(&["parent"]).urgently(), stand_in(&["parent"]));
+    let with_link = |launch: Launch| {
+        let (link, theirs) = UnixLink::pair().unwrap();
+        (launch.descriptor("link", theirs).start().unwrap(), link)
+    };
+    let ((urgent, _link), (ordinary, _other)) = (with_link(urgent), with_link(ordinary));
+    assert_eq!(scheduling(urgent.pid()), if is_given { libc::SCHED_FIFO } else { libc::SCHED_OTHER });
+    assert_eq!(scheduling(ordinary.pid()), libc::SCHED_OTHER);
 }
 
 #[test]

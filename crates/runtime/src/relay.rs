@@ -111,7 +111,7 @@ impl Relays {
 impl Thread {
     fn run(&self, epoch_ns: i64) {
         // Without the right it works all the same, only later.
-        let _given = rights::limit_real_time() && rights::prioritise(PRIORITY);
+        let _given = process_kit::limit_real_time() && rights::prioritise(PRIORITY);
         while !self.closing.load(Ordering::Acquire) {
             let seen = self.bell.rings();
             let now_ns = monotonic_ns();

@@ -2,12 +2,8 @@
 //! Rights that a source's thread asks of the operating system: priority, core, locked memory. Where something is not given, the source
 //! works all the same, only later; what was not given is said in one line.
 use kernel::SourceSpec;
-use process_kit::may_lock_all;
+use process_kit::{limit_real_time, may_lock_all};
 use std::sync::OnceLock;
-
-/// Processor time that a real-time thread may use without sleeping before the operating system signals it: a barrier of its own
-/// against a runaway block, behind the guard's budget and with the same end (the guard takes SIGXCPU as a spent budget).
-const RTTIME_MAX_US: u64 = 5_000_000;
 
 /// Takes what is given to the calling thread. Says what is not, and whether it runs at a real-time priority.
 pub(crate) fn take(spec: &SourceSpec) -> (Vec<String>, bool) {
@@ -71,22 +67,6 @@ fn pin(core: usize) -> bool {
         let mut cores: libc::cpu_set_t = std::mem::zeroed();
         libc::CPU_SET(core, &mut cores);
         libc::sched_setaffinity(0, size_of::<libc::cpu_set_t>(), &cores) == 0
-    }
-}
-
-/// Sets the limit without which nothing runs at a real-time priority.
-pub(crate) fn limit_real_time() -> bool {
-    // SAFETY: reads and lowers a limit of this process.
-    unsafe {
-        let mut limit = libc::rlimit { rlim_cur: 0, rlim_max: 0 };
-        if libc::getrlimit(libc::RLIMIT_RTTIME, &mut limit) != 0 {
-            return false;
-        }
-        if limit.rlim_cur <= RTTIME_MAX_US {
-            return true;
-        }
-        limit.rlim_cur = RTTIME_MAX_US.min(limit.rlim_max);
-        libc::setrlimit(libc::RLIMIT_RTTIME, &limit) == 0
     }
 }
 

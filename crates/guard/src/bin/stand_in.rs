@@ -55,7 +55,7 @@ fn supervisor() {
     panic!("the test ends the supervisor by SIGKILL");
 }
 
-/// Stores 1, 2, 3, … to its output and beats, guarded itself; says what its guards say, and their numbers to each that asks. What makes it safe
+/// Stores 1, 2, 3, … to its output and beats, guarded itself; says what its guards say, and their numbers and those of their stand-ins to each that asks. What makes it safe
 /// latches.
 fn program() {
     let link = std::sync::Arc::new(link());
@@ -74,7 +74,7 @@ fn program() {
         beats.beat();
         // What is asked is always the same.
         if let Ok(Some(_asked)) = link.receive(Duration::from_millis(1)) {
-            link.send(format!("{:?}", guard.pids()).as_bytes()).expect("the test is there");
+            link.send(format!("guards {:?}; {:?}", guard.pids(), guard.stand_ins()).as_bytes()).expect("the test is there");
         }
     }
 }
