@@ -75,7 +75,7 @@ GROUPS: dict[str, tuple[str, str]] = {
     "Arms and grippers": (
         "opengpac.robots",
         "load Arm Joint joint_servo joint_decoupled_servo joint_follower "
-        "move Moved MotionTimeout FollowingError ServoUnstable Payload Kinematics Axis Interfaces gripper Finger "
+        "move Moved MotionTimeout FollowingError ServoUnstable Payload Kinematics Axis Dynamics Link Interfaces gripper Finger "
         "finger_servo finger_follower tool_by_touching TouchedTool",
     ),
     "Signals of a cell": (
@@ -110,6 +110,7 @@ MADE_BY_YOU = [
     "Finger",
     "Payload",
     "Kinematics",
+    "Dynamics",
     "Axis",
     "DigitalInput",
     "DigitalOutput",

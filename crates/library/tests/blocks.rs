@@ -95,6 +95,7 @@ fn the_names_of_the_interface_stay() {
         ("sum", "n u y w"),
         ("forward_kinematics", "n q pose chain"),
         ("jacobian", "n q jacobian least chain"),
+        ("inverse_dynamics", "n q velocity acceleration effort gravity_effort chain links gravity"),
         (
             "inverse_kinematics",
             "n goal near position_min position_max q reached position_error angle_error chain tolerance angle_tolerance orientation attempts unreachable limit singular",

@@ -30,6 +30,7 @@ _WRITTEN = {
     "action_chunk": ["lib.action_chunk.run(n=3, actions=[0.0, 0.1, 0.2], number=1, observed=0, present=0.0)"],
     "forward_kinematics": [_ARM, "lib.forward_kinematics.run(chain=arm.chain, q=[0.5, 0.7])"],
     "jacobian": [_ARM, "lib.jacobian.run(chain=arm.chain, q=[0.5, 0.7])"],
+    "inverse_dynamics": [_ARM, "lib.inverse_dynamics.run(**arm.dynamics.parameters, q=[0.5, 0.7])"],
     "payload_effort": [_ARM, "lib.payload_effort.run(chain=arm.chain, q=[0.5, 0.7], mass=2.0)"],
     "inverse_kinematics": [_ARM, _TOOL, "lib.inverse_kinematics.run(chain=arm.chain, goal=tool.pose[0], near=[0.4, 0.4])"],
     "differential_kinematics": [_ARM, _TOOL, "lib.differential_kinematics.run(chain=arm.chain, pose=tool.pose[0], start=[0.5, 0.5])"],

@@ -7,6 +7,7 @@ logical device.
 
 from .arm import Arm, Payload
 from .arms import load
+from .dynamics import Dynamics, Link
 from .gripper import Finger, finger_follower, finger_servo, gripper
 from .joints import Joint
 from .kinematics import Axis, Kinematics
@@ -16,7 +17,7 @@ from .tool_frame import TouchedTool, tool_by_touching
 from .urdf import Interfaces
 
 __all__ = [
-    "Arm", "Axis", "Finger", "FollowingError", "Interfaces", "Joint", "Kinematics", "MotionTimeout", "Moved", "Payload", "ServoUnstable",
-    "TouchedTool", "finger_follower", "finger_servo", "gripper", "joint_decoupled_servo", "joint_follower", "joint_servo", "load", "move",
-    "tool_by_touching",
+    "Arm", "Axis", "Dynamics", "Finger", "FollowingError", "Interfaces", "Joint", "Kinematics", "Link", "MotionTimeout", "Moved",
+    "Payload", "ServoUnstable", "TouchedTool", "finger_follower", "finger_servo", "gripper", "joint_decoupled_servo", "joint_follower",
+    "joint_servo", "load", "move", "tool_by_touching",
 ]  # fmt: skip

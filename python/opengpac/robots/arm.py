@@ -16,13 +16,14 @@ import numpy as np
 from .. import library
 from ..application.instances import VerbInstance
 from ..devices.groups import Group
-from ..errors import CallError, Error, NotEnabled, UnknownName, did_you_mean, refuse
+from ..errors import CallError, DefinitionError, Error, NotEnabled, UnknownName, did_you_mean, refuse
 from ..studio import offered_motions
 from ..values.configurations import Configuration
 from ..values.encoding import plain
 from ..values.frames import Pose
 from ..values.numbers import number
 from ..values.quantities import Quantity
+from .dynamics import Dynamics
 from .joints import Joint
 from .kinematics import Kinematics
 from .touching import touching
@@ -88,6 +89,8 @@ class Arm(Group[Joint]):
         """What the tags `ros2_control` of its URDF file say of its joints, by their names."""
         self._kinematics_of: Callable[[list[str]], Kinematics] | None = None
         """Reads the geometry of some of its joints, by their names in the model."""
+        self._dynamics_of: Callable[[Kinematics], Dynamics] | None = None
+        """Reads the masses of the links of such a geometry."""
         self._scene: Path | None = None
         """The MJCF model that is simulated, with what stands around the arm; none of a real arm."""
         self._payload = Payload(0.0)
@@ -113,7 +116,7 @@ class Arm(Group[Joint]):
         part = Arm(
             name, *joints, kinematics=self._read if of is None else lambda: of(names), states=self.states, interfaces=self.interfaces
         )
-        part.model, part._kinematics_of = self.model, of
+        part.model, part._kinematics_of, part._dynamics_of = self.model, of, self._dynamics_of
         if isinstance(group, str):
             part._offer()
         return part
@@ -153,6 +156,16 @@ class Arm(Group[Joint]):
     def kinematics(self) -> Kinematics:
         """Its geometry, read from its model when it is first asked for."""
         return self._read()
+
+    @functools.cached_property
+    def dynamics(self) -> Dynamics:
+        """The masses of its links, without its payload, read from its model when they are first used.
+
+        Raises `DefinitionError` for an arm whose model is not known here.
+        """
+        if self._dynamics_of is None:
+            refuse(DefinitionError, f"the masses of '{self.name}' are not known here", "load its URDF or MJCF file with the same driver")
+        return self._dynamics_of(self.kinematics)
 
     @property
     def chain(self) -> dict[str, Any]:

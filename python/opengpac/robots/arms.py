@@ -27,6 +27,7 @@ from .assembly import assemble, has_site, joint_names
 from .bare import BARE, Bare
 from .catalogue import ARMS, NamedArm, refuse_elsewhere
 from .drives import FASTEST, integral_gain
+from .dynamics import Dynamics
 from .joints import Joint
 from .kinematics import Kinematics
 from .settled import settle
@@ -134,6 +135,7 @@ def load(
         arm = Arm(name, *joints, kinematics=lambda: model.kinematics(own), notes=model.notes, **known_of)
         arm.model = identity
         arm._kinematics_of = model.kinematics
+        arm._dynamics_of = None if isinstance(model, Bare) else model.dynamics
         arm._scene = model.simulated if driver is None else None
         if len(arm) > MOTION_JOINTS:
             part = next((f"'{group}'" for group, of in model.groups.items() if 1 < len(of) <= MOTION_JOINTS), "[JOINT, …]")
@@ -321,6 +323,10 @@ class _Model:
     def simulated(self) -> Path:
         """The file of the model that is simulated."""
         return _kept(self.whole or self.own, self.arm)
+
+    def dynamics(self, kinematics: Kinematics) -> Dynamics:
+        """Returns the masses of a chain of its joints; those of its tool belong to the last of them."""
+        return Dynamics.of_mjcf(self.simulated, kinematics.joints, kinematics=kinematics)
 
     def kinematics(self, joints: list[str]) -> Kinematics:
         """Its geometry, with the tip of its tool."""

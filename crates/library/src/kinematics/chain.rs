@@ -83,6 +83,15 @@ pub struct Posture {
     anchor: [[f64; 3]; JOINTS_MAX],
 }
 
+/// A joint at a position, in the frame in which poses are given, and the frame of the link that it moves: the base's where every joint is at 0.
+#[derive(Clone, Copy, Debug)]
+pub struct PlacedJoint {
+    pub axis: [f64; 3],
+    /// A point on the axis.
+    pub anchor: [f64; 3],
+    pub link: Pose,
+}
+
 impl Arm<'_> {
     /// Returns the number of its joints.
     pub fn joints(&self) -> usize {
@@ -99,22 +108,33 @@ impl Arm<'_> {
         self.chain.kind[joint] != NONE
     }
 
+    /// Returns what a joint is: `NONE`, `HINGE` or `SLIDE`.
+    pub fn kind(&self, joint: usize) -> i32 {
+        self.chain.kind[joint]
+    }
+
+    /// Returns a joint at position `q` (rad or m), on the link before it.
+    pub fn placed(&self, before: &Pose, joint: usize, q: f64) -> PlacedJoint {
+        let own = self.chain.anchor[joint];
+        let (axis, anchor, mut link) = (rotate(before.quaternion, self.chain.axis[joint]), before.point(own), *before);
+        match self.chain.kind[joint] {
+            HINGE => {
+                link.quaternion = product(link.quaternion, turn(self.chain.axis[joint], q));
+                link.position = subtract(anchor, rotate(link.quaternion, own));
+            }
+            SLIDE => link.position = add(link.position, scale(axis, q)),
+            _ => {}
+        }
+        PlacedJoint { axis, anchor, link }
+    }
+
     /// Where everything is at these joint positions (one for each joint, rad or m).
     pub fn posture(&self, q: &[f64]) -> Posture {
         let mut at = self.base;
         let mut posture = Posture { tool: at, axis: [[0.0; 3]; JOINTS_MAX], anchor: [[0.0; 3]; JOINTS_MAX] };
         for (i, q) in q.iter().enumerate().take(self.n) {
-            let (axis, anchor) = (self.chain.axis[i], self.chain.anchor[i]);
-            posture.axis[i] = rotate(at.quaternion, axis);
-            posture.anchor[i] = at.point(anchor);
-            match self.chain.kind[i] {
-                HINGE => {
-                    at.quaternion = product(at.quaternion, turn(axis, *q));
-                    at.position = subtract(posture.anchor[i], rotate(at.quaternion, anchor));
-                }
-                SLIDE => at.position = add(at.position, scale(posture.axis[i], *q)),
-                _ => {}
-            }
+            let joint = self.placed(&at, i, *q);
+            (posture.axis[i], posture.anchor[i], at) = (joint.axis, joint.anchor, joint.link);
         }
         posture.tool = at.then(&self.end);
         posture

@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Where the tool of an arm is, how it moves, and which joint positions bring it to a pose.
+//! Where the tool of an arm is, how it moves, which joint positions bring it to a pose, and which efforts a motion takes.
 //!
 //! Everything here is plain numbers of a fixed size: nothing allocates, so blocks on the real-time path call it.
 pub mod chain;
 pub mod course;
+pub mod dynamics;
 pub mod follower;
 pub mod inverse;
 pub mod line;
@@ -22,3 +23,5 @@ pub const BAD_POSE: u32 = 2;
 pub const BAD_LIMIT: u32 = 3;
 /// There is no planned line: the planner has not run, or found none.
 pub const NO_PLAN: u32 = 4;
+/// A link has a negative mass, or a number of it is not finite.
+pub const BAD_LINKS: u32 = 3;

@@ -1,0 +1,62 @@
+// SPDX-License-Identifier: Apache-2.0
+use crate::kinematics::chain::Chain;
+use crate::kinematics::dynamics::{JointMotion, Links, efforts};
+use crate::kinematics::{BAD_CHAIN, BAD_LINKS, BAD_POSE, JOINTS_MAX};
+use opengpac::{FunctionBlock, Invocation, Outcome, Step};
+
+/// Inverse dynamics: effort = M(q) q'' + C(q, q') q' + g(q), what the joints need for a motion, by Newton and Euler's equations.
+///
+/// `gravity_effort` is g(q) alone, what holds the arm still. With `velocity` and `acceleration` not connected both are the same, so the
+/// block compensates gravity. Friction and damping are not in it. `gpac.robots.load(...).dynamics.items` are chain, links and gravity of
+/// an arm; what hangs on joints that do not move the tool counts as rigid. Source: Luh, Walker and Paul, Journal of Dynamic Systems,
+/// Measurement, and Control 102(2), 1980; Featherstone, *Rigid Body Dynamics Algorithms*, 2008, section 5.3.
+/// Faults: 1 the chain is not one for n joints; 2 a position, velocity or acceleration is not finite, or gravity is not; 3 a link's mass
+/// or its motor's inertia is negative, or a number of it is not finite.
+#[derive(FunctionBlock)]
+pub struct InverseDynamics {
+    /// number of joints
+    #[size(1, 16)]
+    n: u32,
+    /// joint positions, rad or m
+    #[input(sized)]
+    q: [f64; 16],
+    /// joint velocities, rad/s or m/s
+    #[input(default = [0.0; 16], sized)]
+    velocity: [f64; 16],
+    /// joint accelerations, rad/s^2 or m/s^2
+    #[input(default = [0.0; 16], sized)]
+    acceleration: [f64; 16],
+    /// efforts of the motion, N.m or N
+    #[output(sized)]
+    effort: [f64; 16],
+    /// efforts that hold the arm still at q, N.m or N
+    #[output(sized)]
+    gravity_effort: [f64; 16],
+    /// the arm
+    #[param(default = Chain::NOTHING)]
+    chain: Chain,
+    /// the masses of its links
+    #[param(default = Links::MASSLESS)]
+    links: Links,
+    /// gravity in the frame in which poses are given, m/s^2
+    #[param(default = [0.0, 0.0, -9.81], range = "[-1000, 1000]")]
+    gravity: [f64; 3],
+}
+
+impl Step for InverseDynamics {
+    fn step(&mut self, _: &Invocation) -> Outcome {
+        let n = self.n as usize;
+        let Some(arm) = self.chain.read(n) else { return Outcome::Fault(BAD_CHAIN) };
+        let motion = JointMotion { q: &self.q[..n], velocity: &self.velocity[..n], acceleration: &self.acceleration[..n] };
+        if ![motion.q, motion.velocity, motion.acceleration, &self.gravity].iter().all(|numbers| numbers.iter().all(|x| x.is_finite())) {
+            return Outcome::Fault(BAD_POSE);
+        }
+        if !self.links.are_sound(n) {
+            return Outcome::Fault(BAD_LINKS);
+        }
+        let still = [0.0; JOINTS_MAX];
+        self.effort = efforts(&arm, &self.links, self.gravity, &motion);
+        self.gravity_effort = efforts(&arm, &self.links, self.gravity, &JointMotion { velocity: &still, acceleration: &still, ..motion });
+        Outcome::Done
+    }
+}

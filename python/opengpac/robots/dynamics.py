@@ -1,0 +1,179 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The masses of an arm, and the joint efforts that its motions take.
+
+The numbers are computed by the library's block `inverse_dynamics`, here as on the real-time system; this module reads the masses from
+the model and hands them to it.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import importlib
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from .. import library as lib
+from ..errors import CallError, DefinitionError, refuse
+from ..values.frames import Pose
+from .kinematics import JOINTS_MAX, NONE, Kinematics
+
+if TYPE_CHECKING:
+    from .arm import Payload
+
+GRAVITY = (0.0, 0.0, -9.81)
+"""Gravity of a model that does not state its own, m/s²."""
+
+
+@dataclass(frozen=True)
+class Link:
+    """Masses that move with a joint, as one rigid body, in the frame of the arm's base where every joint is at 0.
+
+    `mass` is in kg, `centre` the centre of mass in m, `inertia` about that centre in kg m², as xx, yy, zz, xy, xz, yz. `armature` is the
+    inertia of the joint's motor as the joint feels it, kg m², or kg of a sliding joint.
+    """
+
+    mass: float = 0.0
+    centre: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    inertia: tuple[float, float, float, float, float, float] = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+    armature: float = 0.0
+
+    def joined(self, other: Link) -> Link:
+        """Returns both as one rigid body, with the armature of this one.
+
+        >>> Link(1.0, (0.0, 0.0, 0.0)).joined(Link(1.0, (2.0, 0.0, 0.0))).centre
+        (1.0, 0.0, 0.0)
+        """
+        mass = self.mass + other.mass
+        if mass == 0.0:
+            return self
+        centre = (self.mass * np.array(self.centre) + other.mass * np.array(other.centre)) / mass
+        inertia = np.zeros(6)
+        for link in (self, other):
+            x, y, z = np.array(link.centre) - centre
+            offset = [y * y + z * z, x * x + z * z, x * x + y * y, -x * y, -x * z, -y * z]
+            inertia += np.array(link.inertia) + link.mass * np.array(offset)
+        xx, yy, zz, xy, xz, yz = inertia.tolist()
+        return Link(mass, _three(centre), (xx, yy, zz, xy, xz, yz), self.armature)
+
+
+@dataclass(frozen=True)
+class Dynamics:
+    """A chain of joints with the masses of its links: `arm.dynamics`, or `Dynamics.of_mjcf(path, joints)`.
+
+    `links` has one link for each joint of `kinematics`: all that moves with it and not with the next one. What hangs on joints that do
+    not move the tool, such as fingers, counts as rigid, with these joints at 0. `gravity` is in m/s², in the frame of the model's world.
+    Friction and damping of the joints are not part of it.
+    """
+
+    kinematics: Kinematics
+    links: tuple[Link, ...]
+    gravity: tuple[float, float, float] = GRAVITY
+
+    @property
+    def parameters(self) -> dict[str, Any]:
+        """Values for the parameters `chain`, `links` and `gravity` of the block `inverse_dynamics`."""
+        unused = JOINTS_MAX - len(self.links)
+        links = [*self.links, *[Link()] * unused]
+        return {
+            "chain": {**self.kinematics.chain, "base": list(Pose())},
+            "links": {name: [_listed(getattr(link, name)) for link in links] for name in ("mass", "centre", "inertia", "armature")},
+            "gravity": list(self.gravity),
+        }
+
+    def effort(
+        self, q: Iterable[float], velocity: Iterable[float] | None = None, acceleration: Iterable[float] | None = None
+    ) -> np.ndarray:
+        """Returns the effort of each joint, N m or N, for a motion at positions `q`, rad or m; `velocity` and `acceleration` default to 0.
+
+        Raises `CallError` unless there is a number for each joint.
+        """
+        positions = self.kinematics._positions
+        given = {"velocity": velocity, "acceleration": acceleration}
+        return self._run(q=positions(q), **{name: positions(value) for name, value in given.items() if value is not None})[0]
+
+    def inertia(self, q: Iterable[float]) -> np.ndarray:
+        """Returns the inertia matrix of the joints, n x n, at positions `q` (rad or m): effort = inertia @ acceleration, without gravity.
+
+        Raises `CallError` unless there is a number for each joint.
+        """
+        n = len(self.links)
+        weightless = dataclasses.replace(self, gravity=(0.0, 0.0, 0.0))
+        return weightless._run(q=[self.kinematics._positions(q)] * n, acceleration=np.eye(n).tolist()).T
+
+    def carrying(self, payload: Payload) -> Dynamics:
+        """Returns the dynamics of the arm with a payload at its flange: a point mass at the payload's centre."""
+        moving = [i for i, axis in enumerate(self.kinematics.axes) if axis.kind != NONE]
+        if not moving:
+            refuse(
+                DefinitionError,
+                f"no joint of {self.kinematics.joints} moves the flange, which carries the payload",
+                "leave the payload out",
+            )
+        at = self.kinematics.home @ Pose(payload.centre)
+        links = list(self.links)
+        links[moving[-1]] = links[moving[-1]].joined(Link(payload.mass, _three(at.position)))
+        return dataclasses.replace(self, links=tuple(links))
+
+    def _run(self, **inputs: Any) -> np.ndarray:
+        found = lib.block("inverse_dynamics").run(n=len(self.links), **self.parameters, **inputs)
+        if found.fault is not None:
+            refuse(CallError, f"the efforts of {self.kinematics.joints} cannot be computed: {found.fault}", "give finite numbers")
+        return found.effort
+
+    @classmethod
+    def of_mjcf(cls, path: Any, joints: Sequence[str], *, site: str | None = None, kinematics: Kinematics | None = None) -> Dynamics:
+        """Reads the dynamics of an MJCF arm through MuJoCo. `joints` are the driven ones, in order; `site` is the flange.
+
+        `kinematics` is the geometry of these joints, if it is known already; else it is read as `Kinematics.of_mjcf` does, with its errors.
+        """
+        chain = Kinematics.of_mjcf(path, joints, site=site) if kinematics is None else kinematics
+        mujoco = importlib.import_module("mujoco")
+        model = mujoco.MjModel.from_xml_path(str(path))
+        return cls(chain, _links(mujoco, model, chain), _three(model.opt.gravity))
+
+
+def _three(given: Iterable[float]) -> tuple[float, float, float]:
+    x, y, z = (float(each) for each in given)
+    return x, y, z
+
+
+def _listed(value: Any) -> Any:
+    return list(value) if isinstance(value, tuple) else value
+
+
+def _links(mujoco: Any, model: Any, chain: Kinematics) -> tuple[Link, ...]:
+    """Returns the link of each joint of a chain: the bodies that it is the last of them to move."""
+    data = mujoco.MjData(model)
+    known = {model.joint(j).name or f"joint_{j}": j for j in range(model.njnt)}
+    ids = {known[axis.name]: i for i, axis in enumerate(chain.axes) if axis.kind != NONE}
+    for name in chain.joints:
+        data.qpos[model.jnt_qposadr[known[name]]] = 0.0
+    mujoco.mj_kinematics(model, data)
+    links = [Link(armature=float(model.dof_armature[model.jnt_dofadr[known[axis.name]]])) for axis in chain.axes]
+    for body in range(1, model.nbody):
+        joint = _last_of(model, body, ids)
+        if joint is not None:
+            links[joint] = links[joint].joined(_body(model, data, body))
+    return tuple(links)
+
+
+def _last_of(model: Any, body: int, ids: dict[int, int]) -> int | None:
+    """Returns the last joint of the chain that moves a body, by its index there."""
+    while body:
+        first = model.body_jntadr[body]
+        for j in reversed(range(first, first + model.body_jntnum[body])):
+            if j in ids:
+                return ids[j]
+        body = int(model.body_parentid[body])
+    return None
+
+
+def _body(model: Any, data: Any, body: int) -> Link:
+    """Returns the mass of a body where the model stands, in the world's frame."""
+    axes = data.ximat[body].reshape(3, 3)
+    inertia = axes @ np.diag(model.body_inertia[body]) @ axes.T
+    xx, yy, zz, xy, xz, yz = (float(inertia[i, j]) for i, j in ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2)))
+    return Link(float(model.body_mass[body]), _three(data.xipos[body]), (xx, yy, zz, xy, xz, yz))
