@@ -89,7 +89,7 @@ $(VENV)/ready: $(VENV)/builds
 	touch $@
 
 $(VENV)/tests: $(VENV)/ready Makefile
-	$(call install,pytest hypothesis scipy onnx==1.23.2 gymnasium==1.4.0 ipython ipykernel nbclient mcap openapi-spec-validator==0.7.1 pysoem==1.1.13 ur_rtde==1.6.5 pymodbus==3.16.1 canopen==2.4.1 python-can==4.6.1 pyserial==3.5 rustypot==1.13.1 feetech-servo-sdk==1.0.0 dynamixel-sdk==4.1.0 numba==0.68.1 llvmlite==0.50.0 cloudpickle==3.1.2 casadi==3.8.2 fmpy==0.3.32 pythonfmu==0.7.0 airo-models==0.0.12 example-robot-data==6.0.0 rtb-data==2.0.0 pyright ruff)
+	$(call install,pytest hypothesis scipy onnx==1.23.2 gymnasium==1.4.0 ipython ipykernel nbclient mcap openapi-spec-validator==0.7.1 pysoem==1.1.13 ur_rtde==1.6.5 pymodbus==3.16.1 canopen==2.4.1 python-can==4.6.1 pyserial==3.5 rustypot==1.13.1 feetech-servo-sdk==1.0.0 dynamixel-sdk==4.1.0 numba==0.68.1 llvmlite==0.50.0 cloudpickle==3.1.2 casadi==3.8.2 fmpy==0.3.32 pythonfmu==0.7.0 airo-models==0.0.12 example-robot-data==6.0.0 rtb-data==2.0.0 trimesh==5.2.0 pycollada==0.9.3 xacro==2.1.1 pyright ruff)
 	touch $@
 
 $(RELEASE): $(RUST) pyproject.toml $(VENV)/builds

@@ -134,6 +134,78 @@ def led(chance: random.Random, content: bytes) -> bytes:
     return content[:at] + b'<mimic joint="' + chance.choice([*names, b"nobody"]) + b'"/>' + content[at:]
 
 
+SPELLINGS = ["0x1F", "1_000", "1,5", "1.2.3", "1e", "--1", "１２", "½", "1d3", "1.0f", "pi", "${pi}", "$(arg x)", "2m", "None"]
+CODECS = ["utf-16", "utf-16-le", "utf-16-be", "utf-32", "utf-8-sig", "latin-1", "cp1252", "gb18030", "shift_jis", "utf-7", "cp037"]
+
+
+def spelled(chance: random.Random, content: bytes) -> bytes:
+    """A number is written as programs write it, and XML does not know it."""
+    found = chance.choice([*re.finditer(rb'="\s*(' + NUMBER + rb")[\s\"]", content)])
+    return content[: found.start(1)] + chance.choice(SPELLINGS).encode() + content[found.end(1) :]
+
+
+def referring(chance: random.Random, content: bytes) -> bytes:
+    """An attribute refers to an entity: one that nobody declared, one of another file, or one that grows without end."""
+    found = chance.choice([*re.finditer(rb'="([^"]*)"', content)])
+    named = chance.choice([b"nobody", b"outside", b"grown", b"#0", b"#x110000", b"amp"])
+    changed = content[: found.start(1)] + b"&" + named + b";" + content[found.end(1) :]
+    growing = b"".join(b'<!ENTITY g%d "%s">' % (n + 1, b"&g%d;" % n * 10) for n in range(10))
+    inner = b'<!ENTITY outside SYSTEM "file:///etc/hostname"><!ENTITY g0 "0 ">' + growing + b'<!ENTITY grown "&g10;">'
+    root = next(re.finditer(rb"<(\w+)", changed))
+    return changed[: root.start()] + b"<!DOCTYPE " + root[1] + b" [" + inner + b"]>" + changed[root.start() :]
+
+
+def encoded(chance: random.Random, content: bytes) -> bytes:
+    """The text is in another encoding, and says so, says another or none."""
+    text = re.sub(r"<\?xml[^>]*\?>", "", content.decode()).lstrip()
+    codec = chance.choice(CODECS)
+    said = chance.choice([codec, codec, "", "utf-8", "utf-16", "nothing", "rot13", "idna", "ascii"])
+    head = f'<?xml version="1.0" encoding="{said}"?>\n' if said else ""
+    return (head + re.sub(r'name="(\w)', r'name="ä\1', text, count=1)).encode(codec, errors="replace")
+
+
+def longer(chance: random.Random, content: bytes) -> bytes:
+    """An attribute is a megabyte long: a name, or a number with as many digits."""
+    found = chance.choice([*re.finditer(rb'="([^"]*)"', content)])
+    filling = chance.choice([b"a", b"0", b"9", b"1 ", b"-", "ä".encode()])
+    return content[: found.start(1)] + filling * 1_000_000 + content[found.end(1) :]
+
+
+def many(chance: random.Random, content: bytes) -> bytes:
+    """An element stands there some thousand times."""
+    found = chance.choice([*re.finditer(rb"<(\w+)\b[^<>]*/>", content)])
+    return content[: found.end()] + found[0] * chance.choice([2, 100, 3000]) + content[found.end() :]
+
+
+def moved(chance: random.Random, content: bytes) -> bytes:
+    """An element stands at another place."""
+    found = [*re.finditer(rb"<(\w+)\b[^<>]*/>", content)]
+    taken, place = chance.choice(found), chance.choice(found)
+    (first, last), at = taken.span(), place.end()
+    if at <= first:
+        return content[:at] + taken[0] + content[at:first] + content[last:]
+    return content[:first] + content[last:at] + taken[0] + content[at:]
+
+
+def renamed(chance: random.Random, content: bytes) -> bytes:
+    """An element or attribute has another name, or an attribute is missing or stands there twice."""
+    found = chance.choice([*re.finditer(rb'\s(\w+)="[^"]*"', content)])
+    tag = chance.choice([*re.finditer(rb"<(\w+)\b[^<>]*/>", content)])
+    changes = [
+        (found, b""),
+        (found, found[0] + found[0]),
+        (found, b" " + found[1].upper() + found[0][1 + len(found[1]) :]),
+        (tag, tag[0].replace(tag[1], tag[1] + b"s", 1)),
+        (tag, tag[0].replace(tag[1], b"xacro:" + tag[1], 1)),
+        (tag, b"<!-- " + tag[0] + b" -->"),
+        (tag, b"<![CDATA[" + tag[0] + b"]]>"),
+        (tag, tag[0] + b"\0"),
+        (tag, tag[0] + b"stray text ]]> & more"),
+    ]
+    change, new = chance.choice(changes)
+    return content[: change.start()] + new + content[change.end() :]
+
+
 DAMAGES: list[Callable[[random.Random, bytes], bytes]] = [
     turned,
     cut,
@@ -146,6 +218,13 @@ DAMAGES: list[Callable[[random.Random, bytes], bytes]] = [
     beyond,
     hung,
     led,
+    spelled,
+    referring,
+    encoded,
+    longer,
+    many,
+    moved,
+    renamed,
 ]
 
 

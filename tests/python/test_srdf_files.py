@@ -9,13 +9,11 @@ from __future__ import annotations
 import logging
 import re
 import sys
-import types
 import warnings
 from collections.abc import Iterator
 from importlib import metadata
 from pathlib import Path
 from typing import Any
-from xml.dom import minidom
 from xml.etree import ElementTree
 
 import mujoco
@@ -25,6 +23,7 @@ import pytest
 import opengpac as gpac
 from opengpac import robots
 from opengpac.robots import urdf
+from opengpac.robots.urdf import packages
 
 ROBOTS = Path(str(metadata.distribution("example-robot-data").locate_file("cmeel.prefix/share/example-robot-data/robots")))
 PANDA = ROBOTS / "panda_description/urdf/panda.urdf"
@@ -201,19 +200,12 @@ def test_the_file_beside_is_told_in_the_log_and_one_of_several_has_to_be_named(b
         robots.load(body, clock="virtual", group="lefd", srdf=body.parent / "two.srdf")
 
 
-class Xacro(types.ModuleType):
-    """Expands a file as `xacro` does: it has one argument, `arm`, which is `left`."""
-
-    def process_file(self, path: str) -> minidom.Document:
-        return minidom.parseString(Path(path).read_text().replace("$(arg arm)", "left"))
-
-
 @pytest.mark.parametrize("named", [False, True])
-def test_macros_of_an_srdf_file_are_expanded(body: Path, monkeypatch: pytest.MonkeyPatch, named: bool) -> None:
-    monkeypatch.setitem(sys.modules, "xacro", Xacro("xacro"))
+def test_macros_of_an_srdf_file_are_expanded(body: Path, named: bool) -> None:
     (body.parent / "two.srdf").unlink()
     file = body.parent / "two.srdf.xacro"
-    file.write_text(SEMANTICS.replace('<group name="left">', '<group name="$(arg arm)">'))
+    argument = '<xacro:arg xmlns:xacro="http://www.ros.org/wiki/xacro" name="arm" default="left"/><group name="$(arg arm)">'
+    file.write_text(SEMANTICS.replace('<group name="left">', argument))
     arm = robots.load(body, clock="virtual", name="expanded", group="left", **({"srdf": file} if named else {}))
     assert [joint.short_name for joint in arm] == ["left_a", "left_b"] and arm.values("home") == [0.5, -1.0]
 
@@ -227,8 +219,8 @@ def test_an_srdf_file_with_macros_needs_xacro_only_where_it_is_named(body: Path,
     monkeypatch.setitem(sys.modules, "xacro", None)
     file = (body.parent / "two.srdf").rename(body.parent / "two.srdf.xacro")
     converted = urdf.convert(body, semantic=True)
-    assert converted.groups == {} and any("has macros of xacro, which is not installed" in note for note in converted.notes)
-    with pytest.raises(gpac.DeviceFailed, match=r"two\.srdf\.xacro' has macros of xacro, which is not installed; pip install xacro"):
+    assert converted.groups == {} and any("and xacro is not installed" in note for note in converted.notes)
+    with pytest.raises(gpac.DeviceFailed, match=r"two\.srdf\.xacro' has macros of xacro, the first in line 1, and xacro is not inst"):
         robots.load(body, clock="virtual", srdf=file)
 
 
@@ -374,7 +366,8 @@ def test_every_srdf_file_of_the_package_is_read() -> None:
     for file in sorted(ROBOTS.glob("*/srdf/*.srdf")):
         arms = [*sorted(file.parents[1].glob("*/*.urdf"))]
         for arm in arms[:1]:
-            semantics = urdf.srdf.read(file, urdf.Source.read(arm))
+            found = packages.Packages(arm)
+            semantics = urdf.srdf.read(file, urdf.Source.read(arm, found), found)
             groups = {element.get("name") for element in ElementTree.parse(file).getroot().findall("group")}
             assert {*semantics.groups} == groups, file
             read += 1

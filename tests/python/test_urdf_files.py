@@ -275,12 +275,6 @@ def test_a_relative_path_may_count_from_the_folder_of_the_package(tmp_path: Path
     assert "gone.obj' was not found" in converted.notes[0]
 
 
-def test_macros_need_xacro(tmp_path: Path) -> None:
-    file = arm(tmp_path, limit=LIMIT.replace("100", "${effort}"))
-    with pytest.raises(gpac.DeviceFailed, match=r"has macros of xacro, which is not installed; pip install xacro"):
-        urdf.convert(file)
-
-
 def test_a_joint_that_mimics_another_follows_it_and_is_no_joint_of_the_arm(tmp_path: Path) -> None:
     more = MORE.format(name="fold", kind="revolute", inside='<mimic joint="turn" multiplier="-0.5"/>')
     loaded = robots.load(arm(tmp_path, more=more), clock="virtual", name="mimic")

@@ -1,13 +1,14 @@
 # SPDX-License-Identifier: Apache-2.0
 """Loads the robot files of `files.toml` and the arms known by name from the packages that people install, and writes docs/robots.md.
 
-`make robots`.
+`make robots`. After an interruption, `python tests/robots/table.py --rest` goes on with what has no result yet.
 
 Packages are downloaded once, to `out/robots`, and unpacked, not installed. No file is edited.
 """
 
 from __future__ import annotations
 
+import argparse
 import functools
 import json
 import os
@@ -36,35 +37,61 @@ SECONDS = 1800
 
 
 def main() -> None:
-    """Tries every file, or those whose package or path contains a word of the command line; the page is written of the last trial of each.
-
-    `--page` alone tries none.
-    """
-    words = sys.argv[1:]
+    """Tries every file, or those that the command line says; the page is written of the last trial of each."""
+    given = arguments()
     packages = tomllib.loads((HERE / "files.toml").read_text())
     every = [(package, about["version"], about["folder"], file) for package, about in packages.items() for file in about["files"]]
-    files = [of for of in every if not words or any(word in f"{of[0]}/{of[3]}" for word in words)]
-    arms = [arm for arm in KNOWN.values() if not words or any(word in arm.name for word in words)]
-    tries: dict[str, Callable[[], dict[str, Any]]] = {}
-    for arm in arms:
-        # An unpacked package is found as an installed one is.
-        places = None if arm.package.name == OWN else places_of(arm)
-        tries[arm.name] = functools.partial(tried, arm.name, places)
-    for package, version, folder, file in files:
-        path = unpacked(package, version) / folder / file
-        tries[f"{package} {version}/{file}"] = functools.partial(tried, path, None, picture(package, file))
+    tries = {} if given.page else trials(every)
+    kept = results() if given.rest else {}
+    tries = {name: tries[name] for name in tries if name not in kept and (not given.words or any(word in name for word in given.words))}
     FOUND.parent.mkdir(parents=True, exist_ok=True)
-    with ThreadPoolExecutor(os.cpu_count()) as pool, FOUND.open("a") as kept:
+    with ThreadPoolExecutor(given.jobs) as pool, FOUND.open("a") as file:
         for name, found in zip(tries, pool.map(lambda attempt: attempt(), tries.values()), strict=True):
             print(f"{name:80} {found['joints']:2} joints  {found['why'] or 'arrives'}", flush=True)
-            kept.write(json.dumps({"name": name, **found}) + "\n")
-            kept.flush()
+            file.write(json.dumps({"name": name, **found}) + "\n")
+            file.flush()
     write_page(every)
+
+
+def arguments() -> argparse.Namespace:
+    """What the command line says."""
+    parser = argparse.ArgumentParser(description=(__doc__ or "").partition("\n")[0])
+    parser.add_argument("words", nargs="*", metavar="WORD", help="try only names, packages and paths that contain one of these")
+    parser.add_argument("--rest", action="store_true", help="try only what has no result yet")
+    parser.add_argument("--page", action="store_true", help="try nothing: write the page of the results that are there")
+    parser.add_argument("--jobs", type=int, default=os.cpu_count(), help="how many are tried at a time")
+    return parser.parse_args()
+
+
+def trials(every: list[tuple[str, str, str, str]]) -> dict[str, Callable[[], dict[str, Any]]]:
+    """What tries each arm known by name and each file, by its name in the results."""
+    tries: dict[str, Callable[[], dict[str, Any]]] = {}
+    for arm in KNOWN.values():
+        tries[arm.name] = functools.partial(tried_by_name, arm)
+    for package, version, folder, file in every:
+        tries[f"{package} {version}/{file}"] = functools.partial(tried_file, package, version, f"{folder}/{file}", file)
+    return tries
+
+
+def tried_by_name(arm: NamedArm) -> dict[str, Any]:
+    """Tries an arm known by name: an unpacked package is found as an installed one is."""
+    return tried(arm.name, None if arm.package.name == OWN else places_of(arm))
+
+
+def tried_file(package: str, version: str, path: str, file: str) -> dict[str, Any]:
+    """Tries a file of a package."""
+    return tried(unpacked(package, version) / path, None, picture(package, file))
+
+
+def results() -> dict[str, dict[str, Any]]:
+    """The last result of each name."""
+    lines = FOUND.read_text().splitlines() if FOUND.exists() else []
+    return {found["name"]: found for found in map(json.loads, lines)}
 
 
 def write_page(files: list[tuple[str, str, str, str]]) -> None:
     """Writes the page and the drawings of the arms known by name, where each of them and each file has been tried."""
-    last = {found["name"]: found for found in map(json.loads, FOUND.read_text().splitlines())}
+    last = results()
     rows = [(f"{package} {version}", file, last.get(f"{package} {version}/{file}")) for package, version, _, file in files]
     missing = [name for name in KNOWN if name not in last] + [f"{package}/{file}" for package, file, found in rows if found is None]
     if missing:

@@ -10,7 +10,7 @@ from xml.etree import ElementTree
 from xml.etree.ElementTree import Element
 
 from ..errors import CallError, refuse
-from ..storage.files import is_too_deep
+from ..storage.files import XML_ERRORS, is_too_deep
 
 _KINDS = {
     "BOOL": 0x01, "SINT": 0x02, "INT": 0x03, "DINT": 0x04, "USINT": 0x05, "UINT": 0x06, "UDINT": 0x07, "REAL": 0x08, "LREAL": 0x11,
@@ -49,7 +49,7 @@ def _parsed(path: Path, what: str) -> Element:
         root = ElementTree.fromstring(path.read_bytes())
     except OSError as why:
         refuse(CallError, f"{what}: cannot read '{path}': {(why.strerror or str(why)).lower()}")
-    except (ElementTree.ParseError, LookupError, ValueError) as why:
+    except XML_ERRORS as why:
         _wrong(path, what, f"is no ESI file: {why}", "take the XML file that the vendor gives for EtherCAT")
     if root.tag != "EtherCATInfo" or is_too_deep(root):
         _wrong(path, what, f"is no ESI file: it begins with <{root.tag}>", "take the XML file that the vendor gives for EtherCAT")

@@ -19,7 +19,7 @@ from xml.etree import ElementTree
 from .. import _native
 from ..errors import DeviceFailed, ModuleError, refusals, refuse
 from ..policies.block import whole_content
-from ..storage.files import XML_DEPTH_MAX, is_source, is_too_deep
+from ..storage.files import XML_DEPTH_MAX, XML_ERRORS, is_source, is_too_deep
 from .session import Session
 
 TARGET = f"{platform.machine()}-{sys.platform}"
@@ -158,7 +158,7 @@ def _parsed(content: bytes, file: Path) -> ElementTree.Element:
         if is_too_deep(root):
             refuse(DeviceFailed, f"the elements of '{file}' are nested more than {XML_DEPTH_MAX} deep", "give the path of an MJCF file")
         return root
-    except ElementTree.ParseError as error:
+    except XML_ERRORS as error:
         refuse(DeviceFailed, f"'{file}' is not XML: {error}", "give the path of an MJCF file")
 
 

@@ -13,7 +13,7 @@ from pathlib import Path
 from xml.etree import ElementTree
 
 from ..errors import DeviceFailed, refuse
-from ..storage.files import XML_DEPTH_MAX, is_too_deep
+from ..storage.files import XML_DEPTH_MAX, XML_ERRORS, is_too_deep
 
 FLANGE_SITES = ("tool", "attachment_site")
 """Names of the site that a tool is screwed to, the first that there is."""
@@ -55,7 +55,7 @@ def _read(file: Path) -> ElementTree.Element:
         root = ElementTree.parse(file).getroot()
     except OSError as error:
         refuse(DeviceFailed, f"cannot read '{file}': {error.strerror}", "give the path of an MJCF file")
-    except ElementTree.ParseError as error:
+    except XML_ERRORS as error:
         refuse(DeviceFailed, f"'{file}' is not XML: {error}", "give the path of an MJCF file")
     if is_too_deep(root):
         refuse(DeviceFailed, f"the elements of '{file}' are nested more than {XML_DEPTH_MAX} deep", "give the path of an MJCF file")

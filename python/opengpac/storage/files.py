@@ -129,6 +129,9 @@ def _why(error: OSError | UnicodeDecodeError) -> str:
     return (error.strerror or str(error)).lower() if isinstance(error, OSError) else f"byte {error.start} is no text"
 
 
+XML_ERRORS = (ElementTree.ParseError, LookupError, ValueError)
+"""Errors of ElementTree for a file that is no XML; one in an encoding that expat leaves to Python is one of the last two."""
+
 XML_DEPTH_MAX = 200
 """How deep the elements of a model may be nested."""
 

@@ -19,6 +19,7 @@ from xml.etree import ElementTree
 from ...errors import DeviceFailed, refuse
 from . import cleaning, control, equipment, meshes, packages, selection, srdf
 from .control import Interfaces as Interfaces
+from .encoding import root_tag
 from .source import Source as Source
 
 _logger = logging.getLogger("opengpac")
@@ -52,13 +53,7 @@ class ConvertedArm:
 
 def is_urdf(file: Path) -> bool:
     """Returns whether a file is called so, or begins as one."""
-    if file.suffix in (".urdf", ".xacro"):
-        return True
-    try:
-        _, root = next(ElementTree.iterparse(file, events=("start",)))
-    except (OSError, ElementTree.ParseError, StopIteration):
-        return False
-    return root.tag == "robot"
+    return file.suffix in (".urdf", ".xacro") or root_tag(file) == "robot"
 
 
 def convert(
@@ -78,11 +73,12 @@ def convert(
         mujoco: Any = importlib.import_module("mujoco")
     except ImportError:
         refuse(DeviceFailed, "the Python package 'mujoco' is not installed", "pip install 'opengpac[mujoco]'")
-    source = Source.read(file)
+    found = packages.Packages(file, package_paths)
+    source = Source.read(file, found)
     controls = control.read(source)
     speeds = cleaning.clean(source)
     control.narrow(source, controls, speeds)
-    semantics = _semantics(source, semantic)
+    semantics = _semantics(source, semantic, found)
     selected = selection.select(source, semantics, controls.home, group)
     if not selected.motors:
         _refuse_still(source)
@@ -92,7 +88,7 @@ def convert(
         for dynamics in joint.findall("dynamics")
         if dynamics.get("friction")
     }
-    meshes.place(source, packages.Packages(file, package_paths))
+    meshes.place(source, found)
     try:
         spec = _compiled(mujoco, source, selected, semantics.pairs if self_collision else None)
     except (ValueError, OSError, mujoco.FatalError) as error:
@@ -115,13 +111,13 @@ def _refuse_still(source: Source) -> NoReturn:
     source.refuse(joints[0], f"no joint of the robot can move: {reasons}", "give one a range whose upper limit is above its lower one")
 
 
-def _semantics(source: Source, semantic: Path | bool) -> srdf.Semantics:
+def _semantics(source: Source, semantic: Path | bool, packages: packages.Packages) -> srdf.Semantics:
     """Returns the semantics of the SRDF file that is given or lies beside the URDF file, with a line in the log.
 
     One that lies there and has no meaning is left out with a note: nobody asked for it.
     """
     if isinstance(semantic, Path):
-        return srdf.read(semantic, source)
+        return srdf.read(semantic, source, packages)
     found = srdf.beside(source.file) if semantic else []
     if len(found) > 1:
         names = ", ".join(f"'{file.name}'" for file in found)
@@ -129,7 +125,7 @@ def _semantics(source: Source, semantic: Path | bool) -> srdf.Semantics:
     if len(found) != 1:
         return srdf.Semantics()
     try:
-        semantics = srdf.read(found[0], source)
+        semantics = srdf.read(found[0], source, packages)
     except DeviceFailed as error:
         source.note(f"the SRDF file beside it is left out: {error.message}")
         return srdf.Semantics()

@@ -20,7 +20,15 @@ _STL_HEAD, _STL_FACE = 84, 50
 
 
 def place(source: Source, packages: Packages) -> None:
-    """Gives every mesh its whole path; one that is not there or cannot be read is left out, with a note."""
+    """Gives every mesh its whole path; one that is not there or cannot be read is left out, with a note.
+
+    Shapes that are only seen are left out before, as MuJoCo does unless the file asks it not to: reading their meshes takes seconds.
+    """
+    compiler = _compiler(source.root)
+    if compiler.get("discardvisual", "true") != "false":
+        for link in source.root.findall("link"):
+            for shape in link.findall("visual"):
+                link.remove(shape)
     kept: dict[str, str | None] = {}
     for link in source.root.findall("link"):
         for shape in [shape for kind in ("visual", "collision") for shape in link.findall(kind)]:
@@ -34,7 +42,7 @@ def place(source: Source, packages: Packages) -> None:
                 link.remove(shape)
             else:
                 mesh.set("filename", kept[name] or "")
-    _compiler(source.root).attrib.update({"strippath": "false", "meshdir": ""})
+    compiler.attrib.update({"strippath": "false", "meshdir": ""})
 
 
 def leave_out(source: Source, problem: str) -> bool:
@@ -67,9 +75,14 @@ def _usable(source: Source, mesh: ElementTree.Element, file: Path | None) -> str
         source.note(f"mesh '{name}' is left out: 'trimesh' reads {file.suffix or 'such files'}, and is not installed", mesh)
         return None
     try:
-        content = trimesh.load(file, force="mesh").export(file_type="stl")
+        shape = trimesh.load(file, force="mesh")
+        if len(shape.faces) == 0:
+            raise ValueError("it has no face")
+        if shape.units:
+            shape.convert_units("meters")
+        content = shape.export(file_type="stl")
     except Exception as error:  # the reader of each format raises its own
-        source.note(f"mesh '{name}' is left out: {error}", mesh)
+        source.note(f"mesh '{name}' is left out: {' '.join(str(error).split())}", mesh)
         return None
     kept = cache.folder("models") / hashlib.sha256(content).hexdigest()[:32] / f"{file.stem}.stl"
     if not kept.exists():

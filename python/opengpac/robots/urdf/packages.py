@@ -1,5 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Locations of the files that a URDF names by `package://PACKAGE/PATH`."""
+"""Locations of the files that a URDF names by `package://PACKAGE/PATH`.
+
+The program `expand.py` uses it, too: it imports nothing of OpenGPAC.
+"""
 
 from __future__ import annotations
 
@@ -24,7 +27,7 @@ class Packages:
         self._folder = file.parent
         ros = [Path(path) for path in os.environ.get("ROS_PACKAGE_PATH", "").split(os.pathsep) if path]
         ament = [Path(path) / "share" for path in os.environ.get("AMENT_PREFIX_PATH", "").split(os.pathsep) if path]
-        self._roots = [*given, *ros, *ament, *file.absolute().parents]
+        self.roots = [*given, *ros, *ament, *file.absolute().parents]
 
     def find(self, name: str) -> Path | None:
         """The file of that name: in a package, by a URL, relative to the URDF or to a folder above it, else beside it."""
@@ -39,8 +42,14 @@ class Packages:
         candidates += [self._folder / path, self._folder / Path(path).name]
         return next((found for found in candidates if found.is_file()), None)
 
+    def folder(self, package: str) -> Path | None:
+        """The folder of a package."""
+        return next(self._folders(package), None)
+
     def _folders(self, package: str) -> Iterator[Path]:
-        for root in self._roots:
+        if not package:
+            return
+        for root in self.roots:
             if root.name == package or _name(root) == package:
                 yield root
             if (root / package).is_dir():
@@ -51,6 +60,6 @@ def _name(folder: Path) -> str | None:
     """Returns the name of a folder in its `package.xml`."""
     try:
         name = ElementTree.parse(folder / "package.xml").find("name")
-    except (OSError, ElementTree.ParseError):
+    except (OSError, ElementTree.ParseError, LookupError, ValueError):
         return None
     return name.text.strip() if name is not None and name.text else None

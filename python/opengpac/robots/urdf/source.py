@@ -3,7 +3,6 @@
 
 from __future__ import annotations
 
-import importlib
 import math
 from pathlib import Path
 from typing import NoReturn
@@ -12,6 +11,9 @@ from xml.parsers import expat
 
 from ...errors import DeviceFailed, refuse
 from ...storage.files import XML_DEPTH_MAX
+from . import macros
+from .encoding import decoded, save_remedy
+from .packages import Packages
 
 
 class Source:
@@ -28,7 +30,7 @@ class Source:
         self._places = places
 
     @classmethod
-    def read(cls, file: Path, kind: str = "URDF") -> Source:
+    def read(cls, file: Path, packages: Packages, kind: str = "URDF") -> Source:
         """The file, a URDF or SRDF file, with the macros of xacro expanded. Raises `DeviceFailed` with the line of what is wrong."""
         try:
             content = file.read_bytes()
@@ -36,8 +38,10 @@ class Source:
             refuse(DeviceFailed, f"cannot read '{file}': {error.strerror}", f"give the path of a {kind} file")
         kinds = "URDF or MJCF" if kind == "URDF" else kind
         found = parsed(file, content, kinds)
-        if file.suffix == ".xacro" or any(element.tag.startswith("xacro:") or _is_macro(element) for element in found.root.iter()):
-            found = parsed(file, _expanded(file), kinds)
+        macro = macros.first(found.root.iter())
+        if macro is not None or file.suffix == ".xacro":
+            line = found.line(found.root if macro is None else macro)
+            found = parsed(file, macros.expanded(file, packages, line), kinds)
         if found.root.tag != "robot":
             refuse(DeviceFailed, f"'{file}' begins with <{found.root.tag}>, not with <robot>", f"give a {kinds} file")
         return found
@@ -90,30 +94,10 @@ def check_xml(file: Path, kinds: str) -> None:
     parsed(file, content, kinds)
 
 
-def _is_macro(element: ElementTree.Element) -> bool:
-    return any("${" in value or "$(" in value for value in element.attrib.values())
-
-
-def _expanded(file: Path) -> bytes:
-    """Returns the result of xacro for a file."""
-    try:
-        xacro = importlib.import_module("xacro")
-    except ImportError:
-        refuse(
-            DeviceFailed,
-            f"'{file}' has macros of xacro, which is not installed",
-            "pip install xacro, or expand it before: xacro FILE > arm.urdf",
-        )
-    try:
-        return bytes(xacro.process_file(str(file)).toxml(), "utf-8")
-    except Exception as error:  # xacro raises a dozen kinds
-        refuse(DeviceFailed, f"xacro cannot expand '{file}': {error}", "try it in a terminal: xacro FILE")
-
-
 def parsed(file: Path, content: bytes, kinds: str) -> Source:
     """The elements, with their lines. Prefixes need no declaration: those of plugins and macros often have none."""
-    content = _without_late_declaration(content.rstrip(b"\0"))
-    parser = expat.ParserCreate()
+    content, encoding = decoded(file, content)
+    parser = expat.ParserCreate(encoding)
     places: dict[ElementTree.Element, tuple[int, str]] = {}
     open_elements: list[ElementTree.Element] = []
     roots: list[ElementTree.Element] = []
@@ -141,14 +125,6 @@ def parsed(file: Path, content: bytes, kinds: str) -> Source:
         parser.Parse(content, True)
     except expat.ExpatError as error:
         what = expat.ErrorString(error.code)
-        refuse(DeviceFailed, f"{file}:{error.lineno}: this is not XML: {what}", f"give the path of a {kinds} file")
+        remedy = save_remedy(content, error.lineno) or f"give the path of a {kinds} file"
+        refuse(DeviceFailed, f"{file}:{error.lineno}: this is not XML: {what}", remedy)
     return Source(file, roots[0], places)
-
-
-def _without_late_declaration(content: bytes) -> bytes:
-    """Blanks an XML declaration that does not stand at the beginning, as many files have it; lines keep their numbers."""
-    start = content.find(b"<?xml")
-    end = content.find(b"?>", start) + 2
-    if start <= 0 or end < 2 or content.startswith((b"\xef\xbb\xbf<?xml", b"\xff\xfe", b"\xfe\xff")):
-        return content
-    return content[:start] + b"\n" * content.count(b"\n", start, end) + content[end:]

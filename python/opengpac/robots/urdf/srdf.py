@@ -13,6 +13,7 @@ from xml.etree import ElementTree
 
 from ...errors import DeviceFailed, UnknownName, did_you_mean, refuse
 from ..plausible import ANGLE
+from .packages import Packages
 from .source import Source
 from .tree import Tree
 
@@ -81,9 +82,9 @@ def beside(urdf: Path) -> list[Path]:
     return []
 
 
-def read(file: Path, arm: Source) -> Semantics:
+def read(file: Path, arm: Source, packages: Packages) -> Semantics:
     """Returns the contents of an SRDF file about a URDF file. Raises `DeviceFailed` with the line where it has no meaning."""
-    source = Source.read(file, "SRDF")
+    source = Source.read(file, packages, "SRDF")
     return _Reading(source, Tree(arm.root), arm).semantics()
 
 

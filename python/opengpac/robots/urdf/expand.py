@@ -1,0 +1,71 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Prints a file with the macros of xacro expanded, or ends with the code 3 and prints why it cannot be.
+
+It runs as a program, `python -P expand.py FILE ROOT…`, in a process of its own, for macros may compute without end, and imports nothing of
+OpenGPAC but the module beside it. `$(find PACKAGE)` is looked for in the roots, as `package://PACKAGE` is; ROS need not be installed.
+"""
+
+from __future__ import annotations
+
+import importlib.util
+import resource
+import sys
+import types
+from pathlib import Path
+from typing import Any
+
+REFUSED = 3
+"""Exit code where the file cannot be expanded."""
+BYTES_MAX = 2 << 30
+"""Memory that an expansion may take."""
+
+
+def main(file: str, roots: list[str]) -> int:
+    """Returns the exit code."""
+    xacro: Any = importlib.import_module("xacro")
+    _answer_find(_packages().Packages(Path(file), map(Path, roots)))
+    try:
+        text = xacro.process_file(file).toxml()
+    except Exception as error:  # xacro raises a dozen kinds
+        sys.stdout.write(_sentence(error, file, xacro.filestack or []))
+        return REFUSED
+    sys.stdout.buffer.write(text.encode())
+    return 0
+
+
+def _answer_find(packages: Any) -> None:
+    """Has xacro find packages where the meshes of a URDF file are looked for: it asks a module of ROS."""
+
+    def get_package_share_directory(name: str) -> str:
+        if (folder := packages.folder(name)) is None:
+            raise LookupError(f"package '{name}' was not found; package_paths= says where packages are")
+        return str(folder)
+
+    module = types.ModuleType("ament_index_python.packages")
+    vars(module)["get_package_share_directory"] = get_package_share_directory
+    sys.modules.update({"ament_index_python": types.ModuleType("ament_index_python"), module.__name__: module})
+
+
+def _packages() -> Any:
+    """The module `packages` beside this one, which is not on the path: that would hide modules of Python."""
+    spec = importlib.util.spec_from_file_location("packages", Path(__file__).with_name("packages.py"))
+    assert spec is not None and spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+def _sentence(error: Exception, file: str, stack: list[str | None]) -> str:
+    """What an error says, in one line, with the included file that it is in."""
+    lines = [line.strip() for line in str(error).splitlines() if line.strip()]
+    cause = getattr(error, "exc", None) or error
+    if not str(cause):
+        lines.insert(0, type(cause).__name__)
+    inner = next((name for name in reversed(stack) if name), file)
+    return "; ".join(lines) + (f", in '{inner}'" if inner != file else "")
+
+
+if __name__ == "__main__":
+    resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
+    resource.setrlimit(resource.RLIMIT_AS, (BYTES_MAX, BYTES_MAX))
+    sys.exit(main(sys.argv[1], sys.argv[2:]))

@@ -1,0 +1,47 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Macros of xacro in robot files: found, and expanded in a process of its own."""
+
+from __future__ import annotations
+
+import importlib.util
+import subprocess
+import sys
+from collections.abc import Iterable
+from pathlib import Path
+from xml.etree import ElementTree
+
+from ...errors import DeviceFailed, refuse
+from .packages import Packages
+
+_EXPAND = Path(__file__).with_name("expand.py")
+SECONDS_MAX = 60.0
+"""Time that one expansion may take."""
+_REFUSED = 3
+"""Exit code of the program for a file that cannot be expanded."""
+
+
+def first(elements: Iterable[ElementTree.Element]) -> ElementTree.Element | None:
+    """Returns the first element that is a macro, or has one in an attribute."""
+    return next((element for element in elements if _is_macro(element)), None)
+
+
+def _is_macro(element: ElementTree.Element) -> bool:
+    return element.tag.startswith("xacro:") or any("${" in value or "$(" in value for value in element.attrib.values())
+
+
+def expanded(file: Path, packages: Packages, line: int) -> bytes:
+    """Returns the XML of a file whose first macro is in that line. Raises `DeviceFailed` where it cannot be expanded."""
+    if importlib.util.find_spec("xacro") is None:
+        missing = f"'{file}' has macros of xacro, the first in line {line}, and xacro is not installed"
+        refuse(DeviceFailed, missing, "pip install xacro, or expand it before: xacro FILE > arm.urdf")
+    command = [sys.executable, "-P", _EXPAND, file, *packages.roots]
+    try:
+        run = subprocess.run(command, capture_output=True, timeout=SECONDS_MAX, check=False)
+        if run.returncode == 0:
+            return run.stdout
+        why = run.stdout.decode() if run.returncode == _REFUSED else f"its process ended with {run.returncode}"
+    except subprocess.TimeoutExpired:
+        why = f"it takes more than {SECONDS_MAX:g} s"
+    except OSError as error:
+        why = str(error)
+    refuse(DeviceFailed, f"xacro cannot expand '{file}': {why}", "try it in a terminal: xacro FILE")
