@@ -7,6 +7,7 @@ mod configuration;
 mod devices;
 mod instances;
 mod observation;
+mod points;
 mod recorded;
 mod recordings;
 mod software;
@@ -22,11 +23,12 @@ use std::collections::HashMap;
 use std::sync::{LazyLock, OnceLock};
 
 /// The calls by subject.
-const SUBJECTS: [&[Call]; 12] = [
+const SUBJECTS: [&[Call]; 13] = [
     configuration::CONFIGURATION,
     software::SOFTWARE,
     devices::DEVICES,
     arms::ARMS,
+    points::POINTS,
     instances::INSTANCES,
     values::VALUES,
     cell::CELL,

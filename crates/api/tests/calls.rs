@@ -366,7 +366,7 @@ fn block_times_are_taken_while_somebody_looks() {
 }
 
 /// Calls of operators by which nothing begins to move.
-const STILL: [&str; 11] = [
+const STILL: [&str; 14] = [
     "raise_alarm",
     "clear_alarm",
     "acknowledge_alarms",
@@ -377,6 +377,9 @@ const STILL: [&str; 11] = [
     "delete",
     "keep_workspace",
     "forget_workspace",
+    "teach_point",
+    "rename_point",
+    "delete_point",
     "step",
 ];
 

@@ -162,6 +162,21 @@ void opengpac_close(opengpac_system *system);
  *       the reason why it is not known.
  *   arms() -> list of ArmDescription
  *       Returns the arms whose joints are there.
+ * taught points
+ *   name_points(arm, path, model, joints, units, [any_model])
+ *       Says in which file the taught points of an arm are kept; the first point makes it.
+ *         model: Identifier of the mechanics of the arm, which the file says.
+ *         joints: Joints by their short names.
+ *         units: Unit of each of them in a file that is made.
+ *         any_model: true: the points of another model count too.
+ *   points(arm) -> TaughtPoints
+ *       Returns the taught points of an arm as its file has them now, with its frames and tools.
+ *   teach_point(arm, point)
+ *       Enters a taught point into the file of an arm, in the place of the one of that name.
+ *   rename_point(arm, name, to)
+ *       Gives a taught point another name; it keeps its place.
+ *   delete_point(arm, name) -> TaughtPoint
+ *       Removes a taught point, and returns it.
  * verb instances
  *   check(...application) -> Plan
  *       Plans an application without making anything. Returns the plan.

@@ -56,7 +56,7 @@ pub use handover::take_over::{Anew, OfProcessor, TakenOver};
 pub use instances::apply::DeviceRequest;
 pub use instances::instance::Limits;
 pub use instances::perform::StartedInstance;
-pub use observation::arms::{ARMS_MAX, ArmDescription, ChainDescription};
+pub use observation::arms::{ARMS_MAX, ArmDescription, ChainDescription, PointFile};
 pub use observation::block_times::BlockTimes;
 pub use observation::companions::Companion;
 pub use observation::description::{BlockAbout, InstanceAbout, ModuleAbout, Names, SvvAbout, SvvOwn};

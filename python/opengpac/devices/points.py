@@ -19,6 +19,7 @@ from .. import checking
 from ..errors import CallError, FileFailed, InvalidState, NotEnabled, UnknownName, Unreachable, ValueRefused, did_you_mean, refuse
 from ..refusals.argument_types import all_taking
 from ..storage import files
+from ..studio import offered_motions
 from ..values.frames import Pose
 from ..values.numbers import number
 from . import point_file
@@ -59,6 +60,10 @@ class Points(MutableMapping[str, Point]):
         self._document = point_file.new_document()
         self._unwritten: list[Callable[[str], str]] = []
         self._refresh()
+        if self._arm is not None and hasattr(self._arm, "kinematics"):
+            # A page of the system teaches and goes to the points of this file.
+            self._arm.system._point_files[self._arm.name] = self.path, any_model
+            offered_motions.offer_for(self._arm)
 
     # ---- changes ----
 

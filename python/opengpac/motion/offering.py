@@ -3,12 +3,18 @@
 
 from __future__ import annotations
 
+import hashlib
+import re
+from pathlib import Path
 from typing import Any
 
+from .. import checking
+from ..devices.points import model_of
 from ..errors import Error, refusals
 from ..robots.arm import Arm
 from ..robots.joints import Joint
 from ..robots.kinematics import JOINTS_MAX
+from ..storage.cache import user_data
 from .line import move_linear
 from .moves import move_absolute, move_relative
 from .tool_jog import jog_linear
@@ -31,6 +37,7 @@ def enter_for(moved: Any) -> None:
         _enter(moved.system, jog_linear, move_linear)
         with refusals:
             moved.system._alive().describe_arm(_described(moved))
+        _name_points(moved)
 
 
 def _enter(system: Any, *verbs: Any) -> None:
@@ -38,6 +45,32 @@ def _enter(system: Any, *verbs: Any) -> None:
     for verb in verbs:
         if verb.name not in known:
             system._enter_verb(verb)
+
+
+def _name_points(arm: Arm) -> None:
+    """Says in which file a page keeps the points of an arm: that of the program's `Points`, else one in the user's data folder."""
+    named = arm.system._point_files.get(arm.name)
+    path, any_model = named if named is not None else (_file_of_user(arm), False)
+    if path is None or arm.system.session is not None:
+        return
+    with refusals:
+        arm.system._alive().name_points(
+            arm.name, str(path), model_of(arm), arm.short_names, [joint.sensed.unit or "" for joint in arm], any_model
+        )
+
+
+def _file_of_user(arm: Arm) -> Path | None:
+    """Returns the file for points of an arm for which no program has named one; None where the user has no folder for data."""
+    if checking.active():
+        return None
+    try:
+        folder = user_data() / "points"
+        folder.mkdir(parents=True, exist_ok=True)
+    except (OSError, RuntimeError):
+        return None
+    # Another model of that name has points of its own.
+    digest = hashlib.sha256(model_of(arm).encode()).hexdigest()[:8]
+    return folder / f"{re.sub(r'[^A-Za-z0-9._-]', '_', arm.name)}-{digest}.toml"
 
 
 def _described(arm: Arm) -> dict[str, Any]:

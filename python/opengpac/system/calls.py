@@ -178,6 +178,26 @@ class Calls(CallTransport):
         """Returns the arms whose joints are there."""
         return self._ask("arms")
 
+    def name_points(self, arm: str, path: str, model: str, joints: list[str], units: list[str], any_model: bool | None = None) -> None:
+        """Says in which file the taught points of an arm are kept; the first point makes it."""
+        return self._ask("name_points", {"arm": arm, "path": path, "model": model, "joints": joints, "units": units, "any_model": any_model})
+
+    def points(self, arm: str) -> Any:
+        """Returns the taught points of an arm as its file has them now, with its frames and tools."""
+        return self._ask("points", {"arm": arm})
+
+    def teach_point(self, arm: str, point: Any) -> None:
+        """Enters a taught point into the file of an arm, in the place of the one of that name."""
+        return self._ask("teach_point", {"arm": arm, "point": point})
+
+    def rename_point(self, arm: str, name: str, to: str) -> None:
+        """Gives a taught point another name; it keeps its place."""
+        return self._ask("rename_point", {"arm": arm, "name": name, "to": to})
+
+    def delete_point(self, arm: str, name: str) -> Any:
+        """Removes a taught point, and returns it."""
+        return self._ask("delete_point", {"arm": arm, "name": name})
+
     def check(self, application: Mapping[str, Any]) -> Any:
         """Plans an application without making anything. Returns the plan."""
         return self._ask_of("check", application)

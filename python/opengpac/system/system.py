@@ -156,6 +156,8 @@ class System(SystemCommands, SystemTime, DeclaredNames):
         self._offers_motions = False
         self._arms: dict[str, Any] = {}
         """Arms of its joints, for a page that moves their tools."""
+        self._point_files: dict[str, tuple[Path, bool]] = {}
+        """By the name of an arm the file of its taught points, and whether those of another model count."""
         forks.known(self)
 
     # ---- configuration ----

@@ -1098,6 +1098,15 @@ export type ModuleAbout = {
 /** One name or several, as JSON may have them. */
 export type NameList = string | string[];
 
+/** A work frame, or a tool in the frame of the flange. */
+export interface NamedFrame {
+  name: string;
+  /** m */
+  position: [number, number, number];
+  /** Roll, pitch and yaw, degrees. */
+  rpy_deg: [number, number, number];
+}
+
 /** The names of what there is. */
 export interface Names {
   processors: string[];
@@ -2370,6 +2379,64 @@ export interface TakenOver {
   processors: ProcessTakenOver[];
 }
 
+/** A taught point: joint positions, or a pose in a frame with the joints at which it was taught. */
+export interface TaughtPoint {
+  name: string;
+  /** Positions of the joints when it was taught, in the order of the arm, rad or m. */
+  joints: number[];
+  /** `joints` of joint positions; `world` or the name of a work frame of a pose. */
+  frame: string;
+  /** Frame of `tools` whose pose it is; null: the tool that the arm has. */
+  tool: string | null;
+  /** Place in its frame, m. */
+  position: [number, number, number] | null;
+  /** Roll, pitch and yaw in its frame, degrees. */
+  rpy_deg: [number, number, number] | null;
+  /** Signs of shoulder, elbow and wrist, where the arm has such configurations. */
+  configuration: string | null;
+  /** Turns of the joints in that configuration. */
+  turns: number[];
+  /** Words for people. */
+  note: string;
+  /** Time at which it was taught, RFC 3339. */
+  taught: string | null;
+}
+
+/** A taught point: joint positions, or a pose in a frame with the joints at which it was taught. */
+export interface TaughtPointRequest {
+  name: string;
+  /** Positions of the joints when it was taught, in the order of the arm, rad or m. */
+  joints: number[];
+  /** `joints` of joint positions; `world` or the name of a work frame of a pose. */
+  frame?: string;
+  /** Frame of `tools` whose pose it is; null: the tool that the arm has. */
+  tool?: string | null;
+  /** Place in its frame, m. */
+  position?: [number, number, number] | null;
+  /** Roll, pitch and yaw in its frame, degrees. */
+  rpy_deg?: [number, number, number] | null;
+  /** Signs of shoulder, elbow and wrist, where the arm has such configurations. */
+  configuration?: string | null;
+  /** Turns of the joints in that configuration. */
+  turns?: number[];
+  /** Words for people. */
+  note?: string;
+  /** Time at which it was taught, RFC 3339. */
+  taught?: string | null;
+}
+
+/** The taught points of an arm. */
+export interface TaughtPoints {
+  /** Path of the file on the host of the system. */
+  file: string;
+  /** Joints of the arm, by their short names. */
+  joints: string[];
+  /** In the order of the file. */
+  points: TaughtPoint[];
+  frames: NamedFrame[];
+  tools: NamedFrame[];
+}
+
 /** A termination condition: an element of t_V with its ν. */
 export interface Termination {
   /** Block conditions (`label.item`) it stands for; empty: the system condition of its own name. */
@@ -3048,6 +3115,42 @@ export interface Calls {
     role: "observe";
     arguments: Record<string, never>;
     result: ArmDescription[];
+  };
+  /** Returns the taught points of an arm as its file has them now, with its frames and tools. */
+  points: {
+    role: "observe";
+    arguments: {
+      arm: string;
+    };
+    result: TaughtPoints;
+  };
+  /** Enters a taught point into the file of an arm, in the place of the one of that name. */
+  teach_point: {
+    role: "operate";
+    arguments: {
+      arm: string;
+      point: TaughtPointRequest;
+    };
+    result: null;
+  };
+  /** Gives a taught point another name; it keeps its place. */
+  rename_point: {
+    role: "operate";
+    arguments: {
+      arm: string;
+      name: string;
+      to: string;
+    };
+    result: null;
+  };
+  /** Removes a taught point, and returns it. */
+  delete_point: {
+    role: "operate";
+    arguments: {
+      arm: string;
+      name: string;
+    };
+    result: TaughtPoint;
   };
   /** Plans an application without making anything. Returns the plan. */
   check: {

@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Arms of a system, as programs describe them: which devices move one tool, and the geometry that joins them.
-use crate::refuse::refuse;
+use crate::refuse::{refuse, unknown};
 use indexmap::IndexMap;
 use library::kinematics::JOINTS_MAX;
 use library::kinematics::chain::Chain;
 use model::refusal::{Class, Refusals};
 use serde::{Deserialize, Serialize};
+use std::path::PathBuf;
 
 /// Arms of a system.
 pub const ARMS_MAX: usize = 64;
@@ -67,10 +68,26 @@ fn vectors(of: &[Vec<f64>]) -> Option<[[f64; 3]; JOINTS_MAX]> {
     read?.try_into().ok()
 }
 
+/// File in which the taught points of an arm are kept, as the program named it. The supervisor reads no file.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PointFile {
+    /// Name of the arm.
+    pub arm: String,
+    pub path: PathBuf,
+    /// Identifier of the mechanics of the arm, which the file says.
+    pub model: String,
+    /// Joints by their short names, and the unit of each.
+    pub joints: Vec<String>,
+    pub units: Vec<String>,
+    /// The points of another model count too.
+    pub any_model: bool,
+}
+
 /// Arms by their names.
 #[derive(Default)]
 pub(crate) struct Arms {
     by_name: IndexMap<String, ArmDescription>,
+    point_files: IndexMap<String, PointFile>,
 }
 
 impl Arms {
@@ -90,6 +107,16 @@ impl Arms {
         }
         self.by_name.insert(name.clone(), arm);
         Ok(())
+    }
+
+    /// Enters the file of the taught points of an arm, in the place of the one before.
+    pub fn enter_points(&mut self, file: PointFile) {
+        self.point_files.insert(file.arm.clone(), file);
+    }
+
+    /// Returns the file of the taught points of an arm. Errors: no program has named one.
+    pub fn points(&self, arm: &str) -> Result<&PointFile, Refusals> {
+        self.point_files.get(arm).ok_or_else(|| unknown("file of taught points for arm", arm, self.point_files.keys().map(String::as_str)))
     }
 
     /// Returns the arms whose joints are all there, in the order in which they were described.

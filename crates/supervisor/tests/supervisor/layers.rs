@@ -33,7 +33,8 @@ const HOUSE: &[(&str, &[&str])] = &[
     ("supervisor", &["opengpac", "model", "device", "process-kit", "interconnect", "kernel", "runtime", "drivers", "guard", "modules", "library", "rtp"]),
     ("places", &["opengpac", "device", "process-kit", "interconnect", "kernel", "guard", "shared-memory", "rtp", "modules", "hosts"]),
     ("recorder", &["model", "hints", "supervisor", "mcap", "replay"]),
-    ("api", &["model", "interconnect", "kernel", "runtime", "supervisor", "places", "recorder"]),
+    ("taught", &["model", "supervisor"]),
+    ("api", &["model", "interconnect", "kernel", "runtime", "supervisor", "places", "recorder", "taught"]),
     ("daemon", &["opengpac", "model", "supervisor", "api"]),
     ("control", &["opengpac", "model", "supervisor", "api", "daemon"]),
     (

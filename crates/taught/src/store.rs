@@ -1,0 +1,92 @@
+// SPDX-License-Identifier: Apache-2.0
+//! The text of a file: read, locked against other programs, and written whole or not at all. The lock is that of the package: on the folder,
+//! which leaves nothing behind and holds for a file that is not there yet.
+use crate::refuse;
+use model::refusal::{Class, Refusals};
+use rustix::fs::{FlockOperation, Mode, OFlags, flock, open};
+use std::fs::{self, File};
+use std::io::{ErrorKind, Write};
+use std::os::fd::OwnedFd;
+use std::path::{Path, PathBuf};
+use std::time::{Duration, Instant};
+
+/// Time for which a change waits for that of another program.
+const WAIT_MAX: Duration = Duration::from_secs(2);
+/// Time after which it looks again.
+const LOOK: Duration = Duration::from_millis(5);
+/// Bytes of a file: ten thousand points.
+const BYTES_MAX: u64 = 4 << 20;
+
+/// Returns the text of a file; None if there is none.
+pub fn read(path: &Path) -> Result<Option<String>, Refusals> {
+    let cannot = |why: String| {
+        refuse(Class::InvalidState, format!("cannot read the points file '{}': {why}", path.display()), "is it a text file that the system may read?")
+    };
+    match fs::metadata(path) {
+        Ok(about) if about.len() > BYTES_MAX => return Err(cannot(format!("it has {} bytes, {BYTES_MAX} are the maximum", about.len()))),
+        _ => {}
+    }
+    match fs::read_to_string(path) {
+        Ok(text) => Ok(Some(text)),
+        Err(why) if why.kind() == ErrorKind::NotFound => Ok(None),
+        Err(why) => Err(cannot(why.to_string())),
+    }
+}
+
+/// Keeps other programs from changing files of the folder until what is returned is dropped. Errors: another one does for too long.
+pub fn lock(path: &Path) -> Result<Option<OwnedFd>, Refusals> {
+    // A folder that is not there or knows no locks is not locked: the write says what is wrong with it.
+    let Ok(folder) = open(folder_of(&real(path)), OFlags::RDONLY | OFlags::CLOEXEC, Mode::empty()) else { return Ok(None) };
+    let until = Instant::now() + WAIT_MAX;
+    loop {
+        match flock(&folder, FlockOperation::NonBlockingLockExclusive) {
+            Ok(()) => return Ok(Some(folder)),
+            Err(rustix::io::Errno::WOULDBLOCK) if Instant::now() < until => std::thread::sleep(LOOK),
+            Err(rustix::io::Errno::WOULDBLOCK) => {
+                let message = format!("cannot change the points file '{}': another program is changing files in that folder", path.display());
+                return Err(refuse(Class::InvalidState, message, "try again"));
+            }
+            Err(_) => return Ok(None),
+        }
+    }
+}
+
+/// Puts a text in the place of the file in one step. Errors: it cannot be written; the file is as it was.
+pub fn write(path: &Path, text: &str) -> Result<(), Refusals> {
+    let path = real(path);
+    put(&path, text).map_err(|why| {
+        let message = format!("cannot write the points file '{}': {why}", path.display());
+        refuse(Class::InvalidState, message, "the file is as it was; is there room, and may the system write there?")
+    })
+}
+
+fn put(path: &Path, text: &str) -> std::io::Result<()> {
+    let name = path.file_name().ok_or(ErrorKind::InvalidInput)?.to_string_lossy();
+    // The lock of the folder is held: no other thread of this process writes one of this name.
+    let new = path.with_file_name(format!(".{name}.{}.new", std::process::id()));
+    let written = write_new(&new, path, text).and_then(|()| fs::rename(&new, path));
+    if written.is_err() {
+        let _left = fs::remove_file(&new);
+    }
+    written?;
+    // The new name is to be on the disk too.
+    File::open(folder_of(path))?.sync_all()
+}
+
+fn write_new(new: &Path, path: &Path, text: &str) -> std::io::Result<()> {
+    let mut file = File::create(new)?;
+    file.write_all(text.as_bytes())?;
+    if let Ok(about) = fs::metadata(path) {
+        file.set_permissions(about.permissions())?;
+    }
+    file.sync_all()
+}
+
+/// Returns the file that a path leads to: a link stays a link.
+fn real(path: &Path) -> PathBuf {
+    fs::canonicalize(path).unwrap_or_else(|_| path.to_path_buf())
+}
+
+fn folder_of(path: &Path) -> &Path {
+    path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."))
+}
