@@ -16,7 +16,7 @@ import numpy as np
 import pytest
 
 import opengpac as gpac
-from opengpac import activate, motion, wait
+from opengpac import _native, activate, motion, wait
 from opengpac import library as lib
 from opengpac.cell import AnalogOutput
 from opengpac.definition.blocks import Block, Item
@@ -388,6 +388,10 @@ NEGATIVE_TIMES: dict[str, Callable[[gpac.System], Any]] = {
     "the time of a wait cannot be -0.5 s": lambda cell: wait(-0.5),
     "the virtual cost of source 'slow' cannot be -1 s": lambda cell: cell.processor("rtp9").timer("slow", period="1 s", virtual_cost=-1),
     "lost_after cannot be -1 s": lambda cell: cell.processor("apart", process=True, lost_after="-1 s"),
+    "the duration to advance cannot be -1 s": lambda cell: cell.advance(-1),
+    "the duration to advance cannot be -3 ms": lambda cell: cell.advance("-3 ms"),
+    "within cannot be -1 s": lambda cell: cell.advance(until=lambda: False, within=-1),
+    "the period of timer 'back' cannot be -1 ms": lambda cell: cell.processor("rtp9").timer("back", period="-1 ms"),
     "patience cannot be -1 s": lambda cell: cell.processor("apart", process=True, patience="-1 s"),
 }
 
@@ -398,12 +402,41 @@ def test_a_time_that_cannot_be_negative_is_refused_in_words(cell: gpac.System, s
         NEGATIVE_TIMES[said](cell)
 
 
+def test_a_system_does_not_advance_backwards_through_any_door(cell: gpac.System) -> None:
+    with pytest.raises(_native.Refused, match=r"OutOfRange.*the duration to advance cannot be -1 s"):
+        cell._alive().advance(-1_000_000_000)
+
+
+WHOLE_NUMBERS: dict[str, Callable[[gpac.System, int], Any]] = {
+    "the core of processor 'p' is {}; give a whole number, 0 to 65,535": lambda cell, n: cell.processor("p", core=n),
+    "the priority of source 't' is {}; give a whole number, 1 to 98": lambda cell, n: cell.processor("q").timer("t", period=1, priority=n),
+    "the history of SVV 'x' is {}; give a whole number, 0 to 4,294,967,295": lambda cell, n: cell.svv("x", history=n),
+    "the seed of system 'z' is {}; give a whole number, 0 to ": lambda _, n: gpac.System("z", clock="virtual", seed=n),
+    "the sequence number from which the log is asked for is {}; give": lambda cell, n: cell.log(n),
+    "the number of invocations of a trial is {}; give": lambda _, n: lib.block("gain").run(steps=n, u=1.0),
+}
+"""Calls with a whole number, and how the refusal of one that is out of range begins."""
+
+
+@pytest.mark.parametrize("said", WHOLE_NUMBERS)
+@pytest.mark.parametrize("number", [-1, 2**70])
+def test_a_whole_number_out_of_range_is_refused_as_such(cell: gpac.System, said: str, number: int) -> None:
+    with pytest.raises(gpac.OutOfRange, match=re.escape(said.format(number))):
+        WHOLE_NUMBERS[said](cell, number)
+    with pytest.raises(gpac.CallError):
+        WHOLE_NUMBERS[said](cell, "many")  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize("duration", [1e30, -1e30, "1e30 s", float("inf")])
+def test_a_time_that_nobody_can_count_is_out_of_range(cell: gpac.System, duration: Any) -> None:
+    with pytest.raises(gpac.OutOfRange, match=r"the duration to advance .* is out of range; give less than 292 years"):
+        cell.advance(duration)
+    with pytest.raises(gpac.ValueRefused, match="the duration to advance nan is not a time") as refused:
+        cell.advance(float("nan"))
+    assert not isinstance(refused.value, gpac.OutOfRange)
+
+
 @pytest.mark.parametrize("text", ["", "x", "1 ms", "[0 1]", "0, 1", "[pose"])
 def test_a_text_that_is_no_range_is_refused_in_words(cell: gpac.System, text: str) -> None:
     with pytest.raises(gpac.CallError, match=re.escape(f"the range of SVV 'x' is '{text}'; give its two ends")):
         cell.svv("x", within=text)
-
-
-def test_a_core_has_a_number(cell: gpac.System) -> None:
-    with pytest.raises(gpac.CallError, match="the core of processor 'p' is -1; give a whole number, 0 to 65,535"):
-        cell.processor("p", core=-1)

@@ -31,7 +31,8 @@ impl CallArguments {
     pub fn must<T: DeserializeOwned>(&mut self, name: &str) -> Result<T, Refusals> {
         let value = self.given.remove(name).unwrap_or(Json::Null);
         serde_json::from_value(value).map_err(|why| {
-            vec![Refusal::new(Class::CallError, format!("argument '{name}' of call '{}': {}", self.call, model::wording::plain(&why.to_string())))]
+            let why = why.to_string();
+            vec![Refusal::new(class_of(&why), format!("argument '{name}' of call '{}': {}", self.call, model::wording::plain(&why)))]
         })
     }
 
@@ -46,7 +47,8 @@ impl CallArguments {
         serde_path_to_error::deserialize(given).map_err(|why| {
             let at = why.path().to_string();
             let of = if at == "." || at == "?" { String::new() } else { format!("'{at}': ") };
-            vec![Refusal::new(Class::CallError, format!("call '{}': {of}{}", self.call, model::wording::plain(&why.inner().to_string())))]
+            let why = why.inner().to_string();
+            vec![Refusal::new(class_of(&why), format!("call '{}': {of}{}", self.call, model::wording::plain(&why)))]
         })
     }
 
@@ -57,6 +59,12 @@ impl CallArguments {
             Some(name) => Err(vec![Refusal::new(Class::CallError, format!("call '{}' has no argument '{name}'", self.call))]),
         }
     }
+}
+
+/// Returns the class of the refusal of a value that could not be read: a whole number that its place does not take is of the right form, but out of
+/// its range.
+fn class_of(why: &str) -> Class {
+    if why.starts_with("invalid value: integer") { Class::OutOfRange } else { Class::CallError }
 }
 
 /// Returns the value of one argument as text: a text itself, a number in digits. Nothing where there is none, or none of these.

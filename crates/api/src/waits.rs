@@ -36,7 +36,7 @@ pub(crate) fn paused(system: &System, ids: &[u64], names: Vec<String>, slice: Du
 
 pub(crate) fn advance(system: &System, duration_ns: i64, slice: Duration) -> Result<Outcome<()>, Refusals> {
     let begun = Instant::now();
-    let mut left_ns = duration_ns.max(0);
+    let mut left_ns = duration_ns;
     loop {
         let step_ns = left_ns.min(ADVANCE_SLICE_NS);
         system.advance(step_ns)?;

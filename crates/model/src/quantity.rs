@@ -168,7 +168,7 @@ pub fn number_in(text: &str, target: &str) -> Result<f64, Refusal> {
 /// Returns a duration in whole nanoseconds: `"20 ms"`, `"1.5 s"`, `"2 min"`, or the period of a rate, `"1 kHz"`. `what` names it in a message.
 ///
 /// # Errors
-/// `ValueRefused`: no unit, not a number, beyond 292 years. `UnitMismatch`: not a time.
+/// `ValueRefused`: no unit, not a number. `OutOfRange`: beyond 292 years. `UnitMismatch`: not a time.
 pub fn duration_ns(text: &str, what: &str) -> Result<i64, Refusal> {
     let refused = |class, is: &str| Refusal::new(class, format!("{what} '{text}' {is}")).remedy("write for example '20 ms'");
     let (_, symbol) = split(text).map_err(|_| refused(Class::ValueRefused, "is not a quantity"))?;
@@ -177,7 +177,7 @@ pub fn duration_ns(text: &str, what: &str) -> Result<i64, Refusal> {
     }
     let period = || number_in(text, "Hz").ok().filter(|hz| *hz > 0.0).map(|hz| 1e9 / hz);
     let ns = number_in(text, "ns").ok().or_else(period).ok_or_else(|| refused(Class::UnitMismatch, "is not a time"))?;
-    if ns.abs() < i64::MAX as f64 { Ok(ns.round() as i64) } else { Err(refused(Class::ValueRefused, "is out of range")) }
+    if ns.abs() < i64::MAX as f64 { Ok(ns.round() as i64) } else { Err(refused(Class::OutOfRange, "is out of range").remedy("give less than 292 years")) }
 }
 
 /// Nanoseconds for people: `1.5 ms`.

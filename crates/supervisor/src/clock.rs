@@ -12,10 +12,14 @@ impl System {
         self.shared.host.now_ns()
     }
 
-    /// Runs the firings in (now, now + duration] under the virtual clock.
+    /// Runs the firings in (now, now + duration] under the virtual clock. Fails for a negative duration.
     pub fn advance(&self, duration_ns: i64) -> Result<(), Refusals> {
         self.require_virtual("advance")?;
-        let limit_ns = self.now_ns().saturating_add(duration_ns.max(0));
+        if duration_ns < 0 {
+            let message = format!("the duration to advance cannot be {} s: its range is at least 0 s", duration_ns as f64 * 1e-9);
+            return Err(refuse(Class::OutOfRange, message, "give a time that is not negative, for example '20 ms'"));
+        }
+        let limit_ns = self.now_ns().saturating_add(duration_ns);
         while self.shared.happen(limit_ns)? {}
         self.shared.host.set_now(limit_ns);
         self.shared.locked().serve_deadlines(limit_ns);

@@ -8,7 +8,7 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 from .. import _native
-from ..errors import CallError, ValueRefused, did_you_mean, refusals, refuse
+from ..errors import CallError, OutOfRange, did_you_mean, refusals, refuse
 from ..refusals.argument_types import whole
 from ..values.arrays import np
 from ..values.encoding import plain
@@ -96,7 +96,7 @@ def run(block: Block, steps: int | None, every: Quantity, given: Mapping[str, An
     period_ns = duration_ns(every, "the interval of a trial")
     if period_ns < 0 or (times + 1) * period_ns >= 2**63:
         refuse(
-            ValueRefused,
+            OutOfRange,
             f"a trial of {times} invocations is to have the interval {every!r}",
             "give 0 or more, and 292 years for all at most",
         )

@@ -12,7 +12,7 @@ import numpy as np
 from gymnasium.vector import AutoresetMode, SyncVectorEnv
 
 from ..devices.enabling import enable
-from ..errors import CallError, DefinitionError, UnknownName, did_you_mean, refusals, refuse
+from ..errors import CallError, DefinitionError, OutOfRange, UnknownName, did_you_mean, refusals, refuse
 from ..system.system import System
 from ..values.quantities import Quantity, duration_ns
 from .spaces import NetworkOutput, Observations, Terms
@@ -59,7 +59,7 @@ class Environment(gymnasium.Env[Any, np.ndarray]):
             refuse(CallError, "an environment needs a system in this process, and OPENGPAC_SYSTEM names a remote one", "unset it")
         self._every_ns = duration_ns(every, "the step of the environment")
         if self._every_ns <= 0:
-            refuse(CallError, f"the step of the environment is {every!r}", "give a time, every='20 ms'")
+            refuse(OutOfRange, f"the step of the environment is {every!r}", "give a time, every='20 ms'")
         self._reward, self._terminated = reward, terminated
         self._steps_max = None if seconds is None else round(seconds * 1e9 / self._every_ns)
         try:

@@ -15,7 +15,7 @@ from typing import Any
 from .. import _native
 from ..definition.blocks import Block
 from ..definition.entering import without_system
-from ..errors import CallError, DefinitionError, ModuleError, ValueRefused, refusals, refuse
+from ..errors import CallError, DefinitionError, ModuleError, OutOfRange, refusals, refuse
 from ..storage.process_folders import process_folder
 from ..values.quantities import Quantity, optional_ns
 from .terms import Terms, terms_json
@@ -107,7 +107,7 @@ def _positive(duration: Quantity | None, what: str) -> int | None:
     """Returns a duration in ns that is not 0 and not negative, or nothing for nothing."""
     ns = optional_ns(duration, what)
     if ns is not None and ns <= 0:
-        refuse(ValueRefused, f"{what} is {duration!r}", "give more than 0, for example '20 ms'")
+        refuse(OutOfRange, f"{what} is {duration!r}", "give more than 0, for example '20 ms'")
     return ns
 
 

@@ -13,7 +13,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any, ParamSpec, TypeVar
 
 from .. import _native
-from ..errors import CallError, DefinitionError, Error, did_you_mean, refusals, refuse
+from ..errors import CallError, DefinitionError, Error, OutOfRange, did_you_mean, refusals, refuse
 from ..values.arrays import is_array
 from ..values.numbers import is_number, number
 
@@ -75,10 +75,11 @@ def name_of(name: Any, what: str) -> str:
 
 
 def whole(value: Any, what: str, least: int, most: int) -> int:
-    """Returns a whole number from `least` to `most`."""
+    """Returns a whole number from `least` to `most`. Refused: `OutOfRange` for another one, `CallError` for what is none."""
     value = number(value)
     if not _is_whole(value) or not least <= value <= most:
-        refuse(CallError, f"{what} is {_short(value)}", f"give a whole number, {least} to {most:_}".replace("_", ","))
+        kind = OutOfRange if _is_whole(value) else CallError
+        refuse(kind, f"{what} is {_short(value)}", f"give a whole number, {least} to {most:_}".replace("_", ","))
     return int(value)
 
 

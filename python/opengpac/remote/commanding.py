@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from .. import _native
-from ..errors import CallError, ConnectionLost, NotCommanding, ValueRefused, refusals, refuse
+from ..errors import CallError, ConnectionLost, NotCommanding, OutOfRange, refusals, refuse
 from ..values.quantities import Quantity, duration_ns, duration_text
 
 LOOK_S = 0.1
@@ -61,7 +61,7 @@ def asked_for(ask: Ask, name: str, reason: str, timeout: Quantity) -> None:
     """Asks for command as the session of that name, and waits until it has it. Raises `NotCommanding` where it does not get it."""
     wait_ns = duration_ns(timeout, "timeout")
     if not 1e9 <= wait_ns <= 600e9:
-        refuse(ValueRefused, f"the timeout of a request for command is {timeout!r}", "give 1 s to 10 min")
+        refuse(OutOfRange, f"the timeout of a request for command is {timeout!r}", "give 1 s to 10 min")
     with refusals:
         told = ask("POST", "/v1/command/request", {"reason": reason, "wait_ms": wait_ns // 1_000_000})
     mine = [*told["requests"], *told["settled"]]

@@ -11,7 +11,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from ..errors import CallError, ValueRefused, refuse
+from ..errors import CallError, OutOfRange, refuse
 from ..values.quantities import Quantity, duration_ns
 from .address import Address, address
 from .session import Session
@@ -63,7 +63,7 @@ def open_session(
         refuse(CallError, f"the name of a session is {name!r}", "give a name, for example 'operator'")
     lost_after_ns = duration_ns(lost_after, "lost_after")
     if lost_after_ns <= 0:
-        refuse(ValueRefused, f"lost_after is {lost_after!r}", "give 1 s to 60 s")
+        refuse(OutOfRange, f"lost_after is {lost_after!r}", "give 1 s to 60 s")
     transport = Transport(to, token if token is not None else os.environ.get("OPENGPAC_TOKEN"), _tls(to, ca, certificate))
     before = _opened.get((to.url, named))
     take_up = before is not None and before.lost

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from ..errors import CallError, refusals, refuse
 from ..refusals.argument_types import all_taking
-from ..values.quantities import Quantity, duration_ns
+from ..values.quantities import Quantity, span_ns
 
 if TYPE_CHECKING:
     from .realtime import RealTimeSystem
@@ -35,13 +35,11 @@ class SystemTime:
         if (duration is None) == (until is None):
             refuse(CallError, "advance() takes a duration or until=", "write advance('2 s') or advance(until=svv > 1.0)")
         if until is None:
-            ns = duration_ns(duration or 0, "the duration to advance")
-            if ns < 0:
-                refuse(CallError, f"advance({duration!r}): time does not run backwards")
+            ns = span_ns(duration or 0, "the duration to advance")
             with refusals:
                 native.advance(ns)
             return
-        limit_ns = duration_ns(within, "within")
+        limit_ns = span_ns(within, "within")
         with refusals:
             deadline = native.now() + limit_ns
         while not until():

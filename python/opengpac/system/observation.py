@@ -11,7 +11,7 @@ from urllib.parse import urlsplit
 from ..application.reports import Report
 from ..devices.physical import Channel
 from ..errors import CallError, InvalidState, refusals, refuse
-from ..refusals.argument_types import all_taking
+from ..refusals.argument_types import all_taking, whole
 from ..storage import files
 from ..studio import offered_motions
 from ..values.quantities import Quantity, duration_ns
@@ -88,6 +88,7 @@ class SystemObservation(TableDisplay):
 
     def log(self, since: int = 0) -> Log:
         """Conditions, faults, transitions and end reports, recorded in their order; `since` a sequence number."""
+        since = whole(since, "the sequence number from which the log is asked for", 0, 2**63 - 1)
         with refusals:
             return Log(self._alive().log(since))
 

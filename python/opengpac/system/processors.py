@@ -8,11 +8,10 @@ from typing import TYPE_CHECKING, Any, cast
 from ..devices.physical import PhysicalDevice
 from ..drivers import Driver
 from ..errors import CallError, refusals, refuse
-from ..refusals.argument_types import all_taking
+from ..refusals.argument_types import all_taking, whole
 from ..refusals.declared_names import DeclaredNames
 from ..refusals.source_location import here
-from ..values.numbers import number
-from ..values.quantities import Quantity, duration_ns, span_ns
+from ..values.quantities import Quantity, span_ns
 from ..values.tables import Table, TableDisplay
 from .clock import SystemTime
 from .sources import Source
@@ -41,7 +40,7 @@ class Processor(TableDisplay, DeclaredNames):
         sources of higher priority preempt it there; on the monotonic clock it means nothing. Raises `ValueRefused` for a period
         (at least 10 µs) or priority out of range, `InUse` where the name is that of another source.
         """
-        return self._source(name, "timer", duration_ns(period, f"the period of timer '{name}'"), priority, virtual_cost)
+        return self._source(name, "timer", span_ns(period, f"the period of timer '{name}'"), priority, virtual_cost)
 
     def trigger(self, name: str, priority: int = 50, *, virtual_cost: Quantity = 0) -> Source:
         """A source that a device event or `request()` raises; it runs the blocks that are placed on it.
@@ -80,13 +79,7 @@ class Processor(TableDisplay, DeclaredNames):
         return device
 
     def _source(self, name: str, kind: str, period_ns: int, priority: int, cost: Quantity) -> Source:
-        priority = number(priority)
-        if isinstance(priority, bool) or not isinstance(priority, int):
-            refuse(CallError, f"the priority of source '{name}' is {priority!r}", "give a whole number, 1 to 98; a larger one preempts")
-        if period_ns < 0:
-            refuse(CallError, f"the period of timer '{name}' is {period_ns / 1e9:g} s", "time does not run backwards")
-        if not 0 <= priority <= 255:
-            refuse(CallError, f"the priority of source '{name}' is {priority}", "give a whole number, 1 to 98; a larger one preempts")
+        priority = whole(priority, f"the priority of source '{name}'", 1, 98)
         cost_ns, full = span_ns(cost, f"the virtual cost of source '{name}'"), f"{self.name}.{name}"
         asked = {"kind": kind, "period": f"{period_ns / 1e6:g} ms", "priority": priority, "virtual_cost": f"{cost_ns / 1e3:g} us"}
         if self.system._by_name.equal("source", full, asked):

@@ -105,6 +105,7 @@ class System(SystemCommands, SystemTime, DeclaredNames):
         if "://" in name:
             refuse(CallError, f"the name of a system is {name!r}, which is a URL", f"connect to the system there: gpac.connect({name!r})")
         open_systems.close_last(name)
+        seed = whole(seed, f"the seed of system '{name}'", 0, 2**64 - 1)
         given = {"seed": seed, "interconnect": interconnect, "progress": progress, "restore": restore, "adopt": adopt}
         virtual = clock == "virtual" or checking.active()
         url = None if checking.active() else os.environ.get("OPENGPAC_SYSTEM")

@@ -9,7 +9,7 @@ import sys
 import time
 from typing import Any
 
-from ..errors import CallError, refuse
+from ..errors import CallError, OutOfRange, refuse
 from ..remote.calls import Remote
 from ..remote.opening import open_session
 from ..remote.session import Session
@@ -37,7 +37,7 @@ def add_to(commands: Any) -> None:
 
 def _top(given: argparse.Namespace) -> int:
     if not _LEAST_S <= given.every <= _MOST_S:
-        refuse(CallError, f"--every is {given.every:g}", f"{_LEAST_S:g} to {_MOST_S:g} s between two looks")
+        refuse(OutOfRange, f"--every is {given.every:g}", f"{_LEAST_S:g} to {_MOST_S:g} s between two looks")
     try:
         session = open_session(url_of(given.where, given.name), None, token=given.token, command=False)
         try:

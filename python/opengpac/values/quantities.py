@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import json
+import math
 import re
 from collections.abc import Sequence
 from typing import Any, TypeAlias
@@ -43,8 +44,10 @@ def duration_ns(duration: Quantity, what: str = "the duration") -> int:
     if isinstance(duration, bool) or not isinstance(duration, int | float):
         refuse(ValueRefused, f"{what} {duration!r} is not a time", "write for example '20 ms', or a number of seconds")
     ns = float(duration) * 1e9
+    if math.isnan(ns):
+        refuse(ValueRefused, f"{what} {duration!r} is not a time", "write for example '20 ms', or a number of seconds")
     if not abs(ns) < 2**63:
-        refuse(ValueRefused, f"{what} {duration!r} is out of range")
+        refuse(OutOfRange, f"{what} {duration!r} is out of range", "give less than 292 years")
     return round(ns)
 
 

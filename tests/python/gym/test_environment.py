@@ -161,7 +161,7 @@ REFUSED: dict[str, tuple[dict[str, Any], type[gpac.Error], str]] = {
     "port": ({"actions": gpac.Term("v")}, gpac.DefinitionError, "action 'v' is no port of the task"),
     "action's history": ({"actions": gpac.Term("u", history=2)}, gpac.DefinitionError, "has a history"),
     "no task": ({"setup": lambda cell: None}, gpac.DefinitionError, "the setup of the environment returns None"),
-    "no step": ({"every": "0 ms"}, gpac.CallError, "the step of the environment is '0 ms'"),
+    "no step": ({"every": "0 ms"}, gpac.OutOfRange, "the step of the environment is '0 ms'"),
     "no term": ({"observations": "y"}, gpac.DefinitionError, "observation of the environment has 'y'"),
 }
 

@@ -46,7 +46,7 @@ pub struct BlockTrial {
 pub fn trial(module: &str, block: &str, given: TrialRequest, python: &str) -> Result<BlockTrial, Refusals> {
     if given.times > TIMES_MAX {
         let message = format!("a trial of {} invocations is too long", given.times);
-        return Err(refuse(Class::CallError, message, format!("ask for at most {TIMES_MAX}")));
+        return Err(refuse(Class::OutOfRange, message, format!("ask for at most {TIMES_MAX}")));
     }
     let (faces, types) = if module == "library" {
         library_faces()
