@@ -10,6 +10,7 @@ import { Link } from "./link";
 import {
   axeFindings,
   browse,
+  command,
   goTo,
   LOOKS,
   type Opened,
@@ -234,9 +235,9 @@ test("the page refuses nothing that moved: the panel stands still, whatever it t
 
 test("of joints that nobody reads the pose is grey with its age, and a press says what to do", async () => {
   const { page } = operator;
-  await page.getByRole("button", { name: "Disable all" }).click();
+  await command(page.getByRole("button", { name: "Disable all" }), page.locator(".tool.old"));
+  await expect.poll(() => page.locator("table.family").getByText("disabled").count()).toBe(6);
   await panel(page).locator(".age").getByText("old").waitFor();
-  await page.locator(".tool.old").waitFor();
   await told(page).getByText("Enable the joints of the arm first.").waitFor();
   expect(
     await panel(page)

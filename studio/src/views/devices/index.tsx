@@ -9,6 +9,7 @@ import { DeviceDetail } from "./DeviceDetail";
 import { Family } from "./Family";
 import { familiesOf } from "./families";
 import { PhysicalDevices } from "./PhysicalDevices";
+import { PointsPanel } from "./PointsPanel";
 import { ToolPanel } from "./ToolPanel";
 import "./devices.css";
 
@@ -54,8 +55,9 @@ export default function Devices() {
           </div>
         ))}
         {arms?.map((arm) => (
-          <div className="families" key={arm.name}>
+          <div className="families stack" key={arm.name}>
             <ToolPanel of={arm} now={now} />
+            {arm.chain && <PointsPanel of={arm} chain={arm.chain} now={now} />}
           </div>
         ))}
         {chosen && (

@@ -68,6 +68,45 @@ export function rollPitchYaw({ turn: [x, y, z] }: Pose): Vector {
   return [Math.atan2(z[1], z[2]), pitch, Math.atan2(y[0], x[0])];
 }
 
+/** Pose of a place (m) that is turned by roll, pitch and yaw, rad. */
+export function poseOfTurns(place: Vector, [roll, pitch, yaw]: Vector): Pose {
+  const [x, y, z] = [rotation([1, 0, 0], roll), rotation([0, 1, 0], pitch), rotation([0, 0, 1], yaw)];
+  const about = (turn: Turn): Pose => ({ place: [0, 0, 0], turn });
+  return { place, turn: composed(about(z), composed(about(y), about(x))).turn };
+}
+
+/** The frame in which a pose is given, seen from that pose. */
+export function inverse({ place, turn }: Pose): Pose {
+  const back = [0, 1, 2].map((column) => turn.map((row) => row[column])) as Turn;
+  return { place: scaled(applied(back, place), -1), turn: back };
+}
+
+/** A pose as seven numbers: x y z (m), then the unit quaternion w x y z. */
+export function numbersOf({ place, turn: [x, y, z] }: Pose): number[] {
+  // Each component from the sum that is largest, so that no root is of a rounding.
+  const squares = [x[0] + y[1] + z[2], x[0] - y[1] - z[2], y[1] - x[0] - z[2], z[2] - x[0] - y[1]];
+  const largest = squares.indexOf(Math.max(...squares));
+  const r = Math.sqrt(1 + (squares[largest] ?? 0));
+  const [a, b, c] = [z[1] - y[2], x[2] - z[0], y[0] - x[1]];
+  const [d, e, f] = [y[0] + x[1], z[0] + x[2], z[1] + y[2]];
+  const parts = [
+    [r * r, a, b, c],
+    [a, r * r, d, e],
+    [b, d, r * r, f],
+    [c, e, f, r * r],
+  ][largest] as number[];
+  return [...place, ...parts.map((part) => part / (2 * r))];
+}
+
+/** Distance of two places, m, and the angle between two orientations, rad. */
+export function apart(one: Pose, other: Pose): [number, number] {
+  const { turn } = composed(inverse(one), other);
+  // Near 0 the sine tells a small angle that the cosine has lost.
+  const sine = Math.hypot(turn[2][1] - turn[1][2], turn[0][2] - turn[2][0], turn[1][0] - turn[0][1]) / 2;
+  const cosine = (turn[0][0] + turn[1][1] + turn[2][2] - 1) / 2;
+  return [Math.hypot(...subtract(other.place, one.place)), Math.atan2(sine, cosine)];
+}
+
 /** Rotation about a unit vector by an angle, by the formula of Rodrigues. */
 function rotation([x, y, z]: Vector, angle: number): Turn {
   const [s, c] = [Math.sin(angle), Math.cos(angle)];

@@ -1,0 +1,240 @@
+// SPDX-License-Identifier: Apache-2.0
+import { useState } from "react";
+import { type Refusal, refusalsOf } from "../../control/refusals";
+import type { ArmDescription, ChainDescription, Statistics, TaughtPoint, TaughtPoints } from "../../control/shapes";
+import { Choice } from "../../design/Choice";
+import { Name, Panel, Refusals } from "../../design/parts";
+import { useControl } from "../../shell/context";
+import { isRenewed } from "./families";
+import { goalOf, JOINTS, motionTo, taughtAt, toldOfMotion, type Way, WORLD } from "./points";
+import { notEnabled } from "./toolJog";
+import { type PointsOfArm, useMotions, usePoints } from "./usePoints";
+
+/** Taught points of an arm, in the file that its program shares: teach, go there, rename, delete. */
+export function PointsPanel(props: { of: ArmDescription; chain: ChainDescription; now: Statistics }) {
+  const { of: arm, chain, now } = props;
+  const control = useControl();
+  const known = usePoints(arm.name);
+  const [chosen, setChosen] = useState<string | null>(null);
+  const { points, trouble } = known;
+  const point = points?.points.find((one) => one.name === chosen) ?? null;
+  return (
+    <Panel title={`Points of ${arm.name}`} className="points">
+      {trouble.length > 0 && <Refusals of={trouble} />}
+      {!points && <p className="quiet">{trouble.length > 0 ? "The file of points cannot be used." : "Reading the points…"}</p>}
+      {points && (
+        <>
+          <PointList of={points} chain={chain} chosen={point?.name ?? null} choose={setChosen} arm={arm.name} />
+          {control.may("operate") && (
+            <PointTools arm={arm} chain={chain} now={now} known={known} points={points} point={point} choose={setChosen} />
+          )}
+          <p className="quiet small">
+            in <Name of={points.file} />, which programs and people may change too
+          </p>
+        </>
+      )}
+    </Panel>
+  );
+}
+
+/** The points, one a row. As high whatever is in it, so that nothing below it moves when another program teaches. */
+function PointList(props: {
+  of: TaughtPoints;
+  chain: ChainDescription;
+  chosen: string | null;
+  choose: (name: string) => void;
+  arm: string;
+}) {
+  const { of: points, chain } = props;
+  return (
+    <div className="point-list" role="group" aria-label={`Taught points of ${props.arm}`} tabIndex={0}>
+      <table>
+        <thead>
+          <tr>
+            <th scope="col">Point</th>
+            <th scope="col">Frame</th>
+            <th scope="col">Tool</th>
+            <th scope="col" className="number">
+              X, Y, Z mm
+            </th>
+            <th scope="col">Note</th>
+          </tr>
+        </thead>
+        <tbody>
+          {points.points.map((point) => (
+            <tr key={point.name} className={point.name === props.chosen ? "chosen" : ""}>
+              <th scope="row">
+                <label>
+                  <input
+                    type="radio"
+                    name={`point of ${props.arm}`}
+                    checked={point.name === props.chosen}
+                    onChange={() => props.choose(point.name)}
+                  />{" "}
+                  {point.name}
+                </label>
+              </th>
+              <td>{point.frame}</td>
+              <td>{point.frame === JOINTS ? "–" : (point.tool ?? "of the arm")}</td>
+              <td className="number">{placeText(goalOf(points, point, chain)?.pose.place)}</td>
+              <td>{point.note}</td>
+            </tr>
+          ))}
+        </tbody>
+      </table>
+      {points.points.length === 0 && (
+        <p className="quiet">No point is taught yet. Jog the arm to a place, give it a name below, and press Teach.</p>
+      )}
+    </div>
+  );
+}
+
+function placeText(place: readonly number[] | undefined): string {
+  return place ? place.map((x) => (1000 * x).toFixed(1)).join(", ") : "–";
+}
+
+function PointTools(props: {
+  arm: ArmDescription;
+  chain: ChainDescription;
+  now: Statistics;
+  known: PointsOfArm;
+  points: TaughtPoints;
+  point: TaughtPoint | null;
+  choose: (name: string | null) => void;
+}) {
+  const { arm, chain, now, known, points, point, choose } = props;
+  const control = useControl();
+  const motions = useMotions(arm);
+  const [share, setShare] = useState(20);
+  const [told, setTold] = useState<{ text: string; wrong: Refusal[] }>({ text: "", wrong: [] });
+  const [deleted, setDeleted] = useState<TaughtPoint | null>(null);
+  const [isBusy, setBusy] = useState(false);
+  const [name, setName] = useState("");
+  const [frame, setFrame] = useState(JOINTS);
+  const [tool, setTool] = useState("");
+
+  const asleep = arm.joints.filter((joint) => !isRenewed(now.devices[joint]));
+  const goal = point && goalOf(points, point, chain);
+  const say = (text: string, wrong: Refusal[] = []) => {
+    motions.clear();
+    setTold({ text, wrong });
+  };
+  const change = async (text: string, action: () => Promise<unknown>) => {
+    setBusy(true);
+    say("");
+    try {
+      await action();
+      say(text);
+    } catch (why) {
+      say("", refusalsOf(why));
+    }
+    await known.look();
+    setBusy(false);
+  };
+
+  const go = (way: Way) => {
+    const asked = goal && motionTo(goal, way, share, chain);
+    if (!point || !asked) return;
+    if (asleep.length > 0) return say("", [notEnabled(asleep)]);
+    say("");
+    motions.begin(point.name, asked, (report) => {
+      const wrong = toldOfMotion(arm, point.name, report);
+      setTold({ text: wrong ? "" : `The arm is at '${point.name}'.`, wrong: wrong ? [wrong] : [] });
+    });
+  };
+  const teach = () => {
+    if (asleep.length > 0) return say("", [notEnabled(asleep)]);
+    void change(`'${name.trim()}' is taught where the arm stands.`, async () => {
+      const names = arm.joints.map((joint) => `${joint}.sensed`);
+      const { values } = await control.look("read", { names });
+      const q = names.map((one) => Number(values[one]?.value));
+      const taught = taughtAt(points, chain, q, name.trim(), frame, tool === "" ? null : tool);
+      // Under the virtual clock the time on the wall says nothing.
+      const time = control.version.clock === "virtual" ? {} : { taught: `${new Date().toISOString().slice(0, 19)}Z` };
+      await control.order("teach_point", { arm: arm.name, point: { ...taught, ...time } });
+      choose(name.trim());
+    });
+  };
+  const rename = (from: TaughtPoint) =>
+    void change(`'${from.name}' is '${name.trim()}' now.`, async () => {
+      await control.order("rename_point", { arm: arm.name, name: from.name, to: name.trim() });
+      choose(name.trim());
+    });
+  const remove = (from: TaughtPoint) =>
+    void change(`'${from.name}' is deleted. Undo puts it back.`, async () =>
+      setDeleted(await control.order("delete_point", { arm: arm.name, name: from.name })),
+    );
+  const undo = (back: TaughtPoint) =>
+    void change(`'${back.name}' is back.`, async () => {
+      await control.order("teach_point", { arm: arm.name, point: back });
+      setDeleted(null);
+      choose(back.name);
+    });
+
+  const isNamed = name.trim() !== "";
+  const isThere = points.points.some((one) => one.name === name.trim());
+  const moves = motions.under !== null;
+  const hint =
+    point === null ? "Choose a point, or teach one." : goal === null ? "Its frame or its tool is not in the file." : goalHint(goal);
+  const said = motions.under ? `The arm moves to '${motions.under.to}'.` : told.text || "The arm rests.";
+  return (
+    <>
+      <div className="row" data-commands>
+        <button type="button" disabled={moves || !goal?.joints} onClick={() => go("joints")}>
+          Go by joints
+        </button>
+        <button type="button" disabled={moves || !goal} onClick={() => go("line")}>
+          Go in a line
+        </button>
+        <button type="button" disabled={!moves} onClick={motions.stop}>
+          Stop
+        </button>
+        <label className="row">
+          <span className="quiet">Speed</span>
+          <input type="range" min={5} max={100} step={5} value={share} onChange={(event) => setShare(Number(event.target.value))} />
+          <span className="figures point-speed">{share} %</span>
+        </label>
+      </div>
+      <p className="quiet point-told">{hint}</p>
+      <form className="row" data-commands onSubmit={(event) => event.preventDefault()}>
+        <label className="row">
+          <span className="quiet">Name</span>
+          <input size={12} value={name} onChange={(event) => setName(event.target.value)} />
+        </label>
+        <Choice label="Frame" value={frame} put={setFrame}>
+          <option value={JOINTS}>joints</option>
+          <option value={WORLD}>world</option>
+          {points.frames.map((one) => (
+            <option key={one.name}>{one.name}</option>
+          ))}
+        </Choice>
+        <Choice label="Tool" value={frame === JOINTS ? "" : tool} put={setTool}>
+          <option value="">of the arm</option>
+          {frame !== JOINTS && points.tools.map((one) => <option key={one.name}>{one.name}</option>)}
+        </Choice>
+        <button type="button" className="teach" disabled={isBusy || !isNamed} onClick={teach}>
+          {isThere ? "Teach again" : "Teach"}
+        </button>
+      </form>
+      <div className="row" data-commands>
+        <button type="button" disabled={isBusy || !point || !isNamed || isThere} onClick={() => point && rename(point)}>
+          Rename
+        </button>
+        <button type="button" disabled={isBusy || !point} onClick={() => point && remove(point)}>
+          Delete
+        </button>
+        <button type="button" disabled={isBusy || !deleted} onClick={() => deleted && undo(deleted)}>
+          Undo
+        </button>
+      </div>
+      <p className="point-told quiet" role="status" aria-label={`State of the points of ${arm.name}`}>
+        {said}
+      </p>
+      <Refusals of={[...motions.refusals, ...told.wrong]} />
+    </>
+  );
+}
+
+function goalHint(goal: { joints: number[] | null }): string {
+  return goal.joints ? "Go there, or give it another name." : "Its frame or tool is another one than when it was taught: go in a line.";
+}

@@ -1,0 +1,110 @@
+// SPDX-License-Identifier: Apache-2.0
+// Taught points: where one is with the frames and the tool of now, and a new one from where the arm stands.
+import type { Refusal } from "../../control/refusals";
+import type {
+  ArmDescription,
+  ChainDescription,
+  NamedFrame,
+  Report,
+  TaughtPoint,
+  TaughtPointRequest,
+  TaughtPoints,
+  Value,
+} from "../../control/shapes";
+import { SPEED_MAX, TURN_MAX } from "./toolJog";
+import { apart, composed, inverse, numbersOf, type Pose, poseOf, poseOfTurns, rollPitchYaw, toolPose, type Vector } from "./toolPose";
+
+/** Frame of a point that is joint positions, and the frame of the arm's poses. */
+export const JOINTS = "joints";
+export const WORLD = "world";
+/** Distance (m) and angle (rad) within which the joints of the teaching bring the tool to the point. */
+const SAME = 1e-8;
+const DEGREES = 180 / Math.PI;
+const NOWHERE: Pose = poseOf([0, 0, 0, 1, 0, 0, 0]);
+
+export interface PointGoal {
+  /** Pose of the tool that the arm has, in the frame of its poses. */
+  pose: Pose;
+  /** Joint positions; null: its frame or tool is another one than at the teaching, and they would have to be computed. */
+  joints: number[] | null;
+}
+
+/** Goal of a point with the frames and the tool of now; null: it is of a frame or a tool that is not there. */
+export function goalOf(points: TaughtPoints, point: TaughtPoint, chain: ChainDescription): PointGoal | null {
+  const there = toolPose(chain, point.joints);
+  if (point.position === null) return { pose: there, joints: point.joints };
+  const frame = frameOf(points.frames, point.frame);
+  const tool = point.tool === null ? undefined : frameOf(points.tools, point.tool);
+  if (!frame || tool === null) return null;
+  let pose = composed(frame, poseOfTurns(point.position, radians(point.rpy_deg ?? [0, 0, 0])));
+  if (tool) pose = composed(composed(pose, inverse(tool)), poseOf(chain.tool));
+  const [distance, angle] = apart(there, pose);
+  return { pose, joints: distance < SAME && angle < SAME ? point.joints : null };
+}
+
+/** A point at the joint positions `q`, to be taught. `frame`: `joints`, `world` or a work frame; `tool`: one of the file, or null for that of the arm. */
+export function taughtAt(
+  points: TaughtPoints,
+  chain: ChainDescription,
+  q: number[],
+  name: string,
+  frame: string,
+  tool: string | null,
+): TaughtPointRequest {
+  const before = points.points.find((point) => point.name === name);
+  const kept = { name, joints: q, note: before?.note ?? "" };
+  if (frame === JOINTS) return { ...kept, frame };
+  const within = frameOf(points.frames, frame) ?? NOWHERE;
+  const of = tool === null ? undefined : frameOf(points.tools, tool);
+  const flange = composed(toolPose(chain, q), inverse(poseOf(chain.tool)));
+  const place = composed(inverse(within), composed(flange, of ?? poseOf(chain.tool)));
+  return { ...kept, frame, tool, position: place.place, rpy_deg: rollPitchYaw(place).map((angle) => angle * DEGREES) as Vector };
+}
+
+function frameOf(of: readonly NamedFrame[], name: string): Pose | null {
+  if (name === WORLD) return NOWHERE;
+  const found = of.find((one) => one.name === name);
+  return found ? poseOfTurns(found.position, radians(found.rpy_deg)) : null;
+}
+
+function radians(degrees: readonly number[]): Vector {
+  return degrees.map((angle) => angle / DEGREES) as Vector;
+}
+
+export type Way = "joints" | "line";
+
+/** Verb and inputs of a motion to a point, `share` % of the highest speed; null: joints are not known. */
+export function motionTo(
+  goal: PointGoal,
+  way: Way,
+  share: number,
+  chain: ChainDescription,
+): { verb: string; values: Record<string, Value> } | null {
+  if (way === "joints") return goal.joints && { verb: "move_absolute", values: { goal: goal.joints, speed: `${share} %` } };
+  const speeds = { speed: (SPEED_MAX * share) / 100, angular_speed: (TURN_MAX * share) / 100 };
+  return { verb: "move_linear", values: { pose: numbersOf(goal.pose), ...speeds, chain: { ...chain } } };
+}
+
+/** Says how a motion to a point ended, where it is not there; null: it is. */
+export function toldOfMotion(arm: ArmDescription, name: string, report: Report): Refusal | null {
+  const { condition, value } = report;
+  const refused = (message: string, remedy: string): Refusal => ({ class: condition, message, remedy });
+  switch (condition) {
+    case "arrived":
+      return null;
+    case "halted":
+    case "stopped":
+      return refused(`The motion to '${name}' was stopped on its way.`, "go there again, or jog");
+    case "unreachable":
+      return refused(`'${name}' is out of reach in a line: nothing has moved.`, "go by joints, or teach it again");
+    case "limit":
+      return refused(
+        `On the line to '${name}' joint '${(typeof value === "number" && arm.joints[value]) || value}' would leave its range: nothing has moved.`,
+        "go by joints, or begin elsewhere",
+      );
+    case "singular":
+      return refused(`The line to '${name}' leads near a singularity of the arm.`, "go by joints, or begin elsewhere");
+    default:
+      return refused(report.message || `The motion to '${name}' ended.`, "see the view Log");
+  }
+}
