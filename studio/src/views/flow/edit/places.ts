@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Where boxes of a draft stand, and what goes when boxes and wires are removed from the drawing.
+// Positions of a draft's boxes, and the parts deleted when boxes and wires are removed from the drawing.
 import { own } from "../../../design/own";
 import type { Place, Wire } from "../drawing/drawing";
 import * as change from "./change";
@@ -12,15 +12,15 @@ export function placed(draft: Draft): boolean {
   return labels.length === 0 || labels.some((label) => Object.hasOwn(draft.of.layout, label));
 }
 
-/** Places of all boxes; what was never placed stands below the others. */
+/** Returns the positions of all boxes; boxes without one stand in a row to the right of the others. */
 export function placesOf(boxes: { id: string }[], draft: Draft): Map<string, Place> {
-  const { y } = freePlace(draft);
+  const free = freePlace(draft);
   let next = 0;
   return new Map(
     boxes.map((box) => {
       const known = own(draft.of.layout, box.id);
       if (!known) next += 1;
-      return [box.id, known ?? { x: (next - 1) * 240, y }];
+      return [box.id, known ?? { x: free.x + (next - 1) * 240, y: free.y }];
     }),
   );
 }
@@ -32,13 +32,13 @@ export function freePlace(draft: Draft): Place {
   return { x: right, y: top };
 }
 
-/** A cell of which only ports are left that are not there is gone with its last wire. */
+/** Removes a cell that has only missing ports left after its last wire. */
 function withoutLost(draft: Draft, cell: string, faces: Faces): Draft {
   const left = own(setsOf(draft, "cells"), cell) ?? [];
   return left.length > 0 && left.every((port) => isLost(draft, port, faces)) ? change.removeSet(draft, "cells", cell) : draft;
 }
 
-/** The draft without boxes and wires of its drawing. */
+/** Removes boxes and wires of its drawing from the draft. */
 export function removed(draft: Draft, boxes: string[], wires: string[], drawn: Wire[], faces: Faces): Draft {
   let next = draft;
   for (const id of wires) {
