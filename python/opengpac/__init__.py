@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """OpenGPAC, a general purpose automation controller: configure real-time control programs, and change them while they run.
 
-`System` is a real-time system; `Verb` and `verb` make verbs, `Graph` a data flow graph, `LogicalDevice` a type of devices;
-`load` reads them from a file; `library` has the blocks, `drivers` the physical devices, `robots` arms that are ready to use.
+`System` is a real-time system. `Verb` and `verb` make verbs, `Graph` a data flow graph, and `LogicalDevice` a device type; `load`
+reads them from a file. `library` contains the blocks, `drivers` the physical devices, and `robots` ready-made arms.
 """
 
 import importlib
@@ -17,7 +17,7 @@ __version__ = _native.version()
 if TYPE_CHECKING:
     from . import gym as gym
     from .public import *  # noqa: F403
-# The process of a driver in Python shows no tracebacks and offers no motions.
+# Driver processes in Python show no tracebacks and offer no motions.
 elif "opengpac.driver.process" not in sys.orig_argv:
     from .refusals import tracebacks
     from .studio import offered_motions
@@ -27,7 +27,7 @@ elif "opengpac.driver.process" not in sys.orig_argv:
 
 
 def __getattr__(name: str) -> Any:
-    """Loads the module of a public name, or a sub-package, when it is first used."""
+    """Loads the module of a public name, or a sub-package, on first use."""
     public = importlib.import_module(".public", __name__)
 
     if name == "__all__":

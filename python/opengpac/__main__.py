@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""`python -m opengpac` is the command `opengpac`."""
+"""`python -m opengpac` runs the command `opengpac`."""
 
 import sys
 

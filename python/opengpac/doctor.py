@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The command `opengpac doctor`: whether this machine is fit for real time, what to change, and how late it wakes a source."""
+"""The command `opengpac doctor`: reports the real-time fitness of this machine, changes to make, and the latency of its timers."""
 
 from __future__ import annotations
 
@@ -20,22 +20,22 @@ from .system.system import System
 _STEP_S = 0.25
 _PRIORITY = 80
 _LATE_NS = 100_000
-"""A tenth of the period: what a servo of 1 kHz feels."""
+"""A tenth of the period: noticeable for a servo at 1 kHz."""
 _IDLE_US = 50
-"""An idle state that takes longer to leave is felt by a source of 1 kHz."""
+"""Exit latency from which an idle state disturbs a source at 1 kHz."""
 _SHARED_MIN = 256 << 20
 
 
 @dataclass(frozen=True)
 class Finding:
-    """Finding about one thing, and what to change."""
+    """Finding about one aspect, with the change to make."""
 
     state: Literal["ok", "better", "missing"]
-    """`missing`: a right or a part without which sources run late; `better`: it works, and could work better."""
+    """`missing`: a right or a feature without which sources run late; `better`: it works, and could be improved."""
     what: str
     found: str
     change: str = ""
-    """What to do; empty where all is well."""
+    """Change to make; empty if none is needed."""
 
     def __str__(self) -> str:
         line = f"{self.state:<8}{self.what:<20}{self.found}"
@@ -44,16 +44,17 @@ class Finding:
 
 @dataclass(frozen=True)
 class Latency:
-    """Lateness of a timer of 1 ms behind its releases."""
+    """Lateness of a 1 ms timer relative to its releases."""
 
     core: int | None
-    """Of a pinned processor, whose timers sleep until shortly before a release and then spin; None: of one that is not, which sleeps."""
+    """Core of a pinned processor, whose timers sleep until shortly before a release and then spin; None for an unpinned one, which
+    sleeps."""
     firings: int
     median_us: float
-    """The median from bins by powers of two."""
+    """Median from bins by powers of two."""
     worst_us: float
     overruns: int
-    """Releases that were skipped."""
+    """Number of skipped releases."""
 
     def __str__(self) -> str:
         where = "not pinned" if self.core is None else f"core {self.core}"
@@ -84,11 +85,10 @@ class Examination:
 
 
 def examine(seconds: float = 2.0, root: str | Path = "/", tell: Callable[[str], None] | None = None) -> Examination:
-    """Looks at the machine, and measures for `seconds` how late timers fire there: one on each core that this process may use, then one
-    that is not pinned, for as long again. 0: nothing is measured, and nothing said of rights.
+    """Inspects the machine, and measures the lateness of its timers for `seconds`: one on each core that this process may use, then an
+    unpinned one for the same time. With 0 it measures nothing, and reports nothing about rights.
 
-    `root`: where `/proc` and `/sys` are looked for. `tell` hears a line of progress now and then.
-
+    `root`: location of `/proc` and `/sys`. `tell` receives a line of progress from time to time.
     >>> print(examine(seconds=0).findings[0].what)
     kernel
     """
@@ -112,7 +112,7 @@ def examine(seconds: float = 2.0, root: str | Path = "/", tell: Callable[[str], 
 
 
 def _looked_at(root: Path) -> Iterator[Finding]:
-    """Yields the findings in what the operating system says of itself; none if it says nothing."""
+    """Yields the findings from the operating system's own information; none if it is unavailable."""
     cpus = root / "sys/devices/system/cpu"
     yield _kernel(root)
     yield from _governors(cpus)
@@ -223,7 +223,7 @@ def _virtual_machine(root: Path) -> Iterator[Finding]:
 
 
 def _measured(seconds: float, tell: Callable[[str], None]) -> tuple[list[Latency], list[str]]:
-    """Measures a timer on each core, all at once, then one on no core; and returns which rights were not given."""
+    """Measures a timer on each core, all at once, then an unpinned one; also returns the rights that were refused."""
     cores: list[int | None] = [*sorted(os.sched_getaffinity(0))]
     latencies: list[Latency] = []
     missing: dict[str, None] = {}
@@ -246,7 +246,7 @@ def _measured(seconds: float, tell: Callable[[str], None]) -> tuple[list[Latency
 
 
 def add_to(commands: Any) -> None:
-    """Adds it to the commands of the parser."""
+    """Adds the command to the parser."""
     doctor = commands.add_parser("doctor", help="is this machine fit for real time, and what to change")
     doctor.add_argument("--seconds", type=float, default=2.0, help="how long is measured, twice; 0: not at all; default: 2")
     doctor.add_argument("--json", action="store_true", help="for programs")

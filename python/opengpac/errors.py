@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""One exception class for each kind of refusal, and `Terminated` for a verb that ended otherwise than it should.
+"""One exception class for each kind of refusal, and `Terminated` for a verb with an abnormal end.
 
-Every class derives from `Error`. A message is lower case, names both ends, says the next step where it is known, and ends with
-the place in your program: `at FILE:LINE`.
+Every class derives from `Error`. A message is in lower case, names both ends, states the next step if there is one, and ends with the
+place in your program: `at FILE:LINE`.
 """
 
 from __future__ import annotations
@@ -18,16 +18,17 @@ from .refusals.tracebacks import ShortTraceback
 
 
 class End(NamedTuple):
-    """One of the ends that a refusal is about."""
+    """One of the ends that a refusal concerns."""
 
     what: str
     place: Place | None
 
 
 class Error(ShortTraceback):
-    """Refusal by OpenGPAC. `message`, `remedy`, `ends`, `place` (file and line in your program) say what, why and where.
+    """Refusal by OpenGPAC. `message`, `remedy`, `ends`, `place` (file and line in your program) describe the error, its cause and its
+    location.
 
-    `where` has the parts of a definition that it is about, as an editor draws them: `{"block": "filter", "port": "u"}`.
+    `where` contains the parts of a definition concerned, for editors: `{"block": "filter", "port": "u"}`.
     """
 
     def __init__(self, message: str = "", *, remedy: str = "", ends: Sequence[End] = (), place: Place | None = None) -> None:
@@ -43,12 +44,12 @@ class Error(ShortTraceback):
 
     @property
     def file(self) -> str | None:
-        """The file of your program that it is about."""
+        """File of your program that the error concerns."""
         return self.place.file if self.place else None
 
     @property
     def line(self) -> int | None:
-        """The line in that file."""
+        """Line in that file."""
         return self.place.line if self.place else None
 
     def __str__(self) -> str:
@@ -57,11 +58,11 @@ class Error(ShortTraceback):
 
 
 class DefinitionError(Error):
-    """A word, number or structure that cannot be read, or a definition that is not of the right form."""
+    """A word, number or structure that cannot be parsed, or a definition that does not have the right form."""
 
 
 class CompositionConflict(DefinitionError):
-    """Parts of a composed verb that do not go together; the message names both and says what to do."""
+    """Parts of a composed verb that do not fit together; the message names both and the remedy."""
 
 
 class UnknownName(Error, LookupError, AttributeError):
@@ -77,19 +78,19 @@ class UnitMismatch(Error):
 
 
 class CoverError(Error):
-    """A data node that no parameter covers, or that two cover."""
+    """A data node that is covered by no parameter or by two."""
 
 
 class SecondWriter(Error):
-    """A second writer of an SVV or channel; the message names the one that holds it."""
+    """A second writer of an SVV or channel; the message names the holder."""
 
 
 class SchedulingError(Error):
-    """Modes, rates, intervals or triggers that cannot hold."""
+    """Modes, rates, intervals or triggers that are infeasible."""
 
 
 class SynchronousCycle(SchedulingError):
-    """A cycle of synchronous ports: none of its blocks could ever be the first."""
+    """A cycle of synchronous ports: none of its blocks can run first."""
 
 
 class PlacementError(Error):
@@ -101,11 +102,11 @@ class ValueRefused(Error, ValueError):
 
 
 class OutOfRange(ValueRefused):
-    """A value outside the range that is declared for it: the message names the device, the value and the range."""
+    """A value outside its declared range; the message names the device, the value and the range."""
 
 
 class NotHomed(Error):
-    """A motion to a position of a joint that does not know where it is: `gpac.motion.home` comes first."""
+    """A motion to a position of a joint that has not been homed: run `gpac.motion.home` first."""
 
 
 class CallError(Error, TypeError):
@@ -117,7 +118,7 @@ class NotEnabled(Error):
 
 
 class InvalidState(Error):
-    """A call that the state of an instance, device or system does not allow. Nothing has changed."""
+    """A call that the state of an instance, device or system does not allow. It has changed nothing."""
 
 
 class ModuleError(Error):
@@ -129,15 +130,15 @@ class DeviceFailed(Error):
 
 
 class EmergencyStopped(Error):
-    """An emergency stop is latched: `reset()` comes first."""
+    """An emergency stop is latched: call `reset()` first."""
 
 
 class InUse(Error):
-    """Something of that name exists and is in use."""
+    """The name exists and is in use."""
 
 
 class InstallationErrors(Error):
-    """Several things are wrong at once: `.errors` holds them all, each of its own class."""
+    """Several simultaneous errors: `.errors` contains all of them, each of its own class."""
 
     def __init__(self, errors: Sequence[Error]) -> None:
         self.errors = list(errors)
@@ -149,15 +150,15 @@ class InstallationErrors(Error):
 
 
 class FileFailed(Error):
-    """A file of taught points or of a restart that cannot be read, written or used. The file is as it was."""
+    """A file of taught points or of a restart that cannot be read, written or used. The file is unchanged."""
 
 
 class Unreachable(Error):
-    """A pose that an arm cannot have, or a way that it cannot go: out of reach, out of a joint's range, or through a singularity."""
+    """A pose that an arm cannot reach, or a path that it cannot follow: out of reach, outside a joint's range, or through a singularity."""
 
 
 class ConnectionLost(Error, ConnectionError):
-    """A remote real-time system does not answer. What runs there follows its policy; `gpac.connect` with the same name takes it up."""
+    """A remote real-time system does not answer. Its running verbs follow their policies; `gpac.connect` with the same name reconnects."""
 
 
 class NotCommanding(Error):
@@ -165,30 +166,30 @@ class NotCommanding(Error):
 
 
 class SessionLost(ConnectionLost):
-    """The session has ended, or another one has taken it up. What runs there follows its policy."""
+    """The session has ended, or another client has taken it over. Its running verbs follow their policies."""
 
 
 class VersionMismatch(Error):
-    """The package here and the system there are of versions that do not understand each other."""
+    """The versions of this package and the remote system are incompatible."""
 
 
 class LimitExceeded(Error):
-    """A request that is too large, or one of too many."""
+    """A request that is too large, or too many requests."""
 
 
 class AuditFailed(Error):
-    """The remote system cannot write its audit log, and accepts no change until it can."""
+    """The remote system cannot write its audit log, and accepts no changes until it can."""
 
 
 class NotAllowed(Error, PermissionError):
-    """The remote system does not let you do this: no token, a wrong one, or one of a lesser role."""
+    """The remote system denies permission: no token, a wrong one, or one of a lesser role."""
 
 
 class Terminated(Error):
     """A verb instance ended by a condition that is not normal. Derive from it to give a condition an exception of its own.
 
-    `verb`, `instance`, `condition`, `command_list`, `block`, `time` (s), `value`, `outputs`, `others` and `report` say how;
-    `objects` are the logical devices that the verb was applied to, by name.
+    `verb`, `instance`, `condition`, `command_list`, `block`, `time` (s), `value`, `outputs`, `others` and `report` describe the end;
+    `objects` are the logical devices to which the verb was applied, by name.
     """
 
     verb: str = ""
@@ -204,31 +205,30 @@ class Terminated(Error):
     objects: Mapping[str, Any] = {}
 
     def __reduce__(self) -> tuple[Any, ...]:
-        # Its devices stay where they are: they are handles of a system in this process.
+        # The devices are left behind: they are handles of a system in this process.
         return _again, (type(self), self.args, {**self.__dict__, "objects": {}})
 
     def explanation(self) -> str:
-        """Returns the meaning of the condition here, for the end of the message; a class of its own may say it."""
+        """Returns the meaning of the condition, for the end of the message; derived classes may override it."""
         return ""
 
 
 class TimeLost(Terminated):
-    """More time was lost at once than the joints' `max_gap`: releases were skipped. The joints have come to rest
-    from where they were by then.
+    """A gap in time exceeded the joints' `max_gap`: releases were skipped. The joints have braked to rest from their positions.
 
-    `value` is the time that was lost, s.
+    `value` is the lost time, s.
     """
 
 
 def _again(kind: type[Error], args: tuple[Any, ...], state: Mapping[str, Any]) -> Error:
-    """An error that was pickled or copied."""
+    """Restores an error that was pickled or copied."""
     error = kind.__new__(kind, *args)
     error.__dict__.update(state)
     return error
 
 
 def gone(error: Error) -> str:
-    """Returns why something cannot show what it is now: for its `repr`, which never raises."""
+    """Returns the reason that an object cannot show its present state: for its `repr`, which never raises."""
     return "deleted" if isinstance(error, UnknownName) else error.message
 
 
@@ -243,7 +243,7 @@ _CLASSES: dict[str, type[Error]] = {
 
 
 REFUSALS = tuple(_CLASSES.values())
-"""The classes of what the real-time system refuses."""
+"""Exception classes of refusals by the real-time system."""
 
 
 def _place(given: Mapping[str, Any] | None) -> Place | None:
@@ -251,7 +251,7 @@ def _place(given: Mapping[str, Any] | None) -> Place | None:
 
 
 def from_refusals(text: str) -> Error:
-    """The exception for the refusals of one call: its own class for one, `InstallationErrors` for several."""
+    """Returns the exception for the refusals of one call: its own class for one, `InstallationErrors` for several."""
     errors = [_from_refusal(refusal) for refusal in json.loads(text)]
     for error in errors:
         _locate(error)
@@ -259,9 +259,8 @@ def from_refusals(text: str) -> Error:
 
 
 def _locate(error: Error) -> None:
-    """Gives an error the line of the user's program. Where a definition of this package is refused that is the line which uses it, and
-    where the definition stands is one of the ends.
-    """
+    """Sets an error's place to the line of the user's program. If a definition of this package is refused, that is the line that uses
+    it, and the definition becomes one of the ends."""
     if error.place is None:
         error.place = here()
     elif packaged(error.place) and not packaged(line := here()):
@@ -280,7 +279,7 @@ _BOTH: dict[type[Error], type[InstallationErrors]] = {}
 
 
 def several(errors: Sequence[Error]) -> InstallationErrors:
-    """Several errors as one: of the class that they share too, so that `except NotEnabled` catches an arm of six joints."""
+    """Returns several errors as one, of their common class too, so that `except NotEnabled` catches an arm of six joints."""
     kinds = {type(error) for error in errors}
     if len(kinds) != 1 or Error in kinds:
         return InstallationErrors(errors)
@@ -291,7 +290,7 @@ def several(errors: Sequence[Error]) -> InstallationErrors:
 
 
 class _Refusals:
-    """`with refusals:` raises what the real-time system refuses as the exception of its class."""
+    """`with refusals:` converts refusals by the real-time system into exceptions of their classes."""
 
     def __enter__(self) -> None:
         return None
@@ -302,10 +301,10 @@ class _Refusals:
         if isinstance(error, _native.Refused):
             raise from_refusals(error.args[0]) from None
         if isinstance(error, TypeError | OverflowError | UnicodeError):
-            # What does not even get there: the real-time system takes texts, whole numbers of so many bits, and so on.
+            # The binding rejects the argument before the call: it takes texts, integers of a certain size, and so on.
             refuse(CallError, _unfit(error), "look at the call's description: help(...)")
         if type(error).__name__ == "PanicException":
-            # A panic is no `Exception`: a handler of errors would lose it, and a `finally` with it.
+            # A panic is not an `Exception`: error handlers would miss it.
             refuse(Error, f"a call failed through a fault of OpenGPAC itself: {error}", "please report it; the system may be unusable now")
 
 
@@ -322,7 +321,7 @@ _WORDS = {
 
 
 def _unfit(error: Exception) -> str:
-    """Returns, in words, why an argument does not fit into a call of the real-time system."""
+    """Returns the reason, in words, that an argument does not fit a call of the real-time system."""
     text = str(error)
     if isinstance(error, OverflowError):
         return "a number that is given is out of the range that the call takes"
@@ -338,8 +337,8 @@ def _unfit(error: Exception) -> str:
 
 
 def did_you_mean(word: str, known: Iterable[str]) -> str:
-    """Returns `did you mean 'near'?` with the known name near `word`, else the names that there are (at most eight), else nothing."""
-    # Half of a surrogate pair is near to nothing, and the core takes none.
+    """Returns `did you mean 'near'?` with the name of `known` closest to `word`, else the known names (at most eight), else nothing."""
+    # Half of a surrogate pair resembles nothing, and the core does not accept it.
     return _native.did_you_mean(str(word).encode(errors="replace").decode(), [str(name) for name in known])
 
 

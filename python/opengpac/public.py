@@ -1,8 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The public names of the package, and the modules that define them.
+"""Public names of the package, and the modules that define them.
 
-`import opengpac` loads none of these modules: each is loaded when one of its names is used, so that a program starts in the time of what it
-uses. The imports below are for editors and pyright; `tests/python/test_imports.py` holds them to the table.
+`import opengpac` loads none of these modules: each is loaded when one of its names is first used, so that the start-up time depends
+only on the modules in use. The imports below are for editors and pyright; `tests/python/test_imports.py` compares them with the
+table.
 """
 
 import functools
@@ -125,7 +126,7 @@ HOMES = {
     "values.frames": "Frame Pose",
     "values.quantities": "Quantity deg",
 }
-"""The module of each public name; a sub-package that is public stands for itself."""
+"""Module of each public name; a public sub-package stands for itself."""
 
 __all__ = [
     "SVV", "AuditFailed", "Block", "BlockUse", "CallError", "CasadiBlock", "Channel", "Command", "ComposedVerb", "CompositionConflict",

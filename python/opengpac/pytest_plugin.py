@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Fixtures for tests of programs: `cell` is a system under the virtual clock, closed at the end; `real_cell` runs in real time.
-Tracebacks of refusals end at the test's own line."""
+Tracebacks of refusals are cut at the test's own line."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 @pytest.hookimpl(tryfirst=True)
 def pytest_runtest_makereport(item: pytest.Item, call: pytest.CallInfo[Any]) -> None:
-    """Ends the traceback of a refusal at the test's own line; with `--full-trace` or `OPENGPAC_TRACEBACK=full` it stays whole."""
+    """Cuts the traceback of a refusal at the test's own line; with `--full-trace` or `OPENGPAC_TRACEBACK=full` it is unchanged."""
     from .errors import Error
     from .refusals.tracebacks import shorten
 
@@ -26,7 +26,7 @@ def pytest_runtest_makereport(item: pytest.Item, call: pytest.CallInfo[Any]) -> 
 
 @pytest.fixture
 def cell(request: pytest.FixtureRequest) -> Iterator[System]:
-    """A system of its own under the virtual clock."""
+    """Yields a new system under the virtual clock."""
     from .system.system import System
 
     with System(request.node.name, clock="virtual") as made:
@@ -35,7 +35,7 @@ def cell(request: pytest.FixtureRequest) -> Iterator[System]:
 
 @pytest.fixture
 def real_cell(request: pytest.FixtureRequest) -> Iterator[System]:
-    """A system of its own in real time."""
+    """Yields a new system in real time."""
     from .system.system import System
 
     with System(request.node.name, progress=False) as made:

@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A verb applied to arguments: the request, the instance, its wait and its end report."""
+"""Application of a verb to arguments: the request, the instance, the wait and the end report."""

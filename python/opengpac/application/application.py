@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Applying a verb to arguments: from a Python call to what the model calls an application, and the values of a start."""
+"""Translates Python calls of verbs into the model's applications and start values."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 
 def system_for(verb: Verb[..., Any], arguments: Mapping[str, Any]) -> System:
-    """Returns the one system that a verb, where it is placed and those of the arguments of a call that it is applied to belong to."""
+    """Returns the system to which a verb's placement and the arguments of a call belong."""
     names = verb.arguments_signature.parameters
     found = dict.fromkeys(system for name, given in arguments.items() if name in names for system in systems_in(given))
     for system in (verb._own_system(), verb.placed_in):
@@ -39,7 +39,7 @@ def system_for(verb: Verb[..., Any], arguments: Mapping[str, Any]) -> System:
 
 
 def bind(verb: Verb[..., Any], signature: Any, args: Any, kwargs: Mapping[str, Any]) -> Any:
-    """Binds the arguments of a call by the names of the verb's parameters. Raises `CallError` where they do not fit."""
+    """Binds the arguments of a call to the verb's parameters by name. Raises `CallError` if they do not fit."""
     try:
         return signature.bind(*args, **kwargs)
     except TypeError as error:
@@ -48,12 +48,12 @@ def bind(verb: Verb[..., Any], signature: Any, args: Any, kwargs: Mapping[str, A
 
 
 def application_json(verb: Verb[..., Any], bound: BoundArguments) -> dict[str, Any]:
-    """A verb applied to its objects and instantiation arguments."""
+    """Returns the application of a verb to its objects and instantiation arguments."""
     return {**applied(verb, arguments_json(verb, bound.arguments)), "place": here().json()}
 
 
 def arguments_json(verb: Verb[..., Any], given: Mapping[str, Any]) -> dict[str, Any]:
-    """The objects and instantiation arguments of a call, as the model takes them. What is no longer there is refused."""
+    """Returns the objects and instantiation arguments of a call in the model's form. Refuses deleted objects."""
     if verb.interpreted_blocks:
         check_placed(verb, system_for(verb, given))
     names = verb.arguments_signature.parameters
@@ -66,7 +66,7 @@ def arguments_json(verb: Verb[..., Any], given: Mapping[str, Any]) -> dict[str, 
 
 
 def applied(verb: Verb[..., Any], arguments: Mapping[str, Any]) -> dict[str, Any]:
-    """A verb applied to arguments, wherever that is written."""
+    """Returns the application of a verb to arguments, independent of where it is written."""
     return {
         "verb": verb.name, "name": verb.instance_name, "arguments": arguments, "placement": verb.placement,
         "every": verb.intervals, "owner": None,
@@ -74,7 +74,7 @@ def applied(verb: Verb[..., Any], arguments: Mapping[str, Any]) -> dict[str, Any
 
 
 def values_json(verb: Verb[..., Any], arguments: Mapping[str, Any], objects: Mapping[str, Any]) -> dict[str, Any]:
-    """The input values that a call gives; those left out take their defaults on the real-time system."""
+    """Returns the input values of a call; omitted values take their defaults on the real-time system."""
     if not verb.input_parameters:
         return {}
     groups = [given for given in objects.values() if isinstance(given, Group)]
@@ -92,7 +92,7 @@ def values_json(verb: Verb[..., Any], arguments: Mapping[str, Any], objects: Map
 
 
 def _over_present(name: str, given: Mapping[str, Any], group: Group[Any]) -> Any:
-    """Returns `{"elbow": 1.2}` over the present: the other members keep where they are."""
+    """Merges `{"elbow": 1.2}` into the present positions; the other members keep theirs."""
     wanted: dict[str, Any] = {}
     for key, value in given.items():
         try:
@@ -104,7 +104,7 @@ def _over_present(name: str, given: Mapping[str, Any], group: Group[Any]) -> Any
 
 
 def options_json(kwargs: dict[str, Any], verb: Verb[..., Any]) -> dict[str, Any]:
-    """Takes the limits that every start knows out of `kwargs`: `time_limit`, `overruns`, `age_max`."""
+    """Removes the limits common to all starts from `kwargs` and returns them: `time_limit`, `overruns`, `age_max`."""
     options: dict[str, Any] = {}
     if not kwargs:
         return options
@@ -121,7 +121,7 @@ def options_json(kwargs: dict[str, Any], verb: Verb[..., Any]) -> dict[str, Any]
 def checked_application(
     verb: Verb[..., Any], args: Any, kwargs: dict[str, Any], signature: Any
 ) -> tuple[System, dict[str, Any], dict[str, Any]]:
-    """The application of a call, its system, with the verb entered there, and its objects: for a check."""
+    """Enters a call's verb in its system and returns the system, the application and the objects, for a check."""
     options_json(kwargs, verb)
     bound = bind(verb, signature, args, kwargs)
     system = system_for(verb, bound.arguments)
@@ -131,13 +131,13 @@ def checked_application(
 
 
 def checked_values(verb: Verb[..., Any], args: Any, kwargs: dict[str, Any], objects: Mapping[str, Any]) -> dict[str, Any]:
-    """The values of a start of an instance: for a check."""
+    """Returns the values of a start of an instance, for a check."""
     options_json(kwargs, verb)
     return _known_values(verb, bind(verb, verb.inputs_signature, args, kwargs), objects)
 
 
 def _known_values(verb: Verb[..., Any], bound: Any, objects: Mapping[str, Any]) -> dict[str, Any]:
-    """Returns the values as far as a check knows them: some are made from what only a run gives."""
+    """Returns the values available to a check; some are known only in a run."""
     try:
         return values_json(verb, bound.arguments, objects)
     except Error:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Arguments of verbs and devices: SVVs, channels and parts of physical devices, logical devices and groups of them."""
+"""Arguments of verbs and devices: SVVs, channels and parts of physical devices, logical devices and groups of devices."""
 
 from __future__ import annotations
 
@@ -12,21 +12,21 @@ if TYPE_CHECKING:
     from ..system.system import System
 
 _SEVERAL = {"svv": "svvs", "device": "devices"}
-"""What a list of arguments is called, by what each of them is."""
+"""Names of list arguments, by the kind of their elements."""
 
 
 class Argument:
-    """Argument of an instantiation parameter or an object of a verb; it belongs to one `system`."""
+    """Argument for an instantiation parameter or an object of a verb; it belongs to one `system`."""
 
     system: Any
 
     def _argument(self) -> dict[str, Any]:
-        """The form that the model takes. Refused where it was deleted."""
+        """Returns the model's form. Refuses a deleted object."""
         raise NotImplementedError
 
 
 def argument_json(given: Any, what: str) -> dict[str, Any]:
-    """Returns the argument of an instantiation parameter or object, as the model takes it; `what` it is, for a refusal."""
+    """Returns the argument of an instantiation parameter or object in the model's form; `what` describes it in refusals."""
     if isinstance(given, Argument):
         return given._argument()
     if isinstance(given, list | tuple) and given and all(isinstance(each, Argument) for each in given):
@@ -38,7 +38,7 @@ def argument_json(given: Any, what: str) -> dict[str, Any]:
 
 
 def systems_in(given: Any) -> Iterable[System]:
-    """The systems of an argument, or of each in a list."""
+    """Yields the system of an argument, or of each argument in a list."""
     if isinstance(given, Argument):
         return [given.system]
     if isinstance(given, list | tuple):

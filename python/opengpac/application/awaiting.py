@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Waiting for the end of a verb instance in an event loop.
+"""Waits in an event loop for the end of a verb instance.
 
-Under the monotonic clock the loop watches the descriptor that becomes readable when an instance has ended. Under the
-virtual clock time advances, firing by firing, whenever the loop has nothing else that is ready to run.
+Under the monotonic clock the loop watches a descriptor that becomes readable when an instance has ended. Under the virtual clock time
+advances firing by firing whenever the loop has nothing else ready to run.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ R = TypeVar("R")
 
 
 async def wait_async(instance: VerbInstance[R]) -> R:
-    """The report of the end, as `VerbInstance.wait` gives it; cancelling halts the instance."""
+    """Waits for the end and returns its report, like `VerbInstance.wait`; cancellation halts the instance."""
     if instance._deleted:
         return instance.wait()
     check_started(instance)
@@ -44,7 +44,7 @@ async def wait_async(instance: VerbInstance[R]) -> R:
 
 
 class _Watch:
-    """Watches one system's descriptor in one event loop for every instance that is awaited there."""
+    """Watches one system's descriptor in one event loop on behalf of all instances awaited there."""
 
     _all: WeakKeyDictionary[System, dict[asyncio.AbstractEventLoop, _Watch]] = WeakKeyDictionary()
 
@@ -79,7 +79,7 @@ class _Watch:
             os.read(self._fd, 8)
         except BlockingIOError:
             return
-        # Another event loop may wait for an instance of this system: it shares the descriptor.
+        # Another event loop may wait for an instance of this system on the same descriptor.
         for watch in self._all.get(self._system, {}).values():
             if watch is self:
                 watch._look()
@@ -92,12 +92,12 @@ class _Watch:
                 if not future.done() and instance.done:
                     future.set_result(None)
             except Error as error:
-                # A waiting task learns that a remote system no longer answers; the event loop would only say so.
+                # Pass the error of an unreachable remote system to the waiting task; the event loop would only log it.
                 future.set_exception(error)
 
 
 class _Advancing:
-    """Advances the virtual clocks of the systems that one event loop waits for, while nothing else is ready there."""
+    """Advances the virtual clocks of the systems that one event loop waits for, while that loop is otherwise idle."""
 
     _all: WeakKeyDictionary[asyncio.AbstractEventLoop, _Advancing] = WeakKeyDictionary()
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Verb instances: created, running ⇄ suspended, ended, and running again by `start`, until they are deleted."""
+"""Verb instances: created, running ⇄ suspended, ended, and running again after `start`, until deleted."""
 
 from __future__ import annotations
 
@@ -32,15 +32,16 @@ _read = json.JSONDecoder().raw_decode
 
 @all_taking
 class VerbInstance(TableDisplay, DeclaredNames, Generic[R]):
-    """A verb applied to its arguments. Awaitable; a context manager that halts and deletes it at the end.
+    """A verb applied to its arguments. Awaitable; as a context manager it halts and deletes itself at the end.
 
-    Made by `verb.asynch(...)`, whose `wait` deletes it, or by `verb.new_instance(...)`, which may be started many times.
+    Made by `verb.asynch(...)`, whose `wait` deletes it, or by `verb.new_instance(...)`, which can be started any number of times.
 
-    `verb` is what was applied, `system` where it runs, and `identity` its number there, which no later instance gets.
+    `verb` is the applied verb, `system` the system in which it runs, and `identity` its number there, which is never reused.
 
-    Its life is created → running ⇄ suspended → ended, again and again with `start`, until it is deleted. A method that its state does
-    not allow raises `InvalidState` and changes nothing; one that needs a device that is not enabled raises `NotEnabled`, one that
-    would write what another instance claims `SecondWriter`, and a start during a latched stop `EmergencyStopped`.
+    The life cycle is created → running ⇄ suspended → ended, repeated with each `start`, until the instance is deleted. A method that
+    the state does not allow raises `InvalidState` and changes nothing. A method raises `NotEnabled` if it needs a device that is not
+    enabled, and `SecondWriter` if it would write a variable that another instance claims; a start during a latched stop raises
+    `EmergencyStopped`.
     """
 
     def __init__(self, verb: Verb[..., R], system: System, identity: int, objects: Mapping[str, Any], once: bool) -> None:
@@ -56,14 +57,14 @@ class VerbInstance(TableDisplay, DeclaredNames, Generic[R]):
 
     @property
     def name(self) -> str:
-        """Its name, `move#3` unless it was named."""
+        """Name of the instance, `move#3` unless set."""
         if self._name is None:
             self._name = str(self._about()["name"])
         return self._name
 
     @property
     def state(self) -> str:
-        """`created`, `queued` (started, and waiting for what others hold), `running`, `suspended`, `ended` or `deleted`."""
+        """`created`, `queued` (started, and waiting for claims held by others), `running`, `suspended`, `ended` or `deleted`."""
         if self._deleted:
             return "deleted"
         with refusals:
@@ -71,12 +72,12 @@ class VerbInstance(TableDisplay, DeclaredNames, Generic[R]):
 
     @property
     def done(self) -> bool:
-        """True if its latest start has ended."""
+        """True if the latest start has ended."""
         return self.state in ("ended", "deleted")
 
     @property
     def report(self) -> R | None:
-        """The report of the latest start, or None before its end. It stays readable after `delete`."""
+        """Report of the latest start, or None before its end. It remains readable after `delete`."""
         if self._report is None and not self._deleted:
             with refusals:
                 text = waiting.reported(self.system._native, self.identity)
@@ -86,18 +87,17 @@ class VerbInstance(TableDisplay, DeclaredNames, Generic[R]):
 
     @property
     def inputs(self) -> dict[str, Any]:
-        """The present values of its input parameters by name, in SI units: those of its latest start with what `set` changed since.
+        """Present values of the input parameters by name, in SI units: those of the latest start, updated by `set`.
 
-        Before the first start they are the defaults; None where an input parameter has none.
+        Before the first start they are the defaults, or None for an input parameter without a default.
         """
         return dict(self._about()["inputs"])
 
     def start(self, *args: Any, **kwargs: Any) -> Self:
-        """Starts it with new input parameters; those left out take their defaults. `time_limit=` ends it after that long.
+        """Starts the instance with new input parameters; omitted ones take their defaults. `time_limit=` ends it after that time.
 
-        Returns when everything that it needs is claimed; its initial list begins with the next firings of its sources. A remote
-        processor may take longer to begin than one in this process: where the order of two starts matters, wait until the first
-        one has stored a value.
+        Returns when all claims are acquired; the initial list begins with the next firings of the sources. A remote processor may
+        begin later than one in this process: if the order of two starts matters, wait until the first has stored a value.
         """
         options = options_json(kwargs, self.verb)
         try:
@@ -109,9 +109,10 @@ class VerbInstance(TableDisplay, DeclaredNames, Generic[R]):
         return self
 
     def wait(self, timeout: Quantity | None = None) -> R:
-        """Returns the report of the end; raises where the end is not normal, and `TimeoutError`, leaving it running, after `timeout`.
+        """Waits for the end and returns the report. Raises if the end is not normal, and `TimeoutError` after `timeout`, leaving it
+        running.
 
-        Of an instance made by `asynch` the wait deletes it. Ctrl-C ends the wait only.
+        Deletes an instance made by `asynch`. Ctrl-C ends only the wait.
         """
         if self._deleted and self._report is None:
             refuse(InvalidState, f"verb instance '{self._name}' is deleted", "make another: new_instance(...)")
@@ -119,29 +120,31 @@ class VerbInstance(TableDisplay, DeclaredNames, Generic[R]):
         return self._finish(text)
 
     def suspend(self) -> None:
-        """Stops its blocks without synchronous inputs, lets what they drive run dry, and returns then.
+        """Stops the blocks without synchronous inputs, lets the blocks that they drive run dry, and returns then.
 
-        What its actuators do meanwhile is the verb's `suspend=`. One that is ending already raises `InvalidState`.
+        The verb's `suspend=` defines the behaviour of its actuators meanwhile. Raises `InvalidState` if the instance is already
+        ending.
         """
         with refusals:
             self._alive().suspend(self.identity)
 
     def resume(self) -> None:
-        """Goes on where it was suspended."""
+        """Resumes from suspension."""
         with refusals:
             self._alive().resume(self.identity)
 
     def halt(self) -> None:
-        """Ends it: the condition `halted`, which may have a transition, and the ending list. Returns when it has ended.
+        """Halts the instance: reports the condition `halted`, which may have a transition, and runs the ending list. Returns when it has
+        ended.
 
-        A second halt is immediate. One that is queued is taken out of the queue.
+        A second halt acts immediately. A queued instance is removed from the queue.
         """
         self._halt_asked = True
         with refusals:
             self._alive().halt(self.identity)
 
     def delete(self) -> None:
-        """Frees everything on the real-time system; its report stays readable."""
+        """Frees all resources on the real-time system; the report remains readable."""
         native = self._alive()
         _ = self.report, self.name
         with refusals:
@@ -149,10 +152,11 @@ class VerbInstance(TableDisplay, DeclaredNames, Generic[R]):
         self._deleted = True
 
     def set(self, **values: Any) -> None:
-        """Changes tunable input parameters while it runs, `vi.set(speed=0.2)`, and tunable intervals, `vi.set(every={"near": "10 ms"})`.
+        """Changes tunable input parameters, `vi.set(speed=0.2)`, and tunable intervals, `vi.set(every={"near": "10 ms"})`, while the
+        verb runs.
 
-        All act together, between two firings of each source. An interval goes on at the next multiple of the new one, until this
-        start ends; rates that could not hold are refused, and then nothing has changed.
+        All changes take effect together, between two firings of each source. A new interval applies from its next multiple until the
+        end of this start. Infeasible rates are refused, and then nothing changes.
         """
         every = values.pop("every", {}) if "every" not in self.verb.input_parameters else {}
         if not isinstance(every, Mapping):
@@ -168,8 +172,8 @@ class VerbInstance(TableDisplay, DeclaredNames, Generic[R]):
         return f"an instance of verb '{self.verb.name}'"
 
     def __await__(self) -> Generator[Any, None, R]:
-        """Waits without holding the event loop; cancelling the task that waits halts it."""
-        # An event loop is an eighth of the start of a program that has none.
+        """Waits without blocking the event loop; cancelling the waiting task halts the instance."""
+        # Importing an event loop takes an eighth of the start-up time of a program without one.
         from .awaiting import wait_async
 
         return wait_async(self).__await__()
@@ -203,7 +207,7 @@ class VerbInstance(TableDisplay, DeclaredNames, Generic[R]):
         return report
 
     def _finish(self, text: str | None) -> R:
-        """Takes an end report, deletes what is used once, and raises where the end is not normal."""
+        """Stores an end report, deletes a single-use instance, and raises if the end is not normal."""
         report: Any = self._report if text is None else self._take(text)
         if self._once and not self._deleted:
             self.delete()
@@ -251,14 +255,14 @@ def _create(verb: Verb[..., R], bound: Any, once: bool) -> VerbInstance[R]:
 
 
 def create(verb: Verb[..., R], args: Any, kwargs: dict[str, Any]) -> VerbInstance[R]:
-    """Makes an instance: `verb.new_instance(...)`."""
+    """Creates an instance: `verb.new_instance(...)`."""
     if checking.active():
         return cast("VerbInstance[R]", plan(verb, args, kwargs, verb.arguments_signature))
     return _create(verb, bind(verb, verb.arguments_signature, args, kwargs), once=False)
 
 
 def start(verb: Verb[..., R], args: Any, kwargs: dict[str, Any]) -> VerbInstance[R]:
-    """Starts an instance: `verb.asynch(...)`; one that cannot be started is deleted again."""
+    """Starts an instance: `verb.asynch(...)`; deletes it again if the start fails."""
     verb = verb._fitting(args, kwargs)
     if checking.active():
         return cast("VerbInstance[R]", plan(verb, args, kwargs, verb.signature))
@@ -274,7 +278,7 @@ def start(verb: Verb[..., R], args: Any, kwargs: dict[str, Any]) -> VerbInstance
 
 
 def _drop(instance: VerbInstance[Any]) -> None:
-    """Ends what may have been started, and deletes it: an interrupt comes at any line."""
+    """Ends and deletes an instance that may have been started: an interrupt can arrive at any line."""
     if instance.state in ("queued", "running", "suspended"):
         with contextlib.suppress(InvalidState):
             instance.halt()
@@ -283,9 +287,9 @@ def _drop(instance: VerbInstance[Any]) -> None:
 
 
 def call(verb: Verb[..., R], args: Any, kwargs: dict[str, Any]) -> R:
-    """Calls a verb: `verb(...)`; Ctrl-C halts the instance, waits for its report, deletes it and comes through.
+    """Calls a verb: `verb(...)`. Ctrl-C halts the instance, waits for its report, deletes it, and propagates.
 
-    One request to the real-time system, where the verb ends soon; one that lasts is waited for as any other.
+    A verb that ends soon takes a single request to the real-time system; a longer one is waited for like any other.
     """
     verb = verb._fitting(args, kwargs)
     if checking.active():
@@ -320,7 +324,7 @@ def call(verb: Verb[..., R], args: Any, kwargs: dict[str, Any]) -> R:
 
 
 def _ended(verb: Verb[..., R], text: str, objects: Mapping[str, Any]) -> R:
-    """The report of a call that is over; raises where its end is not normal."""
+    """Returns the report of a finished call; raises if its end is not normal."""
     report: Any = verb.report_class(_read(text)[0])
     if not report.normal:
         raise terminated(report, verb, objects)

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Common part of the calls of a verb, worked out in the first of them: which argument is which, and the words of the request.
+"""Common part of a verb's calls, computed in the first call: the mapping of arguments, and the text of the request.
 
-Whether what a call is given is still there, and in which system, is asked in each call.
+Each call still checks that its arguments exist, and to which system they belong.
 """
 
 from __future__ import annotations
@@ -25,26 +25,26 @@ _quoted = functools.lru_cache(1024)(_dumps)
 
 
 class PreparedCall:
-    """Of one verb as it is placed and named; `of` keeps it with the verb."""
+    """Prepared call of one verb with its placement and name; `of` caches it on the verb."""
 
     __slots__ = ("_arguments", "_head", "_shapes")
 
     def __init__(self) -> None:
         self._shapes: dict[tuple[Any, ...], list[tuple[str, int]]] = {}
-        """Number of arguments by position, and the names of the others → each parameter that is given, in order, and where it stands."""
+        """Number of positional arguments and names of the others → each passed parameter, in order, and its index."""
         self._arguments: dict[str, Any] = {}
         self._head = ""
 
     @staticmethod
     def of(verb: Verb[..., Any]) -> PreparedCall:
-        """Returns the prepared call of a verb, made at its first call."""
+        """Returns the prepared call of a verb, creating it at the first call."""
         prepared: PreparedCall | None = verb.__dict__.get("_prepared")
         if prepared is None:
             prepared = verb._prepared = PreparedCall()
         return prepared
 
     def bound(self, verb: Verb[..., Any], args: Sequence[Any], kwargs: Mapping[str, Any]) -> dict[str, Any]:
-        """Returns the argument of each parameter of a call. Raises `TypeError` as a signature does."""
+        """Returns the argument of each parameter of a call. Raises `TypeError` like `Signature.bind`."""
         shape = (len(args), *kwargs)
         places = self._shapes.get(shape)
         if places is None:
@@ -59,7 +59,7 @@ class PreparedCall:
         return {name: given[at] for name, at in places}
 
     def request(self, verb: Verb[..., Any], arguments: dict[str, Any], values: Mapping[str, Any], limits: Mapping[str, Any]) -> str:
-        """The arguments of the call `perform`, as JSON. `arguments`: what the verb is applied to, as the model takes it."""
+        """Returns the arguments of the call `perform` as JSON. `arguments`: those that the verb is applied to, in the model's form."""
         if not self._head or arguments != self._arguments:
             self._arguments, self._head = arguments, _dumps(applied(verb, arguments)).removesuffix("}")
         place = here()

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""One line of progress while a program waits in a terminal: the verb, its command list, how long it has run."""
+"""Progress line while a program waits in a terminal: the verb, its command list, and the elapsed time."""
 
 from __future__ import annotations
 
@@ -13,11 +13,11 @@ if TYPE_CHECKING:
     from .instances import VerbInstance
 
 SLICE_NS = 100_000_000
-"""How often the line is written, on the system's clock."""
+"""Interval at which the line is written, on the system's clock."""
 
 
 def wanted(asked: bool | None) -> bool:
-    """Returns whether to show it: as the system was told, else by `OPENGPAC_PROGRESS`, else in a terminal only."""
+    """Returns whether to show progress: as set in the system, else by `OPENGPAC_PROGRESS`, else only in a terminal."""
     if asked is not None:
         return asked
     told = os.environ.get("OPENGPAC_PROGRESS")
@@ -25,7 +25,7 @@ def wanted(asked: bool | None) -> bool:
 
 
 class Line:
-    """The line, of a wait that has lasted one slice; `clear` takes it away."""
+    """Progress line of a wait that has lasted one slice; `clear` removes it."""
 
     def __init__(self, instance: VerbInstance[Any]) -> None:
         self._instance = instance
@@ -34,7 +34,7 @@ class Line:
         self._width = 0
 
     def show(self) -> None:
-        """Writes it over the last one."""
+        """Overwrites the previous line."""
         native = self._instance.system._native
         with refusals:
             about = native.instance(self._instance.identity)
@@ -43,7 +43,7 @@ class Line:
         self._write(text)
 
     def clear(self) -> None:
-        """Leaves an empty line."""
+        """Clears the line."""
         if self._width:
             self._write("")
             sys.stderr.write("\r")

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""End reports: how a start of a verb instance ended."""
+"""End reports: the outcome of a start of a verb instance."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 
 class OtherCondition(NamedTuple):
-    """A condition that came too, but did not move the instance."""
+    """A condition that occurred in the same firing but did not move the instance."""
 
     condition: str
     block: str | None
@@ -24,7 +24,7 @@ class OtherCondition(NamedTuple):
 
 
 class PassedList(NamedTuple):
-    """A command list that a condition led on from, `time` s after the start."""
+    """A command list that a condition left, `time` s after the start."""
 
     command_list: str
     condition: str
@@ -33,22 +33,22 @@ class PassedList(NamedTuple):
 
 
 class Report(TableDisplay):
-    """Report of a verb: `condition`, `time` (s since its start), `value`, `others`, and an attribute for each output it returned.
+    """Report of a verb: `condition`, `time` (s since its start), `value`, `others`, and an attribute for each returned output.
 
-    Made by the end of a verb instance: what a call returns, and `vi.report`.
+    Made by the end of a verb instance: returned by a call, and available as `vi.report`.
 
-    - `condition`: the termination condition, of the verb or of the system (`completed`, `halted`, `fault`, …); `normal` says whether
-      it counts as a good end, `message` what a fault said, and is empty otherwise.
-    - `time`: how long it ran, in s; `started` and `ended` are times of the system's clock, in s.
-    - `value`: what the condition reported, of its type (a number, an array, a record), or None. `others` are the conditions that came
-      in the same firing and moved nothing.
-    - `way`: the transitions that led to where it ended, in order (the last 64): each has `command_list`, `condition`, `block`, `time`.
-    - `outputs`: what the condition and those on the way returned, by name; of one name, the latest. A scalar is a number, an array a NumPy
-      array of the port's shape, a struct a record, each in the port's unit. An output of that name is an attribute too.
+    - `condition`: the termination condition, of the verb or of the system (`completed`, `halted`, `fault`, …); `normal` is True for
+      a good end, `message` is the text of a fault, and empty otherwise.
+    - `time`: the duration, in s; `started` and `ended` are times of the system's clock, in s.
+    - `value`: the value that the condition reported, of its type (a number, an array, a record), or None. `others` are the conditions
+      that occurred in the same firing without effect.
+    - `way`: the transitions that led to the end, in order (the last 64): each has `command_list`, `condition`, `block`, `time`.
+    - `outputs`: the outputs returned by the condition and those on the way, by name; the latest for each name. A scalar is a number,
+      an array a NumPy array of the port's shape, a struct a record, each in the port's unit. Each output is also an attribute.
     - `verb`, `instance`, `command_list`, `block`: where it ended; `block` is the label of the block that reported, or None.
-    - `start`: which start of the instance it was, from 1.
+    - `start`: number of the start of the instance, from 1.
 
-    Derive from it to give a verb's outputs types: `class Moved(gpac.Report): position: np.ndarray`, and `def move(...) -> Moved`.
+    Derive a class to give a verb's outputs types: `class Moved(gpac.Report): position: np.ndarray`, and `def move(...) -> Moved`.
     """
 
     condition: str
@@ -114,11 +114,11 @@ R = TypeVar("R")
 
 
 _RAISED: dict[str, type[Terminated]] = {"time_lost": TimeLost}
-"""Classes of ends for which a verb need not name one."""
+"""Exception classes of ends for which a verb need not name one."""
 
 
 def terminated(report: Report, verb: Verb[..., Any], objects: Mapping[str, Any] | None = None) -> Terminated:
-    """The exception for an end that is not normal: the class that the verb gives this condition. `objects`: what it was applied to."""
+    """Returns the exception for an abnormal end: the class that the verb assigns to this condition. `objects`: the verb's objects."""
     termination = verb.termination(report.condition, report.command_list)
     kind = (termination.raises if termination else None) or _RAISED.get(report.condition, Terminated)
     where = f" in command list '{report.command_list}'" if report.command_list else ""
@@ -135,7 +135,7 @@ def terminated(report: Report, verb: Verb[..., Any], objects: Mapping[str, Any] 
     error.command_list, error.block, error.time = report.command_list, report.block, report.time
     error.value, error.outputs, error.others, error.report = report.value, report.outputs, report.others, report
     error.objects = objects or {}
-    # The system's own message says what to do; a class explains what a block reported.
+    # The system's own message contains the remedy; a class explains a block's report.
     error.remedy = error.explanation() if report.block or not report.message else ""
     error.message += "".join(thing._said_of_end(report.message) for thing in error.objects.values() if hasattr(thing, "_said_of_end"))
     return error

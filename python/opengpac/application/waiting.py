@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Waiting for the end of a verb instance in a thread; `awaiting.py` waits in an event loop."""
+"""Waits in a thread for the end of a verb instance; `awaiting.py` waits in an event loop."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
 
 def wait(instance: VerbInstance[Any], timeout_ns: int | None) -> str:
-    """The end report's text. Raises `TimeoutError` after `timeout_ns` of the system's clock."""
+    """Returns the end report's text. Raises `TimeoutError` after `timeout_ns` of the system's clock."""
     native = instance._alive()
     with refusals:
         deadline = None if timeout_ns is None else native.now() + timeout_ns
@@ -29,7 +29,7 @@ def wait(instance: VerbInstance[Any], timeout_ns: int | None) -> str:
             if is_late:
                 _too_late(instance, timeout_ns)
             if line is None and slice_ns:
-                # Asked only now: most verbs are over before anybody could read a line.
+                # Checked only now: most verbs end before anyone could read a line.
                 wanted = progress.wanted(instance.system.progress)
                 slice_ns, line = (slice_ns, progress.Line(instance)) if wanted else (0, None)
             if line is not None:
@@ -40,14 +40,15 @@ def wait(instance: VerbInstance[Any], timeout_ns: int | None) -> str:
 
 
 def _wait(native: Any, identity: int, timeout_ns: int | None, slice_ns: int) -> str | None:
-    """The end report's text; None where it has not ended within `timeout_ns`, or within `slice_ns` of real time, where that is not 0."""
+    """Returns the end report's text, or None if the instance has not ended within `timeout_ns`, or within a nonzero `slice_ns` of real
+    time."""
     arguments = f'{{"instance": {identity}}}' if timeout_ns is None else f'{{"instance": {identity}, "timeout_ns": {timeout_ns}}}'
     text = native.begin("wait", arguments, slice_ns) if slice_ns else native.call("wait", arguments)
     return None if text == "null" else text
 
 
 def reported(native: Any, identity: int) -> str | None:
-    """The text of the report of the latest start; None before its end."""
+    """Returns the report text of the latest start, or None before its end."""
     text = native.call("report", f'{{"instance": {identity}}}')
     return None if text == "null" else text
 

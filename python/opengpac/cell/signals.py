@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Digital and analog inputs and outputs as logical devices: each has a verb that keeps it going, so any number of verbs may read it."""
+"""Digital and analog inputs and outputs as logical devices; each has a verb that keeps it up to date, so that any number of verbs can
+read it."""
 
 from __future__ import annotations
 
@@ -15,7 +16,7 @@ from ..system.sources import Source
 from ..system.svvs import SVV
 
 EXCHANGE = "1 ms"
-"""How often a signal is read or written where its source does not say."""
+"""Interval at which a signal is read or written if its source does not define one."""
 
 
 def _input(name: str, block: str) -> Verb[..., Any]:
@@ -40,7 +41,7 @@ def _output(name: str, block: str, **inputs: str) -> Verb[..., Any]:
 
 
 class _Signal(LogicalDevice):
-    """A signal of one channel; by default it is exchanged as often as its physical device."""
+    """Signal of one channel, exchanged by default at the rate of its physical device."""
 
     _type = "bool"
     _written = False
@@ -62,7 +63,7 @@ class _Signal(LogicalDevice):
 
     @property
     def channel(self) -> Channel:
-        """The channel of the physical device."""
+        """Channel of the physical device."""
         return self._channel
 
 
@@ -80,9 +81,9 @@ class AnalogInput(_Signal, verb=_input("analog_input", "read_channel"), name="an
 
 
 class DigitalOutput(_Signal, verb=_output("digital_output", "write_digital"), name="digital_output"):
-    """A digital output. It is `at_enable` when it is enabled, and the channel's safe value when it is not.
+    """A digital output. It takes the value `at_enable` when it is enabled, and the channel's safe value when it is disabled.
 
-    `commanded` is what it is to be: `set_output` sets it, or Python while no verb has claimed it. `value` is what was written last.
+    `commanded` is the desired value, set by `set_output`, or by Python while no verb claims it. `value` is the value written last.
     """
 
     _written = True
@@ -92,7 +93,7 @@ class DigitalOutput(_Signal, verb=_output("digital_output", "write_digital"), na
 
 
 class AnalogOutput(_Signal, verb=_output("analog_output", "write_analog", low="write.low", high="write.high"), name="analog_output"):
-    """An analog output, in the unit of its channel, kept within `low` to `high`; otherwise as a digital one."""
+    """An analog output, in the unit of its channel, limited to `low` … `high`; otherwise like a digital output."""
 
     _type, _written = "double", True
     commanded: SVV[float] = svv()

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Set an output, pulse it, wait for an input: one word each for digital and analog signals, in the three invocation modes."""
+"""Sets an output, pulses it, or waits for an input: one function each for digital and analog signals, in the three invocation modes."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ R = TypeVar("R", bound=Report, covariant=True)
 
 
 class InputTimeout(Terminated):
-    """An input did not come to what was waited for within the time limit."""
+    """An input did not reach the awaited value within the time limit."""
 
 
 def _set(kind: type[Any], name: str, block: str, there: str, **targets: list[str]) -> Verb[..., Any]:
@@ -83,11 +83,11 @@ def _wait_for_channel(name: str, read: str, block: str, inputs: Mapping[str, Any
 
 
 _LOOK = 0.01
-"""How often an SVV with another writer is looked at, s; the next multiple of the timer's period where it does not divide that."""
+"""Interval at which an SVV with another writer is checked, in s; rounded up to a multiple of the timer's period."""
 
 
 def _looked_at(verb: Verb[..., Any] | None, timers: Sequence[Source]) -> Verb[..., Any] | None:
-    """A verb of `_wait_for_value` whose interval one of these timers can serve."""
+    """Returns a verb of `_wait_for_value` whose interval one of these timers can serve."""
     periods = [timer.period for timer in timers]
     if verb is None or not periods or any(_divides(period, _LOOK) for period in periods):
         return verb
@@ -137,7 +137,7 @@ _pulse = Verb(
 
 
 class SignalVerb(Generic[R]):
-    """A verb by the kind of signal that it is given: called, `.asynch(...)` and `.new_instance(...)` as any verb."""
+    """Verb selected by the kind of its signal: called, `.asynch(...)` and `.new_instance(...)` like any verb."""
 
     def __init__(self, name: str, doc: str, choose: Callable[[Any], Verb[..., R] | None], wants: str) -> None:
         self.__name__ = self.name = name
@@ -145,7 +145,7 @@ class SignalVerb(Generic[R]):
         self._choose, self._wants = choose, wants
 
     def verb(self, signal: Any) -> Verb[..., R]:
-        """The verb for this signal, or for a kind of signal (`DigitalInput`), as a part of others; where it is a channel, placed on the
+        """Returns the verb for this signal, or for a kind of signal (`DigitalInput`), as a part of others; for a channel, placed on the
         source that exchanges it."""
         chosen = self._choose(signal)
         if chosen is None:
@@ -153,7 +153,7 @@ class SignalVerb(Generic[R]):
         return chosen
 
     def on(self, where: Any = None, *, every: Mapping[str, Quantity] | None = None) -> SignalVerb[R]:
-        """This verb placed, as `Verb.on` places one."""
+        """Returns this verb placed, like `Verb.on`."""
 
         def choose(signal: Any) -> Verb[..., R] | None:
             chosen = self._choose(signal)
@@ -164,15 +164,15 @@ class SignalVerb(Generic[R]):
         return SignalVerb(self.name, self.__doc__ or "", choose, self._wants)
 
     def __call__(self, signal: Any, /, *args: Any, **kwargs: Any) -> R:
-        """Does it and returns its report."""
+        """Runs the verb and returns its report."""
         return self.verb(signal)(signal, *args, **_edges(kwargs))
 
     def asynch(self, signal: Any, /, *args: Any, **kwargs: Any) -> VerbInstance[R]:
-        """Starts it; its `wait()` waits for the end and deletes it."""
+        """Starts the verb; the instance's `wait()` waits for the end and deletes it."""
         return self.verb(signal).asynch(signal, *args, **_edges(kwargs))
 
     def new_instance(self, signal: Any, /) -> VerbInstance[R]:
-        """Creates it, to be started as often as wanted."""
+        """Creates an instance that can be started any number of times."""
         return self.verb(signal).new_instance(signal)
 
     def __repr__(self) -> str:
@@ -183,7 +183,7 @@ _EDGES = {"rising": True, "falling": False}
 
 
 def _edges(kwargs: dict[str, Any]) -> dict[str, Any]:
-    """Returns the arguments of an edge: `edge="rising"` is a value that it must change to."""
+    """Returns the arguments of an edge: `edge="rising"` is a value to which the signal must change."""
     edge = kwargs.get("edge")
     if not isinstance(edge, str):
         return kwargs

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""`opengpac check PROGRAM.py`: the program is executed, every installation check is made, and nothing runs.
+"""`opengpac check PROGRAM.py`: executes the program and makes every installation check; nothing runs.
 
-Verbs are planned instead of started; a call gives a report with zeros for its outputs, so that the program goes on.
+Verbs are planned instead of started; a call returns a report with zeros for its outputs, so that the program continues.
 """
 
 from __future__ import annotations
@@ -17,17 +17,17 @@ from .mistakes import BrokenStatement
 
 @dataclass
 class Findings:
-    """Findings of a check: the verbs that were planned, what was filled in for them, and what is wrong."""
+    """Findings of a check: the planned verbs, the values filled in for them, and the errors."""
 
     planned: list[str] = field(default_factory=list)
     remarks: list[str] = field(default_factory=list)
     errors: list[Error] = field(default_factory=list)
     broken: list[BrokenStatement] = field(default_factory=list)
-    """Statements that ended by an exception of Python's own: nothing is known of them and of what needs them."""
+    """Statements ended by one of Python's own exceptions; they and their dependents remain unchecked."""
     names: dict[str, Any] = field(default_factory=dict)
-    """What the program binds."""
+    """Names that the program binds."""
     recordings: dict[str, tuple[Any, dict[str, Any]]] = field(default_factory=dict)
-    """What it would have recorded, by file: the system and the options."""
+    """Recordings that the program would have made, by file: the system and the options."""
 
 
 _findings: Findings | None = None
@@ -39,23 +39,24 @@ def active() -> bool:
 
 
 def would_record(file: str, system: Any, options: dict[str, Any]) -> None:
-    """Remembers a recording that a run would make, for code that reads it back."""
+    """Stores a recording that a run would make, for code that reads it back."""
     if _findings is not None:
         _findings.recordings[file] = (system, options)
 
 
 def recorded(file: str) -> tuple[Any, dict[str, Any]] | None:
-    """The system and the options of a recording that a run would have made before this line; none: the file is another's."""
+    """Returns the system and the options of a recording that a run would have made before this line; None if the file has another
+    origin."""
     return None if _findings is None else _findings.recordings.get(file)
 
 
 def found() -> Findings:
-    """Returns the findings of the present check so far, to be added to; those of no check are forgotten."""
+    """Returns the findings of the present check, to be added to; without a check they are discarded."""
     return _findings if _findings is not None else Findings()
 
 
 def check(path: str, arguments: list[str]) -> Findings:
-    """Checks the program in that file: every error of it, in the order found."""
+    """Checks the program in that file and returns all of its errors, in the order found."""
     global _findings
     _findings, before = Findings(), sys.argv
     sys.argv = [path, *arguments]
@@ -64,7 +65,7 @@ def check(path: str, arguments: list[str]) -> Findings:
     except SystemExit:
         pass
     except Exception as error:
-        # It left what is around it too: nothing that follows was done.
+        # The exception also left the enclosing block: nothing that follows was executed.
         with open(path, "rb") as file:
             _break(path, error, (0, len(file.read().splitlines())))
     finally:
@@ -73,13 +74,13 @@ def check(path: str, arguments: list[str]) -> Findings:
 
 
 def _break(path: str, error: Exception, lines: tuple[int, int]) -> None:
-    """Records an exception of Python's own that ended the statement on these lines."""
+    """Records one of Python's own exceptions that ended the statement on these lines."""
     if _findings is not None and not isinstance(error, Missing):
         _findings.broken.append(BrokenStatement(error, path, _findings.names or vars(sys.modules["__main__"]), lines))
 
 
 def note(error: Error) -> None:
-    """Records an error once: a definition is entered in each system that uses it, and is wrong there for the same reason."""
+    """Records an error once: a definition is entered in each system that uses it, and fails there for the same reason."""
     if _findings is not None and repr(ABSENT) not in str(error):
         known = {(type(e), str(e)) for e in _findings.errors}
         _findings.errors += [e for e in getattr(error, "errors", [error]) if (type(e), str(e)) not in known]

@@ -1,11 +1,11 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Executing a program so that an error does not end it: each statement that is refused is noted, and the next one follows.
+"""Executes a program so that an error does not end it: each refused statement is noted, and execution continues with the next.
 
-What a refused statement would have bound is `Absent`. A statement that needs an absent value is left out without a word: its error
-would only repeat the first one. A statement inside a `try` with handlers is the program's own affair and stays as it is.
+The names that a refused statement would have bound are `Absent`. A statement that needs an absent value is skipped silently: its
+error would only repeat the first one. A statement inside a `try` with handlers is left to the program.
 
-An exception of Python's own ends a statement of the module itself, with all that it has inside, and is told with what was left out by
-it. Inside functions and loops it takes the way that it would take in a run: the program may catch it there.
+One of Python's own exceptions ends a whole statement of the module, with everything inside it, and is reported with the lines that it
+skipped. Inside functions and loops it propagates as in a run: the program may catch it there.
 """
 
 from __future__ import annotations
@@ -23,16 +23,16 @@ _CAUGHT, _LOST, _BROKEN = "__gpac_error__", "__gpac_lost__", "__gpac_exception__
 _SIMPLE = (ast.Assign, ast.AnnAssign, ast.AugAssign, ast.Expr, ast.Return, ast.Delete, ast.Assert)
 _IMPORT = (ast.Import, ast.ImportFrom)
 _OWN = (ast.FunctionDef, ast.AsyncFunctionDef, ast.ClassDef, ast.For, ast.AsyncFor, ast.While)
-"""Inside these an exception is not told at once."""
+"""Statements inside which an exception is not reported immediately."""
 _COMPOUND = (ast.With, ast.AsyncWith, ast.For, ast.AsyncFor, ast.If, ast.While, ast.ClassDef, ast.FunctionDef, ast.AsyncFunctionDef)
 
 
 class Missing(AttributeError):
-    """A statement needs a value that an earlier error left out. An attribute error, so that `hasattr` may ask."""
+    """A statement needs a value that an earlier error left undefined. It is an attribute error so that `hasattr` works."""
 
 
 class Absent:
-    """Stands for a value that an earlier error left out; whatever is done with it raises `Missing`."""
+    """Placeholder for a value that an earlier error left undefined; any use of it raises `Missing`."""
 
     def _missing(self, *_: Any, **__: Any) -> NoReturn:
         raise Missing
@@ -57,10 +57,10 @@ def follow(
     names: dict[str, Any] | None = None,
     broken: Callable[[Exception, int, int], None] | None = None,
 ) -> None:
-    """Executes the program in that file as `__main__`; `note` is called for each refused statement, `broken` for each that ended by
-    an exception of another kind, with the first and last line of that. What it binds is put into `names`.
+    """Executes the program in the file at `path` as `__main__`; calls `note` for each refused statement, and `broken` for each statement
+    that another exception ended, with its first and last line. Puts the names that the program binds into `names`.
 
-    `SystemExit`, and what cannot be read as Python, leave as they do when it is run.
+    `SystemExit` and syntax errors propagate as in a run.
     """
     with open(path, "rb") as file:
         source = file.read()
@@ -89,11 +89,11 @@ def follow(
 
 
 class _Guarded(ast.NodeTransformer):
-    """Puts each statement into a `try` of its own."""
+    """Wraps each statement in a `try` of its own."""
 
     def __init__(self) -> None:
         self._inside = 0
-        """How many of `_OWN` are around the present statement."""
+        """Number of `_OWN` statements around the present one."""
 
     def visit_Try(self, node: ast.Try) -> ast.AST:
         if node.handlers:
@@ -115,7 +115,7 @@ class _Guarded(ast.NodeTransformer):
 
 
 def _guard(statement: ast.stmt, broken: bool) -> ast.stmt:
-    """Guards a statement: if it is refused its error is noted, and its targets are absent. `broken`: other exceptions are told."""
+    """Guards a statement: if it is refused its error is noted, and its targets are absent. `broken`: other exceptions are reported too."""
     if isinstance(statement, ast.Expr) and isinstance(statement.value, ast.Constant):
         return statement
     absent = [ast.Assign([ast.Name(name, ast.Store())], ast.Name(_ABSENT, ast.Load())) for name in _names(statement)]
@@ -137,7 +137,7 @@ def _call(name: str, *more: ast.expr) -> ast.Call:
 
 
 def _names(statement: ast.stmt) -> list[str]:
-    """Returns the names that a statement itself binds."""
+    """Returns the names that a statement binds itself."""
     match statement:
         case ast.ClassDef() | ast.FunctionDef() | ast.AsyncFunctionDef():
             return [statement.name]

@@ -1,7 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Judgement of `opengpac check` on an exception of Python's own: a mistake that every run would make too, or one that may be owed to the
-values which stand in for those of a run.
-"""
+"""Judges Python's own exceptions for `opengpac check`: as mistakes that every run would make too, or as possible artefacts of the values
+that stand in for those of a run."""
 
 from __future__ import annotations
 
@@ -24,27 +23,28 @@ _KEYWORD = re.compile(r"([\w.]+)\(\) got an unexpected keyword argument '(\w+)'"
 
 
 class BrokenStatement(Error):
-    """An exception of Python's own that ended the statement on these lines; `kind` is its class. 0 for the first: where it was raised."""
+    """One of Python's own exceptions, of class `kind`, that ended the statement on these lines. A first line of 0 stands for the line
+    that raised."""
 
     def __init__(self, error: Exception, path: str, names: Mapping[str, Any], lines: tuple[int, int]) -> None:
         place = _place(error, path, lines[1])
         self.certain = _is_certain(error)
-        """Whether a run would end there too."""
+        """True if a run would fail there too."""
         super().__init__(_message(error), remedy=_meant(error, names) if self.certain else "", place=place)
         self.kind = type(error).__name__
         self.lines = (lines[0] or place.line, lines[1])
         if isinstance(error, SyntaxError) and place.file == path:
-            # Nothing of a file that cannot be read was done.
+            # No line of a file with a syntax error was executed.
             self.lines = (1, lines[1])
 
     def left_out(self) -> str:
-        """The lines of which nothing is known by it."""
+        """Lines that the error left unchecked."""
         first, last = self.lines
         return f"line {first}" if first >= last else f"lines {first} to {last}"
 
 
 def _place(error: Exception, path: str, last: int) -> Place:
-    """The line of the program: of what cannot be read, where that is; else the innermost of its own."""
+    """Returns the line in the program: that of a syntax error, else the program's innermost frame."""
     if isinstance(error, SyntaxError) and error.filename is not None:
         return Place(error.filename, error.lineno or 1)
     lines = [frame.lineno for frame in traceback.extract_tb(error.__traceback__) if frame.filename == path]
@@ -53,13 +53,13 @@ def _place(error: Exception, path: str, last: int) -> Place:
 
 def _message(error: Exception) -> str:
     text = error.msg if isinstance(error, SyntaxError) else str(error)
-    # Where a module lies does not help.
+    # The location of the module does not help.
     text = re.sub(r" \(\S+\)$", "", text) if isinstance(error, ImportError) else text
     return text or "no more is said of it"
 
 
 def _is_certain(error: Exception) -> bool:
-    """Returns whether no value of a run could have avoided it."""
+    """Returns whether the error is independent of the values of a run."""
     if isinstance(error, SyntaxError | NameError | ImportError):
         return True
     if isinstance(error, AttributeError):
@@ -70,14 +70,14 @@ def _is_certain(error: Exception) -> bool:
 
 
 def _meant(error: Exception, names: Mapping[str, Any]) -> str:
-    """Returns `did you mean 'blocks'?`, where something is close."""
+    """Returns `did you mean 'blocks'?` if a similar name exists."""
     word, known = _asked(error, names)
     close = _native.nearest(word.encode(errors="replace").decode(), [str(name) for name in known]) if word else None
     return f"did you mean '{close}'?" if close else ""
 
 
 def _asked(error: Exception, names: Mapping[str, Any]) -> tuple[str, Iterable[str]]:
-    """The word that does not fit, and those that would."""
+    """Returns the unknown word and the valid alternatives."""
     if isinstance(error, NameError):
         return error.name or "", [*names, *dir(builtins)]
     if isinstance(error, ImportError):
@@ -90,7 +90,7 @@ def _asked(error: Exception, names: Mapping[str, Any]) -> tuple[str, Iterable[st
 
 
 def _parameters(name: str) -> list[str]:
-    """The parameters of what has that qualified name in this package; none where there is no such thing."""
+    """Returns the parameters of the object with that qualified name in this package; none if it does not exist."""
     for module in [module for key, module in sys.modules.items() if key.split(".")[0] == _PACKAGE]:
         found: Any = module
         for part in name.split("."):

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Planning a verb instead of starting it, in a program that `opengpac check` follows."""
+"""Plans a verb instead of starting it, in a program that `opengpac check` executes."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 
 class CheckedInstance:
-    """Stands for a verb instance in a program that is checked: every start ends at once with `completed`."""
+    """Stands for a verb instance in a checked program: every start ends immediately with `completed`."""
 
     def __init__(self, report: Report, check: Callable[[Any, dict[str, Any]], None]) -> None:
         self.report = report
@@ -27,21 +27,21 @@ class CheckedInstance:
         self.state, self.done, self.name = "ended", True, report.instance
 
     def start(self, *args: Any, **kwargs: Any) -> Self:
-        """Starts nothing; the values are looked at."""
+        """Checks the values; starts nothing."""
         self._check(args, kwargs)
         return self
 
     def wait(self, timeout: Any = None) -> Report:
-        """Returns the report with zeros."""
+        """Returns a report with zeros."""
         return self.report
 
     def delete(self) -> None:
-        """Deletes nothing, as nothing was made."""
+        """Does nothing: no instance exists."""
 
     suspend = resume = halt = delete
 
     def set(self, **_: Any) -> None:
-        """Sets nothing, as nothing runs."""
+        """Does nothing: no instance runs."""
 
     def __await__(self) -> Any:
         yield from ()
@@ -55,7 +55,7 @@ class CheckedInstance:
 
 
 def plan(verb: Verb[..., Any], args: Any, kwargs: dict[str, Any], signature: Any) -> CheckedInstance:
-    """Plans one application of a verb and records what is found."""
+    """Plans one application of a verb and records the findings."""
     findings = checking.found()
     outputs: dict[str, Any] = {}
     made: tuple[Any, dict[str, Any], dict[str, Any]] | None = None

@@ -43,7 +43,7 @@ FUNCTION_BLOCK({name}, "Gain: y = k u.",
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Runs the command; 0 where all went well, 1 where something was refused or is wrong."""
+    """Runs the command; returns 0 on success, 1 if something was refused or is wrong."""
     given = _parser().parse_args(arguments)
     called = here()
     try:
@@ -53,7 +53,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except BrokenPipeError:
         if not _is_cut():
             raise
-        # The reader has had enough: `opengpac blocks | head`.
+        # The reader has closed the pipe: `opengpac blocks | head`.
         return 128 + signal.SIGPIPE
     except Error as error:
         if tracebacks.is_full():
@@ -65,7 +65,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 def _is_cut() -> bool:
-    """Returns whether standard output is closed; then what is printed goes nowhere from here on."""
+    """Returns whether standard output is closed; if so, discards all further output."""
     poll = select.poll()
     poll.register(sys.stdout.fileno(), select.POLLOUT)
     cut = any(event & select.POLLERR for _, event in poll.poll(0))
@@ -75,7 +75,7 @@ def _is_cut() -> bool:
 
 
 def _about(error: Error, given: argparse.Namespace, called: Place) -> str:
-    """An error of a command: its place is in a file of the user, never the line of the program `opengpac` that called."""
+    """Returns the text of a command's error: its location is in a file of the user, never a line of the program `opengpac` itself."""
     for inner in getattr(error, "errors", [error]):
         if inner.place is not None and (inner.place.file == called.file or inner.place.file.startswith("<frozen")):
             inner.place = None
@@ -155,7 +155,7 @@ def _check(given: argparse.Namespace) -> int:
     if given.verbose:
         for remark in findings.remarks:
             print(remark)
-    # Two uses of one wrong name are one mistake where they are shown at the same place.
+    # Two uses of one wrong name count as one mistake if both are shown at the same place.
     errors = list(dict.fromkeys([*_broken(findings, True), *(shown(error) for error in findings.errors)]))
     print("\n".join(errors), file=sys.stderr, end="\n" if errors else "")
     for text in dict.fromkeys(_broken(findings, False)):
@@ -167,14 +167,14 @@ def _check(given: argparse.Namespace) -> int:
 
 
 def _broken(findings: Findings, certain: bool) -> list[str]:
-    """Returns the texts about exceptions of Python's own: of those that a run would raise too, or of the others."""
+    """Returns the texts about Python's own exceptions: those that a run would raise too, or the others."""
     from ..refusals.carets import shown
 
     return [shown(error, error.kind) for error in findings.broken if error.certain == certain]
 
 
 def _left_out(findings: Findings) -> str:
-    """The lines that were not followed."""
+    """Returns the lines that were not executed."""
     return " and ".join(dict.fromkeys(error.left_out() for error in findings.broken))
 
 
@@ -198,7 +198,7 @@ def _stubs(given: argparse.Namespace) -> int:
 
 
 def _check_file(path: str) -> int:
-    """Every check of a file with definitions that needs no hardware; code modules that it names are built and loaded."""
+    """Makes every check of a definition file that needs no hardware; builds and loads the code modules that it names."""
     from ..definition.files.reading import read_file
     from ..refusals.carets import shown
     from ..system.system import System
@@ -271,7 +271,7 @@ def _new_crate(name: str) -> int:
 
 
 def _begun(name: str, what: str, text: str) -> Path | None:
-    """A new file of that name in C; None where it was refused."""
+    """Creates a file of that name in C; returns None if it is refused."""
     file = _free(name, what, Path(f"{name}.c"))
     if file is not None:
         file.write_text(text.format(name=name))
@@ -279,7 +279,7 @@ def _begun(name: str, what: str, text: str) -> Path | None:
 
 
 def _free(name: str, what: str, path: Path) -> Path | None:
-    """The path, where the name is one and nothing is there; None where it was refused."""
+    """Returns the path if the name is valid and nothing exists there; None if it is refused."""
     if not re.fullmatch(r"[a-z][a-z0-9_]*", name):
         print(f"'{name}' is not a name of {what}: lower-case letters, digits and _", file=sys.stderr)
         return None

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The commands `opengpac rts` and `opengpac token`: a real-time system as a daemon, and who may come to it."""
+"""The commands `opengpac rts` and `opengpac token`: run a real-time system as a daemon, and manage access to it."""
 
 from __future__ import annotations
 
@@ -73,9 +73,9 @@ def add_to(commands: Any) -> None:
 
 
 def _rts(given: argparse.Namespace) -> int:
-    # A daemon is ended as by Ctrl-C: in order.
+    # Terminate the daemon in order, as by Ctrl-C.
     signal.signal(signal.SIGTERM, signal.default_int_handler)
-    # A rotation of the machine's logs, a new certificate: it goes on, with its files opened again.
+    # On log rotation or a new certificate it continues with its files reopened.
     hung_up: list[int] = []
     signal.signal(signal.SIGHUP, lambda number, _: hung_up.append(number))
 
@@ -85,9 +85,9 @@ def _rts(given: argparse.Namespace) -> int:
         return asked
 
     _take_descriptors()
-    # It is the system that others connect to.
+    # This system is the one that others connect to.
     os.environ.pop("OPENGPAC_SYSTEM", None)
-    # Remote programs bring their models, and leave out where the library lies: that is of this machine.
+    # Remote programs send their models without the path of the library: that belongs to this machine.
     library = mujoco_folder()
     if library is not None:
         os.environ["OPENGPAC_MUJOCO"] = library
@@ -112,7 +112,7 @@ def _rts(given: argparse.Namespace) -> int:
 
 
 def _take_descriptors() -> None:
-    """Takes as many descriptors as a crowd of clients needs, as far as this process may."""
+    """Raises the limit of open descriptors for many clients, as far as this process may."""
     soft, hard = resource.getrlimit(resource.RLIMIT_NOFILE)
     most = _DESCRIPTORS if hard == resource.RLIM_INFINITY else min(hard, _DESCRIPTORS)
     if soft not in (resource.RLIM_INFINITY, hard) and soft < most:
@@ -131,7 +131,7 @@ def _say(addresses: list[str], page: str | None) -> None:
 
 
 def _studio(given: argparse.Namespace) -> dict[str, Any]:
-    """Returns what is served of the studio: the page if there is a port and it was built, a token of this run if that is asked for."""
+    """Returns the options for serving the studio: the page if there is a port and it was built, and a token for this run on request."""
     if given.studio_role is not None and not given.studio:
         refuse(CallError, "--studio-role is given and no page has a token", "add --studio")
     page = None if given.page is None else Path(given.page)
@@ -142,7 +142,7 @@ def _studio(given: argparse.Namespace) -> dict[str, Any]:
 
 
 def _records(given: argparse.Namespace) -> str | None:
-    """Returns the folder for recordings: the one that is given; for a page that may record, one of the user's own."""
+    """Returns the folder for recordings: the specified one, or for a page that may record one of the user's own."""
     if given.records is not None or given.studio_role != "configure":
         return given.records
     return server.records_of_user()
@@ -153,7 +153,7 @@ def _of_words(given: argparse.Namespace) -> system.System:
 
 
 def _of_program(given: argparse.Namespace) -> system.System:
-    """Runs the program; the one system that it leaves open."""
+    """Runs the program and returns the single system that it leaves open."""
     for word in ("name", "clock", "seed"):
         if getattr(given, word) is not None:
             refuse(CallError, f"--{word} is given, and program '{given.program}' makes the system", "say it there")

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The documentation as a site that the package brings: `opengpac docs` serves it on this machine, without a network."""
+"""The documentation as a site inside the package: `opengpac docs` serves it locally, without a network."""
 
 from __future__ import annotations
 
@@ -14,13 +14,13 @@ from urllib.parse import quote, unquote, urlsplit
 from ..errors import FileFailed, refuse
 
 SITE = Path(__file__).parents[1] / "docs_site.zip"
-"""The pages, as `make docs` builds them; the wheel has them."""
+"""Archive of the pages, as built by `make docs` and shipped in the wheel."""
 
 
 def server(port: int = 0) -> ThreadingHTTPServer:
-    """Returns a server of the pages on the loopback interface, on a free port for 0.
+    """Returns a server of the pages on the loopback interface; `port` 0 selects a free one.
 
-    Raises `FileFailed` where the package has no pages or they are damaged, `OSError` where the port is taken.
+    Raises `FileFailed` if the package has no pages or they are damaged, `OSError` if the port is in use.
     """
     if not SITE.exists():
         refuse(FileFailed, "this installation has no site of the documentation", "`make docs` in a checkout builds it; wheels have it")
@@ -30,7 +30,7 @@ def server(port: int = 0) -> ThreadingHTTPServer:
         refuse(FileFailed, f"'{SITE}' is damaged", "install the package again, or build it by `make docs`")
 
     class Pages(BaseHTTPRequestHandler):
-        """Answers with the file of the archive that has the name asked for."""
+        """Serves the requested file from the archive."""
 
         def do_GET(self) -> None:
             name = unquote(urlsplit(self.path).path).lstrip("/") or "index.html"
@@ -46,13 +46,13 @@ def server(port: int = 0) -> ThreadingHTTPServer:
             self.wfile.write(body)
 
         def log_message(self, format: str, *args: object) -> None:
-            """Writes nothing."""
+            """Logs nothing."""
 
     return ThreadingHTTPServer(("127.0.0.1", port), Pages)
 
 
 def address(made: ThreadingHTTPServer, words: list[str]) -> str:
-    """Returns the address of the front page, or of what a search for the words finds."""
+    """Returns the address of the front page, or of a search for the words."""
     front = f"http://127.0.0.1:{made.server_address[1]}/"
     return front + (f"search.html?q={quote(' '.join(words))}" if words else "")
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The commands `opengpac drivers` and `opengpac devices`: what drivers declare, and which devices they find."""
+"""The commands `opengpac drivers` and `opengpac devices`: list the declarations of drivers, and the devices that they find."""
 
 from __future__ import annotations
 
@@ -59,7 +59,7 @@ def _scan(given: argparse.Namespace) -> int:
 
 
 def _found_on(given: argparse.Namespace, where: Mapping[str, Any]) -> Found:
-    """Returns the devices found on the host of a daemon. It takes no command from the session that has it."""
+    """Returns the devices found on the host of a daemon. Does not take the command from the session that holds it."""
     session = open_session(url_of(given.on, None), f"devices-scan-{os.getpid()}", token=given.token, command=False)
     try:
         return searched(on_host_of(Remote(session)), given.kind, where)
@@ -68,7 +68,7 @@ def _found_on(given: argparse.Namespace, where: Mapping[str, Any]) -> Found:
 
 
 def options(words: Iterable[str], declared: Iterable[Mapping[str, Any]]) -> dict[str, Any]:
-    """Options of a driver as the command line has them: `--port /dev/ttyUSB0 --timeout "20 ms"`, each of the kind that is declared."""
+    """Parses a driver's options from the command line: `--port /dev/ttyUSB0 --timeout "20 ms"`, each of its declared kind."""
     kinds = {option["name"]: option for option in declared}
     taken: dict[str, Any] = {}
     rest = iter(words)
@@ -85,7 +85,7 @@ def options(words: Iterable[str], declared: Iterable[Mapping[str, Any]]) -> dict
 
 
 def _value(text: str, option: Mapping[str, Any]) -> Any:
-    """Reads the text as the kind of the option: a list or table as JSON, a list also as words between commas."""
+    """Parses the text as the kind of the option: a list or table as JSON, a list also as comma-separated words."""
     name, kind = option["name"], option["kind"]
     if kind == "text":
         return text

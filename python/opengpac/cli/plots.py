@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The commands `opengpac record` and `opengpac plot`: record a program, make a picture of a recording."""
+"""The commands `opengpac record` and `opengpac plot`: record a program, and plot a recording."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ def add_to(commands: Any) -> None:
 
 
 class _Recording(programs.Watcher):
-    """Records every system of the program, each into a file of its own."""
+    """Records every system of the program, each into a separate file."""
 
     def __init__(self, given: argparse.Namespace) -> None:
         self.given = given
@@ -51,7 +51,7 @@ class _Recording(programs.Watcher):
         path = Path(self.given.output)
         if self.recordings:
             path = path.with_stem(f"{path.stem}-{system.name}-{len(self.recordings) + 1}")
-        # A remote system has its interrupt sources already.
+        # A remote system has already fixed its interrupt sources.
         replay = system.session is None and not self.given.no_replay
         given = self.given
         recording = system.record(path, svvs=given.svvs, cells=given.cells, replay=replay, split=given.split, keep=given.keep)
@@ -65,7 +65,7 @@ def _record(given: argparse.Namespace) -> int:
             programs.run(given)
         finally:
             for system, written in recording.recordings:
-                # In order: what still moves comes to its end in the recording.
+                # Close in order: moving devices come to rest within the recording.
                 system.close()
                 print(written, file=sys.stderr)
     if not recording.recordings:
@@ -99,7 +99,7 @@ def _between(of: np.ndarray, begin: float | None, end: float | None) -> np.ndarr
 
 
 def _columns(name: str, of: np.ndarray) -> Iterator[tuple[str, np.ndarray]]:
-    """The numbers of a series, one column each: of an array its elements, of a struct its members."""
+    """Yields the numbers of a series, one column each: the elements of an array, the members of a struct."""
     values = of["value"] if of.dtype.names == ("number", "time", "value") else of
     if values.dtype.names:
         for member in values.dtype.names:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The command `opengpac robots`: the arms that `gpac.robots.load` knows by name."""
+"""The command `opengpac robots`: lists the arms that `gpac.robots.load` supports by name."""
 
 from __future__ import annotations
 
@@ -59,5 +59,5 @@ def _draw(name: str, file: Path) -> None:
 
 
 def _installed(arm: Any) -> str:
-    """Returns `yes`, or the command that installs its package."""
+    """Returns `yes`, or the command that installs the arm's package."""
     return "yes" if arm.is_installed() else arm.package.installing

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Trying one block with no system at all: `block.run(alpha=0.1, u=array).y`."""
+"""Runs a single block without a system: `block.run(alpha=0.1, u=array).y`."""
 
 from __future__ import annotations
 
@@ -19,11 +19,12 @@ if TYPE_CHECKING:
 
 
 _TIMES_MAX = 10_000_000
-"""Invocations of one trial: all that they store is kept until its end."""
+"""Maximum number of invocations of one trial: all stored values are kept until its end."""
 
 
 class Trial:
-    """Result of a block's trial: an array of values for each output, `conditions` as (invocation, name, value or None), `fault` or None."""
+    """Result of a block's trial: an array of values for each output, `conditions` as (invocation, name, value or None), and `fault` or
+    None."""
 
     def __init__(self, block: str, result: Mapping[str, Any]) -> None:
         outputs = result.get("outputs", result)
@@ -52,7 +53,8 @@ def _depth(item: Item) -> int:
 
 
 def _shape(value: Any) -> tuple[int, ...]:
-    """The shape of a value. A struct's members have different shapes: it has none, and a list of structs is one an invocation."""
+    """Returns the shape of a value. A struct has none, since its members have different shapes; a list of structs counts one per
+    invocation."""
     try:
         return np.shape(value)
     except ValueError:
@@ -60,7 +62,7 @@ def _shape(value: Any) -> tuple[int, ...]:
 
 
 def _series(item: Item, value: Any) -> tuple[Any, int]:
-    """The value of an input as JSON, and how many invocations it covers: 0 for a constant."""
+    """Returns the value of an input as JSON, and the number of invocations it covers: 0 for a constant."""
     shape = _shape(value)
     if len(shape) > _depth(item):
         return plain(value, f"input '{item.name}'"), shape[0]
@@ -68,7 +70,7 @@ def _series(item: Item, value: Any) -> tuple[Any, int]:
 
 
 def run(block: Block, steps: int | None, every: Quantity, given: Mapping[str, Any]) -> Trial:
-    """Runs as `Block.run` says."""
+    """Runs a trial as described in `Block.run`."""
     values: dict[str, Any] = {}
     inputs: dict[str, Any] = {}
     lengths: dict[str, int] = {}
@@ -91,7 +93,7 @@ def run(block: Block, steps: int | None, every: Quantity, given: Mapping[str, An
         )
     for name in inputs:
         if name not in lengths:
-            # The last value of a series stands for what follows.
+            # The last value of a series holds for all further invocations.
             inputs[name] = [inputs[name]]
     period_ns = duration_ns(every, "the interval of a trial")
     if period_ns < 0 or (times + 1) * period_ns >= 2**63:

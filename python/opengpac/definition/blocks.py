@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Function blocks as Python sees them: an interface and where the code is. `block(k=2.0)` is a use with constants,
-`block.labelled("filter")` an occurrence whose ports can be written as attributes, `block.run(u=...)` a trial without a system."""
+"""Function blocks in Python: an interface and the location of the code. `block(k=2.0)` is a use with constants,
+`block.labelled("filter")` an occurrence whose ports are attributes, `block.run(u=...)` a trial without a system."""
 
 from __future__ import annotations
 
@@ -25,18 +25,18 @@ if TYPE_CHECKING:
 
 
 class FunctionBlock(DeclaredNames):
-    """A function block: an application subroutine (`Block`) or a data flow graph (`Graph`). From outside the two look the same."""
+    """A function block: an application subroutine (`Block`) or a data flow graph (`Graph`). Both look the same from outside."""
 
     def _tried(self, steps: int | None, every: Quantity, given: Mapping[str, Any]) -> Trial:
-        """Runs as `run` says, with the values in one dictionary."""
+        """Runs a trial as described in `run`, with the values in one dictionary."""
         raise NotImplementedError
 
 
 class Item:
-    """One item of an interface: `name`, `kind`, `mode`, `type`, `unit`, `range` (`"(0, 10]"`, or nothing), `doc`, `has_default`.
+    """One item of an interface: `name`, `kind`, `mode`, `type`, `unit`, `range` (`"(0, 10]"`, or empty), `doc`, `has_default`.
 
-    `sized` where its length is the block's size, `least` to `most` of a size; `initial`, the bytes of its default or preset; `history`,
-    how many last values it reads, or 0.
+    `sized` is True if its length is the block's size; `least` and `most` limit a size; `initial` contains the bytes of its default or
+    preset; `history` is the number of last values that it reads, or 0.
     """
 
     def __init__(self, item: Mapping[str, Any]) -> None:
@@ -56,7 +56,7 @@ class Item:
         self.history: int = item.get("history", 0)
 
     def check(self, value: Any, what: str) -> None:
-        """Refuses a number, or text with a unit, outside the range: `OutOfRange`. `what` it is, for the message."""
+        """Raises `OutOfRange` for a number, or text with a unit, outside the range. `what` describes the value in the message."""
         given = plain(value, what)
         with refusals:
             number = _native.number_in(given, self.unit) if isinstance(given, str) else given
@@ -75,16 +75,17 @@ class Item:
 class Block(TableDisplay, FunctionBlock):
     """An application subroutine. Its five components: `inputs`, `outputs`, `devices`, `conditions`, `parameters`.
 
-    Made by `gpac.library` (`lib.lowpass`) and by `cell.download` (`code.lowpass`). Each component is a dictionary, name → item; `types` has
-    the declarations of struct types, `module` is `"library"` or the file of its code, `system` that which downloaded it, or None.
+    Made by `gpac.library` (`lib.lowpass`) and by `cell.download` (`code.lowpass`). Each component is a dictionary, name → item.
+    `types` has the declarations of struct types, `module` is `"library"` or the file of its code, `system` the system that downloaded
+    it, or None.
     """
 
     period_ns: int | None = None
-    """The only interval at which it can be activated."""
+    """The only interval at which the block can be activated."""
     names: Mapping[str, Sequence[str]] = {}
-    """The joints of a port, in its order."""
+    """Joints of each port, in the port's order."""
     native: bool = True
-    """Whether it runs without an interpreter."""
+    """True if the block runs without an interpreter."""
 
     def __init__(self, interface: Mapping[str, Any], module: str = "library", system: System | None = None) -> None:
         self.name: str = interface["name"]
@@ -97,7 +98,7 @@ class Block(TableDisplay, FunctionBlock):
 
     @property
     def _own_interval(self) -> str:
-        """Returns the text of messages before `period_ns`."""
+        """Returns the text that precedes `period_ns` in messages."""
         return f"block '{self.name.rpartition('.')[2]}' takes steps of"
 
     def _instead(self, name: str) -> str:
@@ -132,25 +133,25 @@ class Block(TableDisplay, FunctionBlock):
         return self._of("parameter", "size")
 
     def __call__(self, **constants: Any) -> BlockUse:
-        """This block with constants for parameters, presets, sizes or inputs: `lib.lowpass(alpha=0.3)`."""
+        """Returns this block with constants for parameters, presets, sizes or inputs: `lib.lowpass(alpha=0.3)`."""
         for name in constants:
             if name not in self.items:
                 refuse(CallError, f"block '{self.name}' has no item '{name}'", did_you_mean(name, self.items))
         return BlockUse(self, constants)
 
     def labelled(self, label: str) -> Occurrence:
-        """An occurrence of this block under a label: `planner = lib.trajectory_planner.labelled("planner")`; `planner.goal` is a port."""
+        """Returns an occurrence of this block under a label: `planner = lib.trajectory_planner.labelled("planner")`; `planner.goal` is a
+        port."""
         return Occurrence(label, BlockUse(self, {}))
 
     def run(self, steps: int | None = None, every: Quantity = "1 ms", **values: Any) -> Trial:
-        """Tries the block with no system: constants for its parameters, and for each input one value or one for each invocation.
+        """Runs the block without a system, with constants for its parameters, and for each input one value or one per invocation.
 
-        `steps` is the number of invocations; without it there are as many as the shortest series of values, or one. `every` is the
-        interval between two of them, for blocks that measure time. Raises `CallError` for a name that the block does not have.
+        `steps` is the number of invocations; by default it is the length of the shortest series of values, or one. `every` is the
+        interval between two invocations, for blocks that measure time. Raises `CallError` for a name that the block does not have.
 
-        What goes wrong in the block is its `fault`, with what came before it: faults are contained as in a firing, and one
+        An error in the block is reported as its `fault`, with all earlier results: faults are contained as in a firing, and one
         invocation may take 1 s at most.
-
         >>> from opengpac import library as lib
         >>> lib.lowpass.run(alpha=0.5, u=[1.0, 1.0]).y
         array([0.5 , 0.75])
@@ -161,7 +162,7 @@ class Block(TableDisplay, FunctionBlock):
         return block_trial.run(self, steps, every, given)
 
     def source_json(self) -> dict[str, Any]:
-        """Returns the model's name of it."""
+        """Returns the model's name of the block."""
         return {"subroutine": self.name}
 
     def __repr__(self) -> str:
@@ -170,7 +171,7 @@ class Block(TableDisplay, FunctionBlock):
 
     @CallSignature
     def __signature__(self) -> Signature:
-        """Constants that a use may give: what completion in a call knows."""
+        """Signature with the constants of a use, for completion."""
         constant = [item for item in self.items.values() if item.kind in ("parameter", "size", "input", "condition")]
         return Signature([Parameter(item.name, Parameter.KEYWORD_ONLY, default=...) for item in constant])
 
@@ -187,8 +188,8 @@ class BlockUse(DeclaredNames):
     """A block or graph with constants, not yet labelled. Made by calling one: `lib.lowpass(alpha=0.3)`.
 
     `block` is the block or graph. `constants` are values by the names of its inputs and parameters: numbers, sequences of the item's
-    shape, structs as tuples or dicts; a number is in the item's unit, a string brings its own, `"20 ms"`. `place` is the line of the
-    program. A name that the block does not have raises `CallError` at once; types, ranges and units are checked at installation.
+    shape, structs as tuples or dicts. A number is in the item's unit; a string includes a unit, `"20 ms"`. `place` is the line of the
+    program. A name that the block does not have raises `CallError` immediately; types, ranges and units are checked at installation.
     """
 
     def __init__(self, block: Block | Graph, constants: Mapping[str, Any], place: Place | None = None) -> None:
@@ -197,11 +198,11 @@ class BlockUse(DeclaredNames):
         self.place = place or here()
 
     def labelled(self, label: str) -> Occurrence:
-        """An occurrence of this use under a label."""
+        """Returns an occurrence of this use under a label."""
         return Occurrence(label, self)
 
     def json(self) -> dict[str, Any]:
-        """The form that the model takes."""
+        """Returns the model's form."""
         return {
             "block": self.block.source_json(),
             "constants": {name: plain(value, f"the constant for '{name}'") for name, value in self.constants.items()},
@@ -220,7 +221,7 @@ class BlockUse(DeclaredNames):
 
 
 class Reference(str):
-    """The name of a port, condition or parameter: text, `planner.goal`, wherever a name is taken.
+    """Name of a port, condition or parameter: text, `planner.goal`, accepted wherever a name is.
 
     `sum.u[0]` is an element of an array port.
     """
@@ -232,7 +233,7 @@ class Reference(str):
 
 
 class Occurrence:
-    """A labelled use of a block: its items are attributes, `planner.goal`, and stand wherever `"planner.goal"` may.
+    """A labelled use of a block: its items are attributes, `planner.goal`, accepted wherever `"planner.goal"` is.
 
     Made by `block.labelled("planner")`.
     """
@@ -270,7 +271,7 @@ Names: TypeAlias = "Sequence[Name] | Name"
 
 
 def use_of(block: object, label: str) -> BlockUse:
-    """The use that a value of `blocks=` stands for."""
+    """Returns the use that a value of `blocks=` stands for."""
     if isinstance(block, BlockUse):
         return block
     if isinstance(block, Occurrence):
@@ -285,7 +286,7 @@ def use_of(block: object, label: str) -> BlockUse:
 
 
 def uses_of(blocks: Any) -> dict[str, BlockUse]:
-    """`blocks=` as a dictionary of uses: label → block, or occurrences in a sequence."""
+    """Returns `blocks=` as a dictionary of uses: label → block, or occurrences in a sequence."""
     if isinstance(blocks, Mapping):
         return {str(label): use_of(block, str(label)) for label, block in blocks.items()}
     if not isinstance(blocks, Iterable) or isinstance(blocks, str | bytes):
@@ -301,7 +302,7 @@ def uses_of(blocks: Any) -> dict[str, BlockUse]:
 
 
 def names_of(names: Any) -> list[str]:
-    """A set of port names: one, or several."""
+    """Returns a set of port names from one name or several."""
     if isinstance(names, str | Occurrence):
         return [str(names)]
     if not isinstance(names, Iterable) or isinstance(names, bytes):
@@ -318,14 +319,14 @@ def names_of(names: Any) -> list[str]:
 
 
 def mapping_of(mapping: Mapping[Any, Any] | None) -> dict[str, list[str]]:
-    """A mapping of names to sets of names: χ, ψ or ρ as the model takes it."""
+    """Returns a mapping of names to sets of names: χ, ψ or ρ in the model's form."""
     if mapping is not None and not isinstance(mapping, Mapping):
         refuse(DefinitionError, f"{mapping!r} is given where a mapping belongs", "give a dictionary, {'name': 'label.port'}")
     return {str(name): names_of(targets) for name, targets in (mapping or {}).items()}
 
 
 def systems_of(uses: Iterable[BlockUse]) -> set[System]:
-    """The systems whose code modules these blocks come from."""
+    """Returns the systems whose code modules contain these blocks."""
     found: set[System] = set()
     for use in uses:
         if isinstance(use.block, Block):
@@ -337,7 +338,7 @@ def systems_of(uses: Iterable[BlockUse]) -> set[System]:
 
 
 def modules_of(uses: Iterable[BlockUse]) -> dict[str, str]:
-    """The code modules of the component data base that these blocks are of, outside the standard library: name → file."""
+    """Returns the code modules of the component data base that contain these blocks, outside the standard library: name → file."""
     found: dict[str, str] = {}
     for use in uses:
         if not isinstance(use.block, Block):

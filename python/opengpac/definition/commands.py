@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Function block commands: what a command list is made of. Each takes the labels of blocks of its verb."""
+"""Function block commands: the elements of command lists. Each takes labels of the verb's blocks."""
 
 from __future__ import annotations
 
@@ -24,8 +24,7 @@ class Interval:
 
 @taking
 def interval(every: Quantity, *, tunable: bool = False) -> Interval:
-    """An execution interval, `every="20 ms"`, and, `tunable`, whether `vi.set(every={...})` may change it while the verb runs.
-
+    """Makes an execution interval, `every="20 ms"`; if `tunable`, `vi.set(every={...})` may change it while the verb runs.
     >>> activate("generator", every=interval("20 ms", tunable=True))["tunable"]
     True
     """
@@ -33,27 +32,26 @@ def interval(every: Quantity, *, tunable: bool = False) -> Interval:
 
 
 Command: TypeAlias = dict[str, Any]
-"""A function block command, in the form that the model takes."""
+"""A function block command in the model's form."""
 
 
 @taking
 def install(*blocks: Name) -> Command:
-    """Gives these blocks fresh state. Installing itself is implied for every block that a list names."""
+    """Resets the state of these blocks. Every block that a list names is installed implicitly."""
     return {"command": "install", "blocks": [str(block) for block in blocks]}
 
 
 @taking
 def execute(block: Name) -> Command:
-    """One invocation of a block, or of a graph, at once; the next command starts after it."""
+    """Invokes a block or graph once, immediately; the next command starts after it."""
     return {"command": "execute", "block": str(block)}
 
 
 @taking
 def activate(block: Name, every: Quantity | Interval | None = None, *, budget: Quantity | None = None) -> Command:
-    """Starts repetitive execution: at an interval, `every="20 ms"`; without one when its synchronous inputs have new values, or
-    by the trigger that it is placed on. `every=gpac.interval("20 ms", tunable=True)` may be changed while it runs. A `budget` is
-    the longest time one invocation may take before it counts as a fault.
-
+    """Starts repetitive execution of `block`: at an interval, `every="20 ms"`; without one, when its synchronous inputs have new values,
+    or by the trigger on which it is placed. `every=gpac.interval("20 ms", tunable=True)` can be changed while it runs. `budget` is
+    the maximum time that one invocation may take before it counts as a fault.
     >>> activate("generator", every="20 ms")
     {'command': 'activate', 'block': 'generator', 'every_ns': 20000000, 'tunable': False, 'budget_ns': None}
     """
@@ -75,8 +73,7 @@ def deactivate(block: Name) -> Command:
 
 @taking
 def wait(until: Quantity | Name | Sequence[Name] | None = None) -> Command:
-    """Waits for a condition (or the first of several), for a time, or, bare, until no instance is active.
-
+    """Waits for a condition (or the first of several), for a time, or, without an argument, until no instance is active.
     >>> wait("near.done"), wait("0.5 s")
     ({'command': 'wait', 'conditions': ['near.done']}, {'command': 'wait', 'time_ns': 500000000})
     """
@@ -89,12 +86,12 @@ def wait(until: Quantity | Name | Sequence[Name] | None = None) -> Command:
 
 
 def ready() -> Command:
-    """Says that a device is enabled when its verb comes here."""
+    """Declares the device enabled when its verb reaches this command."""
     return {"command": "ready"}
 
 
 def checked(command: Any, where: str) -> Command:
-    """Returns the command, if it is one."""
+    """Returns the command; refuses anything else."""
     if isinstance(command, dict) and "command" in command:
         return command
     refuse(DefinitionError, f"{where} has {command!r}, which is not a command", "write execute('block'), activate('block', every='1 ms') …")

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Composition: verbs become one verb, whose transitions lead from part to part without Python in the loop.
+"""Composition: combines verbs into one verb, whose transitions lead from part to part without Python in the loop.
 
-`compose` names everything; `approach.then("contact", grasp)`, `approach >> grasp` and `together(a, b)` are short forms. What a
-composition means, and which parts do not go together, is the model's, in Rust; here it is only written down.
+`compose` is the explicit form; `approach.then("contact", grasp)`, `approach >> grasp` and `together(a, b)` are short forms. The
+model, in Rust, defines the meaning of a composition and which parts fit together; this module only writes it down.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ Transitions: TypeAlias = "Mapping[tuple[str, str], str] | Mapping[tuple[Any, str
 
 @dataclass(frozen=True)
 class _Step:
-    """A line of the augmented τ, as it was written."""
+    """A line of the augmented τ, as written."""
 
     origins: tuple[str, ...]
     condition: str | None
@@ -46,7 +46,7 @@ class _Step:
 
 @dataclass(frozen=True)
 class Composition:
-    """Parts of a composed verb, as it was written."""
+    """Parts of a composed verb, as written."""
 
     name: str
     parts: Mapping[str, AnyVerb]
@@ -60,10 +60,10 @@ class Composition:
     until: str = "any"
     doc: str = ""
     open: bool = False
-    """Whether `then` goes on with it, rather than taking it as one part."""
+    """True if `then` appends to this composition rather than taking it as one part."""
 
     def json(self) -> dict[str, Any]:
-        """The form that the model takes."""
+        """Returns the model's form."""
         return {
             "name": self.name, "doc": self.doc, "parts": {label: verb.json() for label, verb in self.parts.items()},
             "transitions": [step.json() for step in self.steps], "initial": self.initial, "rename": dict(self.rename),
@@ -73,14 +73,14 @@ class Composition:
 
 
 class ComposedVerb(Verb[..., Report]):
-    """A verb made of verbs: called, placed and composed again like any other. Made by `gpac.compose`, `gpac.together`, `then` and `>>`.
+    """A verb made of verbs; it is called, placed and composed like any other. Made by `gpac.compose`, `gpac.together`, `then` and `>>`.
 
-    Its blocks, cells and command lists carry the label of their part (`grasp.start`), and so do the keys of `conditions` and
-    `output_values`, which hold one line for each part.
+    Its blocks, cells and command lists carry the label of their part (`grasp.start`), as do the keys of `conditions` and
+    `output_values`, which have one line for each part.
     """
 
     _definition_kind = "compositions"
-    """What it is in a file of definitions."""
+    """Section of a definition file."""
 
     def __init__(self, composition: Composition) -> None:
         self.composition = composition
@@ -109,19 +109,19 @@ class ComposedVerb(Verb[..., Report]):
 
     @property
     def parts(self) -> Mapping[str, AnyVerb]:
-        """The verbs that it was made from, by label."""
+        """Verbs from which this verb was composed, by label."""
         return self._parts
 
     def _own_systems(self) -> set[System]:
-        """The systems whose code modules its parts need."""
+        """Returns the systems whose code modules the parts need."""
         return set().union(*(part._own_systems() for part in self._parts.values()))
 
     def json(self) -> dict[str, Any]:
-        """The form that the model takes."""
+        """Returns the model's form."""
         return self._made
 
     def raising(self, exception: type[Terminated]) -> Verb[..., Report]:
-        """Refuses every `exception`: of a composed verb the parts raise, each of them that is to."""
+        """Refuses any `exception`: exceptions of a composed verb belong to its parts."""
         refuse(DefinitionError, f"'{self.name}' is composed, and raising() is of one verb", "let its parts raise: retract.raising(Jammed)")
 
     def reported(self, key: str) -> str:
@@ -140,7 +140,7 @@ class ComposedVerb(Verb[..., Report]):
         return self.composition.rename.get(f"{label}.{name}", name)
 
     def _written(self, name: str, parameter: InputParameter) -> InputParameter:
-        """An input parameter that is written, or left out, as in the part that it comes from."""
+        """Returns an input parameter that is written, or omitted, as in the part that defines it."""
         for label, part in self._parts.items():
             for own, given in part.input_parameters.items():
                 if (given.member or given.form) and self._renamed(label, own) == name:
@@ -149,7 +149,7 @@ class ComposedVerb(Verb[..., Report]):
         return parameter
 
     def _termination(self, key: str, line: Mapping[str, Any]) -> Termination:
-        """A line of the table, with the exception classes that its parts give it."""
+        """Returns a line of the table, with the exception classes that the parts assign to it."""
         classes: dict[type[Terminated], None] = dict.fromkeys(self._awaited(line) if line["raises"] else ())
         for label, part in self._parts.items():
             for own, given in part.conditions.items():
@@ -169,7 +169,7 @@ class ComposedVerb(Verb[..., Report]):
         )
 
     def _awaited(self, line: Mapping[str, Any]) -> Iterable[type[Terminated]]:
-        """Returns what parts raise that end a list together: those whose own list a system condition leads to with it."""
+        """Yields the exception classes of parts that end a list together: parts whose own list follows the same system condition."""
         for condition in (c for (begins, c), to in self.transitions.items() if begins == "start" and [to] == line["during"]):
             for part in self._parts.values():
                 begins = part.initial or next(iter(part.command_lists), "")
@@ -177,7 +177,7 @@ class ComposedVerb(Verb[..., Report]):
                 yield from (t.raises for t in part.conditions.values() if t.raises is not None and own in t.during)
 
     def _placed(self) -> tuple[dict[str, str], dict[str, int]]:
-        """Returns where its parts were placed with `on`, and the intervals that were changed there."""
+        """Returns the placements of the parts by `on`, and the intervals changed there."""
         shared = set(self.composition.share)
         placement: dict[str, str] = {}
         intervals: dict[str, int] = {}
@@ -205,7 +205,8 @@ _both: dict[tuple[type[Terminated], ...], type[Terminated]] = {}
 
 
 def _one_class(classes: list[type[Terminated]]) -> type[Terminated]:
-    """The class of an end of several parts at once: it is each of theirs, so that an `except` for one of them catches it."""
+    """Returns the exception class for several parts that end at once: it derives from each of theirs, so that `except` for any one
+    catches it."""
     if len(classes) <= 1:
         return classes[0] if classes else Terminated
     bases = tuple(c for c in classes if not any(c is not other and issubclass(other, c) for other in classes))
@@ -214,7 +215,7 @@ def _one_class(classes: list[type[Terminated]]) -> type[Terminated]:
     return _both.setdefault(bases, type("And".join(c.__name__ for c in bases), bases, {}))
 
 
-# ---- what people write ----
+# ---- public functions ----
 
 
 @taking
@@ -229,15 +230,16 @@ def compose(
     share: Sequence[str] = (),
     doc: str = "",
 ) -> ComposedVerb:
-    """Makes one verb of several: `compose("pick", {"approach": approach, "grasp": grasp}, transitions={("approach", "contact"): "grasp"})`.
+    """Makes one verb of several: `compose("pick", {"approach": approach, "grasp": grasp}, transitions={("approach", "contact"):
+    "grasp"})`.
 
-    `parts` are verbs by label, verbs (their labels are their names), or a chain made by `then` and `>>`, which gets a name here.
-    A line of `transitions` leads from a part (every list of it that the condition ends), one list (`"approach.back_off"`) or a
-    tuple of those to a part (its initial list) or list; the condition None is every normal end, but a halt. `initial` is the first
-    part. `rename={"grasp.speed": "closing_speed"}` renames a parameter, object, output or condition of one part,
-    `{"grasp.*": "hand_*"}` every parameter, object and output of it that no other line renames;
-    `preset={"approach.speed": 0.1}` gives an input of one part its value for good; `share=["servo"]` makes the blocks of that label
-    one instance, which runs on across a transition. `doc` says what it is for, in a sentence. Refuses all conflicts at once
+    `name` is the verb's name. `parts` are verbs by label, verbs (labelled by their names), or a chain made by `then` and `>>`, which
+    gets a name here. A line of `transitions` leads from a part (every list of it that the condition ends), one list
+    (`"approach.back_off"`) or a tuple of those to a part (its initial list) or list; the condition None stands for every normal end
+    except a halt. `initial` is the first part. `rename={"grasp.speed": "closing_speed"}` renames a parameter, object, output or
+    condition of one part, `{"grasp.*": "hand_*"}` every parameter, object and output of it that no other line renames;
+    `preset={"approach.speed": 0.1}` fixes the value of an input of one part; `share=["servo"]` merges the blocks of that label into
+    one instance, which keeps running across a transition. `doc` describes the verb in a sentence. Raises all conflicts at once
     (`CompositionConflict`, `TypeMismatch`, …).
     """
     base = Composition(name, _labelled(parts, name), here())
@@ -257,7 +259,7 @@ def compose(
 
 
 def _renames(rename: Mapping[str, str], parts: Mapping[str, AnyVerb]) -> dict[str, str]:
-    """`rename` with a line for each name that a line with `*` stands for."""
+    """Returns `rename` with each `*` line expanded to the names that it covers."""
     found: dict[str, str] = {}
     for name, to in rename.items():
         label, _, own = name.rpartition(".")
@@ -280,14 +282,14 @@ def together(
     until: str = "any",
     doc: str = "",
 ) -> ComposedVerb:
-    """Makes one verb that does several at once: the union, with one initial list, `start`, that has the leading commands of all, in order.
+    """Makes one verb that runs several at once: their union, with one initial list, `start`, of the leading commands of all, in order.
 
-    `until="any"`: the first condition that ends one of them ends all, and returns what each of them says. `until="all"`: it ends,
-    `completed`, when each of them has come to a normal end, and returns what all say; a part that has arrived keeps running until
-    then, and one that fails ends all. A transition leaves that list as a whole; where a system condition (`halted`, `time_limit`)
-    leads several parts on, each into a list of its own, those are one list too, which ends when all have ended it. Parts must not
-    write one SVV; a wait may stand in one of the initial lists only. `name`, `rename`, `preset`, `share` and `doc` are those of `compose`;
-    without a name it is that of the parts, `a_and_b`.
+    `until="any"`: the first condition that ends a part ends all, and returns the outputs that each part defines for it.
+    `until="all"`: the verb ends with `completed` when each part has reached a normal end, and returns the outputs of all; a finished
+    part keeps running until then, and a failed part ends all. A transition leaves that list as a whole; if a system condition
+    (`halted`, `time_limit`) leads several parts on to lists of their own, those lists form one list too, which ends when all parts
+    have ended it. Parts must not write the same SVV, and only one of the initial lists may contain a wait. `name`, `rename`,
+    `preset`, `share` and `doc` are those of `compose`; the default name is that of the parts, `a_and_b`.
     """
     if until not in ("any", "all"):
         refuse(DefinitionError, f"until is {until!r}", "say 'any' or 'all'")
@@ -300,7 +302,7 @@ def together(
 
 
 def then(verb: AnyVerb, condition: str | None, following: AnyVerb, label: str | None) -> ComposedVerb:
-    """Makes `verb.then(condition, following)`: a chain goes on with one more part; any other verb begins one."""
+    """Makes `verb.then(condition, following)`: extends a chain by one part, or begins a chain with any other verb."""
     for part in (verb, following):
         _check_verb(part, "a composition")
     chain = Composition("", {verb.name: verb}, here(), open=True)
@@ -329,7 +331,7 @@ def _labelled(parts: Parts | Iterable[AnyVerb], name: str) -> dict[str, AnyVerb]
 
 
 def _unique(label: str, known: Mapping[str, AnyVerb]) -> str:
-    """Returns `move`, `move_2`, `move_3` …"""
+    """Returns a unique label: `move`, `move_2`, `move_3` …"""
     number, unique = 1, label
     while unique in known:
         number += 1

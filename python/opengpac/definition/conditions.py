@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Termination conditions: which block or system condition one stands for, what it returns (ν), and what it raises."""
+"""Termination conditions: the block or system conditions that they stand for, their outputs (ν), and their exceptions."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from .blocks import Names, names_of
 
 @dataclass(frozen=True)
 class Termination:
-    """One line of a verb's table of conditions; made by `on`, whose parameters it has. `place` is the line of the program."""
+    """One line of a verb's table of conditions; made by `on`, with the same parameters. `place` is the line of the program."""
 
     on: tuple[str, ...]
     returns: tuple[str, ...] | None
@@ -26,7 +26,7 @@ class Termination:
     alarm: str | None = None
 
     def json(self) -> dict[str, Any]:
-        """The form that the model takes."""
+        """Returns the model's form."""
         return {
             "on": list(self.on), "returns": None if self.returns is None else list(self.returns), "raises": self.raises is not None,
             "during": list(self.during), "priority": self.priority, "alarm": self.alarm, "place": self.place.json(),
@@ -43,11 +43,11 @@ def on(
     priority: int = 0,
     alarm: str | None = None,
 ) -> Termination:
-    """A termination condition: `on("near.done", returns=["position"])`, `on("force.above", raises=Collision)`.
+    """Makes a termination condition: `on("near.done", returns=["position"])`, `on("force.above", raises=Collision)`.
 
     Without block conditions it stands for the system condition of its own name (`time_limit`, `halted` …). With `returns` and no
-    `raises` the end is normal. `during` limits it to one command list or several; of two that come in one firing the larger priority acts.
-    Whenever it acts it raises `alarm`, the code of one that is defined: `cell.alarms.define("E101", …)`.
+    `raises` the end is normal. `during` limits it to one or more command lists. If two occur in one firing, the larger `priority`
+    acts. Each time it acts it raises `alarm`, the code of a defined alarm: `cell.alarms.define("E101", …)`.
     """
     if isinstance(raises, bool) or raises is None:
         raises = Terminated if raises else None
@@ -69,7 +69,7 @@ def on(
 
 
 def termination_of(given: Any, name: str) -> Termination:
-    """A value of `conditions=`: `on(...)`, or a block condition alone."""
+    """Returns a value of `conditions=`: `on(...)`, or a block condition alone."""
     if isinstance(given, Termination):
         return given
     if isinstance(given, str | list | tuple):

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Demands of some blocks on their users: the only interval at which they are activated, the order of joints at their ports, a processor of
-their own. Each says so in attributes of its `Block`; nothing here knows what made it."""
+"""Demands of some blocks on their users: a fixed activation interval, the order of joints at their ports, or a processor of their own.
+Attributes of `Block` declare them; nothing here depends on the maker of the block."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 
 def check_rates(uses: Mapping[str, BlockUse], lists: Mapping[str, Sequence[Mapping[str, Any]]]) -> None:
-    """Refuses a command list that activates a block at another interval than its own."""
+    """Refuses command lists that activate a block at an interval other than its own."""
     for command in (command for commands in lists.values() for command in commands):
         label, every = str(command.get("block")), command.get("every_ns")
         block = uses[label].block if label in uses else None
@@ -32,9 +32,10 @@ def _text(ns: int) -> str:
 
 
 def check_order(verb: Verb[..., Any], arguments: Mapping[str, Any]) -> None:
-    """Refuses variables of joints that are bound to a port in another order than the block's.
+    """Refuses joint variables that are bound to a port in an order other than the block's.
 
-    A variable is of a joint where that is a part of its name, `ur5e.wrist_1.sensed`. Those whose names have none are not compared.
+    A variable belongs to a joint if its name contains the joint's, `ur5e.wrist_1.sensed`. Variables without a joint name are not
+    compared.
     """
     for parameter, targets in verb.instantiation_parameters.items():
         name, _, member = parameter.partition(".")
@@ -55,7 +56,8 @@ def check_order(verb: Verb[..., Any], arguments: Mapping[str, Any]) -> None:
 
 
 def check_names(taker: str, names: Sequence[str], giver: str, bound: Sequence[str]) -> None:
-    """Refuses variables of joints in another order than that of `names`. `taker` and `giver` are what messages call the two ends."""
+    """Refuses joint variables in an order other than that of `names`. Messages call the two ends `taker` and `giver`; `bound` are the
+    variables."""
     if names and len(bound) == len(names) and _differ(bound, names):
         text = f"{taker} takes {', '.join(names)} in this order, {giver} gives {', '.join(bound)}"
         refuse(DefinitionError, text, "bind them in the policy's order")
@@ -67,7 +69,7 @@ def _differ(bound: Sequence[str], names: Sequence[str]) -> bool:
 
 
 def interpreted(uses: Mapping[str, BlockUse], within: str = "") -> Iterator[tuple[str, str]]:
-    """Label and name of each block that needs an interpreter where it runs, in graphs too: no real-time thread may wait for that."""
+    """Yields label and name of each block that needs an interpreter, also within graphs: no real-time thread may wait for one."""
     for label, use in uses.items():
         if not isinstance(use.block, Block):
             yield from interpreted(use.block.blocks, f"{within}{label}.")
@@ -76,7 +78,8 @@ def interpreted(uses: Mapping[str, BlockUse], within: str = "") -> Iterator[tupl
 
 
 def check_placed(verb: Verb[..., Any], system: System) -> None:
-    """Refuses such a block where the call places it on a thread of this program. Where no call says so, its first invocation is a fault."""
+    """Refuses interpreted blocks that the call places on a thread of this program. Without a placement, their first invocation is a
+    fault."""
     for label, block in verb.interpreted_blocks:
         source = next((source for pattern, source in verb.placement.items() if _matches(pattern, label, verb.name)), None)
         there = system.sources.get(source or "")

@@ -1,19 +1,18 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Transitions of a verb that are never made, since its lists bring it to its end: the rule of the model, for tables and pictures."""
+"""Transitions of a verb that never occur because its lists lead to its end: the model's rule, for tables and pictures."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 
 TOLD = frozenset({"halted", "aborted", "device_disabled", "time_limit", "device_lost", "processor_lost"})
-"""Conditions that tell a verb to end."""
+"""Conditions that command a verb to end."""
 
 Transitions = Mapping[tuple[str, str], str]
 
 
 def never_made(transitions: Transitions, initial: str) -> set[tuple[str, str]]:
-    """Returns the transitions back to work of lists that run only after something has told the verb to end.
-
+    """Returns the transitions back to work of lists that run only after the verb was commanded to end.
     >>> chain = {("a", "halted"): "a.stop", ("a", "completed"): "b", ("a.stop", "completed"): "b"}
     >>> never_made(chain, "a")
     {('a.stop', 'completed')}
@@ -29,7 +28,7 @@ def never_made(transitions: Transitions, initial: str) -> set[tuple[str, str]]:
 
 
 def _reached(first: list[str], transitions: Transitions, leads_on: Callable[[str, str, str], bool]) -> set[str]:
-    """The lists that these lead to by transitions that are made."""
+    """Returns the lists reachable from `first` by transitions that can occur."""
     found: set[str] = set()
     coming = [*first]
     while coming:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Entering definitions in a system, and checking them where they are made. The rules themselves are the model's, in Rust."""
+"""Enters definitions in a system, and checks them when they are made. The rules themselves belong to the model, in Rust."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 
 class Definitions:
-    """The verbs and device types that a system knows, by name, so that an equal definition is entered once only."""
+    """Verbs and device types registered in a system, by name, so that equal definitions are entered only once."""
 
     def __init__(self, native: RealTimeSystem) -> None:
         self.native = native
@@ -29,7 +29,7 @@ class Definitions:
         self._modules: dict[str, tuple[str, int]] = {}
 
     def enter_module(self, name: str, path: str) -> list[dict[str, Any]]:
-        """Downloads a code module of the component data base, and gives the interfaces of its blocks."""
+        """Downloads a code module of the component data base, and returns the interfaces of its blocks."""
         stamp = _stamp(path)
         with refusals:
             described = self.native.download(path, name, sys.executable or None)
@@ -37,13 +37,13 @@ class Definitions:
         return described["blocks"]
 
     def enter_modules(self, uses: Iterable[BlockUse]) -> None:
-        """Downloads the code modules of the component data base that these blocks are of, each once, and again when it is another."""
+        """Downloads the code modules of the component data base that contain these blocks, each once, and again after a change."""
         for name, path in modules_of(uses).items():
             if self._modules.get(name) != _stamp(path):
                 self.enter_module(name, path)
 
     def enter_verb(self, verb: Verb[..., object]) -> None:
-        """Enters a verb and the device types of its objects; another definition of the name replaces the one that was there."""
+        """Enters a verb and the device types of its objects; replaces an earlier definition of the same name."""
         if verb.has_modules:
             self.enter_modules(verb.blocks.values())
         for obj in verb.objects.values():
@@ -55,7 +55,7 @@ class Definitions:
             self._verbs[verb.name] = text
 
     def enter_device_type(self, device_type: type[LogicalDevice]) -> None:
-        """Enters a device type and the verb that keeps such a device going."""
+        """Enters a device type and the verb that keeps its devices running."""
         verb = device_type.definition_verb()
         if verb is not None:
             self.enter_verb(verb)
@@ -67,7 +67,7 @@ class Definitions:
 
 
 def _stamp(path: str) -> tuple[str, int]:
-    """Tells one state of a file from another."""
+    """Returns a stamp that distinguishes states of a file."""
     return path, os.stat(path).st_mtime_ns if os.path.exists(path) else 0
 
 
@@ -75,7 +75,7 @@ _alone: Definitions | None = None
 
 
 def without_system() -> Definitions:
-    """Definitions that use the component data base only are checked against an empty system of their own."""
+    """Returns the definitions of an empty system, against which definitions that use only the component data base are checked."""
     global _alone
     if _alone is None:
         with refusals:
@@ -84,7 +84,7 @@ def without_system() -> Definitions:
 
 
 def check_verb(verb: Verb[..., object], system: System | None) -> None:
-    """Checks the names of a verb. One with blocks of a code module is checked by the system that has the module."""
+    """Checks the names of a verb. The system that downloaded a code module checks the verbs with its blocks."""
     if system is None:
         without_system().enter_verb(verb)
     else:
@@ -92,7 +92,7 @@ def check_verb(verb: Verb[..., object], system: System | None) -> None:
 
 
 def compose(parts: Iterable[Verb[..., object]], composition: Mapping[str, object], system: System | None) -> dict[str, Any]:
-    """The definition of the verb that a composition is, made and checked by the model."""
+    """Returns the definition of the verb for a composition, made and checked by the model."""
     definitions = system._definitions if system is not None else without_system()
     for part in parts:
         definitions.enter_modules(part.blocks.values())
@@ -112,7 +112,7 @@ def check_graph(graph: Graph, system: System | None) -> None:
 
 
 def check_device_type(device_type: type[LogicalDevice]) -> None:
-    """Checks the members of a device type, if its verb uses the library only."""
+    """Checks the members of a device type if its verb uses only the library."""
     verb = device_type.definition_verb()
     if verb is None or verb.own_system() is None:
         without_system().enter_device_type(device_type)

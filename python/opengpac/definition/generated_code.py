@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Code that the package makes out of definitions (blocks in Python, symbolic functions, FMUs): compiled once for each content, and kept
-for later processes of this user."""
+"""Code that the package generates from definitions (blocks in Python, symbolic functions, FMUs): compiled once for each content, and
+cached for later processes of this user."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from .entering import without_system
 
 
 def block_name(name: str) -> str:
-    """The name of a block, where C can have it."""
+    """Returns `name` if it is valid as the name of a block in C."""
     if not name.isidentifier() or not name.isascii():
         refuse(DefinitionError, f"'{name}' is no name of a block", "give name= letters, digits and '_', a letter first")
     if _native.is_word_of_c(name):
@@ -28,7 +28,8 @@ def block_name(name: str) -> str:
 
 
 def kept(kind: str, name: str, key: object, source: Callable[[], str]) -> Path:
-    """The shared object of block `name`. Where none is kept for `key` (what can be JSON), the C that `source` gives is compiled."""
+    """Returns the shared object of block `name`; if none is cached for `key` (a JSON-compatible value), compiles the C that `source`
+    returns."""
     digest = hashlib.sha256(json.dumps([__version__, key]).encode()).hexdigest()[:24]
     found = folder(kind) / f"{name}-{digest}.so"
     if not found.exists():
@@ -46,5 +47,5 @@ def _build(text: str, kept: Path, name: str) -> None:
 
 
 def interface(module: str, file: Path) -> Mapping[str, Any]:
-    """The interface of the only block of a compiled file, as the real-time system reads it."""
+    """Returns the interface of the only block of a compiled file, as read by the real-time system."""
     return without_system().enter_module(module, str(file))[0]

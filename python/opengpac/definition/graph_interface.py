@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Interface of a graph, as a subroutine has one: ports with types and modes, devices, conditions, parameters."""
+"""Interface of a graph, like that of a subroutine: ports with types and modes, devices, conditions, parameters."""
 
 from __future__ import annotations
 
@@ -16,8 +16,8 @@ _SHOWN = ("kind", "mode", "type", "unit", "range", "doc", "has_default", "sized"
 
 
 class GraphPort(list[str]):
-    """A port of a graph: the ports of its blocks that it covers. `kind`, `mode`, `type`, `unit`, `doc` and the rest of an item are those of
-    the output among them, else those of the first input, with the mode that the graph gives it."""
+    """A port of a graph: a list of the ports of its blocks that it covers. `kind`, `mode`, `type`, `unit`, `doc` and other attributes of
+    an item are those of the output among them, else those of the first input, with the mode that the graph assigns."""
 
     def __init__(self, graph: Graph, name: str, ports: Iterable[str]) -> None:
         super().__init__(ports)
@@ -26,7 +26,7 @@ class GraphPort(list[str]):
 
     @property
     def item(self) -> Item:
-        """Returns its item, as a block's port would have it."""
+        """Item of the port, as for a block's port."""
         found = [item_of(self.graph, port) for port in self]
         first = next((item for item in found if item.kind == "output"), found[0])
         return _renamed(first, self.name, self.graph.modes.get(self.name))
@@ -51,14 +51,14 @@ def _renamed(item: Item, name: str, mode: Any = None) -> Item:
 
 
 def _element(whole: Item, name: str) -> Item:
-    """An element of an array port."""
+    """Returns the item of an array port's element."""
     element = _renamed(whole, name)
     element.type, element.sized, element.has_default, element.initial = whole.type.partition("[")[0], False, False, b""
     return element
 
 
 def item_of(graph: Graph, port: str) -> Item:
-    """The item that a name within a graph stands for, `filter.u`, with the mode that the graph gives it."""
+    """Returns the item of a name within a graph, `filter.u`, with the mode that the graph assigns."""
     label, _, name = port.partition(".")
     inner = graph.blocks[label].block
     of, bracket, _ = name.partition("[")
@@ -72,7 +72,7 @@ def item_of(graph: Graph, port: str) -> Item:
 
 
 def items_of(graph: Graph, kind: str) -> dict[str, Item]:
-    """The devices, conditions or parameters of all blocks of a graph, by their names from outside: `filter.alpha`."""
+    """Returns the devices, conditions or parameters of all blocks of a graph, by their external names: `filter.alpha`."""
     found: dict[str, Item] = {}
     for label, use in graph.blocks.items():
         inner: Mapping[str, Item] = getattr(use.block, kind)

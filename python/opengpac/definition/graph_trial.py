@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Trying a graph with no system at all: block after block, in the order of its data flow."""
+"""Runs a graph without a system: block after block, in the order of its data flow."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 
 def _order(graph: Graph) -> list[str]:
-    """Labels so that what writes comes before what reads."""
+    """Returns the labels in an order in which writers precede readers."""
     after: dict[str, set[str]] = {label: set() for label in graph.blocks}
     for ports in (*graph.cells.values(), *graph.outputs.values()):
         writers = {p.split(".")[0] for p in ports if item_of(graph, p).kind == "output"}
@@ -39,7 +39,7 @@ def _refuse_trial(graph: Graph, why: str) -> None:
 
 
 def run(graph: Graph, steps: int | None, every: Quantity, given: Mapping[str, Any]) -> Trial:
-    """Runs it as `Graph.run` says: block after block, each with all values of those before it."""
+    """Runs a trial as described in `Graph.run`: block after block, each with all values of its predecessors."""
     ratio = next((p for p in (*graph.inputs.values(), *graph.outputs.values()) if p and str(p.item.mode).startswith("ratio")), None)
     if graph.divide or ratio is not None:
         _refuse_trial(graph, "its blocks run at several rates")

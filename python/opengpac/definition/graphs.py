@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Data flow graphs: values. `insert`, `replace` and `remove` give new graphs and leave the old one as it was."""
+"""Data flow graphs, which are immutable values: `insert`, `replace` and `remove` return new graphs."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
 
 def mode_json(mode: Any) -> Any:
-    """A port mode as the model takes it: `"synchronous"`, `"asynchronous"` or `gpac.ratio(5)`."""
+    """Returns a port mode in the model's form: `"synchronous"`, `"asynchronous"` or `gpac.ratio(5)`."""
     if (isinstance(mode, str) and mode in ("synchronous", "asynchronous")) or (isinstance(mode, dict) and list(mode) == ["ratio"]):
         return mode
     refuse(DefinitionError, f"{mode!r} is not a port mode", "say 'synchronous', 'asynchronous' or gpac.ratio(n)")
@@ -33,21 +33,20 @@ def mode_json(mode: Any) -> Any:
 
 @taking
 def ratio(n: int) -> dict[str, int]:
-    """The mode of a port that is updated once in n invocations."""
+    """Returns the mode of a port that is updated once in n invocations."""
     return {"ratio": whole(n, "the ratio of a port", 1, 1_000_000)}
 
 
 @all_taking
 class Graph(PictureOwner, FunctionBlock):
-    """A data flow graph: blocks, and ρ as three mappings. Outside it looks like a subroutine, and stands wherever one may.
+    """A data flow graph: blocks, and ρ as three mappings. It looks like a subroutine from outside, and is accepted wherever one is.
 
-    `name` is what messages call it; `blocks`: label → block, graph, or one of them with constants. `inputs`, `outputs` and `cells` map a
-    port or local cell of the graph to ports of its blocks, `"label.port"`; `modes` relaxes the mode of a block's port;
-    `divide={"estimator": 5}` runs that block once where the others run five times; `doc` says what it is for, in a sentence.
+    Messages use `name`. `blocks`: label → block, graph, or either with constants. `inputs`, `outputs` and `cells` map a port or local
+    cell of the graph to ports of its blocks, `"label.port"`; `modes` relaxes the mode of a block's port; `divide={"estimator": 5}`
+    runs that block once for every five invocations of the others; `doc` describes the graph in a sentence.
 
-    Raises `DefinitionError`, `UnknownName`, `TypeMismatch`, `UnitMismatch`, `SynchronousCycle` and `CoverError`, all at once as
-    `InstallationErrors` where there are several.
-
+    Raises `DefinitionError`, `UnknownName`, `TypeMismatch`, `UnitMismatch`, `SynchronousCycle` and `CoverError`; several at once as
+    `InstallationErrors`.
     >>> import opengpac as gpac
     >>> from opengpac import library as lib
     >>> smooth = gpac.Graph("smooth", blocks={"gain": lib.gain, "filter": lib.lowpass}, inputs={"u": "gain.u"},
@@ -57,7 +56,7 @@ class Graph(PictureOwner, FunctionBlock):
     """
 
     _definition_kind = "graphs"
-    """What it is in a file of definitions."""
+    """Section of a definition file."""
 
     _settable = frozenset({"layout"})
 
@@ -89,11 +88,11 @@ class Graph(PictureOwner, FunctionBlock):
         return here()
 
     def save(self, path: str | os.PathLike[str]) -> None:
-        """Writes it to the TOML or JSON file at `path`, by its ending: `docs/files.md`.
+        """Writes the graph to the TOML or JSON file at `path`, by its extension: `docs/files.md`.
 
-        What the file has besides stays; `gpac.load` reads it.
+        The file's other contents are preserved; `gpac.load` reads it.
 
-        `layout`, the positions of its boxes as an editor draws them, is written as it is.
+        `layout`, the positions of its boxes in an editor, is written unchanged.
         """
         from .files import saving
 
@@ -104,24 +103,23 @@ class Graph(PictureOwner, FunctionBlock):
 
     @property
     def devices(self) -> Mapping[str, Item]:
-        """Devices of its blocks by name, `read.channel`."""
+        """Devices of the blocks by name, `read.channel`."""
         return items_of(self, "devices")
 
     @property
     def conditions(self) -> Mapping[str, Item]:
-        """Conditions of its blocks by name, `force.above`."""
+        """Conditions of the blocks by name, `force.above`."""
         return items_of(self, "conditions")
 
     @property
     def parameters(self) -> Mapping[str, Item]:
-        """Formal parameters of its blocks by name, `filter.alpha`."""
+        """Formal parameters of the blocks by name, `filter.alpha`."""
         return items_of(self, "parameters")
 
     def run(self, steps: int | None = None, every: Quantity = "1 ms", **values: Any) -> Trial:
-        """Tries the graph with no system, as `Block.run` does: for each input one value or one for each invocation, and constants for
-        parameters, `**{"filter.alpha": 0.5}`; `steps` and `every` are those of `Block.run`. A graph that reads what it writes itself,
-        or runs at several rates, needs a system.
-
+        """Runs the graph without a system, like `Block.run`: for each input one value or one per invocation, and constants for
+        parameters, `**{"filter.alpha": 0.5}`; `steps` and `every` are those of `Block.run`. A graph that reads its own output, or
+        runs at several rates, needs a system.
         >>> import opengpac as gpac
         >>> from opengpac import library as lib
         >>> twice = gpac.Graph("twice", blocks={"a": lib.gain(k=2.0)}, inputs={"u": "a.u"}, outputs={"y": "a.y"})
@@ -135,26 +133,27 @@ class Graph(PictureOwner, FunctionBlock):
 
     @property
     def items(self) -> Mapping[str, Any]:
-        """Its ports, by name."""
+        """Ports of the graph by name."""
         return {**self.inputs, **self.outputs}
 
     @CallSignature
     def __signature__(self) -> Signature:
-        """Constants that a use may give: what completion in a call knows."""
+        """Signature with the constants of a use, for completion."""
         return Signature([Parameter(name, Parameter.KEYWORD_ONLY, default=...) for name in identifiers(self.inputs)])
 
     def __call__(self, **constants: Any) -> BlockUse:
-        """This graph with constants for its inputs, or `**{"filter.alpha": 0.1}` for an inner parameter."""
+        """Returns this graph with constants for its inputs, or `**{"filter.alpha": 0.1}` for an inner parameter."""
         return BlockUse(self, constants)
 
     def labelled(self, label: str) -> Occurrence:
-        """An occurrence of this graph under a label."""
+        """Returns an occurrence of this graph under a label."""
         return Occurrence(label, BlockUse(self, {}))
 
     def insert(self, label: str, block: Any, *, between: tuple[Any, Any], input: str | None = None, output: str | None = None) -> Graph:
-        """Returns a new graph with `block`, labelled `label`, between an output port (or input of the graph) and the input port it fed.
+        """Returns a new graph with `block`, labelled `label`, inserted `between` an output port (or graph input) and the input port that
+        it fed.
 
-        `input` and `output` name the ports of the new block where it has more than one that must be bound.
+        `input` and `output` name the ports of the new block if more than one must be bound.
         """
         use = use_of(block, label)
         source, sink = str(between[0]), str(between[1])
@@ -173,7 +172,7 @@ class Graph(PictureOwner, FunctionBlock):
         refuse(UnknownName, f"graph '{self.name}' has no connection from '{source}' to '{sink}'", f"its connections: {self._connections()}")
 
     def replace(self, label: str, block: Any) -> Graph:
-        """Returns a new graph with another block in place of the one with this label, bound alike."""
+        """Returns a new graph in which `block` replaces the one with this `label`, with the same bindings."""
         self._known(label)
         new = self._copy()
         new.blocks[label] = use_of(block, label)
@@ -181,7 +180,7 @@ class Graph(PictureOwner, FunctionBlock):
         return new
 
     def remove(self, label: str) -> Graph:
-        """Returns a new graph without the block of this label: what fed its one input feeds what its one output fed."""
+        """Returns a new graph without the block of this `label`: the source of its one input feeds the readers of its one output."""
         self._known(label)
         new = self._copy()
         prefix = f"{label}."
@@ -197,20 +196,21 @@ class Graph(PictureOwner, FunctionBlock):
         return new
 
     def svg(self) -> str:
-        """Its picture as SVG: blocks with their ports, types, units and modes, and the wires between them. Nested graphs are boxes.
+        """Returns a picture as SVG: blocks with their ports, types, units and modes, and the wires between them. Nested graphs are
+        boxes.
 
-        A notebook shows it by itself. Dashed wires are asynchronous, dotted ones go by ratio.
+        A notebook shows it automatically. Dashed wires are asynchronous, dotted ones have a ratio.
         """
         from ..pictures.flow import graph_svg
 
         return graph_svg(self)
 
     def source_json(self) -> dict[str, Any]:
-        """Returns the model's name of it as a block of something."""
+        """Returns the model's name of the graph as a block."""
         return {"graph": self.json()}
 
     def json(self) -> dict[str, Any]:
-        """The form that the model takes."""
+        """Returns the model's form."""
         return {
             "name": self.name, "doc": self.doc, "blocks": {label: use.json() for label, use in self.blocks.items()},
             "inputs": self.inputs, "outputs": self.outputs, "cells": self.cells, "modes": self.modes, "divide": self.divide,

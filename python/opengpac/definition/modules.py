@@ -16,7 +16,8 @@ if TYPE_CHECKING:
 
 
 class StructType:
-    """A struct type of a code module: its `name` and its C `declaration`, with the `types` that this names. Made by `code.types.pose`."""
+    """A struct type of a code module: its `name`, its C `declaration`, and the `types` that the declaration names. Made by
+    `code.types.pose`."""
 
     def __init__(self, name: str, declaration: str, types: Mapping[str, str]) -> None:
         self.name = name
@@ -28,7 +29,7 @@ class StructType:
 
 
 class Types:
-    """The struct types of a code module, as attributes."""
+    """Struct types of a code module, as attributes."""
 
     def __init__(self, module: str, types: Mapping[str, str]) -> None:
         self._module = module
@@ -51,7 +52,7 @@ class Types:
 
 
 class Module(TableDisplay, DeclaredNames):
-    """The blocks and types of a downloaded code module: `code.lowpass`, `code["lowpass"]`, `code.types.pose`. Made by `cell.download`."""
+    """Blocks and types of a downloaded code module: `code.lowpass`, `code["lowpass"]`, `code.types.pose`. Made by `cell.download`."""
 
     def __init__(self, described: Mapping[str, Any], path: str, system: System) -> None:
         self._name: str = described["name"]
@@ -93,11 +94,11 @@ class Module(TableDisplay, DeclaredNames):
 
 
 PYTHON_TYPES = {float: "double", int: "int64_t", bool: "bool", "float": "double", "int": "int64_t", "bool": "bool"}
-"""The C types of those of Python."""
+"""C types of Python types."""
 
 
 def type_json(given: Any, what: str) -> tuple[str, dict[str, str]]:
-    """A C type and the struct types it needs, from a declaration, a type of a code module, or `float`, `int`, `bool`."""
+    """Returns a C type and the struct types that it needs, from a declaration, a type of a code module, or `float`, `int`, `bool`."""
     if isinstance(given, StructType):
         return given.name, given.types
     if isinstance(given, str):

@@ -16,10 +16,10 @@ from ..values.encoding import plain
 from .blocks import Names, names_of
 
 absent: Any = object()
-"""What stands for a default that was not given."""
+"""Placeholder for an omitted default."""
 
 Bound: TypeAlias = float | str
-"""An end of a range: a number, or a parameter of an object, `"arm.max_speed"`, with a minus sign its negative."""
+"""An end of a range: a number, or a parameter of an object, `"arm.max_speed"`; a minus sign negates it."""
 
 
 @dataclass(frozen=True)
@@ -38,11 +38,11 @@ class InputParameter:
 
     @property
     def has_default(self) -> bool:
-        """True if a default was given here."""
+        """True if the definition includes a default."""
         return self.default is not absent
 
     def json(self) -> dict[str, Any]:
-        """The form that the model takes."""
+        """Returns the model's form."""
         return {
             "targets": list(self.targets), "default": self.value(self.default, {}) if self.has_default else None, "tunable": self.tunable,
             "unit": self.unit, "within": None if self.within is None else list(self.within), "counted_from": self.counted_from,
@@ -50,11 +50,11 @@ class InputParameter:
         }  # fmt: skip
 
     def value(self, given: Any, objects: Mapping[str, Any], what: str = "the value") -> Any:
-        """Returns the value that a call gives, as the model takes it. `what` it is the value of, for a refusal."""
+        """Returns the value of a call in the model's form. `what` describes it in refusals."""
         return plain(self.form(given, objects) if self.form is not None else given, what)
 
     def of_object(self, name: str, objects: Mapping[str, Any]) -> Any:
-        """The value of the object's attribute that stands for one that a call leaves out."""
+        """Returns the object's attribute that replaces an omitted value."""
         root, _, rest = self.member.partition(".")
         try:
             return plain(operator.attrgetter(rest)(objects[root]))
@@ -78,15 +78,16 @@ def input(
     member: str = "",
     form: Callable[[Any, Mapping[str, Any]], Any] | None = None,
 ) -> Any:
-    """An input parameter: the ports (`targets`) where its value is stored at each start, its `default`, and, `tunable`, whether
-    `vi.set(...)` may change it. `unit` is that of its numbers where the ports have none.
+    """Declares an input parameter: the ports (`targets`) that store its value at each start, its `default`, and whether `vi.set(...)`
+    may change it (`tunable`). `unit` is the unit of its numbers if the ports have none.
 
     `within` is its range, checked before a start: numbers, or parameters of an object, `("arm.position_min", "arm.position_max")`,
-    `("-arm.max_speed", "arm.max_speed")`; a value outside raises `OutOfRange`. With a range, `"30 %"` means that share of the maximum
-    value, and one number for an array is that number for each device. `counted_from="arm.commanded"` checks that SVV plus the value.
+    `("-arm.max_speed", "arm.max_speed")`; a value outside raises `OutOfRange`. With a range, `"30 %"` means that fraction of the
+    maximum value, and one number for an array applies to each device. `counted_from="arm.commanded"` checks the sum of that SVV and
+    the value.
 
-    `member="arm.chain"`: where a call leaves it out, its value is that attribute of the object `arm`, at each start. `form(given,
-    objects)` turns what people write into the value that the ports take: a short list into a table of fixed size.
+    `member="arm.chain"`: the default is that attribute of the object `arm`, read at each start. `form(given, objects)` converts the
+    argument into the value for the ports: a short list into a table of fixed size.
     """
     if form is not None and not callable(form):
         refuse(CallError, f"form={form!r} is no function", "give one of the value and the objects")
@@ -103,16 +104,16 @@ class Requirement:
     place: Place
 
     def json(self) -> dict[str, Any]:
-        """The form that the model takes."""
+        """Returns the model's form."""
         return {"raises": self.raises.__name__, "when": self.when, "remedy": self.remedy, "place": self.place.json()}
 
 
 @taking
 def required(raises: type[Error], *, when: str | None = None, remedy: str = "") -> Requirement:
-    """A value of `requires=`: the class that a start raises where the member is not true, and its `remedy`, the next step.
+    """Makes a value of `requires=`: the class that a start `raises` if the member is not true, and its `remedy`, the next step.
 
-    `requires={"arm.homed": gpac.required(gpac.NotHomed, when="arm.needs_home")}`; `when` limits it to devices of which that is true.
-    The class is one of this package's refusals, `gpac.NotHomed` or `gpac.InvalidState` for example.
+    `requires={"arm.homed": gpac.required(gpac.NotHomed, when="arm.needs_home")}`; `when` restricts it to devices whose member of that
+    name is true. The class is one of this package's refusals, `gpac.NotHomed` or `gpac.InvalidState` for example.
     """
     if not isinstance(raises, type) or raises not in REFUSALS:
         refuse(DefinitionError, f"a requirement raises {raises!r}", f"give one of {', '.join(kind.__name__ for kind in REFUSALS)}")
@@ -120,7 +121,7 @@ def required(raises: type[Error], *, when: str | None = None, remedy: str = "") 
 
 
 def requirement_of(given: Any, name: str) -> Requirement:
-    """A value of `requires=`: `gpac.required(...)`, or a class alone."""
+    """Returns a value of `requires=`: `gpac.required(...)`, or a class alone."""
     if isinstance(given, Requirement):
         return given
     if isinstance(given, type) and issubclass(given, Error):
@@ -129,32 +130,32 @@ def requirement_of(given: Any, name: str) -> Requirement:
 
 
 def input_of(given: Any) -> InputParameter:
-    """A value of `input_parameters=`: `gpac.input(...)`, one name or several."""
+    """Returns a value of `input_parameters=`: `gpac.input(...)`, one name or several."""
     return given if isinstance(given, InputParameter) else input(given)
 
 
 @dataclass(frozen=True)
 class Object:
-    """Logical devices that a verb acts on: one of a type, or several."""
+    """Logical devices on which a verb acts: one of a type, or several."""
 
     device_type: type[LogicalDevice]
     each: bool = False
 
     def json(self) -> dict[str, Any]:
-        """The form that the model takes."""
+        """Returns the model's form."""
         return {"device_type": self.device_type.definition_name(), "each": self.each}
 
 
 @taking
 def each(device_type: type[LogicalDevice]) -> Object:
-    """Several logical devices of `device_type`, a class: a group, or a sequence of devices."""
+    """Declares several logical devices of the class `device_type`: a group, or a sequence of devices."""
     if not (isinstance(device_type, type) and issubclass(device_type, LogicalDevice)):
         refuse(DefinitionError, f"gpac.each() is given {device_type!r}", "give a class of logical devices")
     return Object(device_type, True)
 
 
 def objects_of(objects: Mapping[str, Any] | None) -> dict[str, Object]:
-    """`objects=`: name → device type, or `gpac.each(type)`."""
+    """Returns `objects=` as name → object, from device types or `gpac.each(type)`."""
     found: dict[str, Object] = {}
     for name, given in (objects or {}).items():
         if isinstance(given, type) and issubclass(given, LogicalDevice):

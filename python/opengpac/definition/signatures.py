@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The calls of a verb as Python signatures: objects, instantiation parameters, then input parameters, as declared."""
+"""Signatures of a verb's calls: objects, instantiation parameters, then input parameters, as declared."""
 
 from __future__ import annotations
 
@@ -15,13 +15,13 @@ if TYPE_CHECKING:
 
 
 def roots(verb: Verb[..., Any]) -> list[str]:
-    """The instantiation parameters that a call gives: `drive` for `drive.position`; not those of objects."""
+    """Returns the instantiation parameters of a call: `drive` for `drive.position`; excludes those of objects."""
     names = dict.fromkeys(name.split(".", 1)[0] for name in verb.instantiation_parameters)
     return [name for name in names if name not in verb.objects]
 
 
 def inputs(verb: Verb[..., Any]) -> list[str]:
-    """The input parameters that a start gives: not those that are parameters of objects."""
+    """Returns the input parameters of a start, without those that are parameters of objects."""
     return [name for name in verb.input_parameters if name.split(".", 1)[0] not in verb.objects]
 
 
@@ -31,10 +31,10 @@ def _default(verb: Verb[..., Any], name: str) -> Any:
 
 
 def call_signature(verb: Verb[..., Any], function: Any) -> Signature:
-    """The signature of `verb(...)`; the function's own where it was made from one, whose defaults it takes over."""
+    """Returns the signature of `verb(...)`, or the signature of the function from which it was made, whose defaults it adopts."""
     given = [*verb.objects, *roots(verb)]
     required = [Parameter(name, Parameter.POSITIONAL_OR_KEYWORD) for name in given]
-    # A name that stands for two things is the model's to refuse.
+    # The model refuses names with two meanings.
     named = [name for name in inputs(verb) if name.isidentifier() and name not in given]
     optional = [Parameter(name, Parameter.POSITIONAL_OR_KEYWORD, default=_default(verb, name)) for name in named]
     if function is None:
@@ -63,12 +63,12 @@ def call_signature(verb: Verb[..., Any], function: Any) -> Signature:
 
 
 def arguments_signature(verb: Verb[..., Any]) -> Signature:
-    """The signature of `new_instance`: objects and instantiation parameters."""
+    """Returns the signature of `new_instance`: objects and instantiation parameters."""
     names = {*verb.objects, *roots(verb)}
     return verb.signature.replace(parameters=[p for p in verb.signature.parameters.values() if p.name in names])
 
 
 def inputs_signature(verb: Verb[..., Any]) -> Signature:
-    """The signature of `start`: input parameters."""
+    """Returns the signature of `start`: input parameters."""
     names = {*verb.objects, *roots(verb)}
     return verb.signature.replace(parameters=[p for p in verb.signature.parameters.values() if p.name not in names])

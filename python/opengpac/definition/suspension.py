@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Suspension of a verb: it idles, it holds, its channels go safe, or it comes to rest first; and its action when it is cut off."""
+"""Suspension of a verb: it idles, holds, switches its channels to safe values, or comes to rest first; and its action when it is cut
+off."""
 
 from __future__ import annotations
 
@@ -13,13 +14,13 @@ from .blocks import Names, names_of
 
 @dataclass(frozen=True)
 class Holding:
-    """Way in which a verb comes to rest before it is suspended; made by `gpac.holding`, with the same `set` and `until`."""
+    """Procedure that brings a verb to rest before suspension; made by `gpac.holding`, with the same `set` and `until`."""
 
     set: tuple[str, ...]
     until: tuple[str, ...]
 
     def json(self) -> dict[str, Any]:
-        """The form that the model takes."""
+        """Returns the model's form."""
         return {"holding": [{"set": of, "until": until} for of, until in zip(self.set, self.until, strict=True)]}
 
 
@@ -27,9 +28,9 @@ class Holding:
 def holding(set: Names, until: Names) -> Holding:
     """Suspends by setting `set`, a bool input or parameter, and waiting for the condition `until`; `resume` clears it.
 
-    Several blocks that move at different times, or side by side: a list of inputs, and one of their conditions in the same order. It is
-    suspended when the conditions of all those that are active have come: at once where none is, and after the verb's `ending_limit` in
-    any case.
+    For several blocks that move at different times or in parallel: a list of inputs, and a list of their conditions in the same
+    order. The verb is suspended when the conditions of all active blocks have occurred: immediately if none is active, and after the
+    verb's `ending_limit` at the latest.
     """
     inputs, conditions = tuple(names_of(set)), tuple(names_of(until))
     if not inputs or len(inputs) != len(conditions):
@@ -42,7 +43,7 @@ def holding(set: Names, until: Names) -> Holding:
 
 
 def suspend_json(given: str | Holding, verb: str) -> Any:
-    """A value of `suspend=` in the form that the model takes."""
+    """Returns a value of `suspend=` in the model's form."""
     if isinstance(given, Holding):
         return given.json()
     if not isinstance(given, str) or given not in ("idle", "hold", "hold_last", "safe"):
@@ -55,7 +56,7 @@ def suspend_json(given: str | Holding, verb: str) -> Any:
 
 
 def cut_off_json(given: str | None, verb: str) -> str | None:
-    """A value of `if_cut_off=` in the form that the model takes."""
+    """Returns a value of `if_cut_off=` in the model's form."""
     if not isinstance(given, str | None) or given not in (None, "continue", "halt", "safe"):
         refuse(DefinitionError, f"verb '{verb}' has if_cut_off={given!r}", "write 'continue', 'halt' or 'safe'")
     return given

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""`@gpac.verb(...)`: a verb whose name, call, defaults, description and report class are those of a typed function."""
+"""`@gpac.verb(...)`: makes a verb whose name, call, defaults, description and report class are those of a typed function."""
 
 from __future__ import annotations
 
@@ -38,12 +38,12 @@ def verb(
     name: str | None = None,
     manual: bool = False,
 ) -> Callable[[Callable[P, R]], Verb[P, R]]:
-    """Makes a verb of a function, whose body is its docstring: the mappings say what it does, the signature how it is called.
+    """Makes a verb of a function whose body is its docstring: the mappings define its behaviour, the signature its call.
 
     The mappings (`blocks`, `command_lists`, `objects`, `instantiation_parameters`, `cells`, `input_parameters`, `output_values`,
-    `conditions`, `transitions`, `modes`, `requires`) and `initial`, `ending`, `ending_limit`, `suspend`, `if_cut_off` and `manual` are
-    those of `gpac.Verb`. `name` is that of the function, if it is left out. A return annotation that derives from `gpac.Report` is the
-    class of its reports.
+    `conditions`, `transitions`, `modes`, `requires`) and `initial`, `ending`, `ending_limit`, `suspend`, `if_cut_off` and `manual`
+    are those of `gpac.Verb`. `name` defaults to the function's. A return annotation that derives from `gpac.Report` is the class of
+    its reports.
     """
     namespace = dict(sys._getframe(1).f_locals)
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Description of a verb for people: its table of lists and conditions, its picture, its text."""
+"""Description of a verb for people: its table of lists and conditions, its picture, and its text."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 
 class VerbTables(PictureOwner):
-    """A verb as it is shown, from the mappings of its definition."""
+    """Display of a verb, from the mappings of its definition."""
 
     name: str
     doc: str
@@ -31,30 +31,30 @@ class VerbTables(PictureOwner):
 
     @property
     def supports(self) -> tuple[str, ...]:
-        """The device types that it keeps going. A verb that supports none acts on devices."""
+        """Device types that the verb keeps running. A verb without any acts on devices."""
         return tuple(self._supported)
 
     @property
     def parts(self) -> Mapping[str, Verb[..., Any]]:
-        """The verbs that a composed verb was made from, by label; empty in one that is written whole."""
+        """Verbs from which a composed verb was made, by label; empty for other verbs."""
         return {}
 
     @property
     def simple(self) -> bool:
-        """True if it has one command list only."""
+        """True if the verb has a single command list."""
         return len(self.command_lists) == 1
 
     def reported(self, key: str) -> str:
-        """Returns the name in reports of a line of the tables of conditions and outputs: its key, without the part's label."""
+        """Returns the name in reports of a line of the tables of conditions and outputs: its `key`, without the part's label."""
         return key
 
     def termination(self, condition: str, command_list: str) -> Termination | None:
-        """The line of the table that holds for `condition` in `command_list`, if there is one."""
+        """Returns the line of the table that applies to `condition` in `command_list`, or None."""
         lines = (t for key, t in self.conditions.items() if self.reported(key) == condition)
         return next((t for t in lines if not t.during or command_list in t.during), None)
 
     def table(self) -> list[tuple[str, str, str]]:
-        """Lists × conditions: (command list, condition, what happens)."""
+        """Returns lists × conditions: (command list, condition, effect)."""
         rows: list[tuple[str, str, str]] = []
         never = endings.never_made(self.transitions, self.initial or next(iter(self.command_lists), ""))
         for name in self.command_lists:
@@ -76,7 +76,8 @@ class VerbTables(PictureOwner):
         return f"ends, raises {kind.__name__}"
 
     def svg(self) -> str:
-        """Its picture as SVG: command lists as states, transitions with their conditions, and the ends. A notebook shows it by itself."""
+        """Returns a picture as SVG: command lists as states, transitions with their conditions, and the ends. A notebook shows it
+        automatically."""
         from ..pictures.states import verb_svg
 
         return verb_svg(cast("Verb[..., Any]", self))

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Verbs: blocks, parameters χ and ψ, outputs ω, command lists, conditions ν, transitions τ. Called like functions."""
+"""Verbs: blocks, parameters χ and ψ, outputs ω, command lists, conditions ν, transitions τ. They are called like functions."""
 
 from __future__ import annotations
 
@@ -48,41 +48,40 @@ R = TypeVar("R", covariant=True)
 class Verb(VerbTables, DeclaredNames, Generic[P, R]):
     """A verb, made from the paper's mappings. `gpac.verb` makes one from a typed function.
 
-    `verb(...)` creates an instance, starts it, waits for its end and deletes it; `verb.asynch(...)` creates and starts;
-    `verb.new_instance(...)` creates only. `verb.on(source)` places it, `verb.named("x")` names its instance.
+    `verb(...)` creates an instance, starts it, waits for its end and deletes it; `verb.asynch(...)` creates and starts one;
+    `verb.new_instance(...)` only creates one. `verb.on(source)` places the verb, `verb.named("x")` names its instance.
 
-    `name` is what messages and listings call it. Its mappings, all names free to choose; a *port* is `"label.port"`, a *member* is
+    Messages and listings use `name`. The keys of its mappings are free to choose; a *port* is `"label.port"`, a *member* is
     `"object.member"`:
 
     - `blocks`: label → block, graph or graph with constants, `{"filter": lib.lowpass(alpha=0.1)}`.
-    - `command_lists`: name → commands in order: `activate`, `execute`, `wait`, `deactivate`. A list of one is the verb's only list.
-    - `objects`: name → device type, or `gpac.each(type)` for several devices that each call gives (χ).
-    - `instantiation_parameters`: name of an SVV that each call gives, or member of an object → ports that read or write it. A port
+    - `command_lists`: name → commands in order: `activate`, `execute`, `wait`, `deactivate`. A list of commands is the verb's only list.
+    - `objects`: name → device type, or `gpac.each(type)` for several devices, passed by each call (χ).
+    - `instantiation_parameters`: name of an SVV passed by each call, or member of an object → ports that read or write it. A port
       of type `T[n]` takes one SVV of each of n devices.
     - `cells`: name → ports that share a value private to each instance.
-    - `input_parameters` (ψ): name, or `"object.parameter"` → a port or several, or `gpac.input(port, default=, tunable=)`. Numbers
+    - `input_parameters` (ψ): name, or `"object.parameter"` → one or more ports, or `gpac.input(port, default=, tunable=)`. Numbers
       are in the SI unit of the port; text has a unit, `"90 deg"`. The value is stored once, at the start; a tunable one also later.
-    - `output_values` (ω): name → port whose value the end report has.
+    - `output_values` (ω): name → port whose value is returned in the end report.
     - `conditions` (ν): name → `on("label.condition", returns=[...], raises=Error, during="list", priority=0)`, a block's condition
       alone, or `on()` under the name of a condition of the system, such as `"fault"` and `"halted"`. Without a transition a condition
       ends the verb.
     - `transitions` (τ): `(command list, condition)` → command list that follows, in the firing that met the condition.
     - `modes`: port → `"synchronous"`, `"asynchronous"` or `gpac.ratio(n)`; relaxes the mode that the block declares.
     - `requires`: member or SVV of type bool that must be true at each start → `gpac.required(Error, when=, remedy=)`.
-    - `initial`: the first command list; needed where there are several.
-    - `ending`: the command list that runs at every end but an emergency stop, a lost processor and a second halt, for
+    - `initial`: the first command list; required if there are several.
+    - `ending`: the command list that runs at every end except an emergency stop, a lost processor and a second halt, for
       `ending_limit` at most (10 s).
-    - `suspend`: `"idle"` (positions stay where they are, and what would drive on, an effort, a speed or a power, takes its idle value),
-      `"hold"` (the last commands stay; refused where one of them drives on), `"hold_last"` (the last commands stay, whatever they are),
-      `"safe"` (the channels that it writes go to their safe values meanwhile) or `gpac.holding(...)` (it comes to rest first).
-    - `if_cut_off`: what a running instance does when its programming system is cut off: `"continue"`, `"halt"`, or `"safe"` (the
-      outputs of its devices go to their safe values at once, it ends with `aborted`). The default is `"halt"`, and `"continue"` for
-      a verb that keeps a logical device going.
-    - `doc`: what it is for, in a sentence. `manual`: it may be started on devices in manual mode too. `function` is for `gpac.verb`.
+    - `suspend`: `"idle"` (positions keep their values, and efforts, speeds or powers, which would keep driving, take idle values),
+      `"hold"` (the last commands remain; refused if one of them would keep driving), `"hold_last"` (the last commands always remain),
+      `"safe"` (the channels that it writes take their safe values meanwhile) or `gpac.holding(...)` (it comes to rest first).
+    - `if_cut_off`: action of a running instance when its programming system is cut off: `"continue"`, `"halt"`, or `"safe"` (the
+      outputs of its devices take their safe values immediately, it ends with `aborted`). The default is `"halt"`, and `"continue"`
+      for a verb that keeps a logical device running.
+    - `doc`: description in a sentence. `manual`: allows starts on devices in manual mode too. `function` is for `gpac.verb`.
 
-    Raises `DefinitionError`, `UnknownName`, `TypeMismatch`, `UnitMismatch` and their kind, all at once as `InstallationErrors` where
-    there are several: names and forms at definition, rates and placement at creation, claims and enabling at start.
-
+    Raises `DefinitionError`, `UnknownName`, `TypeMismatch`, `UnitMismatch` and similar errors, several at once as
+    `InstallationErrors`: for names and forms at definition, for rates and placement at creation, for claims and enabling at start.
     >>> import opengpac as gpac
     >>> from opengpac import activate, library as lib, on
     >>> gpac.Verb("wait", blocks={"clock": lib.time_limit}, input_parameters={"seconds": "clock.limit"},
@@ -93,15 +92,15 @@ class Verb(VerbTables, DeclaredNames, Generic[P, R]):
     """
 
     _definition_kind = "verbs"
-    """What it is in a file of definitions."""
+    """Section of a definition file."""
 
     _chain: ClassVar[Callable[[Verb[..., Any], str | None, Verb[..., Any], str | None], ComposedVerb] | None] = None
-    """What `then` does: `composition`, which stands above this, gives it when it is loaded."""
+    """Implementation of `then`, set by `composition`, a higher layer, when it is loaded."""
 
     _settable = frozenset({"layout"})
 
     _longer: tuple[str, int, Verb[..., Any], Verb[..., Any]] | None = None
-    """`_takes_longer`: the input parameter, the maximum number of its values, the verb for more, and this one as it was defined."""
+    """Result of `_takes_longer`: the input parameter, its maximum number of values, the verb for more, and this verb as it was defined."""
 
     def __init__(
         self: Verb[..., Report],
@@ -175,7 +174,7 @@ class Verb(VerbTables, DeclaredNames, Generic[P, R]):
     @overload
     def __call__(self, *args: Any, time_limit: Quantity | None, **kwargs: Any) -> R: ...
     def __call__(self, *args: Any, **kwargs: Any) -> Any:
-        """Creates an instance, starts it, waits for its end and deletes it; gives the report or raises."""
+        """Creates an instance, starts it, waits for its end and deletes it; returns the report or raises."""
         return instances.call(self, args, kwargs)
 
     @overload
@@ -183,17 +182,17 @@ class Verb(VerbTables, DeclaredNames, Generic[P, R]):
     @overload
     def asynch(self, *args: Any, time_limit: Quantity | None, **kwargs: Any) -> VerbInstance[R]: ...
     def asynch(self, *args: Any, **kwargs: Any) -> Any:
-        """Creates and starts an instance and returns at once; its `wait()` waits for the end and deletes it."""
+        """Creates and starts an instance and returns immediately; the instance's `wait()` waits for the end and deletes it."""
         return instances.start(self, args, kwargs)
 
     def new_instance(self, *args: Any, **kwargs: Any) -> VerbInstance[R]:
-        """Creates an instance, to be started as often as wanted: `vi = move.new_instance(arm)`, `vi.start(goal, speed)`."""
+        """Creates an instance that can be started any number of times: `vi = move.new_instance(arm)`, `vi.start(goal, speed)`."""
         return instances.create(self, args, kwargs)
 
     # ---- options ----
 
     def on(self, where: Any = None, *, every: Mapping[str, Quantity] | None = None) -> Verb[P, R]:
-        """This verb placed. `where`: one source, `{"planner": slow, "generator": fast}`, or a system; `every` changes intervals."""
+        """Returns this verb placed. `where`: one source, `{"planner": slow, "generator": fast}`, or a system; `every` changes intervals."""
         changed = {str(label): span_ns(t, f"the interval of '{label}'") for label, t in (every or {}).items()}
         options: dict[str, Any] = {"intervals": {**self.intervals, **changed}}
         if isinstance(where, Source):
@@ -206,14 +205,14 @@ class Verb(VerbTables, DeclaredNames, Generic[P, R]):
         return self._with(options)
 
     def named(self, name: str) -> Verb[P, R]:
-        """This verb whose next instance has that name."""
+        """Returns this verb; its next instance has that `name`."""
         return self._with({"instance_name": name})
 
     def raising(self, exception: type[Terminated]) -> Verb[P, R]:
-        """This verb, whose normal ends raise `exception`: a recovery in a composition, say, which is not to pass for a success.
+        """Returns this verb with normal ends that raise `exception`, such as a recovery in a composition that must not count as success.
 
         `gpac.compose("insert", {"push": push, "back": retract.raising(Jammed)}, transitions={("push", "jammed"): "back"})` retracts,
-        then raises `Jammed`, whose `report` has the way and the outputs. `>>` finds no normal end to lead on from, and is refused.
+        then raises `Jammed`, whose `report` contains the way and the outputs. `>>` is refused, since no normal end remains.
         """
         if not (isinstance(exception, type) and issubclass(exception, Terminated)):
             refuse(DefinitionError, f"raising({exception!r}) has no class of a termination", "derive it: class Jammed(gpac.Terminated)")
@@ -224,13 +223,14 @@ class Verb(VerbTables, DeclaredNames, Generic[P, R]):
         return new
 
     def _takes_longer(self, parameter: str, most: int, longer: Verb[P, R]) -> None:
-        """Calls with more than `most` values of an input parameter become calls of `longer`, which has the same labels, conditions and
-        parameters and larger tables. `new_instance` does not know the values, and stays what it is. Call it right after the definition.
-        """
+        """Turns calls with more than `most` values of an input `parameter` into calls of `longer`, which has the same labels, conditions
+        and parameters and larger tables. `new_instance`, which does not know the values, is unaffected. Call it right after the
+        definition."""
         self._longer = (parameter, most, longer, copy.copy(self))
 
     def _fitting(self, args: Sequence[Any], kwargs: Mapping[str, Any]) -> Verb[P, R]:
-        """The verb that has room for the values of a call: this one, or what `_takes_longer` names, placed and named like this one."""
+        """Returns the verb with room for the values of a call: this one, or the one set by `_takes_longer`, placed and named like this
+        one."""
         if self._longer is None:
             return self
         parameter, most, longer, defined = self._longer
@@ -252,17 +252,19 @@ class Verb(VerbTables, DeclaredNames, Generic[P, R]):
     def _with(self, options: Mapping[str, Any]) -> Self:
         new = copy.copy(self)
         vars(new).update(options)
-        # What its calls have in common is another thing where it is placed or named otherwise.
+        # The prepared call depends on the placement and the name.
         vars(new).pop("_prepared", None)
         return new
 
     # ---- composition ----
 
     def then(self, condition: str | None, following: Verb[..., Any], *, label: str | None = None) -> ComposedVerb:
-        """This verb, and `following` where this one would end with `condition`; None stands for every normal end, but a halt.
+        """Returns a verb that continues with `following` when this one would end with `condition`; None stands for every normal end
+        except a halt.
 
-        `approach.then("contact", grasp)` goes on in the firing in which the contact is reported, without Python. It can be chained;
-        `gpac.compose("pick", approach.then("contact", grasp))` gives the whole a name. `label` is that of the part, else its verb's name.
+        `approach.then("contact", grasp)` continues in the firing that reports the contact, without Python. It can be chained;
+        `gpac.compose("pick", approach.then("contact", grasp))` names the whole. `label` is that of the part, by default its verb's
+        name.
         """
         if Verb._chain is None:
             importlib.import_module(f"{__package__}.composition")
@@ -270,18 +272,18 @@ class Verb(VerbTables, DeclaredNames, Generic[P, R]):
         return Verb._chain(self, condition, following, label)
 
     def __rshift__(self, following: Verb[..., Any]) -> ComposedVerb:
-        """Returns `approach >> grasp`: this verb, and the other one when this one is done, that is at each of its normal ends."""
+        """Returns `approach >> grasp`: this verb, followed by the other one at each of this one's normal ends."""
         return self.then(None, following)
 
     # ---- the definition ----
 
     def save(self, path: str | os.PathLike[str]) -> None:
-        """Writes it to the TOML or JSON file at `path`, by its ending, with the graphs that it uses: `docs/files.md`.
+        """Writes the verb to the TOML or JSON file at `path`, by its extension, with the graphs that it uses: `docs/files.md`.
 
-        What the file has besides stays; `gpac.load` reads it. A function that it was made from is not written: loaded, it is called by
-        the verb's parameters.
+        The file's other contents are preserved; `gpac.load` reads it. A function from which the verb was made is not written: after
+        loading, the verb is called by its parameters.
 
-        `layout`, the positions of its boxes and lists as an editor draws them, is written as it is.
+        `layout`, the positions of its boxes and lists in an editor, is written unchanged.
         """
         from .files import saving
 
@@ -291,7 +293,7 @@ class Verb(VerbTables, DeclaredNames, Generic[P, R]):
         return here()
 
     def own_system(self) -> System | None:
-        """The system whose code modules its blocks, or those of the verbs that keep its devices going, come from, if they do."""
+        """System whose code modules contain its blocks, or blocks of the verbs that keep its devices running, or None."""
         return self._own_system()
 
     def _own_system(self) -> System | None:
@@ -301,12 +303,12 @@ class Verb(VerbTables, DeclaredNames, Generic[P, R]):
         return next(iter(systems), None)
 
     def own_systems(self) -> set[System]:
-        """The systems whose code modules it needs: one, or none, of a verb that is in order."""
+        """Systems whose code modules the verb needs: at most one for a valid verb."""
         return self._own_systems()
 
     @functools.cached_property
     def _block_systems(self) -> frozenset[System]:
-        """The systems whose code modules its blocks come from: a definition does not change."""
+        """Systems whose code modules contain the verb's blocks; cached, since a definition does not change."""
         return frozenset(systems_of(self.blocks.values()))
 
     def _own_systems(self) -> set[System]:
@@ -319,27 +321,27 @@ class Verb(VerbTables, DeclaredNames, Generic[P, R]):
 
     @CallSignature
     def __signature__(self) -> Signature:
-        """The signature of a call, with the time limit that every verb takes."""
+        """Signature of a call, with the time limit common to all verbs."""
         limit = Parameter("time_limit", Parameter.KEYWORD_ONLY, default=None)
         return self.signature.replace(parameters=[*self.signature.parameters.values(), limit])
 
     @functools.cached_property
     def has_modules(self) -> bool:
-        """True if blocks of it are of code modules of the component data base."""
+        """True if any of its blocks come from code modules of the component data base."""
         return bool(modules_of(self.blocks.values()))
 
     @functools.cached_property
     def interpreted_blocks(self) -> list[tuple[str, str]]:
-        """Label and name of each of its blocks that stays Python."""
+        """Labels and names of its blocks that run in Python."""
         return [*interpreted(self.blocks)]
 
     @functools.cached_property
     def has_ordered_ports(self) -> bool:
-        """True if a block of it takes variables of joints in one order only."""
+        """True if one of its blocks requires variables of joints in a fixed order."""
         return any(isinstance(use.block, Block) and use.block.names for use in self.blocks.values())
 
     def json(self) -> dict[str, Any]:
-        """The form that the model takes."""
+        """Returns the model's form."""
         place = self.place.json()
         inputs = {n: p.json() for n, p in self.input_parameters.items()}
         return {
@@ -355,7 +357,7 @@ class Verb(VerbTables, DeclaredNames, Generic[P, R]):
         }  # fmt: skip
 
     def text(self) -> str:
-        """`json` as text, made once: a definition does not change."""
+        """`json` as text, cached, since a definition does not change."""
         return self._text
 
     @functools.cached_property
@@ -366,7 +368,7 @@ class Verb(VerbTables, DeclaredNames, Generic[P, R]):
 
     @functools.cached_property
     def report_class(self) -> type[Report]:
-        """The class of its reports: the function's return annotation, if that is a class of reports."""
+        """Class of its reports: the function's return annotation, if that is a class of reports."""
         returns = self._function.__annotations__.get("return") if self._function is not None else None
         if isinstance(returns, str):
             returns = eval_annotation(returns, self._function)
@@ -398,7 +400,7 @@ class Verb(VerbTables, DeclaredNames, Generic[P, R]):
                 )
 
     def refused_call(self, error: TypeError, kwargs: Mapping[str, Any]) -> None:
-        """Raises `CallError` for arguments that do not fit: the `error`, with the parameter that one of `kwargs` probably meant."""
+        """Raises `CallError` for arguments that do not fit, from `error`, with the parameter that one of `kwargs` probably meant."""
         known = [*self.signature.parameters, "time_limit"]
         wrong = next((name for name in kwargs if name not in known), None)
         remedy = did_you_mean(wrong, known) if wrong else f"call it as {self.name}{self.signature}"
@@ -406,7 +408,7 @@ class Verb(VerbTables, DeclaredNames, Generic[P, R]):
 
 
 def eval_annotation(text: str, function: Any) -> Any:
-    """Returns the meaning of a return annotation where the function was defined; None if it cannot be told."""
+    """Evaluates a return annotation where the function was defined; returns None if that is impossible."""
     names = {**function.__globals__, **inspect.getclosurevars(function).nonlocals, **getattr(function, "__gpac_locals__", {})}
     try:
         return eval(text, names)

@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Devices: physical ones with their channels, logical ones and groups of them, and taught points."""
+"""Devices: physical devices with their channels, logical devices and groups, and taught points."""

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Enabling logical devices: all of them, or none."""
+"""Enables logical devices, all or none."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ _logger = logging.getLogger("opengpac")
 
 
 def enable(devices: Sequence[LogicalDevice], timeout_ns: int | None) -> None:
-    """Starts the verb instances of all, then waits until each is ready; those begun are disabled again if one fails."""
+    """Starts the verb instances of all `devices`, then waits until each is ready; disables them again if one fails."""
     if checking.active():
         return
     begun: list[LogicalDevice] = []
@@ -50,7 +50,7 @@ def enable(devices: Sequence[LogicalDevice], timeout_ns: int | None) -> None:
 
 
 def _say_unguarded(system: System) -> None:
-    """Says once of each physical device that nothing brings to its safe state when its process is gone or hangs."""
+    """Warns once about each physical device that is not brought to its safe state if its process exits or hangs."""
     if system.virtual:
         return
     for name, device in system.physical_devices.items():

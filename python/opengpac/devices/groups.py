@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Groups of logical devices: an arm is its joints."""
+"""Groups of logical devices: an arm is a group of joints."""
 
 from __future__ import annotations
 
@@ -31,12 +31,12 @@ D = TypeVar("D", bound=LogicalDevice)
 class Group(TableDisplay, DeclaredNames, Argument, Generic[D]):
     """Several logical devices in an order: `arm[0]`, `arm["elbow"]`, `arm.elbow`. A verb on a group takes one goal for each.
 
-    A device is named by its whole name or by its last words, `arm["left.elbow"]`, where these are of no other one (`short_names`).
+    A device is named by its full name or by its last words, `arm["left.elbow"]`, if they are unique (`short_names`).
 
-    `Group("arm", shoulder, elbow)`: `name` is what messages call it; the devices, at least one, are all of one system. Raises
+    `Group("arm", shoulder, elbow)`: messages use `name`; there must be at least one device, and all must belong to one system. Raises
     `CallError` otherwise.
 
-    A member of its devices may be set in all of them: `arm.max_speed = 0.5`, `arm.kp = [80, 80, 40]`, `arm.kp = {"elbow": 60}`.
+    A member can be set in all devices: `arm.max_speed = 0.5`, `arm.kp = [80, 80, 40]`, `arm.kp = {"elbow": 60}`.
     """
 
     _settable = frozenset({"model"})
@@ -51,35 +51,35 @@ class Group(TableDisplay, DeclaredNames, Argument, Generic[D]):
             refuse(CallError, f"group '{name}' has devices of several systems", "take all from one")
         self.name = name
         self.model = ""
-        """What identifies its mechanics, for example the hash of the model file that an arm was loaded from."""
+        """Identifier of its mechanics, for example the hash of the model file from which an arm was loaded."""
         self._devices = devices
 
     @property
     def system(self) -> System:
-        """The system of its devices."""
+        """System of the devices."""
         return self._devices[0].system
 
     def enable(self, timeout: Quantity | None = "10 s") -> Self:
-        """Enables all of them and returns when all are ready. After `timeout` `TimeoutError` comes, and none of them stays enabled."""
+        """Enables all devices and returns when all are ready. Raises `TimeoutError` after `timeout`; then none of them remains enabled."""
         enable(self._devices, optional_ns(timeout, "the timeout"))
         return self
 
     def pause(self) -> list[str]:
-        """Pauses the actions on these devices, as `System.pause` does on all; the names of the instances that this suspended."""
+        """Pauses the actions on these devices, like `System.pause` for all; returns the names of the instances that it suspended."""
         return self.system.pause(*self._devices)
 
     def resume(self) -> list[str]:
-        """Takes that pause back; the names of the instances that go on."""
+        """Ends that pause; returns the names of the resumed instances."""
         return self.system.resume(*self._devices)
 
     def disable(self) -> None:
-        """Disables all of them."""
+        """Disables all devices."""
         for device in self._devices:
             device.disable()
 
     @contextmanager
     def enabled(self, timeout: Quantity | None = "10 s") -> Generator[Self]:
-        """Enables the devices: `with arm.enabled():` disables them at the end; `timeout` is that of `enable`."""
+        """Enables the devices; `with arm.enabled():` disables them at the end. `timeout` is that of `enable`."""
         self.enable(timeout)
         try:
             yield self
@@ -88,7 +88,7 @@ class Group(TableDisplay, DeclaredNames, Argument, Generic[D]):
                 self.disable()
 
     def values(self, member: str) -> list[Any]:
-        """Returns the value of one member of each device: `arm.values("sensed")`, one consistent snapshot for SVVs."""
+        """Returns the values of one `member` of each device: `arm.values("sensed")`, one consistent snapshot for SVVs."""
         kind = type(self._devices[0])
         if member in kind.svv_members():
             return list(self.system.read(*(getattr(device, member) for device in self._devices)))
@@ -100,7 +100,7 @@ class Group(TableDisplay, DeclaredNames, Argument, Generic[D]):
 
     @property
     def override(self) -> float:
-        """The share of their speed that motions of its devices may have, 0 to 1; 0 holds. Setting it sets each device's."""
+        """Speed override of motions of the devices, a fraction from 0 to 1; 0 holds. Setting it sets each device's."""
         return min(self.values("override"))
 
     @override.setter
@@ -117,11 +117,11 @@ class Group(TableDisplay, DeclaredNames, Argument, Generic[D]):
             self._set_each(name, value)
 
     def _members(self) -> list[str]:
-        """The members that any of its devices has."""
+        """Returns the members that any of the devices has."""
         return list(dict.fromkeys(name for d in self._devices for name in (*d.svv_members(), *d.parameter_members())))
 
     def _set_each(self, member: str, value: Any) -> None:
-        """Sets a member of each device, or, where one refuses it, of none."""
+        """Sets a member of each device, or of none if one refuses it."""
         for device in self._devices:
             if member not in device.svv_members() and member not in device.parameter_members():
                 what = f"{device.definition_name()} '{device.name}' of group '{self.name}'"
@@ -139,7 +139,8 @@ class Group(TableDisplay, DeclaredNames, Argument, Generic[D]):
             raise
 
     def _one_for_each(self, member: str, value: Any, before: Sequence[Any]) -> Sequence[Any]:
-        """Returns the value of each device: the same, or of a member that is one number its own; a mapping leaves others as they are."""
+        """Returns one value for each device: the same for all, or individual ones for a scalar member; a mapping leaves other devices
+        unchanged."""
         if np.ndim(before[0]) > 0 or isinstance(before[0], np.void):
             return [value] * len(self._devices)
         if isinstance(value, Mapping):
@@ -166,7 +167,7 @@ class Group(TableDisplay, DeclaredNames, Argument, Generic[D]):
 
     @property
     def short_names(self) -> list[str]:
-        """Names of its devices in their order: of each the fewest last words that no other one ends in, `elbow`, or `left.elbow`."""
+        """Names of the devices in their order: the fewest last words that are unique, `elbow`, or `left.elbow`."""
         names = [device.name for device in self._devices]
         counts = Counter(ending for name in names for ending in _endings(name))
         return [next((ending for ending in _endings(name) if counts[ending] == 1), name) for name in names]
@@ -226,7 +227,7 @@ class Group(TableDisplay, DeclaredNames, Argument, Generic[D]):
 
 
 def _endings(name: str) -> list[str]:
-    """Returns the last word of a name, the last two, and so on."""
+    """Returns the endings of a name: the last word, the last two words, and so on."""
     words = name.split(".")
     return [".".join(words[-count:]) for count in range(1, len(words) + 1)]
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Logical devices: a class is a logical device type (an optional verb, SVVs, parameters), an object is a logical device."""
+"""Logical devices: a class is a logical device type (an optional verb, SVVs, parameters), and an object is a logical device."""
 
 from __future__ import annotations
 
@@ -33,11 +33,11 @@ if TYPE_CHECKING:
 
 
 Within: TypeAlias = tuple[float | str, float | str] | str
-"""A range: two ends, or a text, `"(0, inf)"`, where a round bracket excludes its end."""
+"""A range: two ends, or a text, `"(0, inf)"`, in which a round bracket excludes its end."""
 
 
 class SvvMember:
-    """An SVV of a device type; made by `gpac.svv`. On a device it is that device's SVV."""
+    """An SVV of a device type; made by `gpac.svv`. As an attribute of a device it returns the device's SVV."""
 
     def __init__(
         self,
@@ -67,7 +67,7 @@ class SvvMember:
         return device._member_svvs[self.name]
 
     def json(self, owner: type[LogicalDevice]) -> dict[str, Any]:
-        """The form that the model takes."""
+        """Returns the model's form."""
         text, _ = type_json(self.type or _annotated(owner, self.name), f"SVV '{self.name}' of {owner.__name__}")
         initial: Any = None
         if isinstance(self.initial, str) and self.initial.isidentifier():
@@ -81,7 +81,7 @@ class SvvMember:
 
 
 def _annotated(owner: type, name: str) -> Any:
-    """The type in `sensed: gpac.SVV[float]`; `double` without one."""
+    """Returns the type in `sensed: gpac.SVV[float]`; `double` without an annotation."""
     for kind in owner.__mro__:
         given = inspect.get_annotations(kind).get(name)
         if isinstance(given, str):
@@ -105,21 +105,21 @@ def svv(
     shared: str | None = None,
     reading: bool = False,
 ) -> Any:
-    """An SVV of a device type. `type` and `unit` are those of `cell.svv`; `history` is how many last values are kept.
+    """Declares an SVV of a device type. `type` and `unit` are those of `cell.svv`; `history` is the number of last values that are kept.
 
-    `initial="sensed"` copies that member once when the device is enabled; else it is a value.
+    `initial="sensed"` copies that member once when the device is enabled; otherwise it is a value.
 
-    `keep`: its value survives a warm restart (an offset that homing has found). `within` is the range of what Python may store:
-    `"[0, inf)"`, or two ends, each a number or a parameter of the device: `("position_min", "position_max")`.
-    `shared="name"`: the devices have none of their own but share the system's SVV of that name, which is made with the first of them.
-    `reading`: it says something of the machine, so of a device that was never enabled it is refused (`NotEnabled`): nobody has read it.
+    `keep`: its value survives a warm restart (an offset found by homing). `within` is the range of values that Python may store:
+    `"[0, inf)"`, or two ends, each a number or a parameter of the device: `("position_min", "position_max")`. `shared="name"`: the
+    devices share the system's SVV of that name, which is created with the first of them. `reading`: its value describes the machine,
+    so reading it on a device that was never enabled is refused (`NotEnabled`).
     """
     kept = whole(history, "the history of an SVV", 0, 2**32 - 1)
     return SvvMember(type, unit, initial, kept, keep, range_of(within, "the range of an SVV"), shared, reading)
 
 
 class ParameterMember:
-    """A parameter of a device type; made by `gpac.parameter`. On a device it is its value, and setting it changes it."""
+    """A parameter of a device type; made by `gpac.parameter`. As an attribute of a device it is its value, and can be set."""
 
     def __init__(
         self, default: Any, unit: str, tunable: bool, keep: bool | None = None, within: str | list[float | str] | None = None
@@ -142,7 +142,7 @@ class ParameterMember:
             device._here().set_device_parameter(device.name, self.name, plain(value, f"parameter '{self.name}' of device '{device.name}'"))
 
     def json(self) -> dict[str, Any]:
-        """The form that the model takes."""
+        """Returns the model's form."""
         default = plain(self.default, f"the default of parameter '{self.name}'")
         ranged = {} if self.within is None else {"within": self.within}
         return {"default": default, "unit": self.unit, "tunable": self.tunable, **ranged}
@@ -150,14 +150,14 @@ class ParameterMember:
 
 @taking
 def parameter(default: Any, *, unit: str = "", tunable: bool = False, keep: bool | None = None, within: Within | None = None) -> Any:
-    """A parameter of a device type, with its `default` and `unit`.
+    """Declares a parameter of a device type, with its `default` and `unit`.
 
-    `within` is its range: `"(0, inf)"` for numbers above 0, or two ends, each a number or another parameter of the device, before which
-    a minus may stand. A value outside raises `OutOfRange`, when the device is made and when the parameter is set.
+    `within` is its range: `"(0, inf)"` for numbers above 0, or two ends, each a number or another parameter of the device, optionally
+    negated. A value outside raises `OutOfRange`, when the device is made and when the parameter is set.
 
-    A `tunable` one may be set while the device's verb runs; others take effect at its next start.
+    A `tunable` parameter can be set while the device's verb runs; others take effect at its next start.
 
-    `keep`: its value survives a warm restart; left out, that of a tunable one does.
+    `keep`: its value survives a warm restart; by default that of a tunable parameter does.
     """
     return ParameterMember(default, unit, tunable, keep, range_of(within, "the range of a parameter"))
 
@@ -174,22 +174,22 @@ class _Definition:
 class LogicalDevice(TableDisplay, DeclaredNames, Argument):
     """Base of logical device types: `class Joint(gpac.LogicalDevice, verb=servo)` with members `gpac.svv` and `gpac.parameter`.
 
-    `Joint("elbow", drive=ur5e["elbow"], on=fast)` makes a device: `name` is its own in the system, `on` is where its verb runs (or `system`
-    says in which system it is, where nothing else does), the other arguments are its verb's, or override parameters;
-    `every={"read": "5 ms"}` changes intervals of its verb's blocks. `units={"rad": "m"}` says which parts of the type's units are others
-    for this device: a sliding joint. `verb` keeps this one going in place of its type's verb, where its drive is commanded in another
-    way. It must be enabled before verbs may use it.
+    `Joint("elbow", drive=ur5e["elbow"], on=fast)` makes a device: `name` is unique in the system, `on` is the placement of its verb
+    (or `system` is the device's system, if no other argument determines it); the other arguments are its verb's, or override
+    parameters. `every={"read": "5 ms"}` changes intervals of its verb's blocks. `units={"rad": "m"}` replaces components of the
+    type's units for this device: a sliding joint. `verb` replaces the type's verb for this device, if its drive is commanded
+    differently. A device must be enabled before verbs may use it.
 
-    `arbitration` says what happens to a verb that needs something of the device that another verb holds: `"refuse"` (the default:
+    `arbitration` decides on a verb that needs a resource of the device that another verb holds: `"refuse"` (the default:
     `SecondWriter` names both), `"queue"` (its start waits, in order) or `"abort"` (the other ends with `aborted`, and it follows).
-    The type says it for all its devices, `class Joint(..., arbitration="queue")`, and `Joint(..., arbitration="abort")` for one.
+    The type sets it for all of its devices, `class Joint(..., arbitration="queue")`, and `Joint(..., arbitration="abort")` for one.
 
-    Raises `InUse` for a name that is taken, `CallError` for an argument that is not known and where no system can hold it,
-    `DefinitionError` for another `arbitration`, and what the creation of its verb raises; it is made whole or not at all.
+    Raises `InUse` for a name that is taken, `CallError` for an unknown argument or if the system is undetermined, `DefinitionError`
+    for another `arbitration`, and the errors of the creation of its verb; it is made completely or not at all.
     """
 
     _definition_kind = "device_types"
-    """What its type is in a file of definitions."""
+    """Section of a definition file for its type."""
 
     _definition: ClassVar[_Definition]
     _text: ClassVar[tuple[_Definition, str]]
@@ -270,7 +270,7 @@ class LogicalDevice(TableDisplay, DeclaredNames, Argument):
             self.system._restored.apply(self)
 
     def _enter(self) -> None:
-        """Makes it the device of its name in its system. Its SVVs are those that the name has now, and stay so."""
+        """Registers it as the device of its name in its system, and binds it permanently to the present SVVs of that name."""
         self._member_svvs = {
             name: SVV(self.system, member.shared or f"{self.name}.{name}") for name, member in self.svv_members().items()
         }  # fmt: skip
@@ -280,7 +280,7 @@ class LogicalDevice(TableDisplay, DeclaredNames, Argument):
         self.system.devices[self.name] = self
 
     def _here(self) -> RealTimeSystem:
-        """The system that it is in. Refused where the device was deleted and another has its name."""
+        """Returns the device's system. Refuses a deleted device whose name another device has taken."""
         other = self.system.devices.get(self.name)
         if other is not None and other is not self and (other.definition_name(), other._numbers) != (self.definition_name(), self._numbers):
             refuse(
@@ -293,27 +293,27 @@ class LogicalDevice(TableDisplay, DeclaredNames, Argument):
 
     @classmethod
     def definition_name(cls) -> str:
-        """The name of the type."""
+        """Returns the name of the type."""
         return cls._definition.name
 
     @classmethod
     def definition_verb(cls) -> Verb[..., Any] | None:
-        """The verb that keeps such a device going."""
+        """Returns the verb that keeps devices of this type running."""
         return cls._definition.verb
 
     @property
     def verb(self) -> Verb[..., Any] | None:
-        """The verb that keeps this device going: its type's, or the one that it was given."""
+        """Verb that keeps this device running: its type's, or the one passed to it."""
         return self._own_verb or self.definition_verb()
 
     @classmethod
     def parameter_members(cls) -> dict[str, ParameterMember]:
-        """Its parameters by name."""
+        """Returns the parameters by name."""
         return cls._members(ParameterMember)
 
     @classmethod
     def svv_members(cls) -> dict[str, SvvMember]:
-        """Its SVVs by name."""
+        """Returns the SVVs by name."""
         return cls._members(SvvMember)
 
     @classmethod
@@ -322,7 +322,7 @@ class LogicalDevice(TableDisplay, DeclaredNames, Argument):
 
     @classmethod
     def definition_json(cls) -> dict[str, Any]:
-        """The form that the model takes."""
+        """Returns the model's form."""
         verb = cls.definition_verb()
         return {
             "name": cls.definition_name(), "doc": (cls.__doc__ or "").strip(), "verb": verb.name if verb else None,
@@ -333,7 +333,7 @@ class LogicalDevice(TableDisplay, DeclaredNames, Argument):
 
     @classmethod
     def definition_text(cls) -> str:
-        """`definition_json` as text, made once: a definition does not change."""
+        """Returns `definition_json` as text, cached, since a definition does not change."""
         made = cls.__dict__.get("_text")
         if made is None or made[0] is not cls._definition:
             with refusals:
@@ -346,7 +346,7 @@ class LogicalDevice(TableDisplay, DeclaredNames, Argument):
 
     @property
     def short_name(self) -> str:
-        """The last word of its name: `elbow` of `arm.elbow`."""
+        """Last word of the name: `elbow` of `arm.elbow`."""
         return self.name.rsplit(".", 1)[-1]
 
     @property
@@ -356,27 +356,28 @@ class LogicalDevice(TableDisplay, DeclaredNames, Argument):
             return self._here().device_state(self.name)
 
     def enable(self, timeout: Quantity | None = "10 s") -> Self:
-        """Starts its verb instance and returns when that has come to `gpac.ready()`. Idempotent.
+        """Starts the device's verb instance and returns when it has reached `gpac.ready()`. Idempotent.
 
-        After `timeout` `TimeoutError` comes, and it is disabled again; where its verb ends before, that end's exception.
+        Raises `TimeoutError` after `timeout`, and disables the device again; if its verb ends earlier, raises the exception of that
+        end.
         """
         self._here()
         enable([self], optional_ns(timeout, "the timeout"))
         return self
 
     def _when_enabled(self) -> None:
-        """Called once `enable` has found it ready: a type says here what its user should know."""
+        """Runs after `enable` has found the device ready: a type reports here any facts for its user."""
 
     def disable(self) -> None:
-        """Ends the verbs that use it with `device_disabled`, then its own."""
+        """Ends the verbs that use the device with `device_disabled`, then its own verb."""
         with refusals:
             self._here().disable(self.name)
 
     def exchange_verb(self, verb: Verb[..., Any]) -> None:
-        """Replaces the verb that keeps it going, within one firing where it is enabled; verbs that use the device run on.
+        """Replaces the `verb` that keeps the device running, within one firing if it is enabled; verbs that use the device keep running.
 
-        The new verb takes the same arguments, members and parameters. Blocks of the same label and code keep their states, cells of the
-        same name their values. Where something is refused nothing has changed. Both verbs lie in one interrupt source.
+        The new verb takes the same arguments, members and parameters. Blocks with the same label and code keep their states, cells
+        with the same name their values. A refused exchange changes nothing. Both verbs must run in one interrupt source.
         """
         self.system._enter_verb(verb)
         with refusals:
@@ -385,7 +386,7 @@ class LogicalDevice(TableDisplay, DeclaredNames, Argument):
 
     @contextmanager
     def enabled(self, timeout: Quantity | None = "10 s") -> Generator[Self]:
-        """Enables the device: `with joint.enabled():` disables it at the end; `timeout` is that of `enable`."""
+        """Enables the device; `with joint.enabled():` disables it at the end. `timeout` is that of `enable`."""
         self.enable(timeout)
         try:
             yield self
@@ -394,7 +395,7 @@ class LogicalDevice(TableDisplay, DeclaredNames, Argument):
                 self.disable()
 
     def delete(self) -> None:
-        """Takes it away, with its SVVs and its verb instance; refused while it is enabled or in use."""
+        """Deletes the device, with its SVVs and its verb instance; refused while it is enabled or in use."""
         with refusals:
             self._here().delete_device(self.name)
         self.system.devices.pop(self.name, None)
@@ -425,6 +426,6 @@ class LogicalDevice(TableDisplay, DeclaredNames, Argument):
 
 
 def check_arbitration(arbitration: str, what: str) -> None:
-    """Refuses a word that is none of the three."""
+    """Refuses words other than the three."""
     if arbitration not in ("refuse", "queue", "abort"):
         refuse(DefinitionError, f"{what} has arbitration={arbitration!r}", "write 'refuse', 'queue' or 'abort'")

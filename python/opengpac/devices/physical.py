@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Physical devices: typed, unit-carrying channels of a driver, grouped in parts where the machine has them (joints)."""
+"""Physical devices: typed channels of a driver with units, grouped in parts if the machine has them (joints)."""
 
 from __future__ import annotations
 
@@ -24,9 +24,9 @@ if TYPE_CHECKING:
 
 
 class Channel(DeclaredNames, Argument):
-    """A channel of a physical device: `name`, `type`, `unit`, and whether it is written. Made by its device: `ur5e["elbow"].position`.
+    """A channel of a physical device: `name`, `type`, `unit`, and its direction. Made by its device: `ur5e["elbow"].position`.
 
-    `type` is a C type; numbers are in `unit`, a text that is empty where the channel has none. Verbs bind to it; a program reads it by
+    `type` is a C type; numbers are in `unit`, a text that is empty if the channel has none. Verbs bind to it; a program reads it by
     `cell.read(channel)`, and only blocks write it. Raises `UnknownName` once its device is deleted.
     """
 
@@ -45,22 +45,22 @@ class Channel(DeclaredNames, Argument):
 
     @property
     def dtype(self) -> np.dtype[Any]:
-        """The dtype of its value."""
+        """NumPy dtype of the value."""
         return dtype_of(self._about["type"])
 
     @functools.cached_property
     def _decode(self) -> Callable[[bytes], Any]:
-        """Gives its value from the bytes of one."""
+        """Returns a function that decodes the bytes of a value."""
         return decoder_of(self._about["type"])
 
     @property
     def full_name(self) -> str:
-        """Its name in the system, `plant.elbow.position`."""
+        """Name in the system, `plant.elbow.position`."""
         return f"{self.device.name}.{self.name}"
 
     @property
     def _asked(self) -> str:
-        """Name by which it is asked for: an SVV may have its name. Refused where its device was deleted and another has its name."""
+        """Name for requests, distinct from that of an SVV. Refuses a deleted device whose name another device has taken."""
         self.device._here()
         return f"{self.full_name}@channel"
 
@@ -69,9 +69,9 @@ class Channel(DeclaredNames, Argument):
         return {"channel": {"device": self.device.name, "channel": self.name}}
 
     def raises(self, source: Source) -> None:
-        """Lets it raise a trigger or software source, of any processor, each time it goes from zero to something else.
+        """Makes the channel raise a trigger or software `source`, of any processor, each time its value changes from zero to nonzero.
 
-        It is looked at in each firing of the source that exchanges with its device; what the first reading finds raises nothing.
+        The channel is checked in each firing of the source that exchanges with its device; the first reading never raises the source.
         """
         if not isinstance(source, Source):
             refuse(CallError, f"channel '{self.device.name}.{self.name}' is to raise {source!r}", "give a source: rtp.trigger('door')")
@@ -91,7 +91,7 @@ class Channel(DeclaredNames, Argument):
 
 
 class _Channels(TableDisplay, DeclaredNames):
-    """Channels by the last word of their name, as attributes and items."""
+    """Channels by the last word of their names, as attributes and items."""
 
     def _find(self, name: str) -> Any:
         raise NotImplementedError
@@ -125,8 +125,8 @@ def _channel_table(title: str, channels: Mapping[str, Channel]) -> Table:
 class Part(_Channels, Argument):
     """A part of a machine, for example a joint; made by its `device`, `ur5e["elbow"]`.
 
-    `about` is what the driver says of it: range, limits, gains that suit it, in the units of its channels. Raises `UnknownName` for a
-    channel that it does not have.
+    `about` contains the driver's declarations: range, limits, suitable gains, in the units of its channels. Raises `UnknownName` for
+    a channel that it does not have.
     """
 
     def __init__(self, device: PhysicalDevice, about: Mapping[str, Any]) -> None:
@@ -137,7 +137,7 @@ class Part(_Channels, Argument):
 
     @property
     def channels(self) -> dict[str, Channel]:
-        """Its channels by their short names."""
+        """Channels by their short names."""
         prefix = f"{self.name}."
         return {n.removeprefix(prefix): c for n, c in self.device.channels.items() if n.startswith(prefix)}
 
@@ -165,8 +165,8 @@ class Part(_Channels, Argument):
 class PhysicalDevice(_Channels):
     """A driver that a processor can reach; made by `processor.physical_device(name, driver, exchange)`.
 
-    `parts` are its joints; `device["elbow"]` is one, `device["tool.force"]` a channel. `source` is the interrupt source that exchanges with
-    it, `about` what the driver declares.
+    `parts` are its joints; `device["elbow"]` is one, `device["tool.force"]` a channel. `source` is the interrupt source that
+    exchanges with it, `about` contains the driver's declarations.
     """
 
     def __init__(self, system: System, name: str, source: Source, about: Mapping[str, Any]) -> None:
@@ -180,16 +180,16 @@ class PhysicalDevice(_Channels):
             parts = parts.get("parts", [])
         self._parts = {p["name"]: Part(self, p) for p in parts}
         self.services = Services(self)
-        """What its driver does off the cycle, as methods: `device.services.home(joint="elbow")`."""
+        """Services of the driver outside the cycle, as methods: `device.services.home(joint="elbow")`."""
 
     @property
     def parts(self) -> list[str]:
-        """The names of its parts, in the machine's order."""
+        """Names of the parts, in the machine's order."""
         return [*self._parts]
 
     @property
     def counters(self) -> dict[str, int]:
-        """Counts of its driver so far, by name: lost frames, late answers. 0 for those that a remote processor has not told yet."""
+        """Counters of the driver, by name: lost frames, late answers. 0 for those not yet reported by a remote processor."""
         self._here()
         known = self.system.statistics["physical_devices"].get(self.name)
         if known is None:
@@ -197,15 +197,16 @@ class PhysicalDevice(_Channels):
         return {word["name"]: 0 for word in self.about.get("counters", [])} | known["counters"]
 
     def reopen(self) -> None:
-        """Opens it again after it was lost, as it was opened first: what is bound to it stays. Nothing where it is not lost.
+        """Reopens a lost device with its original options; bindings to it remain valid. Does nothing if the device is not lost.
 
-        `cell.reset()` does so for every lost device. Where its driver still finds no machine, `DeviceFailed` says why, and it stays lost.
+        `cell.reset()` does so for every lost device. If the driver still finds no machine, `DeviceFailed` states the cause, and it
+        stays lost.
         """
         with refusals:
             self.system._alive().reopen_physical_device(self.name)
 
     def delete(self) -> None:
-        """Closes it, its outputs in their safe state; refused while a device or verb instance is bound to it."""
+        """Closes the device with its outputs in their safe state; refused while a device or verb instance is bound to it."""
         native = self._here()
         with refusals:
             native.delete_physical_device(self.name)
@@ -213,7 +214,7 @@ class PhysicalDevice(_Channels):
         self.system._by_name.forget("physical device", self.name)
 
     def _here(self) -> RealTimeSystem:
-        """The system that it is in. Refused where it was deleted and another has its name: that one's channels may be others."""
+        """Returns the device's system. Refuses a deleted device whose name another has taken: its channels may differ."""
         if self.system.physical_devices.get(self.name, self) is not self:
             refuse(
                 UnknownName,

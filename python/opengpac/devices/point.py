@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A taught point, and what stands of it in its file."""
+"""A taught point, and its entry in the file."""
 
 from __future__ import annotations
 
@@ -14,15 +14,15 @@ from ..values.configurations import Configuration
 from ..values.frames import Pose
 
 JOINTS = "joints"
-"""The frame of a point that is joint positions."""
+"""Frame name of points that are joint positions."""
 
 WORLD = "world"
-"""The frame in which the poses of the arm are given."""
+"""Name of the frame of the arm's poses."""
 
 
 @dataclass(frozen=True)
 class PointEntry:
-    """A point as its file has it: joints in rad or m, and the pose in its frame of a point in space."""
+    """Entry of a point in its file: joints in rad or m, and for a point in space the pose in its frame."""
 
     joints: dict[str, float]
     frame: str = JOINTS
@@ -36,26 +36,26 @@ class PointEntry:
 class Point(Mapping[str, float]):
     """A taught point: joint → rad (m for a sliding joint). A goal of a motion: `move(arm, goal=points["pick"])`.
 
-    Made by `points["pick"]` and `points.teach("pick")`; `name` is its own in the file. `frame` is what it is told in: `joints`, or
-    `world` or the name of a work frame for a point in space, whose joints are computed when they are asked for, from its pose, with the
-    frame and the tool of now and its configuration. `note` is for people, `taught` when it was taught, or None.
+    Made by `points["pick"]` and `points.teach("pick")`; `name` is its name in the file. `frame` is `joints`, or for a point in space
+    `world` or the name of a work frame; the joints of a point in space are computed on access from its pose, with the present frame
+    and tool and its configuration. `note` is for people, `taught` is the time at which it was taught, or None.
     """
 
     def __init__(self, name: str, entry: PointEntry, reach: Callable[[], tuple[dict[str, float], Pose]] | None = None) -> None:
         self.name, self.frame, self.tool, self.note, self.taught = name, entry.frame, entry.tool, entry.note, entry.taught
         self.configuration = entry.configuration
-        """Which of the arm's joint positions are meant, of a point in space of an arm that has configurations; else None."""
+        """Configuration of the arm for a point in space, if the arm has configurations; else None."""
         self._entry, self._reach = entry, reach
         self._reached: tuple[dict[str, float], Pose] | None = None
 
     @property
     def in_frame(self) -> Pose | None:
-        """The pose of its tool in its frame; None of a point that is joint positions."""
+        """Pose of the point's tool in its frame; None for a point that is joint positions."""
         return self._entry.pose
 
     @property
     def pose(self) -> Pose:
-        """Where `arm.pose()` is there, with the arm's tool of now: a goal of `move_linear`.
+        """Returns `arm.pose()` at the point, with the arm's present tool: a goal of `move_linear`.
 
         Raises `CallError` for points without an arm, `Unreachable` for a point in space that the arm does not reach.
         """
@@ -67,7 +67,7 @@ class Point(Mapping[str, float]):
 
     @property
     def taught_joints(self) -> dict[str, float]:
-        """The joint positions that the arm had when it was taught, whatever its frame and tool are now."""
+        """Joint positions of the arm when the point was taught, regardless of the present frame and tool."""
         return dict(self._entry.joints)
 
     @property
@@ -80,7 +80,7 @@ class Point(Mapping[str, float]):
 
     @property
     def array(self) -> np.ndarray:
-        """The positions in the arm's order."""
+        """Positions in the arm's order."""
         return np.array([*self._joints.values()])
 
     def __getitem__(self, joint: str) -> float:

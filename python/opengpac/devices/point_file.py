@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The file of taught points: read, checked and changed so that comments and order stay.
+"""The file of taught points: reads, checks and changes it; comments and order are preserved.
 
-Format 2 has a line for each point. Files of format 1, with a table for each, are read and written as they are; a point in space or a
-frame makes one of format 2 of them, in which the tables stay.
+Format 2 has one line per point. Files of format 1, with one table per point, keep their form when they are written; adding a point in
+space or a frame converts them to format 2, which keeps the tables.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ from .point import JOINTS, WORLD, PointEntry
 
 FORMAT = 2
 DIGITS = 9
-"""Decimals of a number in the file."""
+"""Number of decimals in the file."""
 
 
 def new_document() -> Any:
@@ -41,7 +41,7 @@ def new_document() -> Any:
 
 
 def parsed(text: str, path: Path) -> Any:
-    """Returns the document of a file whose every number can be used."""
+    """Returns the document of a file after checking that all of its numbers are valid."""
     try:
         document: Any = tomlkit.parse(text)
         wrong = _wrong(document)
@@ -60,7 +60,7 @@ def parsed(text: str, path: Path) -> Any:
 
 @functools.lru_cache
 def factor(unit: Any) -> float | None:
-    """Returns the value in rad or m of a unit in the file; Any other unit has none. A number without a unit is as it is."""
+    """Returns the factor from a unit in the file to rad or m, None for other units. Numbers without a unit have the factor 1."""
     for si in ("rad", "m") if isinstance(unit, str) and unit else ():
         with contextlib.suppress(_native.Refused):
             return _native.number_in(f"1 {unit}", si)
@@ -91,7 +91,7 @@ def entry_of(document: Any, name: str) -> PointEntry:
 
 
 def put_entry(document: Any, name: str, point: PointEntry) -> None:
-    """Writes a point into a document, in the place of that name or behind all others."""
+    """Writes a point into a document, in place of the one with that name or at the end."""
     table, arm = document["points"], document["arm"]
     in_lines = is_in_lines(document)
     if point.pose is not None:
@@ -124,7 +124,7 @@ def put_entry(document: Any, name: str, point: PointEntry) -> None:
 
 
 def _keep(entry: Any, key: str, value: Any) -> None:
-    """Sets an item of an entry where it is another, and removes it for None."""
+    """Sets an item of an entry if it differs, and removes it for None."""
     if value is None:
         if key in entry:
             del entry[key]
@@ -139,7 +139,7 @@ def pose_of(entry: Mapping[str, Any]) -> Pose:
 
 
 def pose_entry(pose: Pose) -> dict[str, Any]:
-    """Returns a pose as its items in the file."""
+    """Returns the file's items of a pose."""
     return {
         "position": [round(float(x), DIGITS) + 0.0 for x in pose.position],
         "rpy_deg": [round(math.degrees(x), DIGITS) + 0.0 for x in pose.rpy],
@@ -147,13 +147,13 @@ def pose_entry(pose: Pose) -> dict[str, Any]:
 
 
 def is_in_lines(document: Any) -> bool:
-    """Returns whether the points of a document are lines, not tables."""
+    """Returns whether the points of a document are lines rather than tables."""
     points = document["points"]
     return all(isinstance(points[name], InlineTable) for name in points) if len(points) else document["format"] == FORMAT
 
 
 def renamed(text: str, name: str, to: str) -> str:
-    """Returns the text of a file in which a point has another name; all else stays."""
+    """Returns the text of a file after renaming a point; the rest is unchanged."""
     lines, section = text.split("\n"), ""
     for number, line in enumerate(lines):
         header = re.match(r"\s*\[([^\[\]]+)\]", line)
@@ -172,7 +172,7 @@ def _key(name: str) -> str:
 
 
 def _written(name: str) -> str:
-    """Returns the pattern of a name as a key of a file."""
+    """Returns the pattern of a name as a key in a file."""
     forms = {_key(name), tomlkit.string(name).as_string()} | ({f"'{name}'"} if "'" not in name and "\n" not in name else set())
     return "|".join(re.escape(form) for form in forms)
 
@@ -182,7 +182,7 @@ def _header(name: str) -> str:
 
 
 def _line_of(text: str, section: str, name: str) -> int | None:
-    """Returns the line of an entry, from 1, as far as it can be told from the text."""
+    """Returns the line of an entry, from 1, or None if the text does not reveal it."""
     current = ""
     for number, line in enumerate(text.split("\n"), 1):
         header = re.match(r"\s*\[([^\[\]]+)\]", line)
@@ -201,7 +201,7 @@ def _line_of(text: str, section: str, name: str) -> int | None:
 
 
 def _wrong(document: Any) -> tuple[tuple[str, str] | None, str] | None:
-    """Returns what is wrong with a document, and the section and name that it is about."""
+    """Returns the error of a document with the section and name concerned."""
     if document.get("format") not in (1, FORMAT):
         return None, f"its format is {document.get('format')!r}, this version reads {FORMAT}"
     arm, points = document.get("arm"), document.get("points")
@@ -252,7 +252,7 @@ def _wrong_point(entry: Any, document: Any) -> str:
 
 
 def _wrong_place(entry: Mapping[str, Any], document: Any) -> str:
-    """Returns what is wrong with the frame, the tool, the pose and the configuration of a point."""
+    """Returns the error in the frame, the tool, the pose or the configuration of a point."""
     frame, tool = entry.get("frame", JOINTS), entry.get("tool")
     if frame == JOINTS:
         extra = next((key for key in ("position", "rpy_deg", "tool", "configuration", "turns") if key in entry), None)

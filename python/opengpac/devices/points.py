@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Taught points of an arm, in a text file that people may edit: its comments and order stay."""
+"""Taught points of an arm, in a text file that people may edit; comments and order are preserved."""
 
 from __future__ import annotations
 
@@ -29,26 +29,27 @@ from .point import JOINTS, WORLD, Point, PointEntry
 
 _WHAT = "the points file"
 _SAME = 1e-8
-"""How near (m, rad) the arm's taught joints must bring its tool to the pose of a point to be taken as they are."""
+"""Tolerance (m, rad) between the tool's pose at the taught joints and the pose of a point; within it the taught joints are used
+unchanged."""
 
 
 @all_taking
 class Points(MutableMapping[str, Point]):
     """The taught points of a file: `points = gpac.Points("points.toml", arm)`, `points.teach("pick")`, `points["pick"]`.
 
-    A mapping of names (any text that is not empty) to `Point`: a position for each joint, in rad, or m for a sliding joint. A point that
-    was taught in a frame, `points.teach("pick", frame="table")`, is one in space: it moves with `points.frames["table"]`, holds for
-    each tool of the arm, and is reached in the configuration in which it was taught.
+    A mapping of names (any text that is not empty) to `Point`: a position for each joint, in rad, or m for a sliding joint. A point
+    taught in a frame, `points.teach("pick", frame="table")`, is a point in space: it moves with `points.frames["table"]`, is valid
+    for every tool of the arm, and is reached in the configuration in which it was taught.
 
-    `path` is a TOML file, which the first change makes. `arm` is the arm that is taught, a group of joints or one joint; without it a
-    method is given one. The file says whose points they are: joints, units, and what identifies the model; `any_model=True` takes the
-    points of another model with the same joints.
+    `path` is a TOML file, created by the first change. `arm` is the arm that is taught, a group of joints or one joint; without it an
+    arm must be passed to each method. The file identifies its arm: joints, units, and an identifier of the model; `any_model=True`
+    accepts the points of another model with the same joints.
 
-    Each change is written at once, whole or not at all, and changes that an editor or another program made meanwhile are read first.
-    Several threads of a program may use one `Points`.
+    Each change is written immediately and atomically, after reading changes that an editor or another program made meanwhile. Several
+    threads of a program may use one `Points`.
 
-    Raises `FileFailed` for a file that cannot be read, written or understood, with its line, `ValueRefused` for points of another
-    arm, and `UnknownName` for a point or joint that is not there.
+    Raises `FileFailed` for a file that cannot be read, written or parsed, with its line, `ValueRefused` for points of another arm,
+    and `UnknownName` for a point or joint that does not exist.
     """
 
     def __init__(self, path: str | os.PathLike[str], arm: Group[Any] | LogicalDevice | None = None, *, any_model: bool = False) -> None:
@@ -76,12 +77,12 @@ class Points(MutableMapping[str, Point]):
         frame: str = JOINTS,
         tool: str | None = None,
     ) -> Point:
-        """Takes the present position of the arm, which must be enabled, as that point. A point of that name is taught again.
+        """Stores the present position of the arm, which must be enabled, as the point `name`; replaces an existing point of that name.
 
-        `frame` makes it a point in space: where the arm's tool is, in the frame of that name of `frames`, or in that of the arm's poses,
-        `"world"`. `tool` names a frame of `tools` whose place it is, instead of the tool that the arm has. `note` is for people. Raises
-        `NotEnabled` where a joint is not enabled, `CallError` where no arm is given here or to `Points`, `UnknownName` for a frame or a
-        tool that is not there, `InvalidState` for a point in space of joints that are no arm.
+        `frame` makes it a point in space: the pose of the arm's tool in the frame of that name of `frames`, or in that of the arm's
+        poses, `"world"`. `tool` names a frame of `tools` to use instead of the arm's present tool. `note` is for people. Raises
+        `NotEnabled` if a joint is not enabled, `CallError` if no `arm` is passed here or to `Points`, `UnknownName` for a frame or
+        tool that does not exist, and `InvalidState` for a point in space if the joints do not form an arm.
         """
         given = self._arm if arm is None else _group(arm)
         if given is None:
@@ -106,7 +107,7 @@ class Points(MutableMapping[str, Point]):
         return self._point(name, given)
 
     def edit(self, name: str, joints: Mapping[str, float] | None = None, *, note: str | None = None, pose: Pose | None = None) -> Point:
-        """Changes some joints of the point of that name, `points.edit("pick", {"elbow": 1.2})`, its note, or its pose in its frame."""
+        """Changes some `joints` of the point `name`, `points.edit("pick", {"elbow": 1.2})`, its `note`, or its `pose` in its frame."""
 
         def put(document: Any) -> None:
             entry = self._entry(document, name)
@@ -128,7 +129,7 @@ class Points(MutableMapping[str, Point]):
         return self[name]
 
     def rename(self, name: str, to: str) -> None:
-        """Gives a point another name, `to`; refused with `ValueRefused` where there is one of that name."""
+        """Renames the point `name` to `to`; raises `ValueRefused` if `to` exists."""
         _named(to)
 
         def change(text: str) -> str:
@@ -142,7 +143,7 @@ class Points(MutableMapping[str, Point]):
             written = point_file.parsed(done, self.path)["points"]
             if to in written and name not in written:
                 return done
-            # A name that is written in a way of its own: the point moves to the end.
+            # The name is written in an unusual form: move the point to the end.
             document["points"][to] = document["points"][name]
             del document["points"][name]
             return tomlkit.dumps(document)
@@ -150,7 +151,7 @@ class Points(MutableMapping[str, Point]):
         self._change(change)
 
     def __setitem__(self, name: str, joints: Point | Mapping[str, float] | Sequence[float]) -> None:
-        """`points["home"] = [0, 0, …]` in the arm's order, in rad, or joint → rad; another point is copied with its frame."""
+        """Sets a point: `points["home"] = [0, 0, …]` in the arm's order, in rad, or joint → rad; another point is copied with its frame."""
         _named(name)
 
         def put(document: Any) -> None:
@@ -178,19 +179,19 @@ class Points(MutableMapping[str, Point]):
         self._edit(remove)
 
     def save(self) -> None:
-        """Writes the file. Every change does; call it when one could not, for want of room, to try again."""
+        """Writes the file. Every change calls it; call it to retry after a failed write, such as on a full disk."""
         self._change(lambda text: text)
 
-    # ---- looking ----
+    # ---- queries ----
 
     @property
     def joints(self) -> list[str]:
-        """The joints of the arm that they are of."""
+        """Joints of the arm to which the points belong."""
         return [str(joint) for joint in self._document["arm"]["joints"]]
 
     @property
     def model(self) -> str:
-        """Identifier of the model of the arm that they are of; empty while there is none."""
+        """Identifier of the model of the arm to which the points belong; empty if there is none."""
         return str(self._document["arm"]["model"])
 
     @property
@@ -229,7 +230,7 @@ class Points(MutableMapping[str, Point]):
     # ---- points in space ----
 
     def _placed(self, document: Any, name: str, arm: Any, entry: PointEntry) -> PointEntry:
-        """Returns an entry with the pose that the arm has at its joints, in its frame."""
+        """Returns an entry with the arm's pose at its joints, in its frame."""
         if entry.frame == JOINTS:
             if entry.tool is not None:
                 refuse(CallError, f"point '{name}' is given a tool and no frame", 'give the frame too: frame="world"')
@@ -245,7 +246,7 @@ class Points(MutableMapping[str, Point]):
         return replace(entry, pose=frame.inverse() @ place, configuration=chosen)
 
     def _reached(self, document: Any, name: str, entry: PointEntry, arm: Any) -> tuple[dict[str, float], Pose]:
-        """Returns the joints at which the arm is at a point, with its frame and tool of now, and the arm's pose there."""
+        """Returns the joints of the arm at a point, with the present frame and tool, and the arm's pose there."""
         taught = [*entry.joints.values()]
         if entry.pose is None:
             return entry.joints, arm.forward(taught)
@@ -292,7 +293,7 @@ class Points(MutableMapping[str, Point]):
             return self._document
 
     def _refresh(self) -> None:
-        """Reads the file where it is not what was read or written last; what could not be written is done on it again."""
+        """Rereads the file if it differs from the version last read or written, and reapplies changes that could not be written."""
         text = files.read(self.path, _WHAT)
         if text is None or text == self._seen:
             return
@@ -315,7 +316,7 @@ class Points(MutableMapping[str, Point]):
         self._change(on_text)
 
     def _change(self, change: Callable[[str], str]) -> None:
-        """Changes the text of the file, as it is now, and writes it."""
+        """Changes the present text of the file and writes it."""
         with self._lock, files.locked(self.path, _WHAT):
             self._refresh()
             text = change(tomlkit.dumps(self._document))
@@ -354,7 +355,7 @@ class Points(MutableMapping[str, Point]):
 class PlaceTable(MutableMapping[str, Pose]):
     """The frames or the tools of a points file: names → `Pose`. Made by `points.frames` and `points.tools`.
 
-    A point that was taught in a frame moves with it. Deleting one that points are of is refused with `ValueRefused`.
+    A point taught in a frame moves with it. Deleting an entry that points use raises `ValueRefused`.
     """
 
     def __init__(self, points: Points, section: str) -> None:
@@ -408,7 +409,7 @@ class PlaceTable(MutableMapping[str, Pose]):
 
 
 def model_of(arm: Group[Any]) -> str:
-    """Returns the identifier of an arm's mechanics: the model file that it was loaded from, else its joints, their types and units."""
+    """Returns the identifier of an arm's mechanics: that of its model file, else its joints, their types and units."""
     if arm.model:
         return arm.model
     said = [(device.definition_name(), name, device.sensed.unit) for device, name in zip(arm, arm.short_names, strict=True)]
@@ -431,7 +432,7 @@ def _named(name: Any) -> None:
 
 
 def _joints_of(name: str, joints: Any, names: list[str]) -> dict[str, float]:
-    """Returns the joints that a point is given, in the arm's order."""
+    """Returns the joints passed for a point, in the arm's order."""
     if not isinstance(joints, Mapping):
         if isinstance(joints, str) or len(joints) != len(names):
             refuse(ValueRefused, f"point '{name}' is given {joints!r}", f"give {len(names)} numbers: {', '.join(names)}")
@@ -444,7 +445,7 @@ def _joints_of(name: str, joints: Any, names: list[str]) -> dict[str, float]:
 
 
 def _checked(name: str, joints: Mapping[str, Any]) -> dict[str, float]:
-    """Returns joint positions that are finite numbers."""
+    """Returns the joint positions after checking that they are finite numbers."""
     found = {}
     for joint, given in joints.items():
         value = number(given)

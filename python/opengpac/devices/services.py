@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Services of drivers: commands off the cycle, as methods of `device.services`."""
+"""Services of drivers: commands outside the cycle, as methods of `device.services`."""
 
 from __future__ import annotations
 
@@ -21,11 +21,11 @@ _TYPES: Mapping[str, Any] = {"text": str, "number": float, "whole": int, "bool":
 
 
 class Service:
-    """A service of a physical device: calling it lets the driver carry it out, and returns what that answers."""
+    """A service of a physical device; calling it makes the driver execute it, and returns the driver's answer."""
 
     def __init__(self, device: PhysicalDevice, about: Mapping[str, Any]) -> None:
         self.device = device
-        # Those that must be given come first, whatever the order in which a driver declares them.
+        # Required arguments come first, regardless of the order of the driver's declaration.
         self.about = {**about, "arguments": sorted(about["arguments"], key=lambda argument: argument["default"] is not None)}
         self.name: str = about["name"]
         self.__name__ = self.name
@@ -55,7 +55,7 @@ class Service:
             ns = duration_ns(value, what)
             return ns if unit == "ns" else ns * 1e-9
         if isinstance(value, str) and unit and declared and declared["kind"] in ("number", "whole"):
-            # What is no quantity is refused as the declaration says it.
+            # Values that are not quantities are refused later, according to the declaration.
             with contextlib.suppress(_native.Refused):
                 number = _native.number_in(value, unit)
                 return round(number) if declared["kind"] == "whole" else number
@@ -86,7 +86,7 @@ def _documented(about: Mapping[str, Any]) -> str:
 
 
 class Services(TableDisplay):
-    """Services of a physical device's driver off the cycle: `device.services.home(joint="elbow")`."""
+    """Services of a physical device's driver outside the cycle: `device.services.home(joint="elbow")`."""
 
     def __init__(self, device: PhysicalDevice) -> None:
         self._device = device

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Drivers in Python: a class with options and channels, whose `exchange` runs in a process of its own.
+"""Drivers in Python: a class with options and channels, whose `exchange` runs in a separate process.
 
     from opengpac.driver import Driver, Option, read, write
 
@@ -23,8 +23,8 @@
         def calibrate(self, at: float = Option("the temperature that it has", unit="K")) -> None:
             "Takes the present temperature for this one."
 
-`gpac.drivers.python("thermometer.py", port="/dev/ttyS0", period="10 ms")` is what `rtp.physical_device` takes. The source that exchanges
-with the device never waits for the process: it takes the newest readings, whose age is the channel `age`.
+`gpac.drivers.python("thermometer.py", port="/dev/ttyS0", period="10 ms")` is passed to `rtp.physical_device`. The source that
+exchanges with the device never waits for the process: it takes the newest readings, whose age is the channel `age`.
 """
 
 from .base import Driver

@@ -11,10 +11,10 @@ from .members import NEEDED, Channel, Counter, NamedMember, NothingNew, OptionMe
 
 
 class Driver:
-    """Base of drivers in Python. One object stands for one open device; all its methods are called by one thread.
+    """Base of drivers in Python. One object represents one open device; all its methods are called by one thread.
 
-    What a method raises is `device_lost` with the exception's text, or why the device cannot be opened. A device that was lost comes
-    back with `reopen()` or `reset()`, which make a new object in a new process.
+    An exception of a method causes `device_lost` with its text, or is the reason that the device cannot be opened. `reopen()` or
+    `reset()` recovers a lost device by making a new object in a new process.
     """
 
     def __init__(self, **options: Any) -> None:
@@ -36,38 +36,39 @@ class Driver:
 
     @classmethod
     def members(cls, kind: type[Any]) -> Mapping[str, Any]:
-        """Returns the members of that kind that the class and its bases declare, by name."""
+        """Returns the members of that `kind` declared by the class and its bases, by name."""
         return {n: m for base in reversed(cls.__mro__) for n, m in vars(base).items() if isinstance(m, kind)}
 
     @classmethod
     def scan(cls, **options: Any) -> Sequence[Mapping[str, Any]]:
-        """Looks for devices that the class could open; nothing moves. `options` are those of the class, checked, that say where to look.
+        """Searches for devices that the class can open; must not move anything. `options` are the checked options of the class that
+        limit the search.
 
-        Returns what is found, `{"what": "a thermometer, number 4711", "options": {"port": "/dev/ttyS0"}}` each. Most buses can be asked;
-        a class that cannot look leaves it as it is.
+        Returns the devices found, each as `{"what": "a thermometer, number 4711", "options": {"port": "/dev/ttyS0"}}`. Most buses
+        support a search; a class that cannot search does not override this method.
         """
         raise NotImplementedError(f"{cls.__name__} has no scan()")
 
     def open(self) -> None:
-        """Opens the device; called once. What it raises is why it cannot be opened."""
+        """Opens the device; called once. An exception is the reason that it cannot be opened."""
 
     def exchange(self) -> float | NothingNew | None:
-        """Exchanges values with the machine, once a period: channels that are written hold commands, those that are read are to be set.
+        """Exchanges values with the machine once a period: written channels hold commands, and the method must set the read channels.
 
-        Returns nothing where the readings are of now, how old they are, s, where the machine tells, and `NOTHING_NEW` where it has told
-        nothing: the readings stay those from before, and the channel `age` goes on growing.
+        Returns None if the readings are current, their age in s if the machine reports it, or `NOTHING_NEW` if it reported nothing:
+        then the previous readings remain, and the channel `age` keeps growing.
         """
         raise NotImplementedError(f"{type(self).__name__} has no exchange()")
 
     def safe_state(self) -> None:
-        """Brings the outputs to their safe state: where the program is gone or commands no more, after a failure, and before `close`."""
+        """Brings the outputs to their safe state: when the program has exited or stops commanding, after a failure, and before `close`."""
 
     def close(self) -> None:
         """Closes the device; called once, also after a failure."""
 
 
 def channels_of(kind: type[Driver]) -> dict[str, Channel]:
-    """The channels of a class by name, those of its parts too, in the order in which they are declared."""
+    """Returns the channels of a class by name, including those of its parts, in the order of their declaration."""
     found: dict[str, Channel] = {}
     for name, member in kind.members(NamedMember).items():
         if isinstance(member, Channel):
@@ -78,6 +79,6 @@ def channels_of(kind: type[Driver]) -> dict[str, Channel]:
 
 
 def place_of(driver: Driver, channel: Channel) -> tuple[dict[str, Any], str]:
-    """Returns where a channel has its value on the object: a dictionary, and the name in it."""
+    """Returns the location of a channel's value on the object: a dictionary, and the key in it."""
     part, _, word = channel.name.rpartition(".")
     return (vars(driver.__dict__[part]) if part else driver.__dict__), word

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Words with which a driver class declares its members: `Option`, `read`, `write`, `part`, `counter`, `service`."""
+"""Declarations of a driver class's members: `Option`, `read`, `write`, `part`, `counter`, `service`."""
 
 from __future__ import annotations
 
@@ -17,14 +17,15 @@ if TYPE_CHECKING:
 F = TypeVar("F", bound=Callable[..., Any])
 
 _UNLIMITED = 1e6
-"""What stands for no limit of a part, as in drivers of other languages."""
+"""Value for "no limit" of a part, as in drivers in other languages."""
 
 
 def Option(doc: str, default: Any = NEEDED, *, unit: str = "", within: str | Sequence[float] | None = None) -> Any:
-    """An option of a driver: `port: str = Option("the serial port")`. Without a default it must be given; a number may have a unit.
+    """An option of a driver: `port: str = Option("the serial port")`, described by `doc`. Without a `default` it is required; a number
+    may have a `unit`.
 
-    `within` is the range of a number, `(0, 60)` or `"(0, inf)"`: what is out of it is refused before the device is opened. A time (`s`,
-    `ns`) without one is not negative.
+    `within` is the range of a number, `(0, 60)` or `"(0, inf)"`: values outside are refused before the device is opened. A time (`s`,
+    `ns`) without a range must not be negative.
     """
     return OptionMember(doc, default, unit, within)
 
@@ -35,8 +36,8 @@ def read(type: str = "double", *, unit: str = "", doc: str = "") -> Any:
 
 
 def write(type: str = "double", *, unit: str = "", doc: str = "", safe: Any = None, slew: float | None = None) -> Any:
-    """A channel that is written to the machine: `exchange` finds the command in it. `safe` is what it carries while no verb commands
-    it (0 where nothing is said), `slew` the fastest change of a `double`, in units per second."""
+    """A channel that is written to the machine: `exchange` reads the command from it. `safe` is its value while no verb commands it (0
+    by default), `slew` the maximum rate of change of a `double`, in units per second."""
     return Channel(type, unit, doc, True, safe, slew)
 
 
@@ -53,11 +54,12 @@ def part(
     operating: bool = False,
 ) -> Any:
     """A joint of the machine, `elbow = part(range=("-150 deg", "150 deg"), speed_max=2.0)`: `exchange` sets `self.elbow.position` and
-    `self.elbow.velocity`, and finds `self.elbow.goal`, NaN for no goal. `gpac.robots.Joint(…, drive=device["elbow"])` moves it.
+    `self.elbow.velocity`, and reads `self.elbow.goal`, which is NaN if there is no goal. `gpac.robots.Joint(…,
+    drive=device["elbow"])` moves it.
 
-    `unit`: `rad` or `m`. `command="effort"` is a joint whose loop is closed by the program, with gains `kp` and `kd` at 1 kHz: it finds
-    `effort`, and sets `bias`, the effort that holds it. `operating=True`: `exchange` sets `self.elbow.operating`, and `enable` and verbs
-    wait until it is true. Limits that are left out are none; numbers are in `unit`, texts in any unit.
+    `unit`: `rad` or `m`. `command="effort"` is a joint whose loop is closed by the program, with gains `kp` and `kd` at 1 kHz:
+    `exchange` reads `effort`, and sets `bias`, the holding effort. `operating=True`: `exchange` sets `self.elbow.operating`, and
+    `enable` and verbs wait until it is true. Omitted limits do not apply; numbers are in `unit`, texts in any unit.
     """
     if unit not in ("rad", "m") or command not in ("position", "effort"):
         refuse(DefinitionError, f"a part in '{unit}' with command '{command}'", "unit is 'rad' or 'm', command 'position' or 'effort'")
@@ -80,8 +82,8 @@ def part(
 
 
 def counter(doc: str, *, unit: str = "") -> Any:
-    """Declares a counter of a driver, `damaged = counter("answers with a wrong check sum")`: 0 at first, and `exchange` adds to it.
-    Programs find it in `device.counters`, `statistics` and `opengpac top`."""
+    """Declares a counter of a driver, `damaged = counter("answers with a wrong check sum")`: initially 0, and incremented by `exchange`.
+    Programs read it in `device.counters`, `statistics` and `opengpac top`."""
     return Counter(doc, unit)
 
 
@@ -90,9 +92,9 @@ def service(method: F) -> F: ...
 @overload
 def service(*, moves: bool = False) -> Callable[[F], F]: ...
 def service(method: F | None = None, *, moves: bool = False) -> F | Callable[[F], F]:
-    """Makes a method what programs call off the cycle, `device.services.calibrate(at="300 K")`: its types are checked, its docstring is
-    shown. An argument may be an `Option` with unit and text. It runs between two exchanges: while it lasts, readings get older.
-    `@service(moves=True)` says that it moves the machine: it is refused while an emergency stop is latched."""
+    """Makes a method callable by programs outside the cycle, `device.services.calibrate(at="300 K")`: its types are checked, its
+    docstring is shown. An argument may be an `Option` with unit and text. It runs between two exchanges; readings age meanwhile.
+    `@service(moves=True)` declares that it moves the machine: it is refused while an emergency stop is latched."""
 
     def made_of(method: F) -> F:
         made = Service(method, moves)

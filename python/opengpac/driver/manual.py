@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Driver classes as catalogues and commands see them: the class of a file, its declaration, its services, the devices that it finds."""
+"""Driver classes for catalogues and commands: the class of a file, its declaration, its services, and the devices that it finds."""
 
 from __future__ import annotations
 
@@ -13,13 +13,13 @@ from .members import Counter, OptionMember, Part, Service, annotated
 
 
 def services_of(kind: type[Driver]) -> dict[str, Service]:
-    """Returns the services that programs call off the cycle, by name."""
+    """Returns the services that programs can call outside the cycle, by name."""
     found = {n: getattr(m, "service", None) for base in reversed(kind.__mro__) for n, m in vars(base).items()}
     return {name: made for name, made in found.items() if isinstance(made, Service)}
 
 
 def scanned(kind: type[Driver], options: Mapping[str, Any]) -> list[dict[str, Any]]:
-    """The devices that a class finds. Refused: it cannot look, an option that it does not have, an answer that is none."""
+    """Returns the devices that a class finds. Refuses classes without a scan, unknown options, and malformed answers."""
     name = kind.__name__
     if not _scans(kind):
         refuse(CallError, f"driver '{name}' cannot look for devices", "its manual says which options open one; def scan(cls) lets it look")
@@ -42,7 +42,7 @@ def _scans(kind: type[Driver]) -> bool:
 
 
 def about(kind: type[Driver]) -> dict[str, Any]:
-    """Returns the declaration of a driver, as manuals have it: `doc`, `options`, `services`, `counters`, `parts`, `scans`."""
+    """Returns the declaration of a driver for manuals: `doc`, `options`, `services`, `counters`, `parts`, `scans`."""
     return {
         "doc": (inspect.getdoc(kind) or "").partition("\n")[0].rstrip("."),
         "options": [option.about(name, annotated(kind, name)) for name, option in kind.members(OptionMember).items()],
@@ -54,7 +54,7 @@ def about(kind: type[Driver]) -> dict[str, Any]:
 
 
 def the_driver(members: Mapping[str, Any], module: str, where: str, name: str | None) -> type[Driver]:
-    """The driver class of a module: the one of that name, or the only one that the module itself declares."""
+    """Returns the driver class of a module: the one named `name`, or the only one that the module itself declares."""
     found = {n: m for n, m in members.items() if isinstance(m, type) and issubclass(m, Driver) and m.__module__ == module}
     if name is None and len(found) == 1:
         return next(iter(found.values()))

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Members that a driver class declares: options, channels, parts, counters and services; what each takes and what manuals say of it."""
+"""Members that a driver class declares: options, channels, parts, counters and services, with their values and their text for manuals."""
 
 from __future__ import annotations
 
@@ -28,15 +28,15 @@ class NothingNew:
 
 
 NOTHING_NEW: Final = NothingNew()
-"""What `exchange` returns where the machine has told nothing since the last one: its readings are those from before."""
+"""Return value of `exchange` if the machine reported nothing since the last one: the previous readings remain."""
 
 _KINDS: dict[str, type] = {"str": str, "int": int, "float": float, "bool": bool, "list": list, "dict": dict}
 _KIND_NAMES: dict[type | None, str] = {str: "text", int: "whole", float: "number", bool: "bool", list: "list", dict: "table"}
-"""As declarations of drivers name them."""
+"""Names of the kinds in declarations of drivers."""
 
 
 class NamedMember:
-    """Member that a class declares: it has the name that the class gives it."""
+    """Member that a class declares, named after its attribute."""
 
     name = ""
 
@@ -53,7 +53,8 @@ class OptionMember(NamedMember):
         self.range = text or ("[0, inf)" if unit in ("s", "ns") else None)
 
     def taken(self, kind: type | None, value: Any, what: str) -> Any:
-        """The value of the option, of the type that its annotation says; a text with a unit where a number in that unit is asked for."""
+        """Returns the value of the option, converted to its annotated type; a text with a unit is converted to a number in the option's
+        unit."""
         if isinstance(value, str) and kind in (int, float) and self.unit:
             with refusals:
                 value = kind(_native.number_in(value, self.unit))
@@ -69,7 +70,7 @@ class OptionMember(NamedMember):
         return value
 
     def about(self, name: str, kind: type | None) -> dict[str, Any]:
-        """Returns the option as manuals have it."""
+        """Returns the option's entry in manuals."""
         default = None if self.default is NEEDED else str(self.default)
         ranged = {} if self.range is None or kind not in (int, float) else {"range": self.range}
         return {"name": name, "kind": _KIND_NAMES.get(kind, "text"), "unit": self.unit, **ranged, "default": default, "doc": self.doc}
@@ -88,7 +89,7 @@ def kind_of(given: Any) -> type | None:
 
 
 class Channel(NamedMember):
-    """A channel of a driver; made by `read` and `write`. On the object it is its value."""
+    """A channel of a driver; made by `read` and `write`. As an attribute of the object it is its value."""
 
     def __init__(self, type: str, unit: str, doc: str, write: bool, safe: Any, slew: float | None) -> None:
         number, _, count = type.partition("[")
@@ -101,20 +102,20 @@ class Channel(NamedMember):
         self.initial = (zero if self.elements is None else [zero] * self.elements) if safe is None else safe
 
     def pack(self, value: Any) -> bytes:
-        """The bytes of a value. Refused: it does not fit the type."""
+        """Returns the bytes of a value. Refuses values that do not fit the type."""
         try:
             return self.format.pack(*(value if self.elements is not None else (value,)))
         except (struct.error, TypeError) as why:
             raise TypeError(f"channel '{self.name}' ({self.type}) is given {value!r}: {why}") from None
 
     def unpack(self, group: bytes, offset: int) -> Any:
-        """The value whose bytes lie there."""
+        """Returns the value at `offset` of the group."""
         values = self.format.unpack_from(group, offset)
         return values[0] if self.elements is None else list(values)
 
 
 class Part(NamedMember):
-    """A joint of the machine; made by `part`. On the object it is its `PartValues`."""
+    """A joint of the machine; made by `part`. As an attribute of the object it is its `PartValues`."""
 
     def __init__(self, unit: str, command: str, operating: bool, limits: Mapping[str, Any]) -> None:
         self.unit, self.command, self.limits = unit, command, limits
@@ -137,14 +138,14 @@ class Part(NamedMember):
             channel.name = f"{name}.{word}"
 
     def about(self) -> dict[str, Any]:
-        """Returns the part as devices have it."""
+        """Returns the declaration of the part for devices."""
         return {"name": self.name, "unit": self.unit, "command": self.command, **self.limits}
 
 
 class PartValues:
     """Values of a joint: `position`, `velocity`, and `goal` or `bias` and `effort`, as its `part` declares.
 
-    `engaged` says whether a verb commands it; the motor of a joint that is not is to be off, or to hold.
+    `engaged` is True if a verb commands the joint; the motor of a disengaged joint must be off, or hold.
     """
 
     def __init__(self, part: Part) -> None:
@@ -161,18 +162,19 @@ class PartValues:
 
 
 class Counter(NamedMember):
-    """Counter of a driver; made by `counter`. On the object it is the number so far."""
+    """Counter of a driver; made by `counter`. As an attribute of the object it is the present count."""
 
     def __init__(self, doc: str, unit: str) -> None:
         self.doc, self.unit = doc, unit
 
     def about(self) -> dict[str, Any]:
-        """Returns the counter as manuals have it."""
+        """Returns the counter's entry in manuals."""
         return {"name": self.name, "unit": self.unit, "doc": self.doc}
 
 
 class Service:
-    """A service of a driver; made by `service` of a method. Its arguments are those of the method, `Option`s or with plain defaults."""
+    """A service of a driver; made by `service` from a method. Its arguments are those of the method, as `Option`s or with plain
+    defaults."""
 
     def __init__(self, method: Callable[..., Any], moves: bool) -> None:
         self.name = method.__name__
@@ -192,7 +194,7 @@ class Service:
             refuse(DefinitionError, f"service '{self.name}' has no docstring", "say in one line what it does")
 
     def taken(self, given: Mapping[str, Any]) -> dict[str, Any]:
-        """The arguments of the method. Refused: one is missing, unknown or of another type."""
+        """Returns the arguments of the method. Refuses missing or unknown arguments and wrong types."""
         for wrong in given.keys() - self.arguments.keys():
             refuse(CallError, f"service '{self.name}' has no argument '{wrong}'", did_you_mean(wrong, self.arguments))
         found: dict[str, Any] = {}
@@ -204,7 +206,7 @@ class Service:
         return found
 
     def about(self) -> dict[str, Any]:
-        """Returns the service as manuals have it."""
+        """Returns the service's entry in manuals."""
         arguments = [option.about(name, kind) for name, (option, kind) in self.arguments.items()]
         answer = _KIND_NAMES[self.answer] if self.answer else None
         return {"name": self.name, "doc": self.doc, "arguments": arguments, "answer": answer, "moves": self.moves}

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The process of a driver in Python: what it runs, and how the compiled core exchanges with an object of the driver's class."""
+"""Process of a driver in Python: its main function, and the exchange between the compiled core and an object of the driver's class."""
 
 from __future__ import annotations
 
@@ -20,13 +20,13 @@ from .manual import about, services_of, the_driver
 from .members import NOTHING_NEW, Channel, Counter
 
 _Placed = tuple[Channel, int, dict[str, Any], str]
-"""A channel, where it lies in its group, and where its value is on the object."""
+"""A channel, its offset in its group, and the location of its value on the object."""
 _AGE_MAX_S = 1e6
-"""Readings that are older are none that a program could use."""
+"""Maximum age of readings that a program could use."""
 
 
 class Exchange:
-    """An object of a driver's class, as the compiled core sees it: bytes of commands in, bytes of readings out."""
+    """An object of a driver's class as used by the compiled core: it receives bytes of commands and returns bytes of readings."""
 
     def __init__(self, options_json: str) -> None:
         options: dict[str, Any] = json.loads(options_json)
@@ -42,18 +42,18 @@ class Exchange:
         self._counters = [*self._kind.members(Counter)]
         self._services = services_of(self._kind)
         self._readings = bytearray()
-        # Where time is virtual a service comes from another thread; the class expects one.
+        # Under virtual time services are called from another thread; the class expects a single one.
         self._busy = threading.RLock()
 
     @property
     def beside(self) -> str:
-        """Returns its parts beside its channels, as JSON: services, counters, parts."""
+        """Declarations other than channels, as JSON: services, counters, parts."""
         told = about(self._kind)
         return json.dumps({name: told[name] for name in ("services", "counters", "parts") if told[name]})
 
     @property
     def channels(self) -> str:
-        """Its channels, as JSON."""
+        """Channels as JSON."""
         return json.dumps([
             {
                 "name": name, "write": c.write, "type": c.type, "unit": c.unit, "doc": c.doc, "slew": c.slew,
@@ -63,24 +63,24 @@ class Exchange:
         ])  # fmt: skip
 
     def place(self, offsets: list[int], readings_len: int) -> None:
-        """Says where each channel lies, in the order of `channels`, and how long the readings are."""
+        """Sets the offset of each channel, in the order of `channels`, and the length of the readings."""
         placed = [(c, offset, *place_of(self._driver, c)) for c, offset in zip(self._declared.values(), offsets, strict=True)]
         self._reads = [each for each in placed if not each[0].write]
         self._writes = [each for each in placed if each[0].write]
         self._readings = bytearray(readings_len)
 
     def open(self) -> None:
-        """Opens the device; in a process of its own, when no process that was left behind still has it."""
+        """Opens the device; in a separate process, only after any orphaned process has released it."""
         with self._busy:
             if handover.is_process:
                 self._sign = handover.taken_over(self._device)
             self._driver.open()
 
     def exchange(self, commands: bytes, engaged: bytes = b"") -> tuple[bytes, list[int], float | None]:
-        """Makes one exchange: the driver finds the commands in its channels, and leaves readings there.
+        """Makes one exchange: the driver reads the commands from its channels, and stores its readings there.
 
-        Returns the readings, what it has counted so far, and how old the readings are, s; None where they are those from before.
-        `engaged`: for each channel that is written, whether a verb commands it; all are where nothing is said.
+        Returns the readings, the counters, and the age of the readings in s, or None if they are the previous ones. `engaged`: for
+        each written channel, whether a verb commands it; all are engaged by default.
         """
         with self._busy:
             for index, (channel, offset, values, name) in enumerate(self._writes):
@@ -94,7 +94,7 @@ class Exchange:
             return bytes(self._readings), [max(0, int(self._driver.__dict__[name])) for name in self._counters], age_s
 
     def serve(self, service: str, arguments_json: str) -> str:
-        """Carries out a service; its answer as JSON. Refused: it has no such service, or gives an answer of another type."""
+        """Runs a service and returns its answer as JSON. Refuses unknown services and answers of another type."""
         if service not in self._services:
             raise LookupError(f"it has no service '{service}'")
         with self._busy:
@@ -122,7 +122,7 @@ class Exchange:
 
 
 def _age_of(told: Any) -> float | None:
-    """Returns the age of readings, s, by what `exchange` returned. Refused: it says nothing that this could be."""
+    """Returns the age of readings, s, from the return value of `exchange`. Refuses other values."""
     if told is None:
         return 0.0
     if told is NOTHING_NEW:
@@ -135,12 +135,12 @@ def _age_of(told: Any) -> float | None:
 
 
 def loaded(path: str | None, module: str | None, name: str | None) -> type[Driver]:
-    """Loads the class, from a file or from a module."""
+    """Loads the class from a file or a module."""
     if path is None:
         found = importlib.import_module(module or "")
         return the_driver(vars(found), found.__name__, f"module '{module}'", name)
     file = Path(path)
-    # Modules beside it are found as those of a program are.
+    # Modules next to the driver are importable, like those of a program.
     if str(file.parent) not in sys.path:
         sys.path.insert(0, str(file.parent))
     spec = importlib.util.spec_from_file_location(file.stem, file)
@@ -152,8 +152,8 @@ def loaded(path: str | None, module: str | None, name: str | None) -> type[Drive
 
 
 def main() -> int:
-    """Serves until the device is closed or the program is gone."""
-    # An interrupt from the keyboard is for the program, which closes its devices.
+    """Serves until the device is closed or the program exits."""
+    # Keyboard interrupts are handled by the program, which closes its devices.
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     handover.is_process = True
     why = _native.run_plant()

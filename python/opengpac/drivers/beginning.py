@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""`opengpac new driver`: a file, or a crate, that is a driver already, to be changed."""
+"""`opengpac new driver`: creates a file, or a crate, with a working driver to be modified."""
 
 from __future__ import annotations
 
@@ -71,27 +71,27 @@ from opengpac.driver import Driver, Option, counter, read, service, write
 class {Name}(Driver):
     \"""An axis that moves as fast as it is told.\"""
 
-    # What a program gives: gpac.drivers.python("{name}.py", gain="2 rad/s", period="10 ms").
+    # Options, as set by a program: gpac.drivers.python("{name}.py", gain="2 rad/s", period="10 ms").
     gain: float = Option("its speed for a command of 1", 1.0, unit="rad/s", within="(0, 100]")
 
-    # Channels: what is read is set by exchange(), what is written is found there.
+    # Channels: exchange() sets the read channels, and finds the commands in the written ones.
     position = read("double", unit="rad", doc="where it is")
     speed = write("double", doc="how fast it is to move, -1 to 1", safe=0.0)
     exchanges = counter("exchanges so far")
 
     def open(self) -> None:
-        # Once before the first exchange: connect to the machine here. What is raised is why it cannot be opened.
+        # Called once before the first exchange: connect to the machine here. An exception is the reason that it cannot be opened.
         self.position = 0.0
 
     def exchange(self) -> None:
-        # Once a period. What is raised loses the device.
+        # Called once a period. An exception loses the device.
         if not math.isfinite(self.speed):
             raise ValueError("its speed is not a number")
         self.exchanges += 1
         self.position += 0.01 * self.gain * self.speed
 
     def safe_state(self) -> None:
-        # After a failure, when commands have stopped, and before close().
+        # Called after a failure, when commands have stopped, and before close().
         self.speed = 0.0
 
     def close(self) -> None:
@@ -119,7 +119,8 @@ crate-type = ["cdylib"]
 
 
 def crate(name: str) -> dict[str, str]:
-    """The files of a crate that is a driver in Rust, by their paths. It needs no other crate: all but `lib.rs` are the interface."""
+    """Returns the files of a crate with a driver in Rust, by path. It depends on no other crate: all files but `lib.rs` are the
+    interface."""
     sources = {path.name: path.read_text() for path in sorted((Path(__file__).parent / "rust").glob("*.rs"))}
     texts = {f"src/{file}": text.replace("{name}", name) if file == "lib.rs" else text for file, text in sources.items()}
     return {"Cargo.toml": _MANIFEST.format(name=name), **texts}

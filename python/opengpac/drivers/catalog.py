@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The drivers that there are: what they declare, and which devices they find."""
+"""Registered drivers: their declarations, and the devices that they find."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from .in_python import where
 from .loading import load
 
 Look = Callable[[str, Mapping[str, Any]], builtins.list[dict[str, Any]]]
-"""Lets a driver look for devices: its kind and options to what each is and the options that open it."""
+"""Makes a driver search for devices: takes its kind and options; returns for each device a description and the options that open it."""
 
 
 class Manual(TableDisplay):
@@ -31,18 +31,18 @@ class Manual(TableDisplay):
     def __init__(self, about: Mapping[str, Any], source: str | None = None) -> None:
         self.about = about
         self.source: str = source or about["kind"]
-        """By which it is shown and looks for devices: its kind, or the file that it comes from."""
+        """Argument for showing it and for scans: its kind, or the file from which it comes."""
         self.kind: str = about["kind"]
         self.doc: str = about["doc"]
         self.class_: str = about["class"]
-        """Where it exchanges: `inline`, `worker` or `process`."""
+        """Execution context of its exchanges: `inline`, `worker` or `process`."""
         self.options: builtins.list[dict[str, Any]] = about["options"]
         self.safe_state: dict[str, Any] = about["safe_state"]
         self.services: builtins.list[dict[str, Any]] = about["services"]
         self.counters: builtins.list[dict[str, Any]] = about["counters"]
         self.rights: builtins.list[str] = about["rights"]
         self.scans: bool = about["scans"]
-        """Whether it can look for devices."""
+        """True if it can search for devices."""
 
     def _lines(self) -> Iterator[str]:
         yield f"{self.kind}: {self.doc}"
@@ -88,7 +88,7 @@ def safe_state_text(about: Mapping[str, Any]) -> str:
 
 
 class Manuals(builtins.list[Manual], TableDisplay):
-    """Drivers by name."""
+    """Manuals of drivers."""
 
     def __str__(self) -> str:
         return repr(self._table())
@@ -99,7 +99,7 @@ class Manuals(builtins.list[Manual], TableDisplay):
 
 
 class Found(builtins.list[dict[str, Any]], TableDisplay):
-    """Devices that were found, `{"driver", "what", "options"}` each; `problems` has the drivers that could not look, with the reason."""
+    """Devices found, each as `{"driver", "what", "options"}`; `problems` contains the drivers that could not search, with the reason."""
 
     def __init__(self, found: builtins.list[dict[str, Any]], problems: Mapping[str, str]) -> None:
         super().__init__(found)
@@ -116,15 +116,15 @@ class Found(builtins.list[dict[str, Any]], TableDisplay):
 
 
 def list() -> Manuals:
-    """The drivers that this installation has, with what they declare."""
+    """Returns the drivers of this installation with their declarations."""
     return Manuals(Manual(about) for about in json.loads(_native.drivers_json()))
 
 
 def show(kind: str) -> Manual:
     """Returns the declaration of a driver: options with units and defaults, class, safe state, services, counters, rights.
 
-    `kind` may also be a file: of a driver in Python, `"thermometer.py"` or `"package.module:Class"`, or one that `gpac.drivers.load` takes,
-    `"conveyor.c"`. A file with several drivers has a manual each: `manuals` gives all of them.
+    `kind` may also be the file of a driver in Python, `"thermometer.py"` or `"package.module:Class"`, or a file that
+    `gpac.drivers.load` takes, `"conveyor.c"`. A file with several drivers has a manual for each: `manuals` returns all of them.
     """
     found = manuals(kind)
     if len(found) != 1:
@@ -133,7 +133,7 @@ def show(kind: str) -> Manual:
 
 
 def manuals(kind: str) -> Manuals:
-    """The manual of a driver, or those of each driver in a file or folder. It has what `show` takes."""
+    """Returns the manual of a driver, or those of each driver in a file or folder. `kind` is that of `show`."""
     known = {manual.kind: manual for manual in list()}
     if kind in known:
         return Manuals([known[kind]])
@@ -145,7 +145,7 @@ def manuals(kind: str) -> Manuals:
 
 
 def is_file(kind: str) -> bool:
-    """Returns whether this is the file of a driver, not the kind of a known one, `name@/its/file.so` of one that was loaded among them."""
+    """Returns whether `kind` is the file of a driver rather than a registered kind; `name@/its/file.so` of a loaded driver is a kind."""
     name, _, kept = kind.partition("@")
     if os.sep not in name and Path(kept).is_absolute():
         return False
@@ -167,7 +167,7 @@ def _class_of(source: str) -> type[Driver]:
 
 
 def _of_class(source: str, general: Mapping[str, Any]) -> Manual:
-    """The manual of a driver in Python: what its class declares, and what holds for all of them."""
+    """Returns the manual of a driver in Python: the declarations of its class, and those common to all of them."""
     made = _class_of(source)
     beside = [option for option in general["options"] if option["name"] in ("period_ns", "age_max_ns", "timeout_ns")]
     about = declaration(made)
@@ -175,10 +175,10 @@ def _of_class(source: str, general: Mapping[str, Any]) -> Manual:
 
 
 def scan(kind: str | None = None, **options: Any) -> Found:
-    """Looks for devices that a driver could open; nothing moves. `options` say where to look, as those that open one.
+    """Searches for devices that a driver could open; nothing moves. `options` limit the search, like those that open a device.
 
-    Without a kind every driver that can look does; what keeps one from it is in `problems` of the answer. `kind` may be a file, as for
-    `show`. It looks on this host; `cell.scan_devices(kind)` on that of a remote system.
+    Without `kind` every driver that can search does; `problems` of the result contains the failures. `kind` may be a file, as for
+    `show`. It searches this host; `cell.scan_devices(kind)` searches the host of a remote system.
     """
     return searched(_here, kind, options) if kind is None or not is_file(kind) else _in_file(kind, options)
 
@@ -198,7 +198,8 @@ def _here(kind: str, options: Mapping[str, Any]) -> builtins.list[dict[str, Any]
 
 
 def on_host_of(system: Any) -> Look:
-    """Lets drivers look on the host of a system, by its interface: the binding's here, or that of a remote one."""
+    """Returns a function that makes drivers search on the host of a system, by its interface: that of the binding, or of a remote
+    system."""
 
     def look(kind: str, options: Mapping[str, Any]) -> builtins.list[dict[str, Any]]:
         with refusals:
@@ -208,7 +209,7 @@ def on_host_of(system: Any) -> Look:
 
 
 def searched(look: Look, kind: str | None, options: Mapping[str, Any]) -> Found:
-    """Returns the devices that drivers find by this way to let one look: of all that can, if no kind is given."""
+    """Returns the devices that drivers find by `look`; without a kind, those of all drivers that can search."""
     kinds = [manual.kind for manual in list() if manual.scans] if kind is None else [kind]
     found: builtins.list[dict[str, Any]] = []
     problems: dict[str, str] = {}

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Checks of a driver in Python on its class itself: values that reach `exchange`, and what many exchanges and lives leave behind.
+"""Checks of a driver in Python on its class itself: values that reach `exchange`, and leaks over many exchanges and lives.
 
-The kit of the compiled core sees such a driver through the process that runs it, which holds back odd commands and restarts what leaks.
-Here one process makes an object of the class and calls it directly. It prints one line of JSON for each check and ends at the first cause.
+The kit of the compiled core sees such a driver through its process, which filters odd commands and hides leaks by restarts. Here one
+process makes an object of the class and calls it directly. It prints one line of JSON for each check and ends at the first failure.
 """
 
 from __future__ import annotations
@@ -41,11 +41,11 @@ SENTENCES = {
     "class-memory": "memory is flat over many exchanges",
 }
 EXCHANGES = 600
-"""Of one run: more than the 200 after which a driver that counts its readings shows what it does then."""
+"""Exchanges of one run: more than the 200 after which a driver that counts its readings may change its behaviour."""
 BRIEF_S = 0.005
-"""Processor time of one exchange, on average: half of what a driver has at 100 Hz."""
+"""Average processor time of one exchange: half of the budget of a driver at 100 Hz."""
 GROWTH_BYTES = 16.0
-"""Bytes per exchange that may remain: less than one float in a list."""
+"""Maximum number of bytes leaked per exchange: less than one float in a list."""
 
 
 def life(options: str) -> None:
@@ -91,11 +91,11 @@ def brief(options: str) -> None:
 
 
 AT_FIRST: dict[str, Any] = {}
-"""State in which this process began, before anything of the driver has run."""
+"""Initial state of this process, before any code of the driver has run."""
 
 
 def shared() -> dict[str, Any]:
-    """Returns the state of this process that others count on, by the names of it."""
+    """Returns the state of this process on which other code relies, by name."""
     mask = os.umask(0)
     os.umask(mask)
     handlers = {each.name: signal.getsignal(each) for each in signal.Signals}
@@ -103,7 +103,7 @@ def shared() -> dict[str, Any]:
 
 
 def restore(found: dict[str, Any]) -> None:
-    """Sets the state again in which this process began: an earlier check may have changed it."""
+    """Restores the initial state of this process, which an earlier check may have changed."""
     os.chdir(found["the folder"])
     os.umask(found["the file mask"])
     os.environ.clear()
@@ -125,7 +125,7 @@ def kept(options: str) -> None:
 
 
 def same(call: str) -> None:
-    """Fails if a call has changed the state in which this process began."""
+    """Fails if a call has changed the initial state of this process."""
     for what, now in shared().items():
         if now != AT_FIRST[what]:
             raise Wrong(f"{call} changes {what} of its process, which under the virtual clock is the program's")
@@ -158,7 +158,7 @@ VALUES: dict[str, Callable[[bool], Any]] = {
 
 
 def commanded(channel: Channel, of: Callable[[bool], Any]) -> Any:
-    """The value as this channel carries it; its safe value where its type has none such."""
+    """Returns the value in the channel's type, or its safe value if the type cannot represent it."""
     number = channel.type.partition("[")[0]
     value = of(number in ("float", "double"))
     if number == "bool":
@@ -180,7 +180,7 @@ def values(options: str) -> None:
                     for _ in range(3):
                         subject.exchange(lambda each, of=of, one=channel.name: commanded(each, of) if each.name == one else each.initial)
                 except Exception:
-                    # It is refused: the device is lost, and its safe state comes about all the same.
+                    # The command is refused: the device is lost, and its safe state is entered all the same.
                     continue
                 if odd := subject.odd():
                     made = f"makes reading '{odd.name}' {subject.value(odd)!r}"
@@ -188,7 +188,7 @@ def values(options: str) -> None:
 
 
 def left(options: str, count: Callable[[], int], what: str) -> None:
-    """Fails if there are more of something behind many exchanges, or behind some lives."""
+    """Fails if the count grows over many exchanges, or over several lives."""
     with opened(options) as subject:
         subject.steady(20)
         before = count()
@@ -214,11 +214,11 @@ def threads(options: str) -> None:
 
 
 def children() -> int:
-    """Returns the number of processes that this one has started and not waited for."""
+    """Returns the number of unreaped child processes of this process."""
     found = 0
     for name in filter(str.isdigit, os.listdir("/proc")):
         try:
-            # Behind the name, which may hold anything: state, parent.
+            # After the name, which may contain any character: state, parent.
             behind = Path("/proc", name, "stat").read_text().rpartition(")")[2]
         except OSError:
             continue
@@ -242,7 +242,7 @@ def memory(options: str) -> None:
             gc.collect()
             grown.append((tracemalloc.get_traced_memory()[0] - before) / made)
         tracemalloc.stop()
-        # What fills up and is full stops growing.
+        # Bounded buffers stop growing once they are full.
         if min(grown) > GROWTH_BYTES:
             raise Wrong(f"each exchange leaves {min(grown):.0f} bytes behind")
 
@@ -255,10 +255,10 @@ CHECKS: dict[str, Callable[[str], None]] = {
 
 
 def main() -> int:
-    """Checks the class that standard input describes; each outcome is a line of JSON on the descriptor that standard output was."""
+    """Checks the class that standard input describes; prints each outcome as a line of JSON on the original standard output."""
     options = sys.stdin.read()
     AT_FIRST.update(shared())
-    # What the driver prints is no outcome.
+    # Output printed by the driver is not an outcome.
     told = os.fdopen(os.dup(1), "w")
     os.dup2(2, 1)
     for name, check in CHECKS.items():
@@ -275,7 +275,7 @@ def main() -> int:
         if why:
             break
     told.flush()
-    # Threads that a driver has left behind keep nobody waiting.
+    # Exit without waiting for threads that a driver has left behind.
     os._exit(0)
 
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Checks of the parts of a driver's class: each rests, follows what it is told, and says so."""
+"""Checks of the parts of a driver's class: each rests, follows its commands, and reports its motion."""
 
 from __future__ import annotations
 
@@ -10,20 +10,20 @@ from ..driver.members import Part
 from .class_subject import Subject, Wrong, opened, said
 
 PUSHED = 20
-"""Exchanges of a push of a part, one each `PAUSE_S`: machines move by the clock on the wall."""
+"""Number of exchanges of a push of a part, one each `PAUSE_S`: machines move in wall-clock time."""
 PAUSE_S = 0.01
 CREEP = 0.01
-"""Rad or m that a part at rest may go in `PUSHED` exchanges."""
+"""Maximum motion, in rad or m, of a part at rest in `PUSHED` exchanges."""
 MOTION = 1e-9
-"""Rad or m: less is no motion."""
+"""Smallest change, in rad or m, that counts as motion."""
 CLEAR = 1e-4
-"""Rad or m: motion whose direction is beyond doubt."""
+"""Change, in rad or m, from which the direction of a motion is certain."""
 OPERATING_S = 20.0
-"""How long a part may take until it says that it follows."""
+"""Time limit for a part to report that it follows."""
 
 
 class PartSubject:
-    """One part of an open subject, which is pushed."""
+    """One part of an open subject, to be pushed."""
 
     def __init__(self, subject: Subject, part: Part) -> None:
         self.subject, self.part = subject, part
@@ -31,7 +31,7 @@ class PartSubject:
         self.command = f"{part.name}.{'goal' if part.command == 'position' else 'effort'}"
 
     def exchange(self, command: float | None) -> None:
-        """Makes one exchange with this command of the part, and none for others; None: nothing commands it either."""
+        """Makes one exchange with this command of the part, and none for the others; with None, the part is not commanded either."""
         commanded = {} if command is None else {self.command: command}
         engaged = bytes(channel.name in commanded for channel in self.subject.writes)
         try:
@@ -41,7 +41,7 @@ class PartSubject:
         time.sleep(PAUSE_S)
 
     def rests(self) -> None:
-        """Fails if it creeps."""
+        """Fails if the part creeps."""
         self.exchange(None)
         start = self.values["position"]
         for _ in range(PUSHED):
@@ -50,7 +50,7 @@ class PartSubject:
             raise Wrong(f"part '{self.part.name}' goes from {start} to {self.values['position']}, and nothing commands it")
 
     def push(self, sign: float) -> tuple[float, float]:
-        """Pushes it gently in one direction. Returns the distance that it went, and its velocity on average."""
+        """Pushes the part gently in one direction. Returns the distance moved, and its mean velocity."""
         start, velocities = self.values["position"], []
         limits = self.part.limits
         for number in range(1, PUSHED + 1):
@@ -63,7 +63,7 @@ class PartSubject:
         return self.values["position"] - start, sum(velocities) / PUSHED
 
     def is_ready(self) -> bool:
-        """Engages it where it is; whether it follows within its time."""
+        """Engages the part at its position; returns whether it follows within its time limit."""
         end_s = time.monotonic() + OPERATING_S
         while time.monotonic() < end_s:
             self.exchange(self.values["position" if self.part.command == "position" else "bias"])

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The object of a driver's class that the checks of classes call, and the causes that they find."""
+"""Object of a driver's class for the checks of classes, and the failures that they find."""
 
 from __future__ import annotations
 
@@ -15,15 +15,15 @@ from ..driver.members import Channel
 from ..driver.process import Exchange
 
 BUSY_S = 5.0
-"""A run of exchanges ends then, however many it has made: a slow device is tried less often."""
+"""Time limit of a run of exchanges: a slow device makes fewer."""
 
 
 class Wrong(Exception):
-    """The cause of a check that failed."""
+    """Reason for a failed check."""
 
 
 class Subject:
-    """One object of the class, with room for its channels."""
+    """One object of the class, with buffers for its channels."""
 
     def __init__(self, options_json: str) -> None:
         self._exchange = Exchange(options_json)
@@ -39,19 +39,21 @@ class Subject:
         self.counted: list[int] = []
 
     def call(self, name: str) -> None:
-        """Calls a method of its life. Wrong: it raises."""
+        """Calls a method of its life cycle. Raises `Wrong` if that raises."""
         try:
             getattr(self._exchange, name)()
         except (Exception, SystemExit) as why:
             raise Wrong(f"{name}() raises {said(why)}") from why
 
     def exchange(self, value: Callable[[Channel], Any] = lambda channel: channel.initial, engaged: bytes = b"") -> None:
-        """Makes one exchange with these commands; what it raises is for the caller. `engaged`: as of `Exchange.exchange`."""
+        """Makes one exchange with these commands; its exceptions propagate. `value` returns each command, `engaged` is that of
+        `Exchange.exchange`."""
         commands = b"".join(channel.pack(value(channel)) for channel in self.writes)
         self.counted = self._exchange.exchange(commands, engaged)[1]
 
     def steady(self, times: int) -> int:
-        """Exchanges with the safe commands; how many it made within its time. Wrong: one raises, or a reading is not finite."""
+        """Exchanges with the safe commands; returns the number made within the time limit. Raises `Wrong` if one raises or a reading is
+        not finite."""
         end_s = time.monotonic() + BUSY_S
         for number in range(1, times + 1):
             try:
@@ -70,20 +72,20 @@ class Subject:
         return values[name]
 
     def odd(self) -> Channel | None:
-        """Returns a channel whose reading is not finite."""
+        """Returns a channel whose reading is not finite, or None."""
         values = ((channel, self.value(channel)) for channel in self.reads)
         flat = ((channel, one) for channel, value in values for one in (value if isinstance(value, (list, tuple)) else [value]))
         return next((channel for channel, one in flat if isinstance(one, float) and not math.isfinite(one)), None)
 
 
 def said(why: BaseException) -> str:
-    """Returns an exception in one line."""
+    """Returns the text of an exception in one line."""
     return f"{type(why).__name__}: {str(why).splitlines()[0] if str(why) else 'no text'}"
 
 
 @contextmanager
 def opened(options: str) -> Iterator[Subject]:
-    """Yields an object that is open; it is made safe and closed behind the check."""
+    """Yields an open object; brings it to its safe state and closes it after the check."""
     subject = Subject(options)
     subject.call("open")
     try:

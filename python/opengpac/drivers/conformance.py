@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""`opengpac driver check`: whether a driver keeps what the interface of drivers promises to everybody else."""
+"""`opengpac driver check`: checks whether a driver complies with the interface of drivers."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ def add_to(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> Non
 
 
 def run(given: argparse.Namespace) -> int:
-    """Checks and prints the reports; 1 where a check failed."""
+    """Runs the checks and prints the reports; returns 1 if a check failed."""
     options = dict(_option(text) for text in given.options)
     drivers = [*_drivers(given.driver, options)]
     if not given.machine_is_safe:
@@ -73,8 +73,8 @@ def check(
 ) -> dict[str, Any]:
     """Returns the report of the kit on a driver: {"driver", "passed", "checks": [{"check", "sentence", "verdict", "why"}], "text"}.
 
-    `goes_on` is called with the name and the verdict of each check as it ends, and ends the checks by returning False.
-    The checks on the class of a driver in Python end at the first that fails in any case.
+    `goes_on` is called with the name and the verdict of each finished check, and stops the checks by returning False. The checks on
+    the class of a driver in Python always stop at the first failure.
     """
     of_class = _of_class(driver, goes_on) if driver.kind == "python" else []
     if any(each["verdict"] == "failed" for each in of_class):
@@ -91,19 +91,19 @@ def check(
 
 
 def shown(report: Mapping[str, Any], verbose: bool) -> str:
-    """A report for people: what failed and its cause, and with `verbose` each check."""
+    """Returns a report for people: the failures with their reasons, and with `verbose` each check."""
     lines = report["text"].splitlines()
     return "\n".join(line for line in lines if verbose or not line.startswith(("passed ", "- ")))
 
 
 SIMULATED = ("loopback", "mujoco", "scripted")
-"""Drivers that move no machine."""
+"""Drivers that do not move a machine."""
 CLASS_S = 50.0
-"""How long one check of a class may take: what hangs is told within a minute."""
+"""Time limit of one check of a class: a hang is reported within a minute."""
 
 
 def _ask(driver: Driver) -> None:
-    """Asks whether extreme commands may be sent. Refused: nobody is there to answer, or the answer is no."""
+    """Asks the user for permission to send extreme commands. Refuses if there is no terminal or the answer is no."""
     if driver.kind in SIMULATED:
         return
     what = "the kit sends infinite, extreme and absurd commands to whatever these options connect"
@@ -115,7 +115,7 @@ def _ask(driver: Driver) -> None:
 
 
 def _of_class(driver: Driver, goes_on: Callable[[str, str], bool]) -> list[dict[str, Any]]:
-    """Checks a driver in Python on its class itself, up to the first check that fails."""
+    """Checks the class of a driver in Python itself, up to the first check that fails."""
     given = {name: driver.options[name] for name in ("path", "module", "class", "options", "paths") if driver.options.get(name) is not None}
     command = [sys.executable, "-m", "opengpac.drivers.class_checks"]
     outcomes: list[dict[str, Any]] = []
@@ -141,7 +141,7 @@ def _of_class(driver: Driver, goes_on: Callable[[str, str], bool]) -> list[dict[
 
 
 def _report(driver: str, checks: list[dict[str, Any]]) -> dict[str, Any]:
-    """A report of these checks, in the form of the compiled core."""
+    """Returns a report of these checks, in the form of the compiled core."""
     words = {"passed": "passed", "failed": "FAILED", "not applicable": "-"}
     lines = []
     for each in checks:
@@ -176,7 +176,7 @@ def _option(text: str) -> tuple[str, Any]:
 
 
 def _counting(folder: Path) -> str | None:
-    """Returns the library that counts allocations; None where no compiler makes it."""
+    """Returns the library that counts allocations, or None if no compiler can build it."""
     source = folder / "counting.c"
     source.write_text(_native.counting_text())
     try:

@@ -17,9 +17,9 @@ class Driver:
 
 
 UNLIMITED = 1e6
-"""What stands for "no limit" in what a driver says of a part."""
+"""Value for "no limit" in a driver's declaration of a part."""
 
 
 def given(**options: Any) -> dict[str, Any]:
-    """The options that are not None."""
+    """Returns the options that are not None."""
     return {name: value for name, value in options.items() if value is not None}

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Reads which process data a subdevice exchanges, from the file that its vendor gives: EtherCAT Slave Information (ESI)."""
+"""Reads a subdevice's process data from its vendor's file: EtherCAT Slave Information (ESI)."""
 
 from __future__ import annotations
 
@@ -16,14 +16,15 @@ _KINDS = {
     "BOOL": 0x01, "SINT": 0x02, "INT": 0x03, "DINT": 0x04, "USINT": 0x05, "UINT": 0x06, "UDINT": 0x07, "REAL": 0x08, "LREAL": 0x11,
     "LINT": 0x15, "ULINT": 0x1B, "BYTE": 0x1E, "WORD": 0x1F, "DWORD": 0x20,
 }  # fmt: skip
-"""Data types as CoE numbers them; others are numbers without a sign."""
+"""Data types by their CoE numbers; others are unsigned integers."""
 
 
 def described(path: str | Path, *, type: str | None, product: int | None, revision: int | None, what: str) -> dict[str, Any]:
-    """The options `pdos`, `vendor` and `product` of a subdevice as an ESI file describes it.
+    """Returns the options `pdos`, `vendor` and `product` of a subdevice from an ESI file.
 
-    A file often describes many: `type`, as in `EL1008`, or `product` says which. Of several revisions it is `revision`, else the newest.
-    `what` names the subdevice in errors. Raises `CallError` where the file cannot be read or does not describe it.
+    A file often describes several: `type`, as in `EL1008`, or `product` selects one. Of several revisions it selects `revision`, by
+    default the newest. `what` names the subdevice in errors. Raises `CallError` if the file at `path` cannot be read or does not
+    describe the subdevice.
     """
     path = Path(path)
     root = _parsed(path, what)
@@ -85,13 +86,13 @@ def _pdo(of: Element, is_output: bool, path: Path) -> dict[str, Any]:
 
 
 def _name(names: Sequence[Element]) -> str:
-    """Returns the name, the English one if there are several."""
+    """Returns the name; of several, the English one."""
     english = [name for name in names if name.get("LcId") in ("1033", None)]
     return ((english or names)[0].text or "").strip() if names else ""
 
 
 def _number(text: str | None) -> int | None:
-    """Reads `#x1a00` or `26`."""
+    """Parses `#x1a00` or `26`."""
     text = (text or "").strip()
     try:
         return int(text[2:], 16) if text.lower().startswith("#x") else int(text)

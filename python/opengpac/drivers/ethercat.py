@@ -27,31 +27,31 @@ def ethercat(
 ) -> Driver:
     """Drives by CiA 402 on EtherCAT, an axis each: `gpac.drivers.ethercat("eth1", {"lift": {"counts": 131072 / 0.01, "unit": "m"}})`.
 
-    Each axis is a name with its options. `counts`: how many counts of its encoder are one unit of position, negative to turn it round.
-    `at`: its place on the line (else its place here). `mode`: `position` (default), `velocity` or `torque`. `unit`: `rad` (default) or
-    `m`. `offset`: counts at position 0. `speed_max`, `range`: its limits. `rated_torque`: N.m or N, needed in mode `torque`. `pdos`:
-    `device` where the drive's own process data are to be used, `written` (default) where the driver writes them. `brake`: the output of
-    a brake that the drive does not serve by itself, `{}` or `{'bit': 1, 'released_by_one': True}`. `operating_within_s` (3): how long the
-    drive may take to come into operation once it is engaged; then the device is lost, and the drive stays off. `vendor`,
-    `product`, `revision`, `serial`, `alias`: the identity that its drive is to have, as a scan shows it; a drive that is another one, by
-    these or by the first opening, is named and nothing is switched on.
+    Each of `axes` is a name with its options. `counts`: encoder counts per unit of position, negative to reverse the direction. `at`:
+    its position on the line (by default its position here). `mode`: `position` (default), `velocity` or `torque`. `unit`: `rad`
+    (default) or `m`. `offset`: counts at position 0. `speed_max`, `range`: its limits. `rated_torque`: N.m or N, required in mode
+    `torque`. `pdos`: `device` to use the drive's own process data, `written` (default) if the driver writes them. `brake`: the output
+    of a brake that the drive does not operate itself, `{}` or `{'bit': 1, 'released_by_one': True}`. `operating_within_s` (3): time
+    limit for the drive to become operational once it is engaged; then the device is lost, and the drive stays off. `vendor`,
+    `product`, `revision`, `serial`, `alias`: the required identity of its drive, as shown by a scan; a drive that differs from these
+    or from the one first opened is reported and nothing is switched on.
 
-    `terminals` are terminals of inputs and outputs, digital or analog, encoders and sensors, each with `at`: `{"io": {"at": 2, "channels":
-    {"door": "Channel 3", "force": {"entry": "AI Standard Channel 1.Value", "scale": 0.01, "unit": "N"}}}}`. A channel is an entry of their
-    process data, by the name that the vendor gives or by its object, `0x6000:1`; without `channels` all entries are channels, by their
-    names in lower case with underscores. With `scale` or `offset` a channel is a double, counts × scale + offset, in `unit`; else it has
-    the type of its entry. `safe`: what an output carries while nobody commands it (off, or 0 counts). Names come from the terminal's
-    EEPROM, which is read when the device is made, or with `esi` from the vendor's XML file, in which `type` (`"EL1008"`), `product` and
-    `revision` say which terminal it is. `vendor`, `product`, `revision`, `serial`, `alias` are compared as those of an axis.
-    `device["io.door"]` is a channel.
+    `terminals` are terminals of inputs and outputs, digital or analog, encoders and sensors, each with `at`: `{"io": {"at": 2,
+    "channels": {"door": "Channel 3", "force": {"entry": "AI Standard Channel 1.Value", "scale": 0.01, "unit": "N"}}}}`. A channel is
+    an entry of their process data, by the vendor's name or by its object, `0x6000:1`; without `channels` all entries are channels,
+    named in lower case with underscores. With `scale` or `offset` a channel is a double, counts × scale + offset, in `unit`;
+    otherwise it has the type of its entry. `safe`: the value of an output while it is not commanded (off, or 0 counts). Names come
+    from the terminal's EEPROM, which is read when the device is made, or with `esi` from the vendor's XML file, in which `type`
+    (`"EL1008"`), `product` and `revision` select the terminal. `vendor`, `product`, `revision`, `serial`, `alias` are compared as for
+    an axis. `device["io.door"]` is a channel.
 
-    Channels of an axis: `position`, `velocity`, `torque`, `status`, `error`, `homing`, `operating` (read), and `goal`, `rate` or `effort`
-    (written), by its mode. `enable` and verbs wait for `operating`.
-    An axis is switched on by CiA 402 when its written channel is engaged, and never leaps: its target begins where it is and changes by
-    `speed_max` at most. `timeout` (100 ms) is the watchdog of the drives. `lost_after` (3) cycles without an answer mean that the device
-    is lost. `sync0`, the period of the source, sets the distributed clocks of the drives to the time of this host and has them take
-    their targets with SYNC0, `sync0_shift` (half of it) after each release. `interface` is a network interface, which needs
-    CAP_NET_RAW, or that of an emulated segment, `gpac.drivers.fake.ethercat`.
+    Channels of an axis: `position`, `velocity`, `torque`, `status`, `error`, `homing`, `operating` (read), and `goal`, `rate` or
+    `effort` (written), depending on its mode. `enable` and verbs wait for `operating`. An axis is switched on by CiA 402 when its
+    written channel is engaged, and never jumps: its target starts at its position and changes at no more than `speed_max`. `timeout`
+    (100 ms) is the watchdog of the drives. `lost_after` (3) cycles without an answer lose the device. `sync0`, the period of the
+    source, sets the distributed clocks of the drives to the time of this host and makes them accept their targets with SYNC0,
+    `sync0_shift` (half of it) after each release. `interface` is a network interface, which needs CAP_NET_RAW, or that of an emulated
+    segment, `gpac.drivers.fake.ethercat`.
     """
     for name, axis in axes.items():
         if not isinstance(axis, Mapping):
@@ -74,7 +74,8 @@ def ethercat(
 
 
 def _terminal(name: str, terminal: Mapping[str, Any]) -> dict[str, Any]:
-    """Its options as the driver takes them: a channel that is a text is the entry of that name, and an ESI file says its process data."""
+    """Returns the options of a terminal in the driver's form: a channel given as text is the entry of that name, and an ESI file
+    supplies the process data."""
     told = {"name": name, **terminal}
     if (channels := told.get("channels")) is not None:
         if not isinstance(channels, Mapping):

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Drivers of your own, from files: sources in C or C++, shared objects, or folders of them."""
+"""User-defined drivers from files: sources in C or C++, shared objects, or folders of them."""
 
 from __future__ import annotations
 
@@ -26,11 +26,11 @@ _TRIAL_SECONDS = 60
 
 
 class Drivers:
-    """The drivers of a file or a folder; `gpac.drivers.load` makes it.
+    """Drivers of a file or a folder, made by `gpac.drivers.load`.
 
-    Called, it makes a driver with options, as `gpac.drivers.loopback(...)` does: `axis(gain=2)` where there is one driver,
-    `machines.axis(gain=2)` where there are more. A number may be a text with a unit, `gain="2 rad/s"`; a time that the driver declares as
-    `period_ns` is `period="5 ms"` too. What the driver does not declare is refused.
+    Calling it makes a driver with options, like `gpac.drivers.loopback(...)`: `axis(gain=2)` if there is a single driver,
+    `machines.axis(gain=2)` if there are several. A number may be a text with a unit, `gain="2 rad/s"`; a time declared as `period_ns`
+    can also be set by `period="5 ms"`. Undeclared options are refused.
     """
 
     def __init__(self, origin: str, kinds: Mapping[str, tuple[str, dict[str, Any]]]) -> None:
@@ -59,12 +59,12 @@ class Drivers:
 
     @property
     def help(self) -> str:
-        """The manual of each driver: what it drives, and its options."""
+        """Manual of each driver: its machine, and its options."""
         return "\n".join(_manual(declared) for _, declared in self._kinds.values())
 
     @property
     def manuals(self) -> Iterator[tuple[str, Mapping[str, Any]]]:
-        """The kind by which the core knows each driver, and what it declares."""
+        """Yields each driver's kind in the core, and its declaration."""
         return iter(self._kinds.values())
 
     def _made(self, name: str, options: Mapping[str, Any]) -> Driver:
@@ -87,7 +87,7 @@ class Drivers:
 
 
 def _option(words: Mapping[str, dict[str, Any]], name: str, value: Any) -> tuple[str, Any]:
-    """Returns an option as the driver takes it."""
+    """Returns an option in the driver's form."""
     word = words.get(name)
     if word is None and f"{name}_ns" in words:
         return f"{name}_ns", duration_ns(value, f"option '{name}'")
@@ -110,10 +110,10 @@ def _manual(declared: Mapping[str, Any]) -> str:
 
 @taking
 def load(path: str | os.PathLike[str]) -> Drivers:
-    """The drivers of a source in C or C++ (it is compiled), of a shared object, or of each of these in a folder.
+    """Loads the drivers at `path`: of a source in C or C++ (which it compiles), of a shared object, or of each of these in a folder.
 
-    They are declared as `opengpac_driver.h` says, and run in every process that opens a device with one of them: a processor of this
-    program, or one in a process of its own. A file is tried in a process of its own first.
+    They are declared according to `opengpac_driver.h`, and run in every process that opens a device with one of them: a processor of
+    this program, or one in a separate process. A file is first tested in a separate process.
     """
     asked = Path(path).expanduser()
     if not asked.exists():
@@ -133,7 +133,7 @@ def load(path: str | os.PathLike[str]) -> Drivers:
 
 
 def _kept(file: Path) -> Path:
-    """A shared object of this content where every process of this user finds it, whatever becomes of the file."""
+    """Returns a shared object with this content, stored where every process of this user finds it even if the file changes."""
     if is_source(file):
         with tempfile.TemporaryDirectory() as folder, refusals:
             content = Path(_native.build([str(file.absolute())], str(Path(folder) / "built.so"))).read_bytes()
@@ -156,7 +156,7 @@ def _kept(file: Path) -> Path:
 
 
 def _declared(kept: Path, file: Path) -> list[dict[str, Any]]:
-    """Returns the declarations of the drivers of a shared object; its code runs in a process of its own before it runs here."""
+    """Returns the declarations of the drivers of a shared object; runs its code in a separate process before it runs here."""
     command = [*processes.command("run_driver_trial"), str(kept)]
     try:
         tried = subprocess.run(command, capture_output=True, timeout=_TRIAL_SECONDS, stdin=subprocess.DEVNULL, check=False)

@@ -26,12 +26,12 @@ def ur(
 ) -> Driver:
     """An arm of Universal Robots (e-series and later) over RTDE: `gpac.robots.load("ur5e", driver=gpac.drivers.ur("192.0.2.10"))`.
 
-    Its joints take positions, which a program on its controller follows (`servoj` with `lookahead` s and `gain`), each within `speed_max`
-    (rad/s) of the one before. Without a command for `timeout` (40 ms) the controller brings the arm to rest by itself, with
-    `deceleration` (rad/s²); without a package for `silence` (100 ms) the arm is `device_lost`. `wait` (10 s; 70 s with
-    `power_on`) is how long it may take until the arm follows, a controller that is not there yet included. `power_on` powers the arm on
-    and releases its brakes. Further channels: `tool.force`,
-    `tool.torque`, `speed_scaling`, `io.in0` to `io.in7`, `io.out0` to `io.out7`, `io.analog_in0` and `io.analog_in1`.
+    Its joints take positions, which a program on its controller follows (`servoj` with `lookahead` s and `gain`), each within
+    `speed_max` (rad/s) of the previous one. Without a command for `timeout` (40 ms) the controller brings the arm to rest by itself,
+    with `deceleration` (rad/s²); without a package for `silence` (100 ms) the arm is `device_lost`. `wait` (10 s; 70 s with
+    `power_on`) is the time limit until the arm follows, including the start of its controller. `power_on` powers the arm on and
+    releases its brakes. Further channels: `tool.force`, `tool.torque`, `speed_scaling`, `io.in0` to `io.in7`, `io.out0` to `io.out7`,
+    `io.analog_in0` and `io.analog_in1`.
     """
     return Driver(
         "ur",

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Reads entries of an FMU's zip archive within bounds. Whatever is wrong with the archive is a `ModuleError` that names the file."""
+"""Reads entries of an FMU's zip archive within bounds. Any defect of the archive raises a `ModuleError` that names the file."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from ..errors import ModuleError, refuse
 
 DESCRIPTION_BYTES_MAX = 64 << 20
 UNPACKED_BYTES_MAX = 512 << 20
-"""The most that the binary and the resources of an FMU may take unpacked."""
+"""Maximum unpacked size of the binary and the resources of an FMU."""
 
 
 class Archive:
@@ -25,12 +25,12 @@ class Archive:
         self.names = archive.namelist()
 
     def read(self, entry: str, most: int = UNPACKED_BYTES_MAX) -> bytes:
-        """The content of an entry of at most `most` bytes."""
+        """Returns the content of an entry of at most `most` bytes."""
         self.check_size([entry], most)
         return self._archive.read(entry)
 
     def check_size(self, entries: list[str], most: int = UNPACKED_BYTES_MAX) -> None:
-        """Refuses entries that are larger together than `most` bytes, before any of them is unpacked."""
+        """Refuses entries whose total size exceeds `most` bytes, before unpacking any of them."""
         size = sum(self._archive.getinfo(entry).file_size for entry in entries)
         if size > most:
             what = f"'{entries[0]}'" if len(entries) == 1 else f"{len(entries)} entries"
@@ -40,7 +40,7 @@ class Archive:
 
 @contextlib.contextmanager
 def opened(path: Path) -> Iterator[Archive]:
-    """The archive at `path`, open within the `with`."""
+    """Opens the archive at `path` for the `with`."""
     try:
         with zipfile.ZipFile(path) as archive:
             yield Archive(path, archive)
@@ -49,7 +49,7 @@ def opened(path: Path) -> Iterator[Archive]:
     except NotImplementedError as why:
         refuse(ModuleError, f"'{path.name}' is compressed in a way that cannot be read: {why}", "pack it with zip's deflate")
     except RuntimeError:
-        # The only other one that `zipfile` raises while it reads.
+        # The only other exception that `zipfile` raises when reading.
         refuse(ModuleError, f"'{path.name}' is encrypted", "export it without a password")
     except (zipfile.BadZipFile, zlib.error, EOFError, UnicodeDecodeError, ValueError) as why:
         text = "it is not a zip archive" if "not a zip file" in str(why) else f"its archive is damaged ({why})"

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""`gpac.fmu`: a co-simulation FMU becomes a function block. Its C is compiled once for each content, and kept for later processes."""
+"""`gpac.fmu`: makes a function block of a co-simulation FMU. Its C is compiled once for each content, and cached for later processes."""
 
 from __future__ import annotations
 
@@ -38,8 +38,8 @@ PROBLEMS = {
 
 
 class FmuBlock(Block):
-    """The block of an FMU. Made by `gpac.fmu`. `file` is the FMU, `description` what it says of itself, `period_ns` the only step that it
-    takes, or None."""
+    """Block of an FMU. Made by `gpac.fmu`. `file` is the FMU, `description` its own description, `period_ns` the only step size that it
+    supports, or None."""
 
     def __init__(self, interface: Mapping[str, Any], module: str, description: Description, period_ns: int | None) -> None:
         super().__init__(interface, module)
@@ -61,17 +61,18 @@ def fmu(
     name: str | None = None,
     doc: str = "",
 ) -> FmuBlock:
-    """A co-simulation FMU of FMI 2 or 3 as a function block: the first invocation of a start initialises it, each later one steps it from
-    the time of the one before to its own, with the inputs of now.
+    """Makes a function block of a co-simulation FMU of FMI 2 or 3: the first invocation of a start initialises it, each later one steps
+    it from the time of the previous invocation to its own, with the present inputs.
 
-    Numbers, truth values and arrays become items of the block with their units, the characters that C does not know as '_'. `inputs`,
-    `outputs` and `parameters` say which, or `{"body.v": "speed"}` which by which name; all of them without. Parameters that are not
-    tunable act at the next start. `units` says units that the FMU lacks or has in words of its own. `every` is the only interval that it
-    can be run at, where it takes one step size only and does not say which. `instances` are made when the block is loaded: as many can be
-    in use at a time in each process. `path` is the FMU's file, `name` the block's name, the FMU's unless given, `doc` its description.
+    Numbers, truth values and arrays become items of the block with their units; characters invalid in C become '_'. `inputs`,
+    `outputs` and `parameters` select variables, or `{"body.v": "speed"}` also renames them; by default all are taken. Parameters that
+    are not tunable take effect at the next start. `units` defines units that the FMU lacks or names differently. `every` is the only
+    interval at which it can run, if it supports a single step size without declaring it. `instances` are created when the block is
+    loaded: their number limits concurrent uses in each process. `path` is the FMU's file, `name` the block's name, by default the
+    FMU's, `doc` its description.
 
-    Raises `ModuleError` with the reason for a file that cannot be used: FMI version, platform, no binary, a needed tool, an interpreter
-    inside; `UnitMismatch` for an unknown unit; `DefinitionError` for names that do not fit.
+    Raises `ModuleError` with the reason for a file that cannot be used: FMI version, platform, no binary, a required tool, an
+    interpreter inside; `UnitMismatch` for an unknown unit; `DefinitionError` for names that do not fit.
     """
     fmu = described(Path(path).expanduser().absolute())
     given = name or "".join(c if c.isalnum() and c.isascii() else "_" for c in fmu.name)
@@ -95,7 +96,7 @@ def fmu(
 
 
 def _period(fmu: Description, name: str, every_ns: int | None) -> int | None:
-    """The only interval that an FMU can be run at."""
+    """Returns the only interval at which an FMU can run, or None."""
     own = None if fmu.step_s is None else round(fmu.step_s * 1e9)
     if fmu.any_step:
         return every_ns
@@ -106,7 +107,7 @@ def _period(fmu: Description, name: str, every_ns: int | None) -> int | None:
 
 
 def unpacked(fmu: Description) -> tuple[Path, str]:
-    """The FMU's binary as a file, and its resources as FMI names them. An archive is unpacked once for each content."""
+    """Returns the FMU's binary as a file, and its resources in the form of FMI. An archive is unpacked once for each content."""
     digest = hashlib.sha256(fmu.file.read_bytes()).hexdigest()[:24]
     root = folder("fmus") / digest
     with opened(fmu.file) as archive:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The C of an FMU's block: values are set and got by groups of one type, one call of the FMU for each."""
+"""C code of an FMU's block: it sets and gets values in groups of one type, with one call of the FMU for each."""
 
 from __future__ import annotations
 
@@ -16,20 +16,20 @@ CORE = Path(__file__).with_name("fmu.h")
 
 @dataclass(frozen=True)
 class Port:
-    """A variable and the item of the block that it is."""
+    """A variable and its item of the block."""
 
     variable: Variable
     item: Item
 
     @property
     def count(self) -> int:
-        """Number of its elements."""
+        """Number of elements."""
         return max(1, self.variable.size)
 
 
 @dataclass(frozen=True)
 class Ports:
-    """The ports of a block."""
+    """Ports of a block."""
 
     inputs: list[Port]
     outputs: list[Port]
@@ -40,7 +40,7 @@ class Ports:
 def source(
     name: str, doc: str, fmu: Description, ports: Ports, library: Path, embedded: bool, resources: str, step_ns: int, instances: int
 ) -> str:
-    """The text of a C file with one block; `library`: the FMU's binary, `embedded` in the file or loaded from where it is."""
+    """Returns the text of a C file with one block; `library`: the FMU's binary, `embedded` in the file or loaded from its location."""
     image = "\n".join(
         [
             ".pushsection .rodata", ".balign 16", ".globl fmu_image", ".hidden fmu_image", "fmu_image:", f'.incbin "{library}"',
@@ -57,7 +57,7 @@ def source(
         f"#define FMU_VERSION {fmu.version}",
         f"#define FMU_NAME {quoted(name)}",
         f"#define FMU_TOKEN {quoted(fmu.token)}",
-        # Where there are none FMI 3 gets an empty text: FMUs of `fmi-export` read it unasked.
+        # Without resources FMI 3 gets an empty text: FMUs of `fmi-export` read it unconditionally.
         f"#define FMU_RESOURCES {quoted(resources) if resources or fmu.version == 3 else 'NULL'}",
         f"#define FMU_INSTANCES {instances}",
         f"#define FMU_STEP_NS {step_ns}LL",
@@ -108,14 +108,14 @@ def _groups(ports: Iterable[Port]) -> dict[str, list[Port]]:
 
 
 def _native(version: int, group: str, port: Port) -> str:
-    """The C type of FMI's function."""
+    """Returns the C type of FMI's function."""
     if version == 2:
         return {"Real": "double", "Integer": "int", "Boolean": "int"}[group]
     return port.variable.type
 
 
 def _functions(version: int, given: list[Port], taken: list[Port]) -> list[str]:
-    """The pointers to the FMU's functions, and what finds them."""
+    """Returns the declarations of pointers to the FMU's functions, and the code that resolves them."""
     lines, finds = [], []
     for verb, const, ports in (("Set", "const ", given), ("Get", "", taken)):
         for group, members in _groups(ports).items():
@@ -127,7 +127,7 @@ def _functions(version: int, given: list[Port], taken: list[Port]) -> list[str]:
 
 
 def _exchanged(verb: str, version: int, ports: list[Port], indent: str) -> list[str]:
-    """The calls that `Set` what the block has, or `Get` it."""
+    """Returns the calls that `Set` values of the block, or `Get` them."""
     lines = []
     for group, members in _groups(ports).items():
         places = [f"self->{port.item.name}{f'[{k}]' if port.variable.size else ''}" for port in members for k in range(port.count)]

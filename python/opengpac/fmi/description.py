@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Description of an FMU: `modelDescription.xml` of FMI 2 and 3, as far as a co-simulation needs it."""
+"""Description of an FMU: `modelDescription.xml` of FMI 2 and 3, to the extent needed for co-simulation."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from ..errors import ModuleError, refuse
 from .archive import DESCRIPTION_BYTES_MAX, opened
 
 ELEMENTS_MAX = 4096
-"""The most elements of an array that can be a port."""
+"""Maximum number of elements of an array that can be a port."""
 
 TYPES = {
     "Real": ("Real", "double"), "Integer": ("Integer", "int32_t"), "Boolean": ("Boolean", "bool"), "Enumeration": ("Integer", "int32_t"),
@@ -29,13 +29,13 @@ TYPES_3 = {
     "Boolean": ("Boolean", "bool"),
     "Enumeration": ("Int64", "int64_t"),
 } | {f"{u}Int{n}": (f"{u}Int{n}", f"{u.lower()}int{n}_t") for u in ("", "U") for n in (8, 16, 32, 64)}
-"""The same of FMI 3."""
+"""Type of an FMI 3 variable → the functions that get and set it, and the type of its port."""
 
 
 @dataclass(frozen=True)
 class Variable:
-    """A variable: its value `reference`, `causality`, `variability`, the functions of its `group`, the `type` of its port, its `size` of
-    an array (0: a scalar), `start`, `unit` as FMI has it, and its description."""
+    """A variable: its value `reference`, `causality`, `variability`, the functions of its `group`, the `type` of its port, its array
+    `size` (0: a scalar), `start`, `unit` in the form of FMI, and its description."""
 
     name: str
     reference: int
@@ -51,8 +51,8 @@ class Variable:
 
 @dataclass(frozen=True)
 class Description:
-    """An FMU that can be stepped: FMI `version` 2 or 3, `identifier` of its binary, `token` (GUID), variables by name, base units by name,
-    and what it declares that it can."""
+    """A steppable FMU: FMI `version` 2 or 3, `identifier` of its binary, `token` (GUID), variables by name, base units by name, and its
+    declared capabilities."""
 
     file: Path
     version: int
@@ -69,11 +69,11 @@ class Description:
     units: Mapping[str, Element | None]
     binary: str
     beside: list[str] = field(default_factory=list)
-    """What else of the archive its binary may look for: resources and libraries beside it."""
+    """Other parts of the archive that its binary may need: resources and libraries next to it."""
 
 
 def described(path: Path) -> Description:
-    """The description of an FMU for this machine, or why it cannot be used here."""
+    """Returns the description of an FMU for this machine; raises the reason if it cannot be used here."""
     if not path.is_file():
         refuse(ModuleError, f"there is no file '{path}'", "give an FMU, x.fmu")
     with opened(path) as archive:
@@ -84,7 +84,7 @@ def described(path: Path) -> Description:
     try:
         root = ElementTree.fromstring(text)
     except (ElementTree.ParseError, LookupError, ValueError) as why:
-        # An encoding that Python does not know is a LookupError or a ValueError.
+        # Encodings unknown to Python raise LookupError or ValueError.
         refuse(ModuleError, f"modelDescription.xml of '{path.name}' is damaged: {why}")
     told = root.get("fmiVersion", "none")
     if root.tag != "fmiModelDescription" or not told.startswith(("2.", "3.")):
@@ -113,7 +113,7 @@ _T = TypeVar("_T", int, float)
 
 
 def _number(path: Path, element: Element, attribute: str, default: str, kind: Callable[[str], _T]) -> _T:
-    """A finite number in an attribute, or which element it is wrong in."""
+    """Returns a finite number from an attribute; the error names the element."""
     text = element.get(attribute, default)
     try:
         number = kind(text)
@@ -131,7 +131,7 @@ def _true(element: Element, attribute: str) -> bool:
 
 
 def _binary(path: Path, version: int, identifier: str, names: list[str]) -> tuple[str, list[str]]:
-    """The binary for this machine in the archive, and what lies beside it."""
+    """Returns the binary for this machine in the archive, and the files next to it."""
     machine = {"AMD64": "x86_64", "arm64": "aarch64"}.get(platform.machine(), platform.machine())
     folder = ({"x86_64": "linux64"} if version == 2 else {}).get(machine, f"{machine}-linux")
     wanted = f"binaries/{folder}/{identifier}.so"
@@ -167,7 +167,7 @@ def _variables(path: Path, root: Element, version: int) -> dict[str, Variable]:
 
 
 def _size(path: Path, element: Element) -> int:
-    """Number of elements of an array of FMI 3, 0 for a scalar."""
+    """Returns the number of elements of an array of FMI 3, 0 for a scalar."""
     lengths = [dimension.get("start") for dimension in element.iterfind("Dimension")]
     if not lengths:
         return 0

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""`gpac.drivers.fmu`: an FMU as a physical device, in a process of its own. A driver in Python is written for it, and kept."""
+"""`gpac.drivers.fmu`: an FMU as a physical device, in a separate process. A driver in Python is generated for it, and cached."""
 
 from __future__ import annotations
 
@@ -33,12 +33,11 @@ def fmu(
     units: Mapping[str, str] | None = None,
     age_max: Quantity | None = None,
 ) -> Driver:
-    """An FMU as a physical device: a plant, or one with an interpreter inside. Inputs are channels that are written, outputs such that
-    are read.
+    """An FMU as a physical device: a plant, or one with an interpreter inside. Inputs are written channels, outputs are read channels.
 
-    It runs in a process of its own and takes one `step` in each period of that length, with the inputs of then; a source that exchanges
-    with it never waits for it. Under the virtual clock it takes one step at each firing of its source: give that the period `step`.
-    `parameters` are values by FMI's names; `path`, `inputs`, `outputs` and `units` are as of `gpac.fmu`, `age_max` as of
+    It runs in a separate process and takes one `step` in each period of that length, with the present inputs; a source that exchanges
+    with it never waits for it. Under the virtual clock it takes one step at each firing of its source, whose period must be `step`.
+    `parameters` are values by FMI's names; `path`, `inputs`, `outputs` and `units` are those of `gpac.fmu`, `age_max` is that of
     `gpac.drivers.python`.
     """
     fmu = described(Path(path).expanduser().absolute())
@@ -70,7 +69,7 @@ def _whole(port: Port) -> str:
 
 
 def _source(fmu: Description, ports: Ports, constants: list[str], library: str, resources: str, step_ns: int) -> str:
-    """The text of a driver in Python."""
+    """Returns the text of a driver in Python."""
 
     def channel(port: Port, word: str) -> str:
         safe = f", safe={start_of(port, fmu)!r}" if word == "write" else ""

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""`opengpac export fmu GRAPH`: a graph as an FMU of FMI 2 for co-simulation. It has the real-time system and its virtual clock inside, so
-it computes what the virtual clock does, and needs neither Python nor OpenGPAC where it is used."""
+"""`opengpac export fmu GRAPH`: exports a graph as an FMU of FMI 2 for co-simulation. The FMU contains the real-time system and its
+virtual clock, so it computes the same values, and needs neither Python nor OpenGPAC on its host."""
 
 from __future__ import annotations
 
@@ -49,14 +49,14 @@ class Member:
 
     @property
     def key(self) -> str:
-        """Its name in the verb that runs the graph."""
+        """Name in the verb that runs the graph."""
         return self.name.replace(".", "_")
 
 
 def export_fmu(graph: Graph, path: str | os.PathLike[str], every: Quantity, *, library: str | os.PathLike[str] | None = None) -> Path:
-    """Writes a `graph` as an FMU to `path`, run `every` so much time; returns the path.
+    """Writes `graph` as an FMU to `path`, run at the interval `every`; returns the path.
 
-    `library` is libopengpac_ps.so, which `make c-package` builds; without it that of this tree.
+    `library` is libopengpac_ps.so, which `make c-package` builds; by default that of this tree.
     """
     target = Path(path).absolute()
     period_ns = duration_ns(every, "the interval of the graph")
@@ -75,7 +75,7 @@ def export_fmu(graph: Graph, path: str | os.PathLike[str], every: Quantity, *, l
         source.write_text(text)
         shutil.copy(needed, system)
         _tool(["strip", "--strip-debug", str(system)])
-        # A system has threads and signal handlers: what a master unloads stays where it is.
+        # A system has threads and signal handlers: its library must stay loaded after a master unloads the FMU.
         flags = ["-O2", "-shared", "-fPIC", "-fvisibility=hidden", f"-L{temporary}", "-Wl,-rpath,$ORIGIN", "-Wl,-z,nodelete"]
         _tool([os.environ.get("CC") or "cc", *flags, str(source), "-o", str(binary), "-lopengpac_ps", "-lm"])
         archive.writestr("modelDescription.xml", _description(graph, name, "{" + token.hexdigest()[:32] + "}", members, period_ns))
@@ -93,7 +93,7 @@ def export_fmu(graph: Graph, path: str | os.PathLike[str], every: Quantity, *, l
 
 
 def _modules(graph: Graph) -> dict[str, Path]:
-    """The code modules of its blocks outside the standard library: name → file."""
+    """Returns the code modules of the graph's blocks outside the standard library: name → file."""
     found: dict[str, Path] = {}
     for use in graph.blocks.values():
         if isinstance(use.block, Graph):
@@ -133,8 +133,8 @@ def _tool(command: list[str]) -> None:
 
 def _members(graph: Graph) -> list[Member]:
     ports = [(n, "i", p.item) for n, p in graph.inputs.items()] + [(n, "o", p.item) for n, p in graph.outputs.items()]
-    # A parameter of one of its own blocks that was given a constant is no parameter of the FMU; nor are those further inside, and those
-    # of types that FMI 2 has not.
+    # The FMU has no parameters for those of the graph's own blocks that have a constant, for those of deeper blocks, or for types that
+    # FMI 2 lacks.
     free = [(n, "p", i) for n, i in graph.parameters.items() if n.count(".") == 1 and not _constant(graph, n) and _fits(i)]
     made = [_member(graph, name, role, item) for name, role, item in [*ports, *free]]
     if not any(member.role == "o" for member in made):
@@ -164,7 +164,7 @@ def _member(graph: Graph, name: str, role: str, item: Item) -> Member:
 
 
 def _verb(graph: Graph, name: str, members: list[Member], period_ns: int) -> Verb[..., Any]:
-    """The verb that runs the graph: its inputs take the newest value."""
+    """Returns the verb that runs the graph: its inputs take the newest value."""
     return Verb(
         name,
         blocks={"graph": graph},
@@ -213,7 +213,7 @@ def _c(text: str) -> str:
 
 
 def _description(graph: Graph, name: str, token: str, members: list[Member], period_ns: int) -> str:
-    """modelDescription.xml."""
+    """Returns the text of modelDescription.xml."""
     variables, outputs, number = [], [], 0
     for m in members:
         for k in range(max(1, m.size)):
@@ -254,7 +254,7 @@ def _description(graph: Graph, name: str, token: str, members: list[Member], per
 
 
 def export_of_file(asked: str, every: str, output: str | None, library: str | None) -> Path:
-    """Exports as `opengpac export fmu` says: a graph of a file of definitions, `FILE.toml:NAME`, or the only one of it."""
+    """Exports a graph of a definition file for `opengpac export fmu`: `FILE.toml:NAME`, or the only one in the file."""
     file, _, name = asked.partition(":")
     defined = load(file)
     graphs = {label: made for label, made in defined.items() if isinstance(made, Graph)}

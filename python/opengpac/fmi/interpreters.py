@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Check for FMUs that cannot run on a real-time thread: those with an interpreter inside."""
+"""Check for FMUs that contain an interpreter and cannot run on a real-time thread."""
 
 from __future__ import annotations
 
@@ -16,7 +16,8 @@ _SCRIPTS = {".py": "Python", ".jar": "Java", ".class": "Java", ".jl": "Julia", "
 
 
 def interpreter_in(fmu: Description) -> str:
-    """Returns the interpreter in an FMU, or nothing: told by the libraries of its binary, by its tool, and by scripts in its resources."""
+    """Returns the interpreter in an FMU, or an empty text: judged by the libraries of its binary, its tool, and scripts in its
+    resources."""
     with opened(fmu.file) as archive:
         found = _INTERPRETER.search(archive.read(fmu.binary))
     if found is not None:
@@ -28,7 +29,7 @@ def interpreter_in(fmu: Description) -> str:
 
 
 def check_native(fmu: Description) -> None:
-    """Refuses an FMU that would run an interpreter in a firing."""
+    """Refuses FMUs that would run an interpreter in a firing."""
     found = interpreter_in(fmu)
     if fmu.needs_tool and not found:
         tool = f" ({fmu.tool})" if fmu.tool else ""

@@ -19,7 +19,7 @@ from .code import Port, Ports
 from .description import Description, Variable
 
 ITEMS_MAX = 30
-"""Items that a block can have, without the two states of its own."""
+"""Maximum number of items of a block, apart from its own two states."""
 
 
 def ports_of(
@@ -31,7 +31,7 @@ def ports_of(
     units: Mapping[str, str],
     device: bool = False,
 ) -> Ports:
-    """The ports of an FMU's block, or which name or unit does not fit."""
+    """Returns the ports of an FMU's block; refuses names or units that do not fit."""
     for name in units:
         if name not in fmu.variables:
             refuse(DefinitionError, f"units of '{block}' name '{name}', which '{fmu.file.name}' has not", did_you_mean(name, fmu.variables))
@@ -58,7 +58,7 @@ def ports_of(
 
 
 def _chosen(fmu: Description, block: str, side: str, given: Sequence[str] | Mapping[str, str] | None) -> list[tuple[Variable, str]]:
-    """The variables of one side, and the names of their items."""
+    """Returns the variables of one side, and the names of their items."""
     there = {v.name: v for v in fmu.variables.values() if v.causality == side and v.variability != "constant"}
     if given is None:
         return [(variable, _c_name(name)) for name, variable in there.items() if name != "time"]
@@ -74,7 +74,7 @@ def _chosen(fmu: Description, block: str, side: str, given: Sequence[str] | Mapp
 
 
 def _is_taken(name: str) -> bool:
-    """Returns true for a word of C, and for the states that the block of an FMU has itself."""
+    """Returns whether a name is a keyword of C, or that of a state of the FMU's block."""
     return _native.is_word_of_c(name) or name in ("lease", "begun")
 
 
@@ -94,7 +94,7 @@ def _port(fmu: Description, block: str, side: str, variable: Variable, name: str
 
 
 def _unit(fmu: Description, block: str, variable: Variable, units: Mapping[str, str]) -> str:
-    """The unit in the words of this package."""
+    """Returns the unit in this package's notation."""
     unit = units.get(variable.name, variable.unit)
     if unit in ("", "1", "-"):
         return ""
@@ -108,13 +108,13 @@ def _unit(fmu: Description, block: str, variable: Variable, units: Mapping[str, 
 
 
 def _spelled(base: Element | None) -> str:
-    """A unit from its exponents of SI units; none where a factor or an offset is between."""
+    """Returns a unit from its exponents of SI units; an empty text if it has a factor or an offset."""
     try:
         if base is None or float(base.get("factor", "1")) != 1.0 or float(base.get("offset", "0")) != 0.0:
             return ""
         powers = {symbol: int(base.get(symbol, "0")) for symbol in ("kg", "m", "s", "A", "K", "mol", "cd", "rad")}
     except ValueError:
-        # A damaged unit is one that is not known.
+        # A malformed unit counts as unknown.
         return ""
     over = [symbol if n == 1 else f"{symbol}^{n}" for symbol, n in powers.items() if n > 0]
     under = [symbol if n == -1 else f"{symbol}^{-n}" for symbol, n in powers.items() if n < 0]
@@ -122,7 +122,7 @@ def _spelled(base: Element | None) -> str:
 
 
 def start_of(port: Port, fmu: Description) -> Any:
-    """The start value of a variable, 0 where it has none: a number or truth value, or a list of them for an array."""
+    """Returns the start value of a variable, 0 by default: a number or truth value, or a list of them for an array."""
     values = _starts(fmu, port.variable)
     return values if port.variable.size else values[0]
 
@@ -146,7 +146,7 @@ def _starts(fmu: Description, variable: Variable) -> list[Any]:
 
 
 def _value(kind: str, text: str) -> bool | int | float:
-    """The value of a text in the type of a port. Raises `ValueError` for one that it cannot hold."""
+    """Returns the value of a text in the type of a port. Raises `ValueError` if it does not fit."""
     if kind == "bool":
         if text not in ("true", "false", "0", "1"):
             raise ValueError(text)
@@ -161,7 +161,7 @@ def _value(kind: str, text: str) -> bool | int | float:
 
 
 def _start(fmu: Description, variable: Variable) -> str:
-    """The default of a parameter as C has it."""
+    """Returns the default of a parameter in C."""
     values = _starts(fmu, variable)
     texts = [str(v).lower() if isinstance(v, bool) else repr(v) for v in values]
     return texts[0] if len(texts) == 1 else f"({', '.join(texts)})"

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""An FMU stepped by the process of a driver in Python, through ctypes: what an FMU with an interpreter inside needs."""
+"""Steps an FMU in the process of a driver in Python, through ctypes, as required for an FMU with an interpreter inside."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ class Whole(NamedTuple):
 
 
 class FmuInstance:
-    """One instance of an FMU: set, stepped, got. Raises `RuntimeError` where the FMU refuses, with the last words that it logged."""
+    """One instance of an FMU: set, stepped, got. Raises `RuntimeError` if the FMU refuses, with its last log message."""
 
     def __init__(self, version: int, library: str, name: str, token: str, resources: str) -> None:
         self._version, self._said = version, ""
@@ -50,7 +50,7 @@ class FmuInstance:
             raise RuntimeError(f"the FMU refuses to be instantiated{self._words()}")
 
     def initialised(self, values: Iterable[tuple[Whole, Any]]) -> None:
-        """Initialises it at time 0 with these values."""
+        """Initialises the FMU at time 0 with these values."""
         for whole, value in values:
             self.set(whole, value)
         if self._version == 2:
@@ -69,7 +69,7 @@ class FmuInstance:
         self._done(f"Set{whole.group}", byref(c_uint32(whole.reference)), c_size_t(1), values, *more)
 
     def get(self, whole: Whole) -> Any:
-        """The value of a variable."""
+        """Returns the value of a variable."""
         kind = _kind(self._version, whole.group)
         values = (kind * max(1, whole.size))()
         more = (c_size_t(len(values)),) if self._version == 3 else ()
@@ -78,7 +78,7 @@ class FmuInstance:
         return found if whole.size else found[0]
 
     def step(self, at: float, step: float) -> None:
-        """Steps it from `at`, s."""
+        """Steps the FMU from `at` by `step`, s."""
         if self._version == 2:
             self._done("DoStep", c_double(at), c_double(step), c_int(1))
             return

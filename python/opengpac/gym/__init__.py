@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Gymnasium environments over the virtual clock: episodes of a whole system, with its servos and their limits, at many times real time.
 
-`Environment` sets a system up once; `reset` begins an episode with all that is installed there. `side_by_side` has many of them in one
-process. Needs the package gymnasium: `pip install 'opengpac[gym]'`.
+`Environment` sets up a system once; `reset` begins an episode with everything installed in it. `side_by_side` runs several in one
+process. It requires the package gymnasium: `pip install 'opengpac[gym]'`.
 """
 
 from ..errors import DefinitionError, refuse

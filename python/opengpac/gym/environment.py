@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""An environment of Gymnasium whose world is a system under the virtual clock."""
+"""Gymnasium environment whose world is a system under the virtual clock."""
 
 from __future__ import annotations
 
@@ -23,19 +23,19 @@ _number = itertools.count()
 
 
 class Environment(gymnasium.Env[Any, np.ndarray]):
-    """An environment over a system under the virtual clock: one step is `every`, with all that runs in the system meanwhile.
+    """An environment over a system under the virtual clock: one step takes `every`, during which the whole system runs.
 
-    `setup(cell)` sets a system up, once, and returns a `Task`. `observations` and `actions` are the `gpac.Term`s that a policy has,
-    with the names of the task's ports: spaces follow from `within`, `clip`, `scale` and `offset`, an observation is what the network
-    gets, an action what it gives, as `gpac.policy` computes it. Several inputs, `{"obs": …, "goal": …}`, are a space `Dict`.
-    `reward` and `terminated` are functions of the ports' `Values` at the end of a step. `seconds` truncates an episode. `name` is that
-    of the system, to which a number is added.
+    `setup(cell)` sets up a system once, and returns a `Task`. `observations` and `actions` are the `gpac.Term`s of a policy, with the
+    names of the task's ports. Spaces follow from `within`, `clip`, `scale` and `offset`; an observation is the network's input, an
+    action its output, computed like `gpac.policy`. Several inputs, `{"obs": …, "goal": …}`, form a space `Dict`. `reward` and
+    `terminated` are functions of the ports' `Values` at the end of a step. `seconds` truncates an episode. `name` is that of the
+    system, to which a number is appended.
 
-    `reset` ends the verbs of the task, disables its devices, puts simulated arms back, and begins again: every verb instance with the
-    initial state of its blocks, every action 0. Nothing is installed again. `options` take the place of what the task begins with. An
-    episode whose verb ends by itself is terminated; `info["ended"]` has its condition.
+    `reset` ends the verbs of the task, disables its devices, resets simulated arms, and restarts: every verb instance with the
+    initial state of its blocks, every action 0. Nothing is reinstalled. Its `options` replace the initial values of the task. An
+    episode whose verb ends by itself is terminated; `info["ended"]` is its condition.
 
-    Raises `DefinitionError`, `TypeMismatch` and `UnitMismatch` where terms and ports do not fit, with both.
+    Raises `DefinitionError`, `TypeMismatch` and `UnitMismatch`, naming both, if terms and ports do not fit.
     """
 
     metadata = {"render_modes": []}
@@ -53,7 +53,7 @@ class Environment(gymnasium.Env[Any, np.ndarray]):
         name: str = "gym",
     ) -> None:
         self.system = System(f"{name}_{next(_number)}", clock="virtual", progress=False)
-        """The system."""
+        """System of the environment."""
         if self.system.session is not None:
             self.system.close()
             refuse(CallError, "an environment needs a system in this process, and OPENGPAC_SYSTEM names a remote one", "unset it")
@@ -67,7 +67,7 @@ class Environment(gymnasium.Env[Any, np.ndarray]):
             if not isinstance(task, Task):
                 refuse(DefinitionError, f"the setup of the environment returns {task!r}", "return gpac.gym.Task(ports=…)")
             self.task = task
-            """What `setup` returned."""
+            """Return value of `setup`."""
             self._devices = [*task.devices]
             self._arms = [one for one in self.system.physical_devices.values() if any(service.name == "place" for service in one.services)]
             self._ports = Ports(self.system, task.ports)
@@ -79,11 +79,11 @@ class Environment(gymnasium.Env[Any, np.ndarray]):
         self.action_space = self._acted.space
         self.observation_space = self._observations.space
         self.values = Values()
-        """What the ports had at the end of the last step."""
+        """Values of the ports at the end of the last step."""
         self._steps = 0
 
     def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[Any, dict[str, Any]]:
-        """Begins an episode: the first observation. `seed` decides what the task begins with, `options` take its place."""
+        """Begins an episode and returns the first observation. `seed` determines the initial values of the task, `options` replace them."""
         super().reset(seed=seed)
         start = dict(self.task.begin(self.np_random) if self.task.begin else {}) | (options or {})
         self._check(start)
@@ -103,7 +103,7 @@ class Environment(gymnasium.Env[Any, np.ndarray]):
         return self._observations.of(self._take(self._ports.turn([], 0)), nothing), {}
 
     def step(self, action: np.ndarray) -> tuple[Any, float, bool, bool, dict[str, Any]]:
-        """Makes one step of `every`: observation, reward, terminated, truncated, info."""
+        """Makes one step of `every` with this `action`; returns observation, reward, terminated, truncated, info."""
         action = np.asarray(action, dtype=np.float32)
         if action.shape != self._acted.scale.shape:
             refuse(CallError, f"an action has shape {action.shape}, the actions of the environment have {self._acted.scale.shape}")
@@ -127,7 +127,7 @@ class Environment(gymnasium.Env[Any, np.ndarray]):
                 refuse(UnknownName, f"an episode is to begin with '{name}', which is no port of the task", did_you_mean(name, known))
 
     def _end(self) -> None:
-        """Ends what runs. The clock stands at a multiple of the step then, whatever that took."""
+        """Ends the running verbs, and advances the clock to a multiple of the step."""
         for device in self._devices:
             if device.state != "disabled":
                 device.disable()
@@ -147,7 +147,7 @@ class Environment(gymnasium.Env[Any, np.ndarray]):
         return numbers
 
     def _ended(self) -> str | None:
-        """The condition by which a verb of the task has ended."""
+        """Returns the condition by which a verb of the task has ended, or None."""
         for instance in self.task.instances:
             if instance.state == "ended":
                 return str(getattr(instance.report, "condition", "ended"))
@@ -159,8 +159,8 @@ class Environment(gymnasium.Env[Any, np.ndarray]):
 def side_by_side(
     count: int, make: Callable[[], Environment], *, autoreset: AutoresetMode = AutoresetMode.SAME_STEP
 ) -> SyncVectorEnv[Any, Any]:
-    """Makes that many environments in this process, each with a system of its own, as one vector environment of Gymnasium.
+    """Makes `count` environments in this process, each with a system of its own, as one vector environment of Gymnasium.
 
-    `make` makes one. `autoreset` says when one whose episode is over begins the next: in the same step unless told otherwise.
+    `make` makes one. `autoreset` defines when a finished environment begins its next episode: by default in the same step.
     """
     return SyncVectorEnv([make] * count, autoreset_mode=autoreset)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""From terms to spaces: what a network gets of a system and gives it, computed as the block of a policy does, to the bit."""
+"""Spaces from terms: the inputs and outputs of a network, computed bit by bit like the block of a policy."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ Terms = Term | Sequence[Term]
 
 
 class Side:
-    """The terms of one input or output of a network, over the ports of a task."""
+    """Terms of one input or output of a network, over the ports of a task."""
 
     def __init__(self, given: Terms, ports: Ports, side: str) -> None:
         self.terms = [given] if isinstance(given, Term) else [*given]
@@ -64,7 +64,7 @@ def _columns(term: Term, count: int) -> dict[str, np.ndarray]:
 
 
 class NetworkInput(Side):
-    """An input: x = scale · clip(port - offset), with the values before where a term has a history."""
+    """An input: x = scale · clip(port - offset), with previous values if a term has a history."""
 
     def __init__(self, given: Terms, ports: Ports, actions: int) -> None:
         super().__init__([self._sized(term, actions) for term in ([given] if isinstance(given, Term) else given)], ports, "observation")
@@ -87,11 +87,11 @@ class NetworkInput(Side):
         return (np.minimum(np.maximum(within - self.offset, self.low), self.high) * self.scale).astype(np.float32)
 
     def begin(self) -> None:
-        """Begins an episode: nothing was before."""
+        """Begins an episode with an empty history."""
         self._rows = []
 
     def of(self, numbers: np.ndarray, action: np.ndarray) -> np.ndarray:
-        """Returns the network's input: from the ports' numbers, and its action before."""
+        """Returns the network's input, from the ports' numbers and its previous action."""
         now = [action if place is None else numbers[place] for place in self._where]
         first = not self._rows
         for at, (term, values) in enumerate(zip(self.terms, now, strict=True)):
@@ -123,7 +123,7 @@ class NetworkOutput(Side):
 
 
 class Observations:
-    """All inputs of a network: one array where there is one, else one by name."""
+    """All inputs of a network: one array if there is a single input, else arrays by name."""
 
     def __init__(self, given: Terms | Mapping[str, Terms], ports: Ports, actions: int) -> None:
         self._one = None if isinstance(given, Mapping) else NetworkInput(given, ports, actions)

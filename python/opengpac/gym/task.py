@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Description of the system that was set up for an environment."""
+"""Description of the system set up for an environment."""
 
 from __future__ import annotations
 
@@ -20,10 +20,11 @@ Begin = Callable[[np.random.Generator], Mapping[str, Any]]
 class Task:
     """Task of an environment: made by the function that sets up its system.
 
-    `ports` are what is observed, acted on and rewarded, by the names that terms have: an SVV, or a list of SVVs of one number each,
-    `[joint.sensed for joint in arm]`. `devices` are enabled at each reset, and `instances`, verb instances that were made by
-    `new_instance`, are started then. `begin(rng)` says what an episode begins with: values of ports, and the joint positions of
-    simulated arms by the name of the physical device, `{"goal": …, "ur5e": …}`; `rng` is the environment's, so that a seed decides.
+    `ports` are the observed, actuated and rewarded values, by their names in terms: an SVV, or a list of SVVs of one number each,
+    `[joint.sensed for joint in arm]`. `devices` are enabled at each reset, and then `instances`, verb instances made by
+    `new_instance`, are started. `begin(rng)` returns the initial values of an episode: values of ports, and the joint positions of
+    simulated arms by the name of the physical device, `{"goal": …, "ur5e": …}`; `rng` is the environment's, so that a seed determines
+    them.
     """
 
     ports: Mapping[str, Variables]

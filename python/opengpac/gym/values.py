@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Values of ports as arrays: what an environment reads of its system at the end of each step, and what it writes there."""
+"""Values of ports as arrays, which an environment reads from its system at the end of each step, or writes to it."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ Variables = SVV[Any] | Sequence[SVV[Any]]
 class Values(dict[str, Any]):
     """Values of the ports of an environment's task at the end of a step, by name: numbers and arrays, in their units.
 
-    `time` is the time since the start of the episode, in s; `steps` how many steps that were.
+    `time` is the time since the start of the episode, in s; `steps` is the number of steps.
     """
 
     time: float = 0.0
@@ -27,7 +27,7 @@ class Values(dict[str, Any]):
 
 
 class Ports:
-    """The ports of a task in an order: each one SVV, or a list of SVVs of numbers."""
+    """Ports of a task in a fixed order: each is one SVV, or a list of SVVs of numbers."""
 
     def __init__(self, system: System, ports: Mapping[str, Variables]) -> None:
         self.system = system
@@ -64,18 +64,18 @@ class Ports:
         return (len(variables),) if several else variables[0].dtype.shape
 
     def size(self, name: str) -> int:
-        """Returns the number of its elements."""
+        """Returns the number of elements of a port."""
         place = self._places[name][0]
         return place.stop - place.start
 
     def where(self, name: str, why: str) -> slice:
-        """Returns the slice of its numbers in the result of `read`. `why` says who asks."""
+        """Returns the slice of a port's numbers in the result of `read`. `why` describes the user of the port in refusals."""
         if name not in self._places:
             refuse(DefinitionError, f"{why} '{name}' is no port of the task", did_you_mean(name, self._places))
         return self._places[name][0]
 
     def turn(self, stores: list[tuple[str, list[float]]], duration_ns: int) -> np.ndarray:
-        """Stores numbers, lets time pass, and reads all of them at the end, one after the other."""
+        """Stores numbers, lets time pass, and reads all ports at the end, one after the other."""
         with refusals:
             data = self.system._alive().turn(stores, duration_ns, self._names)
         if self._are_doubles:
@@ -87,12 +87,12 @@ class Ports:
         return np.concatenate(parts)
 
     def stores(self, name: str) -> list[tuple[str, int]]:
-        """The SVVs of a port by the names that the system has for them, each with how many numbers it takes."""
+        """Returns the SVVs of a port by their names in the system, each with its number of elements."""
         variables = self.variables[name]
         return [(variable._asked, self.size(name) // len(variables)) for variable in variables]
 
     def values(self, numbers: np.ndarray) -> Values:
-        """Returns the same by name."""
+        """Returns these numbers as values by name."""
         return Values(
             {name: numbers[place].reshape(shape) if shape else float(numbers[place][0]) for name, (place, shape) in self._places.items()}
         )
@@ -112,5 +112,5 @@ class Ports:
 
 
 def _base(dtype: np.dtype[Any]) -> np.dtype[Any]:
-    """The type of the elements of an array of any dimensions."""
+    """Returns the element type of an array of any dimensions."""
     return dtype.base

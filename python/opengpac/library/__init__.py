@@ -1,7 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The component data base: every block of the standard library is an attribute, `library.pid`, and so is every component that other
-packages and your own folders add. `list()`, `search("low-pass")` and `show("pid")` also know graphs, verbs and device types.
-
+"""The component data base: every block of the standard library is an attribute, `library.pid`, and so is every component of other
+packages and your own folders. `list()`, `search("low-pass")` and `show("pid")` also cover graphs, verbs and device types.
 >>> from opengpac import library as lib
 >>> lib.lowpass.name
 'library.lowpass'
@@ -34,54 +33,58 @@ __all__ = [
 
 
 def list(category: str | None = None) -> Found:
-    """Every component, by category and name; of one category where it is given."""
+    """Returns every component by category and name, or those of one `category`."""
     order = sorted(CATALOGUE.components(), key=lambda c: (c.origin != "library", c.category, c.name))
     return Found(c for c in order if category in (None, c.category))
 
 
 def search(*words: str) -> Found:
-    """The components that have all these words in name, documentation, ports or parameters, the best first."""
+    """Returns the components that have all these `words` in name, documentation, ports or parameters, the best match first."""
     return ranked(CATALOGUE.components(), [part for word in words for part in word.split()])
 
 
 def show(name: str) -> Manual:
-    """The manual of a component: equation, ports, parameters, conditions, faults, an example. Printed where it stands last in a cell."""
+    """Returns the manual of the component `name`: equation, ports, parameters, conditions, faults, an example. A notebook prints it at
+    the end of a cell."""
     return manual(CATALOGUE.find(name))
 
 
 def get(name: str) -> Any:
-    """The component of that name: a block, graph, verb or device type. `UnknownName` where there is none or there are two."""
+    """Returns the component of that `name`: a block, graph, verb or device type. Raises `UnknownName` if there is none or it is
+    ambiguous."""
     return CATALOGUE.find(name).value
 
 
 @taking
 def block(name: str) -> Block:
-    """The block of that name, `pid`, `library.pid`, or `their_package.their_block`."""
+    """Returns the block of that `name`, `pid`, `library.pid`, or `their_package.their_block`."""
     return CATALOGUE.find(name, "block", "block").value
 
 
 def blocks() -> Mapping[str, Block]:
-    """Every block of the standard library by its short name."""
+    """Returns every block of the standard library by its short name."""
     return {name: found for name, (found, _) in standard_blocks().items()}
 
 
 def add(path: str | os.PathLike[str] | ModuleType, name: str | None = None) -> Found:
-    """Takes up the code modules of a folder (C and C++ files with `opengpac.h`, compiled modules), one file, or the public graphs,
-    verbs and device types of a Python module. They are called `name.block`, or `block` alone; `name` is that of the folder or module.
+    """Adds the code modules at `path`: a folder (C and C++ files with `opengpac.h`, compiled modules), one file, or the public graphs,
+    verbs and device types of a Python module. They are named `name.block`, or `block` alone; `name` defaults to that of the folder or
+    module.
 
-    A name that something has already is refused, naming both, and then nothing is added. A file that cannot be built is among the
-    `problems()`, and does not stop the rest. To add a folder for good, name it in `OPENGPAC_PATH`.
+    Refuses a name that is in use, naming both components, and then adds nothing. A file that cannot be built is listed in
+    `problems()`, and does not affect the rest. To add a folder permanently, name it in `OPENGPAC_PATH`.
     """
     return CATALOGUE.add(path, name)
 
 
 def problems() -> Sequence[Problem]:
-    """Returns what could not be taken up, and why: files that cannot be built, packages that cannot be imported, names that clash."""
+    """Returns the components that could not be added, with reasons: files that cannot be built, packages that cannot be imported, name
+    clashes."""
     return CATALOGUE.problems()
 
 
 def refresh() -> None:
-    """Makes the next request read files and packages again: after an edit, in a notebook."""
+    """Makes the next request reread files and packages: after an edit, in a notebook."""
     CATALOGUE.refresh()
 
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The catalogue: every component by name, made when it is first asked for something that the standard library does not have."""
+"""Catalogue of every component by name, built when a component outside the standard library is first requested."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ _logger = logging.getLogger("opengpac")
 
 
 class Catalogue:
-    """The components that there are; `problems` says what was left out and why."""
+    """Existing components; `problems` lists those left out, with reasons."""
 
     def __init__(self) -> None:
         self._components: list[Component] | None = None
@@ -27,7 +27,7 @@ class Catalogue:
         self._added: list[tuple[Any, str]] = []
 
     def components(self) -> list[Component]:
-        """All of them, those of the standard library first."""
+        """Returns all components, those of the standard library first."""
         if self._components is None:
             self._components, self._problems = [], []
             added = (entry for given, origin in self._added for entry in of_thing(given, origin, origin))
@@ -36,12 +36,12 @@ class Catalogue:
         return self._components
 
     def problems(self) -> list[Problem]:
-        """Returns what could not be taken up."""
+        """Returns the problems of components that could not be added."""
         self.components()
         return self._problems
 
     def find(self, name: str, kind: str | None = None, what: str = "component") -> Component:
-        """The component of that name; refused, naming both, where two are called so. `what` is what a message calls one that is missing."""
+        """Returns the component of that name; refuses an ambiguous one, naming both. Messages call a missing component `what`."""
         short = name.removeprefix("library.")
         if short in standard_blocks():
             block, category = standard_blocks()[short]
@@ -59,7 +59,7 @@ class Catalogue:
         return exact[0]
 
     def add(self, given: str | os.PathLike[str] | ModuleType, origin: str | None) -> Found:
-        """Adds as `library.add` says."""
+        """Adds components as described in `library.add`."""
         if not isinstance(given, ModuleType):
             if not isinstance(given, str | os.PathLike):
                 refuse(CallError, f"library.add was given {given!r}", "give the path of a folder or file, or a Python module")
@@ -88,7 +88,7 @@ class Catalogue:
         return Found(new)
 
     def refresh(self) -> None:
-        """Forgets what was found outside the standard library: files and packages are read again when next asked for."""
+        """Discards the components found outside the standard library: files and packages are reread on the next request."""
         self._components = None
         importlib.invalidate_caches()
 
@@ -111,7 +111,7 @@ class Catalogue:
         _warn(problems)
 
     def _refuse(self, name: str, what: str) -> None:
-        # A short name is answered by short names.
+        # Suggest short names for a short name.
         known = [n for c in self.components() for n in (c.names if "." in name else c.names[:1])]
         meant = did_you_mean(name, dict.fromkeys(known))
         remedy = meant if meant.startswith("did you mean") else "opengpac blocks search WORDS finds what there is"
@@ -121,13 +121,13 @@ class Catalogue:
 
 
 def _clash(new: Component, other: Component) -> bool:
-    """Returns whether a name would no longer say which of the two is meant; a verb or graph of each origin is told by its origin."""
+    """Returns whether a shared name would be ambiguous; verbs and graphs of different origins are distinguished by their origins."""
     same = new.short_name == other.short_name
     return new.name == other.name or (same and other.kind == "block" and (new.kind == "block" or other.origin == "library"))
 
 
 def _only_name(component: Component, others: list[Component]) -> str:
-    """A name that it shares with none of the others."""
+    """Returns a name of the component that none of the others has."""
     return next((n for n in component.names if sum(n in c.names for c in others) == 1), component.name)
 
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Contents of the component data base: components, what was found, and what could not be taken up."""
+"""Contents of the component data base: components, search results, and problems."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ Kind = Literal["block", "graph", "verb", "device type"]
 
 @dataclass(frozen=True)
 class Component:
-    """One entry: `name` as it is asked for, `kind`, `category`, `origin` (where it comes from), `doc`, and the thing itself, `value`."""
+    """One entry: `name` for requests, `kind`, `category`, `origin`, `doc`, and the object itself, `value`."""
 
     name: str
     kind: Kind
@@ -29,32 +29,32 @@ class Component:
     doc: str
     value: Any
     source: str = ""
-    """The file it is defined in."""
+    """File that defines the component."""
 
     @property
     def title(self) -> str:
-        """The first line of its documentation: of a block the equation."""
+        """First line of the documentation; for a block the equation."""
         return self.doc.strip().splitlines()[0] if self.doc.strip() else ""
 
     @property
     def short_name(self) -> str:
-        """The last word of its name: `move` of `robots.move`."""
+        """Last word of the name: `move` of `robots.move`."""
         return self.name.rsplit(".", 1)[-1]
 
     @property
     def names(self) -> tuple[str, ...]:
-        """All the names that it answers to, the shortest first."""
+        """All names by which the component can be requested, the shortest first."""
         own = self.value.name if self.kind != "device type" else self.value.definition_name()
         return tuple(dict.fromkeys((self.short_name, self.name, own)))
 
     @property
     def where(self) -> str:
-        """Where it comes from, for messages: `library`, or its origin and file."""
+        """Origin of the component, for messages: `library`, or its origin and file."""
         return self.origin if self.origin == "library" or not self.source else f"{self.origin} ({self.source})"
 
     @property
     def items(self) -> dict[str, str]:
-        """Its ports, parameters, conditions and members with what is said of them."""
+        """Ports, parameters, conditions and members with their descriptions."""
         if self.kind == "block":
             return {name: item.doc for name, item in self.value.items.items()}
         if self.kind == "graph":
@@ -68,7 +68,7 @@ class Component:
 
 
 class Problem(NamedTuple):
-    """Something that is not in the data base: what it is, and why not."""
+    """A component missing from the data base: its description, and the reason."""
 
     what: str
     reason: str
@@ -78,7 +78,7 @@ class Problem(NamedTuple):
 
 
 class Found(tuple[Component, ...], TableDisplay):
-    """Components in an order: prints as a table, in a notebook too."""
+    """Components in an order; printed as a table, also in a notebook."""
 
     __slots__ = ()
 
@@ -90,13 +90,13 @@ class Found(tuple[Component, ...], TableDisplay):
 
 
 def block_component(block: Block, category: str, origin: str, source: str = "") -> Component:
-    """The entry of a block; blocks of other origins carry the origin in their name."""
+    """Returns the entry of a block; the names of blocks of other origins include the origin."""
     short = block.name.split(".", 1)[1]
     return Component(short if origin == "library" else f"{origin}.{short}", "block", category, origin, block.doc, block, source)
 
 
 def members(module: ModuleType, prefix: str, origin: str) -> list[Component]:
-    """The graphs, verbs and device types that a Python module makes public."""
+    """Returns the public graphs, verbs and device types of a Python module."""
     public: Iterable[str] = getattr(module, "__all__", [name for name in vars(module) if not name.startswith("_")])
     found: list[Component] = []
     for name in public:
@@ -115,5 +115,5 @@ def members(module: ModuleType, prefix: str, origin: str) -> list[Component]:
 
 
 def items_of(block: Block) -> Mapping[str, Item]:
-    """The items of a block that its user sees: not its state."""
+    """Returns the items of a block that are visible to its user, excluding its state."""
     return {name: item for name, item in block.items.items() if item.kind != "state"}

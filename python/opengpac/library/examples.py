@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Lines of a manual to try a block: Python that runs as it stands, and ends with the trial."""
+"""Example lines of a manual that try a block: complete Python that ends with the trial."""
 
 from __future__ import annotations
 
@@ -50,11 +50,11 @@ _WRITTEN = {
     "long_polyline_planner": [_ARM, _TOOL, _LONG_POLYLINE.removeprefix("planned = ")],
     "long_polyline_generator": [_ARM, _TOOL, _LONG_POLYLINE, "lib.long_polyline_generator.run(n=2, chain=arm.chain, path=planned.path[0])"],
 }
-"""Those of blocks that take the geometry of an arm, or what another block has planned."""
+"""Examples for blocks that take the geometry of an arm, or the result of another block's planning."""
 
 
 def example(component: Component) -> list[str]:
-    """The lines that try a block: as they are written, else one value for each input that must be bound and two parameters."""
+    """Returns the lines that try a block: those written by hand, else one value for each input that must be bound and two parameters."""
     written = _WRITTEN.get(component.short_name) if component.origin == "library" else None
     return written or [_made(component)]
 
@@ -63,7 +63,7 @@ def _made(component: Component) -> str:
     block: Block = component.value
     given: dict[str, Any] = {}
     for item in items_of(block).values():
-        # A struct is what another block has made, too long to be written.
+        # A struct is the result of another block, too long to be written.
         if item.kind in ("input", "device_read") and not item.has_default and item.type not in block.types:
             given[item.name] = _one(block, item)
     parameters = [i for i in items_of(block).values() if i.kind == "parameter"]
@@ -76,7 +76,7 @@ def _made(component: Component) -> str:
 
 
 def _one(block: Block, item: Item) -> Any:
-    """A value for an input: ones, in the shape of its type."""
+    """Returns a value for an input: ones, in the shape of its type."""
     value = default_of(block, item)
     if isinstance(value, np.ndarray) and value.dtype.names is None:
         return np.ones_like(value).tolist()
@@ -86,7 +86,7 @@ def _one(block: Block, item: Item) -> Any:
 
 
 def default_of(block: Block, item: Item) -> Any:
-    """The default of a parameter or input, or the preset of a condition; of a sized one as many elements as the minimum size."""
+    """Returns the default of a parameter or input, or the preset of a condition; for a sized one with the minimum number of elements."""
     text = item.type
     if item.sized:
         size = next(i for i in block.items.values() if i.kind == "size")

@@ -15,11 +15,11 @@ from .examples import default_of, example
 
 _WIDTH = 110
 _DEFAULT_MAX = 32
-"""How much is shown of a default, a struct above all."""
+"""Maximum length of a displayed default, chiefly that of a struct."""
 
 
 class Manual(str):
-    """A text that shows itself as it is."""
+    """A text whose representation is the text itself."""
 
     __slots__ = ()
 
@@ -28,7 +28,7 @@ class Manual(str):
 
 
 def manual(component: Component) -> Manual:
-    """The manual of a component."""
+    """Returns the manual of a component."""
     of = {"block": _block, "graph": _graph, "verb": _verb, "device type": _device_type}[component.kind]
     called = "the standard library" if component.origin == "library" else component.where
     head = f"{component.name}: {component.kind} of {called}, {component.category}"
@@ -54,7 +54,7 @@ def _block(component: Component) -> list[str]:
 
 
 def _parts(doc: str) -> tuple[str, str, list[str]]:
-    """The equation, the rest and the faults of a block's description."""
+    """Returns the equation, the rest and the faults of a block's description."""
     first, *others = doc.splitlines() or [""]
     faults = next((line.removeprefix("Faults: ").rstrip(".") for line in others if line.startswith("Faults: ")), "")
     more = " ".join(line for line in others if not line.startswith("Faults: "))
@@ -112,7 +112,7 @@ def _verb(component: Component) -> list[str]:
 
 
 def _said(parameter: InputParameter) -> tuple[str, str, str]:
-    """Unit, whether it is tunable, and default of an input parameter."""
+    """Returns unit, tunability, and default of an input parameter."""
     default = str(parameter.default) if parameter.has_default else "-"
     return parameter.unit or "-", "tunable" if parameter.tunable else "-", default
 
@@ -135,7 +135,7 @@ def _wrapped(text: str, indent: str) -> list[str]:
 
 
 def _table(title: str, rows: Iterable[Sequence[str]]) -> list[str]:
-    """Rows in columns under a title; a column that says nothing in any row is left out. The last column is wrapped."""
+    """Returns rows in columns under a title; omits columns that are empty in every row. The last column is wrapped."""
     rows = list(rows)
     if not rows:
         return []

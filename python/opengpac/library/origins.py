@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Where components come from: the standard library, the packages of OpenGPAC itself, other packages by their entry point, and
-folders of the user. What cannot be taken up is a `Problem` and does not stop the rest."""
+"""Origins of components: the standard library, the packages of OpenGPAC itself, other packages by their entry point, and folders of the
+user. A component that cannot be added becomes a `Problem` and does not affect the rest."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from importlib.metadata import EntryPoint
 
 GROUP = "opengpac.components"
-"""The entry point group by which a package adds its components."""
+"""Entry point group for packages with components."""
 
 _PACKAGE = "opengpac"
 
@@ -36,7 +36,7 @@ Entry = Component | Problem
 
 @functools.cache
 def standard_blocks() -> Mapping[str, tuple[Block, str]]:
-    """The blocks of the standard library by short name, each with its category: the folder that its file is in."""
+    """Returns the blocks of the standard library by short name, each with its category: the folder of its file."""
     found: dict[str, tuple[Block, str]] = {}
     for interface in json.loads(_native.library_json()):
         folder = Path(interface.get("file", "")).parent.name
@@ -45,7 +45,7 @@ def standard_blocks() -> Mapping[str, tuple[Block, str]]:
 
 
 def standard() -> Iterator[Entry]:
-    """The standard library, and what the sub-packages of OpenGPAC make public: `robots.move`, `robots.Joint`."""
+    """Yields the standard library, and the public components of OpenGPAC's sub-packages: `robots.move`, `robots.Joint`."""
     for block, category in standard_blocks().values():
         yield block_component(block, category, "library")
     package = importlib.import_module(_PACKAGE)
@@ -55,7 +55,7 @@ def standard() -> Iterator[Entry]:
 
 
 def of_packages() -> Iterator[Entry]:
-    """Yields what installed packages add through the entry point group."""
+    """Yields the components that installed packages declare in the entry point group."""
     from importlib.metadata import entry_points
 
     points = {(point.name, point.value): point for point in entry_points(group=GROUP)}
@@ -64,13 +64,13 @@ def of_packages() -> Iterator[Entry]:
 
 
 def of_entry_point(point: EntryPoint) -> Iterator[Entry]:
-    """A module (its public graphs, verbs and device types, and the C files beside it), or the path of a folder or file."""
+    """Yields the components of a module (its public graphs, verbs and device types, and the C files next to it), or of a folder or file."""
     what = f"package '{point.dist.name if point.dist else point.name}', entry point '{point.name} = {point.value}'"
     try:
         given = point.load()
         yield from of_thing(given, point.name, what)
     except Exception as error:
-        # Whatever somebody else's package does on import must not take the data base away.
+        # Arbitrary failures of other packages on import must not disable the data base.
         yield Problem(what, f"{type(error).__name__}: {error}")
 
 
@@ -87,7 +87,7 @@ def of_thing(given: Any, origin: str, what: str) -> Iterator[Entry]:
 
 
 def user_folders() -> list[Path]:
-    """The folders of `OPENGPAC_PATH`, then `opengpac/components` of the user's configuration."""
+    """Returns the folders of `OPENGPAC_PATH`, then `opengpac/components` of the user's configuration."""
     named = [Path(folder).expanduser() for folder in os.environ.get("OPENGPAC_PATH", "").split(os.pathsep) if folder]
     configuration = Path(os.environ.get("XDG_CONFIG_HOME") or Path.home() / ".config") / "opengpac" / "components"
     return [*named, *([configuration] if configuration.is_dir() else [])]
@@ -100,7 +100,7 @@ def of_users() -> Iterator[Entry]:
 
 
 def of_path(path: Path, origin: str) -> Iterator[Entry]:
-    """The blocks of a code module, or of every one in a folder."""
+    """Yields the blocks of a code module, or of each one in a folder."""
     if not path.exists():
         yield Problem(f"'{path}'", "there is no such file or folder")
     for file in sorted(path.iterdir()) if path.is_dir() else [path] if path.exists() else []:
@@ -130,7 +130,7 @@ _builds = itertools.count()
 
 
 def _built(file: Path) -> Path:
-    """Builds a source file once for all systems of this process; a file that is read again is built again, under another name."""
+    """Builds a source file once for all systems of this process; a reread file is built again, under another name."""
     built = process_folder("components") / f"{file.stem}-{next(_builds)}.so"
     with refusals:
         _native.build([str(file)], str(built))

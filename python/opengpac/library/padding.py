@@ -10,8 +10,7 @@ from ..values.arrays import np
 
 
 def padded(values: Any, length: int = 8) -> np.ndarray:
-    """A vector or the rows of a matrix filled up with zeros to `length` numbers, as `state_space` and `lookup_surface` take them.
-
+    """Returns a vector or the rows of a matrix padded with zeros to `length` numbers, for `state_space` and `lookup_surface`.
     >>> padded([[0.9, 0.1], [0.0, 0.8]])[1]
     array([0. , 0.8, 0. , 0. , 0. , 0. , 0. , 0. ])
     """

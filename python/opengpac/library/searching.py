@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Finding components by words, the best first."""
+"""Search for components by words, the best match first."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from .components import Component, Found
 
 
 def ranked(components: Iterable[Component], words: Iterable[str]) -> Found:
-    """The components that have all the words, whatever their case; "low-pass", "low pass" and "lowpass" are one.
+    """Returns the components that have all the words, ignoring case; "low-pass", "low pass" and "lowpass" are equal.
 
     A word counts most in the name, then in the first line, in the names of ports and parameters, and last in the rest.
     """
@@ -29,7 +29,7 @@ def _score(component: Component, wanted: list[str]) -> int:
         (10, " ".join(component.items)),
         (3, " ".join([component.doc, *component.items.values()])),
     ]
-    # A word that is the whole name counts more than one that begins it.
+    # A word that equals the name counts more than one that begins it.
     counts = [
         max(weight * (2 if weight == 100 and word in map(_squeezed, component.names) else 1) * _has(text, word) for weight, text in texts)
         for word in wanted
@@ -38,7 +38,7 @@ def _score(component: Component, wanted: list[str]) -> int:
 
 
 def _has(text: str, word: str) -> int:
-    """Returns 2 where the text has the word, 1 where one of its words begins so, else 0; words that are joined count as one too."""
+    """Returns 2 if the text contains the word, 1 if one of its words begins with it, else 0; joined words also count as one."""
     compounds = re.findall(r"[a-z0-9]+(?:[-_][a-z0-9]+)*", text.lower())
     tokens = [token for compound in compounds for token in (*re.split("[-_]", compound), _squeezed(compound))]
     return 2 if word in tokens else int(any(token.startswith(word) for token in tokens))

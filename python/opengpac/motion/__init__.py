@@ -1,10 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """Motions of a joint, a group of joints, and an arm: `gpac.motion.move_absolute(arm, goal)`, `stop(arm)`, `move_linear(arm, pose)`.
 
-The words are those of PLCopen Motion Control. Each is a verb: it may be started with `.asynch(...)`, halted, given a `time_limit`,
-composed with others. All begin from the position, speed and acceleration that the joints are commanded to have (lines and paths
-brake first), and when they are halted or their time is up they slow down within the limits first. `arm.override` and
-`cell.override` scale their speed.
+The names are those of PLCopen Motion Control. Each is a verb: it can be started with `.asynch(...)`, halted, limited by `time_limit`,
+and composed with others. All start from the commanded position, speed and acceleration of the joints (lines and paths brake first);
+when halted or at their time limit they first slow down within the limits. `arm.override` and `cell.override` scale their speed.
 """
 
 from ..errors import TimeLost

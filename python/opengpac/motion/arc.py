@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The tool of an arm moves along an arc of a circle."""
+"""Moves the tool of an arm along a circular arc."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from .line import LineRefused
 from .resting import BOUNDS, ENDS, FOLLOWED, HOLDING, LISTS, RESTED, TRANSITIONS
 
 ORIENTATIONS = ("via", "goal", "path")
-"""The tool's orientations along an arc, by the numbers that the planner has for them."""
+"""Orientations of the tool along an arc, by their numbers in the planner."""
 
 _NO_ARC = {
     1: "'via' is where the tool is; give a pose between it and the goal",
@@ -32,13 +32,14 @@ _NO_ARC = {
     5: "tool, 'via' and goal are on a straight line, which has no angle; give a 'via' beside the line, or leave out 'angle'",
     6: "the angle ends before 'via', whose orientation is asked for; give a larger angle, or orientation='goal' or 'path'",
 }
-"""What is wrong with three poses, and what to give, by the value of `no_arc`."""
+"""Error in three poses, and the remedy, by the value of `no_arc`."""
 
 
 class ArcRefused(LineRefused):
-    """An arc that the arm cannot go: `condition` is `no_arc`, `unreachable`, `limit` or `singular`; nothing has moved.
+    """An arc that the arm cannot follow: `condition` is `no_arc`, `unreachable`, `limit` or `singular`; nothing has moved.
 
-    `no_arc`: the poses are on no circle, and the message says what to give; `joint` names the joint whose range ends on the way.
+    `no_arc`: the poses do not define a circle, and the message contains the remedy; `joint` names the joint whose range ends on the
+    path.
     """
 
     def _why(self) -> str:
@@ -50,7 +51,7 @@ class ArcRefused(LineRefused):
 
 
 def _orientation(given: Any, objects: Mapping[str, Any]) -> int:
-    """Gives the planner's number of an orientation."""
+    """Returns the planner's number of an orientation."""
     if isinstance(given, str) and given in ORIENTATIONS:
         return ORIENTATIONS.index(given)
     if isinstance(given, int) and not isinstance(given, bool) and 0 <= given < len(ORIENTATIONS):
@@ -108,13 +109,13 @@ def move_circular(
     orientation: Literal["via", "goal", "path"] = "via",
     tolerance: float = 0.002,
 ) -> Moved:
-    """Moves the tool of an arm along an arc of the circle through its place, a pose on the way and a goal. It begins from rest.
+    """Moves the tool of an arm from rest along an arc of the circle through its pose, an intermediate pose and a goal.
 
-    via, goal: `gpac.Pose`, or x y z (m) and quaternion w x y z; speed: m/s; angular_speed: rad/s; acceleration of the tool, the way round
-    the circle included: m/s²; angle: of the whole arc, up to two circles (`"360 deg"`), 0: to the goal; tolerance of each joint at the
-    end: rad. `orientation="via"` has that of start, via and goal at their places, `"goal"` turns evenly from the start's to the goal's,
-    `"path"` keeps it relative to the path, whatever via and goal have. Slower where the joints ask for it. Three poses on a line are gone
-    straight where via is between the others. An arm that moves is braked first. An arc that the arm cannot go raises `ArcRefused` before
-    it moves.
+    via, goal: `gpac.Pose`, or x y z (m) and quaternion w x y z; speed: m/s; angular_speed: rad/s; acceleration of the tool, including
+    the centripetal: m/s²; angle: of the whole arc, up to two circles (`"360 deg"`), 0: to the goal; tolerance of each joint at the
+    end: rad. `orientation="via"` passes through the orientations of start, via and goal, `"goal"` turns uniformly from the start's to
+    the goal's, `"path"` keeps it constant relative to the path, regardless of via and goal. It is slower if the joints require it.
+    Three collinear poses give a straight line if via is between the others. A moving arm is braked first. An arc that the arm cannot
+    follow raises `ArcRefused` before it moves.
     """
     ...

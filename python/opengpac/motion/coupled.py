@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Coupled motion: gear one axis to another."""
+"""Coupled motion: gears one axis to another."""
 
 from __future__ import annotations
 
@@ -49,11 +49,11 @@ from .velocity import LimitReached, Stopped
     },
 )
 def gear(arm: Joint, master: SVV[float], /, ratio: float = 1.0, acceleration: float | str = "100 %") -> Stopped:
-    """Couples a joint to a position: it moves `ratio` times as fast as `master`, until it is halted or its time limit is over.
+    """Couples a joint to a position: it moves at `ratio` times the speed of `master`, until it is halted or reaches its time limit.
 
-    arm: the joint that follows; master: an SVV, for example `arm[0].commanded`; ratio: negative for the other way, may be set while
-    it runs; acceleration: rad/s² (m/s²) at which it comes into gear, or a share of `max_acceleration`. It couples speeds: the
-    positions keep the relation that they have when the joint has come into gear. A joint that comes to the end of its range, or would
-    have to be faster than `max_speed`, is stopped: `LimitReached`.
+    arm: the joint that follows; master: an SVV, for example `arm[0].commanded`; ratio: negative for the opposite direction, can be
+    set while it runs; acceleration: rad/s² (m/s²) at which it comes into gear, or a fraction of `max_acceleration`. It couples
+    speeds: the positions keep their relation from the time at which the joint has come into gear. A joint that reaches the end of its
+    range, or would exceed `max_speed`, is stopped: `LimitReached`.
     """
     ...

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Homing: a joint learns where it is, from a switch, or by being told."""
+"""Homing: determines the position of a joint, from a switch, or from a given value."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from ..system.svvs import SVV
 
 
 class HomingFailed(Terminated):
-    """The switch was not found within the time limit; the joint has come to rest."""
+    """The switch was not found within the time limit. The joint has come to rest."""
 
 
 class Homed(Report):
@@ -51,7 +51,8 @@ _POSITION = input("set.position", within=("arm.position_min", "arm.position_max"
     manual=True,
 )
 def home_here(arm: Group[Joint] | Joint, /, position: Values = 0.0) -> Homed:
-    """Says that the joints are at `position` now: rad (m), one for all or one for each. Nothing moves, and they are `homed`."""
+    """Sets the present positions of the joints to `position`: rad (m), one for all or one for each joint of `arm`. Nothing moves, and
+    they are `homed`."""
     ...
 
 
@@ -127,10 +128,10 @@ _MOVES = ("seek", "back", "creep", "brake")
     manual=True,
 )
 def home(arm: Joint, switch: SVV[bool], /, speed: float | str = "10 %", creep: float | str = "1 %", position: float | str = 0.0) -> Homed:
-    """Homes a joint on a switch: moves until it is on, back until it is off, slowly on again; that position is called `position`.
+    """Homes a joint on a switch: moves until it is on, back until it is off, slowly on again; that position becomes `position`.
 
     switch: an SVV of type bool that is true on the switch, or at an index mark; speed: rad/s (m/s) of the search, negative to search
-    the other way; creep: of the slow approach, of the same sign; position: rad (m). When it returns the joint is `homed`, and stands
-    where it has come to rest behind the edge. A joint that stands on its switch moves off it first.
+    in the other direction; creep: of the slow approach, of the same sign; position: rad (m). When it returns the joint is `homed`, at
+    rest beyond the edge. A joint that starts on its switch first moves off it.
     """
     ...

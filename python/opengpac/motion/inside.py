@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Driving joints that stand outside their range back into it."""
+"""Drives joints outside their range back into it."""
 
 from __future__ import annotations
 
@@ -12,9 +12,9 @@ from .moves import Moved, move_absolute
 
 
 def return_to_range(arm: Group[Joint] | Joint, /, speed: Values = "10 %") -> Moved | None:
-    """Drives the joints that are commanded to be outside their range to its nearer end, the others stay; returns None if all are within.
+    """Drives joints with commanded positions outside their range to its nearer end, the others stay; returns None if all are within.
 
-    speed: rad/s (m/s) or a share of `max_speed`. `enable()` says in the log which joints stand outside.
+    speed: rad/s (m/s) or a fraction of `max_speed`. `enable()` logs the joints that are outside.
     """
     joints = [arm] if isinstance(arm, Joint) else list(arm)
     wanted = [float(joint.commanded.value) for joint in joints]

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The tool of an arm moves along straight lines and arcs."""
+"""Moves the tool of an arm along straight lines and arcs."""
 
 from __future__ import annotations
 
@@ -23,16 +23,16 @@ from .tables import POINTS_MAX, Form, each_long_point, each_point, long_poses, p
 
 
 class LineRefused(Terminated, Unreachable):
-    """A straight line that the arm cannot go: `condition` is `unreachable`, `limit` or `singular`; nothing has moved.
+    """A straight line that the arm cannot follow: `condition` is `unreachable`, `limit` or `singular`; nothing has moved.
 
-    `joint` names the joint whose range ends on the way, `point` the pose (from 0) of several that it was on the way to.
+    `joint` names the joint whose range ends on the path, `point` the target pose (from 0) of several.
     """
 
     joint: str | None = None
     point: int | None = None
 
     def explanation(self) -> str:
-        """Returns the reason, with the joint by name and the pose by number."""
+        """Returns the reason, naming the joint, and the pose by its number."""
         if self.outputs.get("refused", -1) < 0:
             return self._why()
         self.point = int(self.outputs["refused"])
@@ -99,17 +99,17 @@ def move_linear(
     acceleration: float = 1.0,
     tolerance: float = 0.002,
 ) -> Moved:
-    """Moves the tool of an arm along a straight line to a pose, turning it evenly about one axis. It begins from rest.
+    """Moves the tool of an arm from rest along a straight line to a pose, turning it uniformly about one axis.
 
     pose: `gpac.Pose`, or x y z (m) and quaternion w x y z; speed: m/s; angular_speed: rad/s; acceleration: m/s²; tolerance of each
-    joint at the end: rad. Slower where the joints ask for it. An arm that moves is braked first. A line that the arm cannot go raises
-    `LineRefused` before it moves.
+    joint at the end: rad. It is slower if the joints require it. A moving arm is braked first. A line that the arm cannot follow
+    raises `LineRefused` before it moves.
     """
     ...
 
 
 def _inputs(points: Form, each: Form) -> dict[str, Any]:
-    """ψ of a path of several lines, with what makes tables of lists."""
+    """Returns ψ of a path of several lines, with the functions that convert lists to tables."""
     return {
         "poses": input("planner.poses", form=points),
         "blend": input("planner.blend", form=each),
@@ -146,7 +146,7 @@ _FOLLOW: dict[str, Any] = {
         **RESTED,
     },
 }
-"""What both verbs of several lines have in common."""
+"""Common part of both verbs of several lines."""
 
 
 @verb(
@@ -165,12 +165,13 @@ def follow_linear(
     acceleration: float = 1.0,
     tolerance: float = 0.002,
 ) -> Moved:
-    """Moves the tool of an arm through poses on straight lines, cutting the corners by no more than `blend`; from rest to rest.
+    """Moves the tool of an arm through poses on straight lines, cutting corners by no more than `blend`; from rest to rest.
 
-    poses: 1 to 4,096; blend: by how much the tool may pass a pose, m, one number or one for each, 0 to stop there; speed: m/s, one number
-    or one for the way to each pose; angular_speed: rad/s; acceleration: m/s²; tolerance of each joint at the end: rad. Slower where
-    the joints ask for it. A path that the arm cannot go raises `LineRefused` before it moves; its `point` says where. More than 64
-    poses are what `follow_linear_long` is for: a call does that by itself, `new_instance` and a composition do not know them beforehand.
+    poses: 1 to 4,096; blend: maximum distance of the tool from a pose, m, one number or one for each, 0 to stop there; speed: m/s,
+    one number or one for the path to each pose; angular_speed: rad/s; acceleration: m/s²; tolerance of each joint at the end: rad. It
+    is slower if the joints require it. A path that the arm cannot follow raises `LineRefused` before it moves; its `point` is the
+    location. More than 64 poses require `follow_linear_long`: a call uses it automatically; `new_instance` and a composition do not
+    know the number beforehand.
     """
     ...
 
@@ -191,10 +192,10 @@ def follow_linear_long(
     acceleration: float = 1.0,
     tolerance: float = 0.002,
 ) -> Moved:
-    """Moves the tool of an arm through up to 4,096 poses, as `follow_linear`, with tables of that size: 1.1 MB while it exists.
+    """Moves the tool of an arm through up to 4,096 poses, like `follow_linear`, with tables of that size: 1.1 MB while it exists.
 
-    For `new_instance` and in compositions; a call of `follow_linear` with more than 64 poses is one of this. The path is planned over
-    some cycles, and followed by inverse kinematics: an arm that rests begins to move up to 0.6 s later.
+    It is for `new_instance` and compositions; a call of `follow_linear` with more than 64 poses uses it. The path is planned over
+    several cycles, and followed by inverse kinematics: an arm at rest begins to move up to 0.6 s later.
     """
     ...
 

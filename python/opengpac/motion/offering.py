@@ -21,7 +21,7 @@ from .tool_jog import jog_linear
 from .velocity import jog, stop
 
 HEARTBEAT = "studio.heartbeat"
-"""SVV into which the page writes while a button is held: jogging ends where it stands still."""
+"""SVV that the page writes while a button is held: jogging ends when it stops changing."""
 
 
 def enter_for(moved: Any) -> None:

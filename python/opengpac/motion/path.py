@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The joints of an arm move through way-points without stopping at them."""
+"""Moves the joints of an arm through way-points without stopping at them."""
 
 from __future__ import annotations
 
@@ -22,13 +22,13 @@ from .tables import POINTS_MAX, Form, each_long_point, each_point, long_way_poin
 
 
 class PathRefused(Terminated, Unreachable):
-    """A way-point outside the range of a joint; nothing has moved. `joint` and `point` (from 0) say which."""
+    """A way-point outside the range of a joint; nothing has moved. `joint` and `point` (from 0) identify it."""
 
     joint: str | None = None
     point: int | None = None
 
     def explanation(self) -> str:
-        """Returns the way-point and the joint in words."""
+        """Returns the description of the way-point and the joint."""
         if "arm" not in self.objects:
             return f"a way-point is outside the range of joint {self.value} (from 0)"
         arm = self.objects["arm"]
@@ -39,7 +39,7 @@ class PathRefused(Terminated, Unreachable):
 
 
 def _inputs(points: Form, each: Form) -> dict[str, Any]:
-    """ψ, with what makes tables of lists."""
+    """Returns ψ, with the functions that convert lists to tables."""
     return {
         "points": input("planner.points", form=points),
         "blend": input("planner.blend", form=each),
@@ -74,7 +74,7 @@ _FOLLOW: dict[str, Any] = {
         **RESTED,
     },
 }
-"""What both verbs have in common."""
+"""Common part of both verbs."""
 
 
 @verb(
@@ -91,12 +91,12 @@ def follow(
     speed: float | Sequence[float] = 0.5,
     tolerance: float = 0.002,
 ) -> Moved:
-    """Moves the joints of an arm through way-points on straight lines in joint space, cutting the corners by no more than `blend`.
+    """Moves the joints of an arm through way-points on straight lines in joint space, cutting corners by no more than `blend`.
 
-    points: 1 to 4,096 rows of joint positions, rad (m for a sliding joint); blend: by how much a joint may pass a way-point, rad, one
-    number or one for each point, 0 to stop there; speed of the fastest joint: rad/s, one number or one for the way to each point;
-    tolerance at the last: rad. A point outside a joint's range raises `PathRefused` before it moves. More than 64 points are what
-    `follow_long` is for: a call does that by itself, `new_instance` and a composition do not know the points beforehand.
+    points: 1 to 4,096 rows of joint positions, rad (m for a sliding joint); blend: maximum distance of a joint from a way-point, rad,
+    one number or one for each point, 0 to stop there; speed of the fastest joint: rad/s, one number or one for the path to each
+    point; tolerance at the last: rad. A point outside a joint's range raises `PathRefused` before it moves. More than 64 points
+    require `follow_long`: a call uses it automatically; `new_instance` and a composition do not know the number beforehand.
     """
     ...
 
@@ -115,10 +115,10 @@ def follow_long(
     speed: float | Sequence[float] = 0.5,
     tolerance: float = 0.002,
 ) -> Moved:
-    """Moves the joints of an arm through up to 4,096 way-points, as `follow`, with tables of that size: 1.3 MB while it exists.
+    """Moves the joints of an arm through up to 4,096 way-points, like `follow`, with tables of that size: 1.3 MB while it exists.
 
-    For `new_instance` and in compositions; a call of `follow` with more than 64 points is one of this. The path is planned over some
-    cycles: an arm that rests begins to move up to 0.2 s later.
+    It is for `new_instance` and compositions; a call of `follow` with more than 64 points uses it. The path is planned over several
+    cycles: an arm at rest begins to move up to 0.2 s later.
     """
     ...
 

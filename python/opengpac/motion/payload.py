@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The weight of what an arm carries, held by its joints besides its own."""
+"""Weight of an arm's payload, held by its joints in addition to its own."""
 
 from __future__ import annotations
 
@@ -26,12 +26,12 @@ from ..robots.joints import Joint
     },
     output_values={"held": "payload.held"},
     command_lists={"start": [activate("payload", every="20 ms")]},
-    # Whatever else stands still meanwhile, the joints go on carrying what hangs on them.
+    # While other verbs are suspended, the joints must keep carrying their load.
     suspend="hold_last",
 )
 def carry(arm: Group[Joint], /, mass: float, centre: Sequence[float] = (0.0, 0.0, 0.0)) -> Report:
     """Holds the weight of a payload until it is halted; `arm.payload = gpac.robots.Payload(mass, centre)` starts and changes it.
 
-    mass: kg, from 0; centre: of mass in the flange's frame, m. It is the weight only, along -z of the model's world.
+    mass: kg, from 0; centre: of mass in the flange's frame, m. It includes only the weight, along -z of the model's world.
     """
     ...

@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Begin and end of lines and paths: from rest, so an arm that moves is braked first; and at rest on their way, within their limits.
+"""Start and end of lines and paths: they start from rest, so a moving arm is braked first, and come to rest on the path within their
+limits.
 
-The planner is executed at the start and stays active: where joints move, it waits until the generator has braked them and plans then.
+The planner is executed at the start and stays active: if joints move, it waits until the generator has braked them and then plans.
 `hold` sets the generator's input `holding` when the list that follows `halted` or `time_limit` executes it; then it reports `held`.
 """
 
@@ -17,7 +18,7 @@ from ..robots.generators import PERIOD, gaps, handed, slowing
 from ..robots.motion import MotionTimeout
 
 ENDS: dict[str, Any] = {"near": lib.block("in_position"), "hold": lib.block("flag")}
-"""The block that tells that the joints are there, and the one that makes the generator come to rest on its way."""
+"""Blocks for the end of a motion: one reports the arrival of the joints, the other makes the generator come to rest on the path."""
 
 FOLLOWED: dict[str, str | list[str]] = {
     "arm.commanded": ["planner.start", "generator.start", "generator.setpoint"],
@@ -27,7 +28,7 @@ FOLLOWED: dict[str, str | list[str]] = {
     "arm.override": "generator.override",
     "arm.cell_override": "generator.cell_override",
 }
-"""χ of a motion that is planned whole and then followed: where it begins, where it leads, and how fast its time passes."""
+"""χ of a motion that is planned completely before it is followed: its start, its goal, and its time scale."""
 
 BOUNDS: dict[str, Any] = {
     "arm.max_acceleration": ["planner.acceleration_max", "generator.acceleration_max"],
@@ -39,7 +40,7 @@ BOUNDS: dict[str, Any] = {
 """ψ of its planner and generator."""
 
 HOLDING: dict[str, list[str]] = {"holding": ["hold.y", "generator.holding"]}
-"""Its cell."""
+"""Cell of the motion."""
 
 _REST: list[Command] = [execute("hold"), activate("generator", every=PERIOD)]
 
@@ -53,14 +54,14 @@ LISTS: dict[str, list[Command]] = {
     "stop": _REST,
     "give_up": _REST,
 }
-"""The command lists: the motion, and two ways to its end before it is there."""
+"""The command lists: the motion, and two premature ends."""
 
 RESTED: dict[str, Any] = {
     "stopped": on("generator.held", returns=["position"], during="stop"),
     "timed_out": on("generator.held", returns=["position"], raises=MotionTimeout, during="give_up"),
     "time_lost": on("generator.gap", returns=["position"], raises=TimeLost, during="start"),
 }
-"""The conditions of those two ends, and of the one after lost time."""
+"""Conditions of those two ends, and of the end after lost time."""
 
 TRANSITIONS = {("start", "halted"): "stop", ("start", "time_limit"): "give_up", **slowing("stop", "give_up")}
-"""What leads there."""
+"""Transitions to those two ends."""

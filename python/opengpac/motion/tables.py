@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Lists of way-points as the tables of fixed size that the planners take."""
+"""Tables of way-points, of the fixed size that the planners take, from lists."""
 
 from __future__ import annotations
 
@@ -14,54 +14,54 @@ from ..values.frames import Pose
 from ..values.numbers import number
 
 Form: TypeAlias = Callable[[Any, Mapping[str, Any]], Any]
-"""What turns what a call gives into the value that a port takes."""
+"""Function that converts an argument of a call into the value for a port."""
 
 POINTS_MAX = int(library.path_planner.items["points"].type.split("[")[1].rstrip("]"))
-"""The maximum number of way-points of one path: the rows of the planner's table."""
+"""Maximum number of way-points of one path: the rows of the planner's table."""
 
 LONG_POINTS_MAX = int(library.long_path_planner.items["points"].type.split("[")[1].rstrip("]"))
-"""That of a long path."""
+"""Maximum number of way-points of a long path."""
 
 JOINTS_MAX = library.path_planner.items["n"].most
-"""The maximum number of joints of one path."""
+"""Maximum number of joints of one path."""
 
 _SHORTEN = "leave out points that lie on straight lines between others, or move in parts, each of which ends at rest"
 
 
 def way_points(given: Any, objects: Mapping[str, Any]) -> np.ndarray:
-    """Gives the way-points of `follow` as its planner's table."""
+    """Returns the way-points of `follow` as its planner's table."""
     return _way_points(given, objects, POINTS_MAX, "follow_long")
 
 
 def long_way_points(given: Any, objects: Mapping[str, Any]) -> np.ndarray:
-    """Gives the way-points of `follow_long` as its planner's table."""
+    """Returns the way-points of `follow_long` as its planner's table."""
     return _way_points(given, objects, LONG_POINTS_MAX)
 
 
 def poses(given: Any, objects: Mapping[str, Any]) -> list[list[float]]:
-    """Gives the poses of `follow_linear` as its planner's table."""
+    """Returns the poses of `follow_linear` as its planner's table."""
     return _poses(given, POINTS_MAX, "follow_linear_long")
 
 
 def long_poses(given: Any, objects: Mapping[str, Any]) -> list[list[float]]:
-    """Gives the poses of `follow_linear_long` as its planner's table."""
+    """Returns the poses of `follow_linear_long` as its planner's table."""
     return _poses(given, LONG_POINTS_MAX)
 
 
 def each_point(given: Any, objects: Mapping[str, Any]) -> list[float]:
-    """Gives one value for each way-point of a path."""
+    """Returns one value for each way-point of a path."""
     return _each_point(given, POINTS_MAX)
 
 
 def each_long_point(given: Any, objects: Mapping[str, Any]) -> list[float]:
-    """Gives one value for each way-point of a long path."""
+    """Returns one value for each way-point of a long path."""
     return _each_point(given, LONG_POINTS_MAX)
 
 
 def _way_points(given: Any, objects: Mapping[str, Any], most: int, longer: str = "") -> np.ndarray:
-    """Returns way-points as a table of `most` rows: short lists are filled up with their last point, rows with zeros.
+    """Returns way-points as a table of `most` rows: short lists are padded with their last point, rows with zeros.
 
-    `longer` names the verb that takes longer ones.
+    `longer` names the verb that takes longer lists.
     """
     try:
         points = np.array([list(point) for point in given], dtype=float)
@@ -84,7 +84,7 @@ def _way_points(given: Any, objects: Mapping[str, Any], most: int, longer: str =
 
 
 def _each_point(given: Any, most: int) -> list[float]:
-    """Returns one value for all way-points, or one for each, as a list of `most`: filled up with the last."""
+    """Returns one value for all way-points, or one for each, as a list of `most`, padded with the last value."""
     given = number(given)
     if isinstance(given, int | float):
         return [float(given)] * most
@@ -98,7 +98,7 @@ def _each_point(given: Any, most: int) -> list[float]:
 
 
 def _poses(given: Any, most: int, longer: str = "") -> list[list[float]]:
-    """Returns poses as a list of `most`: a short one is filled up with its last. `longer` as of `_way_points`."""
+    """Returns poses as a list of `most`, padded with the last pose. `longer` is that of `_way_points`."""
     if isinstance(given, Pose | str) or not hasattr(given, "__iter__"):
         refuse(CallError, f"the poses are {_shown(given)}", "give a list of poses; for one there is move_linear")
     found = [list(Pose.of(pose)) for pose in given]
@@ -115,7 +115,7 @@ def _shown(given: Any) -> str:
 
 
 def _count(count: int, what: str, most: int, longer: str) -> None:
-    """Refuses more than there is room for."""
+    """Refuses lists that exceed the table."""
     if count <= most:
         return
     if longer and count <= LONG_POINTS_MAX:
@@ -124,10 +124,10 @@ def _count(count: int, what: str, most: int, longer: str) -> None:
 
 
 def speeds(points: Sequence[Sequence[float]] | np.ndarray, times: Sequence[float] | np.ndarray) -> list[float]:
-    """The speeds at which the fastest joint goes through way-points at the times that a planner gave them, for `follow(…, speed=…)`.
+    """Returns the speeds of the fastest joint through way-points at the times of a planner, for `follow(…, speed=…)`.
 
-    points: rows of joint positions, rad; times: one for each, s, ascending. The result has a speed for the way to each point, rad/s.
-    `follow` keeps to them where the limits of the joints allow it; it does not wait where points repeat.
+    points: rows of joint positions, rad; times: one for each, s, ascending. The result has a speed for the path to each point, rad/s.
+    `follow` keeps to them if the limits of the joints allow it; it does not wait at repeated points.
     """
     q, t = np.asarray(points, dtype=float), np.asarray(times, dtype=float)
     if q.ndim != 2 or t.shape != q.shape[:1] or len(t) < 2:
@@ -140,6 +140,6 @@ def speeds(points: Sequence[Sequence[float]] | np.ndarray, times: Sequence[float
         what = f"the time of way-point {k + 1} is {t[k + 1]:.6g} s, that of way-point {k} is {t[k]:.6g} s"
         refuse(CallError, what, "times ascend: leave out points that repeat one")
     found = np.abs(np.diff(q, axis=0)).max(axis=1) / spans
-    # A point that repeats the one before counts once: any speed will do.
+    # A repeated point counts once: any speed is valid for it.
     found[found == 0] = found.max() or 1.0
     return [float(found[0]), *map(float, found)]

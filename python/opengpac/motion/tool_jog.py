@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Jogging the tool of an arm along and about the axes of its base or of the tool."""
+"""Jogs the tool of an arm along and about the axes of its base or of the tool."""
 
 from __future__ import annotations
 
@@ -29,15 +29,15 @@ _REST = [execute("hold"), activate("generator", every=PERIOD)]
 
 
 class JogBlocked(Terminated):
-    """The tool has come to rest, since it cannot go on in that direction; `value` is the joint at its range (from 0), or -1.
+    """The tool has come to rest, since it cannot continue in that direction; `value` is the joint at its range (from 0), or -1.
 
-    `joint` is its name; None where the arm is near a singularity or at the end of its reach. It can be jogged back.
+    `joint` is its name, or None if the arm is near a singularity or at the end of its reach. It can be jogged back.
     """
 
     joint: str | None = None
 
     def explanation(self) -> str:
-        """Returns the reason, with the joint by name and its range."""
+        """Returns the reason, naming the joint and its range."""
         number = int(self.value) if self.value is not None else -1
         if number < 0:
             return "the arm is near a singularity or at the end of its reach there; jog another way, or move a joint"
@@ -107,12 +107,13 @@ def jog_linear(
     distance: float = 0.0,
     acceleration: float = 0.5,
 ) -> Stopped:
-    """Moves the tool straight along and about the axes of the arm's base as long as a button is held: as long as `heartbeat` changes.
+    """Moves the tool straight along and about the axes of the arm's base while a button is held, which is as long as `heartbeat`
+    changes.
 
-    heartbeat: as of `jog`; velocity: m/s along x, y and z, at most 0.25; angular_velocity: rad/s about them, at most 1, both may be
-    set while it runs; in_tool: the axes are those of the tool where it begins; distance: m, or rad where the tool only turns, after
-    which it ends as `arrived`, 0 for no end; acceleration: m/s², and five times as many rad/s². No joint is faster than its
-    `jog_speed`. Where a range ends, and near a singularity, the tool slows down, comes to rest on its line, and `JogBlocked` is
-    raised; the way back is free.
+    heartbeat: that of `jog`; velocity: m/s along x, y and z, at most 0.25; angular_velocity: rad/s about them, at most 1; both can be
+    set while it runs; in_tool: the axes are those of the tool at the start; distance: m, or rad if the tool only turns, after which
+    it ends with `arrived`, 0 for unlimited; acceleration: m/s², and five times as many rad/s². No joint exceeds its `jog_speed`. At
+    the end of a range, and near a singularity, the tool slows down, comes to rest on its line, and `JogBlocked` is raised; it can be
+    moved back.
     """
     ...

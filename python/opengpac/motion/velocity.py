@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Motions at a velocity, and to a stop: move at a velocity, jog, stop."""
+"""Motions at a velocity, and to a stop."""
 
 from __future__ import annotations
 
@@ -21,17 +21,17 @@ from ..system.svvs import SVV
 
 
 class LimitReached(Terminated):
-    """A joint that moved at a velocity, or in gear, has come to rest: it was at the end of its range, or its master was too fast for it."""
+    """A joint that moved at a velocity, or in gear, has come to rest: it reached the end of its range, or its master was too fast."""
 
 
 class Stopped(Report):
-    """End of a motion that came to a stop: where the joints are commanded to be."""
+    """End of a motion that came to a stop: the commanded positions."""
 
     position: np.ndarray
 
 
 def _at(most: str, **more: str) -> dict[str, Any]:
-    """The mappings of a motion at a velocity, up to `most` of each joint; `more` instantiation parameters."""
+    """Returns the mappings of a motion at a velocity, up to `most` of each joint; `more` instantiation parameters."""
     return {
         "objects": {"arm": each(Joint)},
         "instantiation_parameters": {**bound("generator", "brake", overridden=["generator"]), **more},
@@ -66,10 +66,10 @@ def _at(most: str, **more: str) -> dict[str, Any]:
     suspend=suspended("generator", "brake"),
 )
 def move_velocity(arm: Group[Joint] | Joint, /, velocity: Values, acceleration: Values = "100 %") -> Stopped:
-    """Moves joints at a velocity until it is halted or its time limit is over, then stops them; `vi.set(velocity=…)` changes it.
+    """Moves joints at a velocity until it is halted or reaches its time limit, then stops them; `vi.set(velocity=…)` changes it.
 
-    velocity: rad/s (m/s), one for each joint, within plus and minus `max_speed`, or a share of it; acceleration: rad/s² or a share
-    of `max_acceleration`. A joint at the end of its range has stopped there: `LimitReached`.
+    velocity: rad/s (m/s), one for each joint, within plus and minus `max_speed`, or a fraction of it; acceleration: rad/s² or a
+    fraction of `max_acceleration`. A joint at the end of its range stops there: `LimitReached`.
     """
     ...
 
@@ -96,11 +96,11 @@ def move_velocity(arm: Group[Joint] | Joint, /, velocity: Values, acceleration: 
     suspend=suspended("generator", "brake"),
 )
 def jog(arm: Group[Joint] | Joint, heartbeat: SVV[int], /, velocity: Values, acceleration: Values = "50 %") -> Stopped:
-    """Moves joints at a reduced velocity as long as a button is held, which is as long as `heartbeat` changes.
+    """Moves joints at a reduced velocity while a button is held, which is as long as `heartbeat` changes.
 
-    heartbeat: an SVV of type int into which a new number is written more often than every 0.25 s; when it is not, the joints stop
-    and the verb ends. velocity: rad/s (m/s), within plus and minus `jog_speed`, may be set while it runs. At the end of its range a
-    joint stands, and can be moved back.
+    heartbeat: an SVV of type int that must be set to a new number at intervals of less than 0.25 s, otherwise the joints stop and the
+    verb ends. velocity: rad/s (m/s), within plus and minus `jog_speed`, can be set while it runs. A joint stops at the end of its
+    range, and can be moved back.
     """
     ...
 
@@ -119,5 +119,5 @@ def jog(arm: Group[Joint] | Joint, heartbeat: SVV[int], /, velocity: Values, acc
     suspend=suspended("brake"),
 )
 def stop(arm: Group[Joint] | Joint, /, deceleration: Values = "100 %") -> Stopped:
-    """Brings joints to rest. deceleration: rad/s² (m/s²), or a share of `max_acceleration`."""
+    """Brings joints to rest. deceleration: rad/s² (m/s²), or a fraction of `max_acceleration`."""
     ...

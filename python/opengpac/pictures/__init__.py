@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Pictures of definitions as SVG: `graph.svg()` in `flow.py`, `verb.svg()` in `states.py`; a notebook shows them by itself."""
+"""Pictures of definitions as SVG: `graph.svg()` in `flow.py`, `verb.svg()` in `states.py`; a notebook shows them automatically."""
 
 from __future__ import annotations
 
@@ -14,11 +14,11 @@ class PictureOwner:
     """Object that has a picture."""
 
     def svg(self) -> str:
-        """Its picture as SVG text, light and dark by the reader's preference; the same definition gives the same text."""
+        """Returns the picture as SVG text, light or dark by the reader's preference; equal definitions give equal texts."""
         raise NotImplementedError
 
     def save_svg(self, path: str | os.PathLike[str]) -> Path:
-        """Writes its picture to a file, whole or not at all; gives the path. `FileFailed` where it cannot be written."""
+        """Writes the picture to the file at `path` atomically; returns the path. Raises `FileFailed` if it cannot be written."""
         file = Path(path).expanduser().absolute()
         files.write(file, self.svg(), "the picture")
         return file

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Elements of pictures: texts of a known width, boxes, and one sheet with a light and a dark look."""
+"""Elements of pictures: texts of known width, boxes, and a sheet with a light and a dark look."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from collections.abc import Mapping
 from html import escape
 
 LINE = 16.0
-"""From one line of text to the next, px."""
+"""Line spacing of text, px."""
 MARGIN = 14.0
 _TIP = "opengpac-tip"
 
@@ -32,53 +32,53 @@ _SHAPES = {
 
 
 def _rules(rules: Mapping[str, str]) -> str:
-    """Prefix of the classes of these pictures: a page may hold other elements of such names."""
+    """Returns the rules as CSS that applies only to these pictures: a page may contain other elements of the same classes."""
     return "".join(f".opengpac-picture {what}{{{look}}}" for what, look in rules.items())
 
 
 def wide(text: str, soft: bool = False) -> float:
-    """The width of a text, px: every letter is as wide as the next, wide ones of Asian scripts twice."""
+    """Returns the width of a text, px: all letters are equally wide, those of Asian scripts twice as wide."""
     letters = sum(2 if ord(letter) > 0x2E7F else 1 for letter in text)
     return letters * (6.65 if soft else 7.25)
 
 
 def clip(text: str, most: int) -> str:
-    """The text, cut to so many letters."""
+    """Returns the text, truncated to `most` letters."""
     return text if len(text) <= most else text[: most - 1] + "…"
 
 
 def text(x: float, y: float, words: str, look: str = "", anchor: str = "start") -> str:
-    """A line of text; `y` is its middle."""
+    """Returns a line of text; `y` is its middle."""
     look = f' class="{look}"' if look else ""
     anchor = f' text-anchor="{anchor}"' if anchor != "start" else ""
     return f'<text x="{x:.1f}" y="{y + 4:.1f}"{look}{anchor}>{escape(words)}</text>'
 
 
 def rect(x: float, y: float, width: float, height: float, look: str, radius: float = 5) -> str:
-    """A box."""
+    """Returns a box."""
     return f'<rect x="{x:.1f}" y="{y:.1f}" width="{width:.1f}" height="{height:.1f}" rx="{radius:g}" class="{look}"/>'
 
 
 def tooltip(words: str) -> str:
-    """Returns the text that the pointer shows over the element that it stands in."""
+    """Returns the tooltip of the enclosing element."""
     return f"<title>{escape(words)}</title>" if words else ""
 
 
 def wire(path: str, look: str, words: str, attributes: str = "") -> str:
-    """An edge, with an arrow at its end."""
+    """Returns an edge, with an arrow at its end."""
     return f'<g{attributes}>{tooltip(words)}<path d="{path}" class="wire {look}" marker-end="url(#{_TIP})"/></g>'
 
 
 def attribute(name: str, value: str) -> str:
-    """An attribute of an element, escaped."""
+    """Returns an attribute of an element, escaped."""
     return f' data-{name}="{escape(value, quote=True)}"'
 
 
 def sheet(width: float, height: float, body: list[str], title: str) -> str:
-    """The whole picture."""
+    """Returns the whole picture."""
     width, height = width + 2 * MARGIN, height + 2 * MARGIN
     drawn = "\n".join(body)
-    # A page may hold several pictures: each has a mark of its own for the ends of its wires.
+    # A page may contain several pictures: each has its own marker for the ends of its wires.
     mark = f"opengpac-tip-{zlib.crc32(drawn.encode()):08x}"
     tip = f'<marker id="{mark}" viewBox="0 0 8 8" refX="7.5" refY="4" markerWidth="7" markerHeight="7" orient="auto-start-reverse">'
     tip += '<path d="M0 0.5L8 4L0 7.5z" class="dot"/></marker>'

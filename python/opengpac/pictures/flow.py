@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The picture of a data flow graph: blocks with their ports, from left to right, and the wires between them."""
+"""Picture of a data flow graph: blocks with their ports, from left to right, and the wires between them."""
 
 from __future__ import annotations
 
@@ -23,12 +23,12 @@ class _Port(NamedTuple):
     name: str
     item: Item
     mode: str
-    """Empty: synchronous."""
+    """Mode of the port; empty for synchronous."""
     value: str
-    """The mode of a port that is given a constant, or left to its default."""
+    """Text shown after the port's name if it has a constant, or takes its default."""
 
     def about(self) -> str:
-        """Its type, unit and mode, in short."""
+        """Returns type, unit and mode, in short."""
         unit = f" {self.item.unit}" if self.item.unit else ""
         mode = f" {self.mode}" if self.mode else ""
         return f"{self.item.type}{unit}{mode}"
@@ -44,7 +44,7 @@ class _Drawn(NamedTuple):
     notes: list[str]
 
     def size(self) -> tuple[float, float]:
-        """Its width and height."""
+        """Returns width and height."""
         left, right = (max((wide(p.name + p.value) + wide(p.about(), soft=True) + 8 for p in ps), default=0.0) for ps in self[2:4])
         head = max(wide(self.label), wide(self.kind(), soft=True))
         notes = max((wide(note, soft=True) for note in self.notes), default=0.0)
@@ -52,16 +52,16 @@ class _Drawn(NamedTuple):
         return max(head + 24, left + right + 44, notes + 24), height
 
     def kind(self) -> str:
-        """Returns the kind of its block."""
+        """Returns the kind of the block."""
         return f"graph {self.use.block.name}" if not isinstance(self.use.block, Block) else self.use.block.name
 
     def at(self, port: str, ports: list[_Port]) -> float:
-        """Returns the distance of a port from its top."""
+        """Returns the distance of a port from the top."""
         return _HEAD + 4 + LINE * (next(n for n, p in enumerate(ports) if p.name == port) + 0.5)
 
 
 def item_of(block: Any, name: str) -> Item | None:
-    """The item of a block, or of the block in a graph that a name of the graph leads to."""
+    """Returns the item of a block, or of the block in a graph, to which a name of the graph leads."""
     if isinstance(block, Block):
         return block.items.get(name)
     inner = block.items.get(name, [name])
@@ -137,7 +137,7 @@ def _wires(graph: Graph, drawn: dict[str, _Drawn]) -> list[_Wire]:
 
 
 def graph_svg(graph: Graph) -> str:
-    """The picture of a graph. Dashed wires are asynchronous, dotted ones go by ratio; what leads back goes around."""
+    """Returns the picture of a graph. Dashed wires are asynchronous, dotted ones have a ratio; feedback wires go around."""
     bound = {port for mapping in (graph.inputs, graph.cells, graph.outputs) for ports in mapping.values() for port in ports}
     drawn = {label: _drawn(graph, label, bound) for label in graph.blocks}
     wires = _wires(graph, drawn)
@@ -180,7 +180,7 @@ def _wire_drawn(layers: Layers, w: _Wire, edge: Edge) -> str:
 
 
 def _cells(layers: Layers, wires: list[_Wire], edges: list[Edge]) -> list[str]:
-    """The name of each cell, once, where its wire leaves its writer."""
+    """Returns the name of each cell, once, next to the start of its wire."""
     named: dict[str, str] = {}
     for w, edge in zip(wires, edges, strict=True):
         if w.cell and w.cell not in named:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A layered layout, second half: where each box and each lane stands, and the way of each edge."""
+"""Layered layout, second half: the position of each box and lane, and the path of each edge."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ _PASSES = 16
 
 @dataclass(frozen=True)
 class Gaps:
-    """Room between layers, between boxes of a layer, and beside a lane."""
+    """Spacing between layers, between boxes of a layer, and next to a lane."""
 
     across: float = 56.0
     down: float = 22.0
@@ -21,7 +21,7 @@ class Gaps:
 
 
 def place(layers: Layers, gaps: Gaps) -> tuple[float, float]:
-    """Gives every box its x and y, from (0, 0) on; the size of the whole."""
+    """Sets every box's x and y, from (0, 0) on; returns the size of the whole."""
     x = 0.0
     for layer in layers.order:
         wide = max((layers.boxes[name].width for name in layer), default=0.0)
@@ -39,7 +39,7 @@ def place(layers: Layers, gaps: Gaps) -> tuple[float, float]:
 
 
 def _stack(layers: Layers, gaps: Gaps) -> None:
-    """Moves each layer, again and again, as near as the order allows to where its edges would be straight."""
+    """Moves each layer repeatedly, as close as its order allows to the positions that make its edges straight."""
     for layer in layers.order:
         offsets = _offsets(layers, layer, gaps)
         for name, offset in zip(layer, offsets, strict=True):
@@ -47,12 +47,12 @@ def _stack(layers: Layers, gaps: Gaps) -> None:
     near: dict[str, list[tuple[str, float, float]]] = {name: [] for name in layers.boxes}
     for a, at_a, b, at_b in layers.pieces():
         if layers.boxes[a].layer != layers.boxes[b].layer:
-            # Pieces between two lanes count double: long edges are to be straight.
+            # Pieces between two lanes have double weight, to keep long edges straight.
             weight = 2.0 if a.startswith("\0") and b.startswith("\0") else 1.0
             near[a].append((b, at_b - at_a, weight))
             near[b].append((a, at_a - at_b, weight))
         else:
-            # An edge that turns around goes close by.
+            # An edge that turns around stays close.
             near[b if b.startswith("\0") else a].append((a if b.startswith("\0") else b, 0.0, 0.3))
     for sweep in range(_PASSES):
         for layer in layers.order if sweep % 2 == 0 else layers.order[::-1]:
@@ -79,8 +79,8 @@ def _offsets(layers: Layers, layer: Sequence[str], gaps: Gaps) -> list[float]:
 
 
 def _nearest(wanted: Sequence[float], offsets: Sequence[float]) -> list[float]:
-    """The places nearest to what is wanted, in the sense of least squares, that keep the distances: neighbours that would
-    overlap become one block that stands at the mean of its members."""
+    """Returns the least-squares closest positions to `wanted` that keep the distances: neighbours that would overlap become one block at
+    the mean of its members."""
     blocks: list[tuple[float, int]] = []
     for want, offset in zip(wanted, offsets, strict=True):
         mean, count = want - offset, 1
@@ -93,7 +93,7 @@ def _nearest(wanted: Sequence[float], offsets: Sequence[float]) -> list[float]:
 
 
 def way(layers: Layers, edge: Edge) -> str:
-    """The path of an edge, as SVG says it: straight along its lanes, curved between the layers."""
+    """Returns the SVG path of an edge: straight along its lanes, curved between the layers."""
     tail, head = layers.boxes[edge.tail], layers.boxes[edge.head]
     x, y = tail.x + tail.width, tail.y + edge.tail_at
     path = f"M{x:.1f} {y:.1f}"
@@ -107,7 +107,8 @@ def way(layers: Layers, edge: Edge) -> str:
 
 
 def _curve(x: float, y: float, to_x: float, to_y: float, way: int, first: bool) -> str:
-    """From a station to the next: a box is left to the right, a lane in the direction of its edge, which is how both are entered."""
+    """Returns the curve between two stations: it leaves a box to the right, and a lane in the direction of its edge; both are entered
+    likewise."""
     bend = max(abs(to_x - x) / 2, 22.0)
     leave = bend if first else way * bend
     return f" C{x + leave:.1f} {y:.1f} {to_x - way * bend:.1f} {to_y:.1f} {to_x:.1f} {to_y:.1f}"

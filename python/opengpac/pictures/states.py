@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The picture of a verb: its command lists as states, its transitions, and the ends that its conditions come to."""
+"""Picture of a verb: its command lists as states, its transitions, and the ends to which its conditions lead."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ _LONGEST = 46
 
 
 class _Change(NamedTuple):
-    """From a list to a list or an end, by these conditions."""
+    """Change from a list to a list or an end, by these conditions."""
 
     tail: str
     head: str
@@ -27,7 +27,7 @@ class _Change(NamedTuple):
 
 
 def verb_svg(verb: Verb[..., Any]) -> str:
-    """The picture of a verb: the list that it begins with is entered from the dot; ends that raise are red."""
+    """Returns the picture of a verb: the dot marks the initial list; ends that raise are red."""
     changes, ends = _changes(verb)
     lists = {name: [clip(command_text(c), _LONGEST) for c in commands] for name, commands in verb.command_lists.items()}
     boxes = [Box(_START, 12, 12, "first")]
@@ -62,7 +62,7 @@ def _title(verb: Verb[..., Any], name: str) -> str:
 
 
 def _changes(verb: Verb[..., Any]) -> tuple[list[_Change], list[str]]:
-    """Returns the transitions; conditions of one list that lead to one place stand together."""
+    """Returns the transitions and the ends; conditions of one list with the same target are merged."""
     found: dict[tuple[str, str], list[str]] = {}
     ends: dict[str, None] = {}
     for name, condition, outcome in verb.table():
@@ -74,7 +74,7 @@ def _changes(verb: Verb[..., Any]) -> tuple[list[_Change], list[str]]:
         found.setdefault((_state(name), head), []).append(condition)
     last = [name for name, commands in verb.command_lists.items() if not any(tail == _state(name) for tail, _ in found)]
     for name in last:
-        # Nothing is said of it: it ends when it is through.
+        # The list has no conditions: it ends when it has run.
         found[_state(name), "ends"] = ["completed"]
         ends["ends"] = None
     return [_Change(tail, head, conditions) for (tail, head), conditions in found.items()], [*ends]
@@ -119,7 +119,7 @@ def _label_drawn(box: Box, change: _Change, verb: Verb[..., Any]) -> str:
 
 
 def command_text(command: dict[str, Any]) -> str:
-    """A command as it was written, in short: `activate generator every 20 ms`."""
+    """Returns a command as written, in short: `activate generator every 20 ms`."""
     kind = command["command"]
     if kind == "install":
         return f"install {', '.join(command['blocks'])}"

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Learned policies: a network from an ONNX file, with what its numbers mean, as a function block. `gpac.policy`, `gpac.Term`."""
+"""Learned policies: a network from an ONNX file, with the meaning of its numbers, as a function block. `gpac.policy`, `gpac.Term`."""
 
 from .block import Policy, policy
 from .terms import Term

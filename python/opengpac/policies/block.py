@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""`gpac.policy`: the block of a network. The real-time system's backend for ONNX files translates the network; here its declaration
-is written into a copy of the file, so that downloads, daemons, recordings and replay take the two together."""
+"""`gpac.policy`: makes the block of a network. The real-time system's backend for ONNX files translates the network; here its
+declaration is written into a copy of the file, so that downloads, daemons, recordings and replay keep the two together."""
 
 from __future__ import annotations
 
@@ -24,8 +24,8 @@ _KEY = "opengpac.policy"
 
 
 class Policy(Block):
-    """The block of a network. Made by `gpac.policy`; `file` is the ONNX file with its declaration, `period_ns` its rate, or None, and
-    `names` the names of the elements of each port that has them."""
+    """Block of a network. Made by `gpac.policy`; `file` is the ONNX file with its declaration, `period_ns` its rate, or None, and
+    `names` the element names of each port that has them."""
 
     def __init__(self, interface: Mapping[str, Any], file: Path, declaration: Mapping[str, Any]) -> None:
         super().__init__(interface, str(file))
@@ -36,7 +36,7 @@ class Policy(Block):
 
     @property
     def _own_interval(self) -> str:
-        """Returns the text of messages before `period_ns`."""
+        """Returns the text that precedes `period_ns` in messages."""
         return f"policy '{self.name.rpartition('.')[2]}' was trained for"
 
 
@@ -52,16 +52,16 @@ def policy(
     shapes: Mapping[str, Sequence[int]] | None = None,
     doc: str = "",
 ) -> Policy:
-    """A network as a function block: the ONNX file at `path` becomes C that is built into the system, with no library behind it.
+    """A network as a function block: the ONNX file at `path` is compiled to C that is built into the system, without a runtime library.
 
-    `inputs` and `outputs` say what the network's inputs and outputs are made of: name → `gpac.Term`s in their order, or the unit of a
-    port of that name; without them each is a port of pure numbers. `every` is the interval that it was trained for: another one is
-    refused. `age_max` gives the block an input `observed`, the time of what it sees, and the condition `stale`. `states` feeds outputs
-    back, `{"h_in": "h_out"}`. `shapes` are those of inputs whose shape the file leaves open. `name` is the block's, that of the file
-    unless given, `doc` its description.
+    `inputs` and `outputs` declare the contents of the network's inputs and outputs: name → `gpac.Term`s in their order, or the unit
+    of a port of that name; by default each is a port of dimensionless numbers. `every` is the interval of its training: others are
+    refused. `age_max` gives the block an input `observed`, the time of its observations, and the condition `stale`. `states` feeds
+    outputs back, `{"h_in": "h_out"}`. `shapes` are those of inputs with shapes left open by the file. `name` is the block's, by
+    default that of the file, `doc` its description.
 
-    Raises `ModuleError` with the node's name for an operator, shape or opset that is not supported, and with both ends where the
-    declaration and the file differ. `cell.download("policy.onnx")` takes a file without a declaration, or `Policy.file`.
+    Raises `ModuleError` with the node's name for an unsupported operator, shape or opset, and with both ends if the declaration and
+    the file differ. `cell.download("policy.onnx")` takes a file without a declaration, or `Policy.file`.
     """
     source = Path(path).expanduser().absolute()
     if not source.is_file():
@@ -83,12 +83,12 @@ def policy(
     try:
         return Policy(_described(file)[0], file, declaration)
     except ModuleError as why:
-        # Its name is that of the copy with the declaration, which the caller has never seen.
+        # The message names the copy with the declaration, which the caller does not know.
         raise ModuleError(why.message.replace(str(file), str(path)), remedy=why.remedy) from None
 
 
 def whole_content(source: Path) -> bytes:
-    """The bytes of an ONNX file, with the weights inside that lie in files beside it."""
+    """Returns the bytes of an ONNX file, with the weights of neighbouring files embedded."""
     try:
         content = source.read_bytes()
     except OSError as error:
@@ -104,7 +104,7 @@ def _name_of(source: Path) -> str:
 
 
 def _positive(duration: Quantity | None, what: str) -> int | None:
-    """Returns a duration in ns that is not 0 and not negative, or nothing for nothing."""
+    """Returns a positive duration in ns, or None for None."""
     ns = optional_ns(duration, what)
     if ns is not None and ns <= 0:
         refuse(OutOfRange, f"{what} is {duration!r}", "give more than 0, for example '20 ms'")
@@ -118,13 +118,13 @@ def _described(file: Path) -> list[dict[str, Any]]:
 
 
 def _entry(key: str, value: str) -> bytes:
-    """An entry of ONNX's `metadata_props` (field 14) as bytes: a protobuf message is extended by what is appended to it."""
+    """Returns an entry of ONNX's `metadata_props` (field 14) as bytes: a protobuf message is extended by appending to it."""
     pair = b"".join(bytes([tag]) + _length(text.encode()) for tag, text in ((0x0A, key), (0x12, value)))
     return b"\x72" + _length(pair)
 
 
 def _length(content: bytes) -> bytes:
-    """The content with its length before it, seven bits a byte."""
+    """Returns the content preceded by its length, seven bits a byte."""
     size, head = len(content), bytearray()
     while size > 0x7F:
         head.append(size & 0x7F | 0x80)

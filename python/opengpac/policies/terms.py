@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Meaning of a part of a network's input or output: `gpac.Term("q", names=joints, unit="rad", offset=default_pose)`."""
+"""Meaning of a section of a network's input or output: `gpac.Term("q", names=joints, unit="rad", offset=default_pose)`."""
 
 from __future__ import annotations
 
@@ -32,22 +32,22 @@ class _Term:
 
 @dataclass(frozen=True)
 class Term(_Term):
-    """Consecutive elements of a network's input or output that are one port of its block, and what they mean.
+    """Consecutive elements of a network's input or output that form one port of its block, and their meaning.
 
-    An input is x = scale · clip(port - offset), an output port = clip(scale · y + offset): the order of Isaac Lab and mjlab. `names` are
-    those of its elements, joints in their order; `size` their number where no list says it. `scale`, `offset` (a default pose) and the
-    ends of `clip` are one number or one for each element, in the port's `unit`; left out they are taken from the file where that has
-    them. `within` is the range of the values that the network was trained with: one beyond it is `out_of_distribution`, and the network
-    gets the end of the range. `history` values are given one after the other, oldest first. `observation` is the trainer's name, the
-    port's unless given. `previous` instead of a port: that output of the network as it was in the invocation before. `doc` describes the
-    port. A `synchronous` port makes the block due when its writer has a new value; else it reads the newest one.
+    An input is x = scale · clip(port - offset), an output port = clip(scale · y + offset): the order of Isaac Lab and mjlab. `names`
+    are those of its elements, joints in their order; `size` is their number if no list implies it. `scale`, `offset` (a default pose)
+    and the ends of `clip` are one number or one for each element, in the port's `unit`; if omitted they are taken from the file if it
+    contains them. `within` is the range of the training values: a value outside is `out_of_distribution`, and the network receives
+    the end of the range. `history` values are passed one after the other, oldest first. `observation` is the trainer's name, by
+    default the port's. `previous` replaces a `port`: that output of the network in the previous invocation. `doc` describes the port.
+    A `synchronous` port makes the block due when its writer has a new value; otherwise it reads the newest one.
     """
 
     port: str = ""
     previous: str = ""
 
     def json(self) -> dict[str, Any]:
-        """The form that the backend takes."""
+        """Returns the backend's form."""
         size = self.elements()
         pair = lambda what, ends: None if ends is None else _range(what, ends, size, self.port)  # noqa: E731
         return {
@@ -58,7 +58,7 @@ class Term(_Term):
         }  # fmt: skip
 
     def elements(self) -> int:
-        """Returns the number of elements that it declares; 0 if it leaves that to its port or to the file."""
+        """Returns the declared number of elements; 0 if it is left to the port or to the file."""
         if bool(self.port) == bool(self.previous):
             refuse(DefinitionError, f"{self!r} has {'both' if self.port else 'neither'} a port and a previous output", "give one of them")
         if self.history < 1:
@@ -72,11 +72,11 @@ class Term(_Term):
 
 
 _FAR = float(np.finfo(float).max)
-"""Stands for an infinite end of a range, which JSON has no number for."""
+"""Replacement for an infinite end of a range, which JSON cannot represent."""
 
 
 def _range(what: str, ends: Any, size: int, port: str) -> list[list[float]]:
-    """Least and most of `clip` or `within`, an end of which may be infinite."""
+    """Returns the lower and upper ends of `clip` or `within`, which may be infinite."""
     try:
         least, most = ends
     except (TypeError, ValueError):
@@ -108,7 +108,7 @@ def _list(given: Numbers | None, size: int, port: str, finite: bool = True) -> l
 
 
 def terms_json(given: Mapping[str, Terms] | None, side: str) -> dict[str, list[dict[str, Any]]]:
-    """`inputs=` or `outputs=`: name of the network's → its terms. Text is the unit of a port of that name."""
+    """Returns `inputs=` or `outputs=` as names of the network → terms. Text is the unit of a port of that name."""
     made: dict[str, list[dict[str, Any]]] = {}
     for name, terms in (given or {}).items():
         terms = Term(name, unit=terms) if isinstance(terms, str) else terms

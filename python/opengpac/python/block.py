@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""`@gpac.block`: a Python function becomes a function block. Compiled once for each content, and kept for later processes."""
+"""`@gpac.block`: makes a function block of a Python function. It is compiled once for each content, and cached for later processes."""
 
 from __future__ import annotations
 
@@ -23,13 +23,14 @@ from .rewriting import rewritten
 P = ParamSpec("P")
 
 KIND = "python-blocks"
-"""Of the code that is kept."""
+"""Kind of the cached code."""
 
 
 class PythonBlock(Block, Generic[P]):
-    """A block that was written in Python. Made by `@gpac.block`.
+    """A block written in Python. Made by `@gpac.block`.
 
-    `function` is the function as written, for comparison; `native` says whether it was compiled, or runs as Python in a process.
+    `function` is the function as written, for comparison; `native` is True if it was compiled, False if it runs as Python in a
+    process.
     """
 
     def __init__(self, interface: Mapping[str, Any], module: str, function: Callable[P, object], native: bool = True) -> None:
@@ -45,18 +46,17 @@ def block(*, native: Literal[True] = True) -> Callable[[Callable[P, object]], Py
 @overload
 def block(*, native: Literal[False], deadline: Quantity | None = None) -> Callable[[Callable[P, object]], PythonBlock[P]]: ...
 def block(function: Callable[P, object] | None = None, *, native: bool = True, deadline: Quantity | None = None) -> Any:
-    """A function block from a function whose arguments are annotated as its items.
+    """Makes a function block from a `function` whose arguments are annotated as its items.
 
-    Outputs, states and conditions are arguments that the function assigns to; what they hold at its end is published, together.
-    An exception that Python would raise (a division by zero, an index beyond an array) is a fault of the invocation. The docstring is the
-    block's description. Numba compiles it, with no interpreter: what cannot be compiled raises `DefinitionError` with its line and
-    what to write instead. Defining it again, as a notebook does, redefines the block.
+    Outputs, states and conditions are arguments that the function assigns to; their final values are published together. An exception
+    of Python (a division by zero, an index out of bounds) is a fault of the invocation. The docstring is the block's description.
+    Numba compiles it, without an interpreter: code that cannot be compiled raises `DefinitionError` with its line and an alternative.
+    Defining it again, as in a notebook, redefines the block.
 
-    `@gpac.block(native=False)` leaves it as it is: any Python, with NumPy, PyTorch, OpenCV. It runs on a processor of its own,
-    `cell.processor("eyes", process=True)`, at the interval of its activation, and others take its values whenever they come. What it raises
-    is `fault`, with the exception's text and line; where its process dies, `processor_lost`. With `deadline="40 ms"` the block has a
+    `@gpac.block(native=False)` leaves it uncompiled: any Python, with NumPy, PyTorch, OpenCV. It runs on a processor of its own,
+    `cell.processor("eyes", process=True)`, at the interval of its activation, and other blocks read its values when they arrive. An
+    exception is `fault`, with its text and line; if its process dies, `processor_lost`. With `deadline="40 ms"` the block has a
     condition `late`, reported by an invocation that took longer.
-
     >>> from typing import Annotated
     >>> import opengpac as gpac
     >>> from opengpac.python import Input, Output, Parameter
@@ -99,7 +99,7 @@ def _compiled(
     doc: str,
     refusing: Refusing,
 ) -> Path:
-    """The file of the block's native code."""
+    """Returns the file of the block's native code."""
     constants = {name: repr(value) for name, value in sorted(names.items()) if isinstance(value, bool | int | float)}
     key = [compiling.VERSION, compiling.FORM, compiling.CPU, file, tree.lineno, text, constants, repr(items)]
 
@@ -121,7 +121,7 @@ def _interpreted(
     nonlocals: Mapping[str, Any],
     refusing: Refusing,
 ) -> Path:
-    """The file of the code that calls the function."""
+    """Returns the file of the code that calls the function."""
     deadline_ns = duration_ns(deadline, f"the deadline of block '{tree.name}'") if deadline is not None else None
     if deadline_ns is not None and deadline_ns <= 0:
         refusing(tree.lineno, f"its deadline is {deadline!r}", "give a time above 0")
@@ -136,7 +136,7 @@ def _interpreted(
 
 
 def _parsed(function: Callable[..., Any]) -> tuple[ast.FunctionDef, str, str]:
-    """The function's syntax tree with the lines of its file, the file, and its text."""
+    """Returns the function's syntax tree with the lines of its file, the file, and its text."""
     if not inspect.isfunction(function):
         refuse(DefinitionError, f"@gpac.block is on {function!r}, not on a function", "write @gpac.block over a def")
     code = function.__code__
@@ -154,7 +154,7 @@ def _parsed(function: Callable[..., Any]) -> tuple[ast.FunctionDef, str, str]:
 
 
 def _interface(function: Callable[..., Any], found: Path, items: list[Item], refusing: Refusing) -> Mapping[str, Any]:
-    """The block's interface as the real-time system reads it from the compiled code."""
+    """Returns the block's interface as read by the real-time system from the compiled code."""
     module = "python" if function.__module__ == "__main__" else function.__module__.replace(".", "_")
     try:
         return interface(f"{module}:{refusing.name}", found)

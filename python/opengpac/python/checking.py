@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Check of a block's body: what it may not have is refused by its line with what to write instead, before numba sees it."""
+"""Check of a block's body: refuses unsupported code by its line with an alternative, before numba sees it."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ _MATH = (
     "isinf isnan lgamma log log10 log1p log2 nan pi pow radians sin sinh sqrt tan tanh tau trunc"
 )
 MATH = frozenset(_MATH.split())
-"""Functions and numbers of `math` that are compiled."""
+"""Supported functions and numbers of `math`."""
 
 _LOOP = "write a loop over the elements, for i in range(6)"
 _OWN_ITEM = 'use numbers and arrays: declare an array as an item, State(type="double[6]")'
@@ -60,13 +60,14 @@ RETURNS_A_VALUE = ("it returns a value", "assign it to an output; return alone, 
 
 
 def tells_written(node: ast.Return, written: Collection[str]) -> bool:
-    """Returns whether a `return` has no value, or names what the function writes, as `return y, x`, which tells a linter their use."""
+    """Returns whether a `return` has no value, or only the names of `written` arguments, as `return y, x`, which shows their use to a
+    linter."""
     names = node.value.elts if isinstance(node.value, ast.Tuple) else [] if node.value is None else [node.value]
     return all(isinstance(name, ast.Name) and name.id in written for name in names)
 
 
 def check_body(tree: ast.FunctionDef, items: list[Item], invocation: str | None, names: Mapping[str, Any], refusing: Refusing) -> None:
-    """Refuses the first thing of a body that cannot be compiled. `names`: what its names outside stand for."""
+    """Refuses the first element of a body that cannot be compiled. `names`: the values of its global names."""
     by_name = {item.name: item for item in items}
     local = {n.id for n in ast.walk(tree) if isinstance(n, ast.Name) and isinstance(n.ctx, ast.Store)}
     found: list[tuple[int, int, Callable[[], object]]] = []
@@ -143,7 +144,7 @@ def _allowed() -> str:
 
 
 def _math_problem(name: str) -> tuple[str, str] | None:
-    """Returns what is wrong with a name of `math`; None for one that is compiled."""
+    """Returns the problem with a name of `math`, or None if it is supported."""
     return None if name in MATH else (f"it uses math.{name}, which is not compiled", f"of math there are {', '.join(sorted(MATH))}")
 
 

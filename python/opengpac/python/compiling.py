@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""From a rewritten function to C, by numba and LLVM. No runtime of numba or Python is in it: that is checked on what LLVM produced.
+"""Compiles a rewritten function to C, by numba and LLVM. The result contains no runtime of numba or Python: LLVM's output is checked for
+that.
 
-numba's private interfaces are used, so its version is pinned: `pip install 'opengpac[numba]'`.
+It uses numba's private interfaces, so the version is pinned: `pip install 'opengpac[numba]'`.
 """
 
 from __future__ import annotations
@@ -19,7 +20,7 @@ from .translating import HEAD, Untranslatable, translated
 
 VERSION = "0.68.1"
 FORM = 3
-"""Counts changes of what is made here, for code that was kept."""
+"""Version of the generated code, for cached code."""
 SYMBOL = "opengpac_python_body"
 _LIBM = (
     "acos acosh asin asinh atan atan2 atanh cbrt ceil copysign cos cosh erf erfc exp exp2 expm1 fabs floor fmod hypot ldexp lgamma log "
@@ -28,14 +29,14 @@ _LIBM = (
 LIBM = frozenset(_LIBM.split()) | {f"{name}f" for name in _LIBM.split()} | {"memcpy", "memset", "memmove"}
 LLVM = {"double": "double", "float": "float", "bool": "i8"} | {f"{s}int{n}_t": f"i{n}" for s in ("", "u") for n in (8, 16, 32, 64)}
 CPU = "x86-64"
-"""What the code is made for: the same on each machine, so that a record and another host run the same bytes."""
+"""Target of the code: the same on each machine, so that a record and another host run the same bytes."""
 
 OK, NONE = 0, -2
-"""What numba's code returns where it has not raised."""
+"""Return values of numba's code without an exception."""
 
 
 def numba_modules() -> dict[str, Any]:
-    """numba, loaded when the first block is compiled."""
+    """Returns numba, loaded when the first block is compiled."""
     try:
         found = importlib.import_module("numba")
         wanted = ("core.compiler", "core.registry", "core.types", "core.errors")
@@ -46,7 +47,7 @@ def numba_modules() -> dict[str, Any]:
 
 
 def compiled(function: Callable[..., None], items: list[Item], file: str, refusing: Refusing, line: int) -> str:
-    """A function `opengpac_python_body` in the text of C, whose arguments are those that `shim` gives."""
+    """Returns a function `opengpac_python_body` in C, with the arguments that `shim` passes."""
     numba = numba_modules()
     if numba["version"] != VERSION:
         refusing(line, f"it is compiled by numba {VERSION}, and numba {numba['version']} is installed", "pip install 'opengpac[numba]'")
@@ -56,7 +57,7 @@ def compiled(function: Callable[..., None], items: list[Item], file: str, refusi
     typing.refresh()
     context.refresh()
     flags = numba["core.compiler"].Flags()
-    # Without numba's runtime an allocation is an error of the compiler; what raises in Python ends the invocation as a fault.
+    # Without numba's runtime an allocation is a compile error; an exception of Python ends the invocation as a fault.
     flags.nrt, flags.enable_pyobject, flags.boundscheck, flags.error_model = False, False, True, "python"
     flags.no_cpython_wrapper = flags.no_cfunc_wrapper = True
     arguments = [_numba_type(types, item) for item in items] + [types.uint64, types.int64, types.int64]
@@ -78,7 +79,7 @@ def _numba_type(types: Any, item: Item) -> Any:
 
 
 def _check_types(made: Any, items: list[Item], refusing: Refusing) -> None:
-    """Refuses a number that a variable of whole numbers cannot hold, where C would cut it off."""
+    """Refuses a number that does not fit an integer variable, since C would truncate it."""
     for item in items:
         if item.shape or not item.written or item.element in ("double", "float"):
             continue
@@ -95,7 +96,7 @@ REMEDIES = (
     ("readonly|read-only|Cannot modify", "it changes what the block only reads", "write into an output or a State"),
     ("UndefinedVariable|referenced before", "it reads a variable before it is assigned", "assign to it on each way to that line"),
 )
-"""Pattern of numba's message → what it means, and what to write instead."""
+"""Pattern of numba's message → its meaning, and an alternative."""
 
 
 def _refuse(why: Exception, file: str, refusing: Refusing, line: int) -> NoReturn:
@@ -137,14 +138,14 @@ def _linked(made: Any, items: list[Item], refusing: Refusing, line: int) -> str:
 
 
 def _options(binding: Any) -> Any:
-    """Returns the options: nothing side by side; one number after the other is what can be told in C, and gives the same bits."""
+    """Returns the options: no vectorisation, interleaving or unrolling, since only scalar code can be written in C with the same bits."""
     options = binding.create_pipeline_tuning_options(speed_level=2)
     options.loop_vectorization = options.slp_vectorization = options.loop_interleaving = options.loop_unrolling = False
     return options
 
 
 def _called(assembly: str, items: list[Item]) -> str:
-    """The body as assembly, which is called."""
+    """Returns the body as assembly, to be called."""
     types = [f"{i.element} *" if i.shape or i.written else i.element for i in items] + ["uint64_t", "int64_t", "int64_t"]
     lines = (*assembly.splitlines(), ".text")
     return "\n".join([
@@ -154,7 +155,7 @@ def _called(assembly: str, items: list[Item]) -> str:
 
 
 def _without_leftovers(body: Any, binding: Any, builder: Any) -> str:
-    """Hides what only numba's own callers need, and removes what then nobody uses; returns the text that is left."""
+    """Hides symbols that only numba's own callers need, and removes those then unused; returns the remaining text."""
     for variable in body.global_variables:
         if not variable.is_declaration:
             variable.linkage = "internal"
@@ -165,7 +166,7 @@ def _without_leftovers(body: Any, binding: Any, builder: Any) -> str:
 
 
 def _wrapper(name: str, types: list[str], items: list[Item], triple: str, layout: str) -> str:
-    """LLVM's text of a function with the arguments of C, which gives numba's function its arrays: known lengths, no owner."""
+    """Returns LLVM's text of a function with C arguments, which passes arrays to numba's function: known lengths, no owner."""
     outer, inner = [], [f"{types[0]} %ret", f"{types[1]} %exc"]
     before = ["%ret = alloca ptr", "%exc = alloca ptr", "store ptr null, ptr %exc"]
     at = 2

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Calls the function of a block that stays Python, in the process of its processor. `interpreted.c` reaches it by a pointer."""
+"""Calls the function of a block that stays Python, in the process of its processor. `interpreted.c` calls it through a pointer."""
 
 from __future__ import annotations
 
@@ -15,22 +15,22 @@ from .items import WIDTHS
 from .words import Invocation
 
 KNOWN: dict[str, Callable[..., Any]] = {}
-"""The functions of blocks that this process has defined: a virtual clock calls them themselves."""
+"""Functions of blocks defined in this process; under a virtual clock they are called directly."""
 
 WHAT_MAX = 200
 _CALL = ctypes.CFUNCTYPE(ctypes.c_int32, ctypes.POINTER(ctypes.c_void_p), ctypes.c_uint64, ctypes.c_int64, ctypes.c_int64)
 _kept: list[Any] = []
-"""What the code of blocks points to; that is never unloaded either."""
+"""Objects to which the code of blocks points; that code is never unloaded either."""
 
 
 class Slot(ctypes.Structure):
-    """Memory that `interpreted.c` and this share."""
+    """Memory shared with `interpreted.c`."""
 
     _fields_ = (("call", ctypes.c_void_p), ("payload", ctypes.c_char_p), ("what", ctypes.c_char * (WHAT_MAX + 1)))
 
 
 def load(at: int) -> None:
-    """Makes the function of the block whose slot lies there."""
+    """Restores the function of the block with the slot at that address."""
     slot = Slot.from_address(at)
     key, forms, pickled = pickle.loads(base64.b64decode(slot.payload))
     function = KNOWN.get(key) or pickle.loads(pickled)
@@ -49,12 +49,12 @@ class _Form:
         self.is_condition = is_condition
 
     def read(self, at: int) -> Any:
-        """Its value: a copy, which the function may keep."""
+        """Returns the value as a copy, which the function may keep."""
         values = np.frombuffer(ctypes.string_at(at, self.size), self.dtype)
         return values.reshape(self.shape).copy() if self.shape else values[0].item()
 
     def write(self, at: int, value: Any) -> None:
-        """Stores a value. Raises `TypeError` where it does not fit."""
+        """Stores a value. Raises `TypeError` if it does not fit."""
         values = np.asarray(value)
         if values.shape != self.shape and not (values.size == 1 and not self.shape):
             raise TypeError(f"'{self.name}' has the shape {self.shape}, and is given {values.shape}")
@@ -91,7 +91,7 @@ class _Caller:
             return 1
 
     def _told(self, why: BaseException) -> str:
-        """The exception's text, with the user's line."""
+        """Returns the exception's text, with the user's line."""
         line, trace = 0, why.__traceback__
         while trace is not None:
             if trace.tb_frame.f_code.co_filename == self._file:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The items of a function's signature, or what is wrong with it."""
+"""Extracts the items of a function's signature, and reports its errors."""
 
 from __future__ import annotations
 
@@ -22,17 +22,17 @@ PYTHON = {float: "double", int: "int64_t", bool: "bool"}
 WIDTHS = {"double": "float64", "float": "float32", "bool": "bool_"} | {
     f"{sign}int{bits}_t": f"{sign}int{bits}" for sign in ("", "u") for bits in (8, 16, 32, 64)
 }
-"""C types of elements, and what NumPy and numba call them."""
+"""C types of elements, and their names in NumPy and numba."""
 
 _NO_UNIT = "px/counts"
-"""What no unit agrees with: a known one is another one, an unknown one is told as such."""
+"""Unit that agrees with no other: a known unit is reported as different, an unknown one as unknown."""
 
 _TYPE = re.compile(r"\s*(\w+)\s*((?:\[\s*\d+\s*\])*)\s*")
 
 
 @dataclass(frozen=True)
 class Item:
-    """One argument: its `word`, the C `element` type, `shape` (of an array), and `default` in the form of C, or None."""
+    """One argument: its `word`, the C `element` type, `shape` (of an array), and `default` in C, or None."""
 
     name: str
     word: Word | Condition
@@ -43,7 +43,7 @@ class Item:
 
     @property
     def type(self) -> str:
-        """The C type, without the elements of a history."""
+        """C type, without the elements of a history."""
         history = self.word.history if isinstance(self.word, Input) else 0
         return self.element + "".join(f"[{n}]" for n in (self.shape[1:] if history else self.shape))
 
@@ -54,7 +54,7 @@ class Item:
 
 
 class Refusing:
-    """Refuses parts of a function by their line."""
+    """Refuses constructs of a function, with their line."""
 
     def __init__(self, file: str, name: str) -> None:
         self.file = file
@@ -65,7 +65,7 @@ class Refusing:
 
 
 def items_of(function: Callable[..., Any], tree: ast.FunctionDef, refusing: Refusing) -> tuple[list[Item], str | None]:
-    """The items of a function, and the name of its argument for the invocation."""
+    """Returns the items of a function, and the name of its argument for the invocation."""
     lines = {a.arg: a.lineno for a in [*tree.args.posonlyargs, *tree.args.args, *tree.args.kwonlyargs]}
     for star in (tree.args.vararg, tree.args.kwarg):
         if star:
@@ -113,7 +113,7 @@ def _item(name: str, hint: Any, default: Any, line: int, refusing: Refusing) -> 
 
 
 def _check_unit(name: str, word: Word | Condition, line: int, refusing: Refusing) -> None:
-    """Refuses a unit that nobody knows, at once: else where a verb uses the block."""
+    """Refuses an unknown unit immediately rather than when a verb uses the block."""
     if not isinstance(word, Word) or not word.unit:
         return
     for unit in word.unit.split("|"):

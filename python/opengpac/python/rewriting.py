@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A block's function as numba compiles it: what it writes becomes an array of one element, read at the start and stored at each end."""
+"""Rewrites a block's function for numba: written arguments become arrays of one element, read at the start and stored at each end."""
 
 from __future__ import annotations
 
@@ -11,16 +11,16 @@ from typing import Any
 from .items import Item
 
 INVOCATION = ("number", "time_ns", "now_ns")
-"""What an invocation's argument becomes, each with this prefix: `opengpac_number`."""
+"""Arguments that replace an invocation, each with this prefix: `opengpac_number`."""
 
 
 def cell(name: str) -> str:
-    """The array that scalar `name` comes from and goes to."""
+    """Returns the name of the array from which scalar `name` is read and to which it is stored."""
     return f"opengpac_cell_{name}"
 
 
 def rewritten(tree: ast.FunctionDef, items: list[Item], invocation: str | None, names: Mapping[str, Any], file: str) -> Callable[..., None]:
-    """The function that is compiled. Every line of it is the user's."""
+    """Returns the function to be compiled. Every line of it is the user's."""
     made = copy.deepcopy(tree)
     made.decorator_list, made.returns = [], None
     arguments = [cell(i.name) if i.written and not i.shape else i.name for i in items] + [f"opengpac_{name}" for name in INVOCATION]
@@ -45,7 +45,7 @@ def _at(statement: ast.stmt, line: int) -> ast.stmt:
 
 
 class _Ends(ast.NodeTransformer):
-    """Puts the stores before each `return`, and the words of an invocation where its attributes are."""
+    """Inserts the stores before each `return`, and replaces the attributes of an invocation."""
 
     def __init__(self, ends: list[ast.stmt], invocation: str | None) -> None:
         self._ends = ends

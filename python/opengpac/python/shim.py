@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The C around a compiled body: its declaration in the words of `opengpac.h`, and one call of the body.
+"""C around a compiled body: its declaration by `opengpac.h`, and one call of the body.
 
-So staging, the check for finite values and publication on success are those of any block in C.
+Therefore staging, the check for finite values and publication on success are those of any block in C.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from .items import Item
 from .words import Condition, Input, Output, Parameter, State
 
 REGISTERS = 10
-"""How many numbers are kept for the body in registers of floats, of which there are 16."""
+"""Number of floats kept for the body in registers, of which there are 16."""
 
 FLOAT = """\
 #if defined(__x86_64__)
@@ -26,9 +26,9 @@ FLOAT = """\
 
 
 def source(name: str, doc: str, items: list[Item], body: str, file: str, line: int) -> str:
-    """The text of a C file with one block."""
+    """Returns the text of a C file with one block."""
     conditions = [i.name for i in items if isinstance(i.word, Condition)]
-    # From memory straight to where a float is computed with: a way through a register of integers costs a fifth of a PID's time.
+    # Load floats from memory directly into float registers: a detour through integer registers costs a fifth of a PID's time.
     floats = [i.name for i in items if not i.written and not i.shape and i.element in ("double", "float")][:REGISTERS]
     own = [f"opengpac_{i.name}" if i.name in floats else _argument(i) for i in items]
     given = [*own, "invocation->number", "invocation->time_ns", "invocation->now_ns"]
@@ -53,7 +53,7 @@ def source(name: str, doc: str, items: list[Item], body: str, file: str, line: i
 
 
 def quoted(text: str) -> str:
-    """A string of C."""
+    """Returns a C string literal."""
     return json.dumps(text, ensure_ascii=False).replace("??", "?\\?")
 
 
@@ -66,7 +66,7 @@ def _argument(item: Item) -> str:
 
 
 def declared(item: Item) -> str:
-    """One item of a `FUNCTION_BLOCK`'s list, in the words of C."""
+    """Returns the declaration of one item in a `FUNCTION_BLOCK`'s list, in C."""
     word, name = item.word, item.name
     doc = quoted(word.doc or name)
     if isinstance(word, Condition):

@@ -1,8 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
-"""From LLVM's text of a compiled body to C, so that the C compiler inlines it into the block's entry and keeps values in registers.
+"""Translates LLVM's text of a compiled body to C, so that the C compiler inlines it into the block's entry and keeps values in
+registers.
 
-Each instruction is one statement, each block a label; integers are unsigned, as wide as LLVM's. What is not known here is
-`Untranslatable`: then the body goes into the module as assembly, and is called.
+Each instruction becomes one statement, each block a label; integers are unsigned, as wide as LLVM's. Unsupported code raises
+`Untranslatable`: then the body is added to the module as assembly, and called.
 """
 
 from __future__ import annotations
@@ -25,7 +26,7 @@ static inline double og_number(uint64_t bits) { double x; __builtin_memcpy(&x, &
 static inline uint32_t og_bits32(float x) { uint32_t bits; __builtin_memcpy(&bits, &x, 4); return bits; }
 static inline float og_number32(uint32_t bits) { float x; __builtin_memcpy(&x, &bits, 4); return x; }
 """
-"""What the translated functions of a file need."""
+"""Declarations required by the translated functions of a file."""
 
 _TYPE = r"double|float|ptr|i\d+"
 _VALUE = r'%"[^"]+"|%[\w.$-]+|-?[\w.+-]+'
@@ -38,7 +39,7 @@ _FLOATS = {"fadd": "+", "fsub": "-", "fmul": "*", "fdiv": "/"}
 _ORDERED = {"eq": "==", "ne": "!=", "gt": ">", "ge": ">=", "lt": "<", "le": "<="}
 _NOT = {"gt": "<=", "ge": "<", "lt": ">=", "le": ">"}
 _SIZES = {"double": 8, "float": 4, "ptr": 8, "i8": 1, "i16": 2, "i32": 4, "i64": 8}
-"""Bytes of what lies in memory."""
+"""Sizes in memory, in bytes."""
 _IGNORED = ("llvm.lifetime", "llvm.assume", "llvm.experimental.noalias", "llvm.dbg")
 _SAME = {"fabs", "sqrt", "floor", "ceil", "trunc", "rint", "nearbyint", "round", "pow", "exp", "exp2", "log", "log2", "log10", "sin", "cos",
     "tan", "copysign", "fma", "ldexp"}  # fmt: skip
@@ -46,11 +47,11 @@ _RENAMED = {"minnum": "fmin", "maxnum": "fmax"}
 
 
 class Untranslatable(Exception):
-    """LLVM's text has what this does not know."""
+    """LLVM's text contains unsupported code."""
 
 
 def translated(text: str, symbol: str) -> str:
-    """The function of that name in LLVM's text, as a static function of C."""
+    """Returns the function of that name in LLVM's text, as a static C function."""
     found = re.search(rf"^define [^\n]*@{symbol}\((.*)\)[^\n]*\{{\n(.*?)^\}}", text, re.M | re.S)
     if found is None:
         raise Untranslatable(f"there is no '{symbol}'")
@@ -73,7 +74,7 @@ def _c_type(kind: str) -> str:
 
 
 def _cell_type(kind: str) -> str:
-    """The type through which memory is read and written."""
+    """Returns the type for access to memory."""
     if kind not in _SIZES:
         raise Untranslatable(f"{kind} in memory")
     return {"double": "og_double", "float": "og_float", "ptr": "og_pointer"}.get(kind, f"og_u{kind[1:]}")
@@ -89,7 +90,7 @@ def _size(kind: str) -> int:
 
 
 def _cut(kind: str, text: str) -> str:
-    """Returns it unsigned, and no wider than its type."""
+    """Returns the expression as unsigned, truncated to its type."""
     width = _width(kind)
     if width in (8, 16, 32, 64, 128):
         return f"({_c_type(kind)})({text})"
@@ -120,7 +121,8 @@ class _Function:
             self._arguments.append((kind, self._named(rest.split()[-1], kind)))
         self._blocks = [*_blocks(body)]
         self._incoming: dict[str, list[tuple[str, str]]] = {}
-        """Block → what it gives to each phi behind it: C name of the phi, value. Filled before its end is translated."""
+        """Block → its values for each phi of its successors: C name of the phi, value. It is filled before the block's end is
+        translated."""
 
     def text(self) -> str:
         for label, lines in self._blocks:
@@ -139,7 +141,7 @@ class _Function:
         ])  # fmt: skip
 
     def _named(self, name: str, kind: str) -> str:
-        """The C name of a value, made known with its type."""
+        """Returns the C name of a value, and registers it with its type."""
         c = self._names.setdefault(name, f"v{len(self._names)}")
         self._types[c] = kind
         return c
@@ -196,7 +198,7 @@ class _Function:
             self._statements.append(f"{self._named(target, kind)} = {text};")
 
     def _expression(self, word: str, rest: str, line: str) -> tuple[str, str]:
-        """The type and the C text of what an instruction computes."""
+        """Returns the type and the C text of an instruction's result."""
         if word in _BINARY or word in _SIGNED or word in _FLOATS or word == "frem":
             kind, a, b = self._pair(rest, line)
             return kind, self._arithmetic(word, kind, a, b)
@@ -297,8 +299,8 @@ class _Function:
 
 
 def _blocks(body: str) -> Iterator[tuple[str, Sequence[str]]]:
-    """The label and the instructions of each block, without comments and metadata."""
-    # The first block has no label of its own: its number is that of the first value without a name.
+    """Yields the label and the instructions of each block, without comments and metadata."""
+    # The first block has no label: its number is that of the first unnamed value.
     label, lines = "0", []
     for line in re.sub(r"\[\n(.*?)\]", lambda found: "[ " + " ".join(found[1].split()) + " ]", body, flags=re.S).splitlines():
         code = line.partition(":")[0] + ":" if line.startswith('"') else line.partition("; ")[0].rstrip()
@@ -315,7 +317,7 @@ def _blocks(body: str) -> Iterator[tuple[str, Sequence[str]]]:
 
 
 def _array_first(rest: str) -> tuple[str, str, str]:
-    """An array type, and what follows behind its comma."""
+    """Returns the parts of an array type, and the text after its comma."""
     depth = 0
     for at, letter in enumerate(rest):
         depth += (letter == "[") - (letter == "]")
@@ -325,7 +327,7 @@ def _array_first(rest: str) -> tuple[str, str, str]:
 
 
 def _number(kind: str, text: str) -> str:
-    """A constant, to the bit."""
+    """Returns a constant, exact to the bit."""
     if text.startswith("0x"):
         bits = int(text, 16)
         value = struct.unpack("<d", struct.pack("<Q", bits))[0]
@@ -345,7 +347,7 @@ def _compared(predicate: str, kind: str, a: str, b: str) -> str:
 
 
 def _ordered(predicate: str, a: str, b: str) -> str:
-    """A comparison of floats. The letter o: false where one is not a number, u: true."""
+    """Returns a comparison of floats. Predicates with the letter o are false if an operand is NaN, those with u true."""
     if predicate in ("ord", "uno"):
         return f"{'!' if predicate == 'ord' else ''}__builtin_isunordered({a}, {b})"
     if predicate in ("oeq", "une"):
@@ -373,7 +375,7 @@ def _converted(word: str, kind: str, value: str, to: str) -> str:
 
 
 def _called(name: str, kind: str, arguments: Sequence[tuple[str, str]]) -> str:
-    """A call of a function of libm, or of one that LLVM has of its own."""
+    """Returns a call of a function of libm, or of an intrinsic of LLVM."""
     values = [value for _, value in arguments]
     if not name.startswith("llvm."):
         if any(of not in ("double", "float") and not of.startswith("i") for of, _ in arguments):
@@ -401,4 +403,4 @@ _WHOLE: Mapping[str, Callable[[str, Sequence[str]], str]] = {
     "umin": lambda k, v: f"{v[0]} < {v[1]} ? {v[0]} : {v[1]}",
     "abs": lambda k, v: _cut(k, f"{_signed(k, v[0])} < 0 ? -{_wide(k, v[0])} : {_wide(k, v[0])}"),
 }
-"""LLVM's own functions of whole numbers."""
+"""LLVM's integer intrinsics."""

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Kind of an argument of a block's function: `u: Annotated[float, Input("measured position", "rad")]`.
+"""Kinds of arguments of a block's function: `u: Annotated[float, Input("measured position", "rad")]`.
 
-The annotated type is what a type checker sees in the body. The block's C type follows from it (`float` is `double`, `int` is `int64_t`,
-`bool` is `bool`), or is given: `type="float"`, `type="double[6]"`, annotated as `numpy.ndarray`.
+The annotated type is the one that a type checker sees in the body. The block's C type follows from it (`float` is `double`, `int` is
+`int64_t`, `bool` is `bool`), or is declared: `type="float"`, `type="double[6]"`, annotated as `numpy.ndarray`.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class Word:
-    """Common part of all items: `doc`, `unit`, and the C `type` where the annotated type does not say it."""
+    """Common part of all items: `doc`, `unit`, and the C `type` if the annotated type does not determine it."""
 
     doc: str = ""
     unit: str = ""
@@ -21,8 +21,8 @@ class Word:
 
 @dataclass(frozen=True)
 class Input(Word):
-    """An input. `mode` is `"synchronous"` or `"asynchronous"`; `ratio=n`: its writer updates once in n invocations; `history=n`: the last n
-    values, the oldest first. A default of the argument is what it reads while it is unbound."""
+    """An input. `mode` is `"synchronous"` or `"asynchronous"`; `ratio=n`: its writer updates once in n invocations; `history=n`: the
+    last n values, the oldest first. A default of the argument is its value while it is unbound."""
 
     mode: str = "synchronous"
     ratio: int = 0
@@ -31,8 +31,8 @@ class Input(Word):
 
 @dataclass(frozen=True)
 class Output(Word):
-    """An output: what its argument holds at the end of the function. `ratio=n`: stored on every nth invocation; `nonfinite`: it may be
-    infinite or not a number. It begins with its value of the last invocation, 0 in the first one."""
+    """An output: the final value of its argument. `ratio=n`: stored on every nth invocation; `nonfinite`: it may be infinite or not a
+    number. Its initial value is that of the previous invocation, 0 in the first one."""
 
     ratio: int = 0
     nonfinite: bool = False
@@ -40,7 +40,7 @@ class Output(Word):
 
 @dataclass(frozen=True)
 class State(Word):
-    """Memory from one invocation to the next; the argument's default is its initial value, else 0. `keep`: a new start keeps it."""
+    """Memory between invocations; the argument's default is its initial value, else 0. `keep`: it survives a new start."""
 
     keep: bool = False
 
@@ -52,7 +52,7 @@ class Parameter(Word):
 
 @dataclass(frozen=True)
 class Condition:
-    """A condition: false at the start of each invocation, reported where the function sets it to true. Annotated as `bool`."""
+    """A condition: false at the start of each invocation, reported if the function sets it to true. Annotated as `bool`."""
 
     doc: str = ""
 

@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Recordings of a run, read back and run again."""
+"""Recordings of a run, and their replay."""

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Recordings: what a running system does, into an MCAP file, and such a file read back."""
+"""Recordings: writes the activity of a running system into an MCAP file, and reads such a file back."""
 
 from __future__ import annotations
 
@@ -25,21 +25,21 @@ if TYPE_CHECKING:
 
 
 class Recording:
-    """A recording that is under way; made by `cell.record(path)`.
+    """A recording in progress; made by `cell.record(path)`.
 
-    It ends with `stop()`, with the block of its `with`, or with its system. A file that cannot be written later ends it: `failure`
-    says why, and what runs goes on.
+    It ends with `stop()`, with the block of its `with`, or with its system. A write error ends it: `failure` contains the reason, and
+    the system continues.
     """
 
     def __init__(self, system: SystemObservation, number: int, path: str, last: dict[str, Any] | None = None) -> None:
         self.system = system
         self.path = path
-        """The file; of a remote system its name in the daemon's folder of recordings."""
+        """Path of the file; for a remote system its name in the daemon's folder of recordings."""
         self._number = number
         self._last = last
 
     def stop(self) -> dict[str, int]:
-        """Ends it: everything that has come is written, then the end of the file. What was lost, by channel: nothing, as a rule."""
+        """Stops the recording: writes all pending data, then the end of the file. Returns the messages lost, by channel, normally none."""
         if self._last is None or self._last["running"]:
             with refusals:
                 self._last = self._ended()
@@ -58,44 +58,44 @@ class Recording:
         last = self._last
         if last is None or last["running"]:
             with refusals:
-                # Of a system that is closed it has ended in order with it.
+                # The recording of a closed system has ended in order with it.
                 last = self._last = self.system._native.recording(self._number)
         assert last is not None
         return last
 
     @property
     def files(self) -> list[str]:
-        """The files that are there, the oldest first; the last one is being written. More than one where the recording is split."""
+        """Existing files, the oldest first; the last one is being written. There are several if the recording is split."""
         return self._summary["files"]
 
     @property
     def running(self) -> bool:
-        """True while it goes on. It ends before the disk is full: `failure` says so."""
+        """True while it is running. It ends before the disk is full, with a `failure`."""
         return self._summary["running"]
 
     @property
     def counts(self) -> dict[str, int]:
-        """Messages that were written, by channel; while it runs, those that are on the disk. Those of files that went count too."""
+        """Number of messages written, by channel; while it runs, of those on the disk. Messages of deleted files are included."""
         return self._summary["counts"]
 
     @property
     def lost(self) -> dict[str, int]:
-        """Messages that could not be written, by channel, where there are any: exact."""
+        """Exact number of messages that could not be written, by channel; only nonzero ones."""
         return self._summary["lost"]
 
     @property
     def bytes(self) -> int:
-        """The size of the files that are there."""
+        """Total size of the existing files."""
         return self._summary["bytes"]
 
     @property
     def free_bytes(self) -> int | None:
-        """Bytes that were free on the disk when it was written to last; None where nobody can tell."""
+        """Free bytes on the disk at the last write; None if it is unknown."""
         return self._summary["free_bytes"]
 
     @property
     def failure(self) -> str | None:
-        """Reason why nothing more could be written; None while all is well."""
+        """Reason that writing failed; None if it did not."""
         return self._summary["failure"]
 
     def __enter__(self) -> Self:
@@ -134,7 +134,7 @@ def begin(
     options = {"svvs": ["*"] if svvs is None else list(svvs), "cells": cells, "replay": replay}
     split_bytes = None if split is None else size_bytes(split, "split=")
     if checking.active():
-        # Nothing runs, and no file is made that would stand in the way of the run.
+        # Nothing runs, and no file is made that could obstruct the run.
         if system.session is None:
             checking.would_record(file, system, options)
         nothing = {"files": [file], "running": False, "counts": {}, "lost": {}, "bytes": 0, "free_bytes": None, "failure": None}
@@ -145,7 +145,7 @@ def begin(
 
 
 DAMAGE_SHOWN = 3
-"""How many parts of a damaged file a warning has in full."""
+"""Number of parts of a damaged file that a warning lists in full."""
 
 
 @dataclass(frozen=True)
@@ -153,15 +153,15 @@ class RecordingDamage:
     """A part of a recording's file that cannot be read; `recorded.damage` lists them. Made by `gpac.open_recording`."""
 
     begins: int
-    """Its first byte in the file."""
+    """Offset of its first byte in the file."""
     ends: int
-    """The first byte behind it."""
+    """Offset of the first byte after it."""
     what: str
-    """Why it cannot be read."""
+    """Reason that it cannot be read."""
     span: tuple[float, float] | None
-    """Times between which what is lost lies, s on the system's clock; None where the file does not say it."""
+    """Times between which data are lost, s on the system's clock; None if the file does not contain them."""
     lost: dict[str, int] | None
-    """Number of messages that are lost, by channel: empty where none is, None where the file does not say it."""
+    """Number of lost messages, by channel: empty if none is lost, None if the file does not contain it."""
 
     @classmethod
     def _of(cls, said: Mapping[str, Any]) -> Self:
@@ -183,9 +183,9 @@ class Recorded(Mapping[str, np.ndarray]):
 
     Made by `gpac.open_recording(path)`.
 
-    `recorded["arm.joint1.sensed"]["value"]` has one row a publication, shape (n,) and the shape of the type behind it, in
-    `recorded.unit(name)`. Names of private cells are `INSTANCE:CELL`. Raises `KeyError` for a name that was not recorded, `ValueRefused`
-    for a file that cannot be read.
+    `recorded["arm.joint1.sensed"]["value"]` has one row per publication, shape (n,) followed by the shape of the type, in
+    `recorded.unit(name)`. Names of private cells are `INSTANCE:CELL`. Raises `KeyError` for a name that was not recorded,
+    `ValueRefused` for a file that cannot be read.
     """
 
     def __init__(self, path: str | os.PathLike[str]) -> None:
@@ -195,13 +195,13 @@ class Recorded(Mapping[str, np.ndarray]):
             self._series: dict[str, Any] = json.loads(self._native.series_json())
             about = json.loads(self._native.about_json())
         self.complete: bool = about["complete"]
-        """False where the file has no end, because its recorder was killed or the disk was full: this is all up to there."""
+        """False if the file has no end, because its recorder was killed or the disk was full: then it contains all data up to there."""
         self.lost: dict[str, int] = about["lost"]
-        """What its recorder could not keep up with, by channel, where there is anything."""
+        """Number of messages with which its recorder could not keep up, by channel; only nonzero ones."""
         self.damage: list[RecordingDamage] = [RecordingDamage._of(one) for one in about["damage"]]
-        """Parts of the file that cannot be read, with their place, time and messages; everything else is here."""
+        """Parts of the file that cannot be read, with their place, time and messages; the rest is included."""
         self.metadata: dict[str, dict[str, str]] = about["metadata"]
-        """What the file says of the system: name, version, configuration, when its clock stood at 0."""
+        """The file's metadata of the system: name, version, configuration, time at which its clock was 0."""
         if self.damage:
             shown = "; ".join(str(one) for one in self.damage[:DAMAGE_SHOWN])
             rest = len(self.damage) - DAMAGE_SHOWN
@@ -228,11 +228,12 @@ class Recorded(Mapping[str, np.ndarray]):
         return len(self._series)
 
     def unit(self, name: str) -> str:
-        """The unit of the SVV of that name, or nothing."""
+        """Returns the unit of the SVV of that `name`, or an empty text."""
         return self._series[name]["unit"]
 
     def names(self, *patterns: str) -> list[str]:
-        """Names that are of one of these forms, where `*` stands for any letters and `?` for one. Raises UnknownName where none is."""
+        """Returns the names that match one of the `patterns`, where `*` stands for any letters and `?` for one. Raises UnknownName if
+        none does."""
         found: list[str] = []
         for pattern in patterns:
             of = [name for name in self if fnmatch.fnmatchcase(name, pattern)]
@@ -247,22 +248,22 @@ class Recorded(Mapping[str, np.ndarray]):
 
     @property
     def log(self) -> list[dict[str, Any]]:
-        """Entries of the log, as `cell.log()` gives them."""
+        """Returns the entries of the log, like `cell.log()`."""
         return self._records("/log")
 
     @property
     def conditions(self) -> list[dict[str, Any]]:
-        """Those of them that tell of conditions and faults."""
+        """Returns the log entries about conditions and faults."""
         return [entry for entry in self.log if entry["kind"] in ("condition", "fault")]
 
     @property
     def ends(self) -> list[dict[str, Any]]:
-        """End reports: `number`, `instance` and `report`."""
+        """Returns the end reports: `number`, `instance` and `report`."""
         return self._records("/ends")
 
     @property
     def timing(self) -> dict[str, list[dict[str, Any]]]:
-        """Firings, jitter, durations and overruns of each interrupt source, once a second."""
+        """Returns firings, jitter, durations and overruns of each interrupt source, once a second."""
         prefix = "/timing/"
         with refusals:
             topics = self._native.topics()
@@ -276,12 +277,12 @@ class Recorded(Mapping[str, np.ndarray]):
 
 
 class Unmade(Recorded):
-    """The recording that a program would have made which is only checked: its SVVs, with no value; no log, and no end."""
+    """Recording that a checked program would have made: its SVVs, without values; no log, and no end."""
 
     def __init__(self, path: str, system: SystemObservation, options: Mapping[str, Any]) -> None:
         self.path = path
         self._native = _Nothing()
-        # Of a system that is closed everything that it had is still known.
+        # The counts of a closed system remain available.
         native = system._native
         with refusals:
             names = [name for name in native.names()["svvs"] if any(fnmatch.fnmatchcase(name, of) for of in options["svvs"])]
@@ -292,7 +293,7 @@ class Unmade(Recorded):
 
     def __getitem__(self, name: str) -> np.ndarray:
         if self._cells and ":" in name:
-            # Which instances there are, and so which cells, only a run knows.
+            # The instances, and hence their cells, are known only in a run.
             return np.zeros(0, dtype=[("number", "<u8"), ("time", "<f8"), ("value", "<f8")])
         return super().__getitem__(name)
 
@@ -312,12 +313,12 @@ class _Nothing:
 
 @taking
 def open_recording(path: str | os.PathLike[str]) -> Recorded:
-    """Reads the recording at `path`, which `cell.record()` or `opengpac record` has made.
+    """Reads the recording at `path`, made by `cell.record()` or `opengpac record`.
 
-    A mapping of names to structured arrays of `number`, `time` (s) and `value`, with `log`, `conditions`, `ends`, `timing` and `lost`.
-    What of a damaged file is sound is there, with a warning that has place, time and messages of what is not (`damage`).
-    Raises ValueRefused where the file is none. While a program is only checked (`opengpac check`), what it would have recorded itself is
-    there with its names, types and units, and no value.
+    The result is a mapping of names to structured arrays of `number`, `time` (s) and `value`, with `log`, `conditions`, `ends`,
+    `timing` and `lost`. The intact parts of a damaged file are included, with a warning that contains place, time and messages of the
+    rest (`damage`). Raises ValueRefused if the file is not a recording. While a program is only checked (`opengpac check`), its own
+    recordings have names, types and units, and no values.
     """
     unmade = checking.recorded(file := str(Path(path).expanduser().absolute()))
     return Recorded(path) if unmade is None else Unmade(file, *unmade)

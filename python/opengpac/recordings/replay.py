@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Recorded runs, run again: the command `opengpac replay` and `gpac.replay`."""
+"""Replay of recorded runs: the command `opengpac replay` and `gpac.replay`."""
 
 from __future__ import annotations
 
@@ -20,28 +20,28 @@ from ..values.quantities import Quantity, duration_ns
 
 @dataclass(frozen=True)
 class Difference:
-    """The first value that is not as it was recorded. Made by `gpac.replay`."""
+    """The first value that differs from the recorded one. Made by `gpac.replay`."""
 
     source: str
     """The interrupt source: `processor.source`."""
     firing: int
-    """The number of the firing, from the first one of its source."""
+    """Number of the firing, from the first one of its source."""
     time: float
     """Release of the firing, s on the clock of the record."""
     between: bool
-    """True where it came behind this firing and before the next: what a script did, for example an `execute`."""
+    """True if it occurred between this firing and the next: an action of a script, for example an `execute`."""
     block: str
-    """`INSTANCE.LABEL`; empty where only the digest of all blocks of the source is known."""
+    """`INSTANCE.LABEL`; empty if only the digest of all blocks of the source is known."""
     port: str
     """The output whose value differs."""
     svv: str
-    """The SVV in which it is stored; empty for a private cell, and where it is not known."""
+    """The SVV in which it is stored; empty for a private cell, or if unknown."""
     recorded: tuple[str, ...]
-    """The elements of the value, with every digit; hexadecimal digits of a structure."""
+    """Elements of the recorded value, with every digit; hexadecimal digits of a structure."""
     replayed: tuple[str, ...]
-    """The same of the value now."""
+    """Elements of the replayed value, in the same form."""
     how: str
-    """Where the source went another way than recorded: how."""
+    """Description of the deviation, if the source took a different path than recorded."""
 
     def __str__(self) -> str:
         where = f"{'after' if self.between else 'in'} firing {self.firing} of source '{self.source}' (at {self.time:.6f} s)"
@@ -54,25 +54,26 @@ class Difference:
 
 @dataclass(frozen=True)
 class Replay:
-    """Result of running a record again: how far it went, and what was found. Made by `gpac.replay`."""
+    """Result of replaying a record: its extent, and the findings. Made by `gpac.replay`."""
 
     stopped: Literal["end", "condition", "time", "difference", "unplayable"]
-    """Why it went no further: the record ended, `until` holds, `to` has come, a value differs, or the record does not have what follows."""
+    """Reason for the stop: the end of the record, `until` holds, `to` was reached, a value differs, or the record lacks the
+    continuation."""
     firings: int
-    """How many firings were run again, of all sources."""
+    """Number of replayed firings, of all sources."""
     same: bool
-    """Every value so far is that of the record, bit for bit."""
+    """True if every value so far equals the record, bit for bit."""
     source: str
-    """Where it stopped: source, firing, release in s on the clock of the record."""
+    """Place of the stop: source, firing, release in s on the clock of the record."""
     firing: int
     time: float
     difference: Difference | None
     fingerprint: str
-    """One number for all that happened so far, inputs and values: two records of one run under the virtual clock have the same."""
+    """Digest of all inputs and values so far: two records of one run under the virtual clock have the same."""
     message: str
-    """Why it is `unplayable`, or what else is to be said; empty where there is nothing."""
+    """Reason that it is `unplayable`, or another message; may be empty."""
     svvs: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
-    """The SVVs that were asked for with `show`: the elements of each with every digit."""
+    """SVVs requested with `show`: the elements of each with every digit."""
 
     def __str__(self) -> str:
         at = f"firing {self.firing} of source '{self.source}' (at {self.time:.6f} s)"
@@ -98,18 +99,18 @@ def replay(
     modules: Sequence[str | os.PathLike[str]] = (),
     trust: bool | Sequence[str] = False,
 ) -> Replay:
-    """Runs a recording again that `cell.record(path, replay=True)` or `opengpac record` made, and compares every value with it.
+    """Replays a recording made by `cell.record(path, replay=True)` or `opengpac record`, at `path`, and compares every value with it.
 
-    `until` is a condition over SVVs to stop at, comparisons with numbers joined by `and` and `or`, for example
-    `"force > 20 and joint.sensed[2] <= 0.5"`. `to` is a time on the clock of the record. `show` names SVVs whose values are wanted,
-    `*` for anything. `modules` are sources in C or C++, or code modules, that stand in for those of the same name in the record: the
-    first difference names block, port and firing.
+    `until` is a condition over SVVs at which to stop, comparisons with numbers joined by `and` and `or`, for example `"force > 20 and
+    joint.sensed[2] <= 0.5"`. `to` is a time on the clock of the record. `show` names SVVs whose values are requested, `*` matches
+    anything. `modules` are sources in C or C++, or code modules, that replace those of the same name in the record: the first
+    difference names block, port and firing.
 
-    A record brings the code modules of its blocks, and to replay it is to run them, with all your rights: `trust=True` says that you trust
-    wherever the file comes from, also where it is your own. A sequence of SHA-256 digests trusts those modules only. A record of library
-    blocks alone brings none. Refused (CallError) is a file that is no record, or brings code that is not trusted, a condition that
-    cannot be read, an SVV that the record does not have. While a program is only checked (`opengpac check`), the replay of what it would
-    have recorded itself is one of no firing.
+    A record includes the code modules of its blocks, and replaying it runs them, with all your rights: `trust=True` declares that you
+    trust the origin of the file, even if it is your own. A sequence of SHA-256 digests trusts those modules only. A record with only
+    library blocks includes none. Raises CallError for a file that is not a record, or includes untrusted code, a condition that
+    cannot be parsed, or an SVV that the record does not contain. While a program is only checked (`opengpac check`), the replay of
+    its own recordings has no firings.
     """
     file = Path(path)
     unmade = checking.recorded(str(file.expanduser().absolute()))
@@ -126,7 +127,7 @@ def replay(
 
 
 def _unplayed(file: Path, options: Mapping[str, Any]) -> Replay:
-    """The replay of a record that a run would have made."""
+    """Returns the replay of a record that a run would have made."""
     if not options["replay"]:
         refuse(CallError, f"in '{file}' there is nothing to replay", "begin it with cell.record(path, replay=True)")
     return Replay("end", 0, True, "", 0, 0.0, None, "", "nothing ran: the program is only checked")
@@ -172,7 +173,7 @@ def _again(given: argparse.Namespace) -> int:
 
 
 def _asked_for(file: Path) -> Sequence[str]:
-    """The digests of the modules that the user at the terminal trusts: without a terminal, none."""
+    """Asks the user at the terminal for trust; returns the digests of the trusted modules, without a terminal none."""
     if not (file.exists() and sys.stdin.isatty() and sys.stderr.isatty()):
         return ()
     with refusals:

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Checks the arguments of public calls: a value of another type than the signature says is refused in words, before anything happens.
+"""Checks the arguments of public calls: refuses, in words, a value whose type differs from the signature, before anything happens.
 
-The signature is the rule, so that nothing is written twice. What it cannot say, ranges and the like, each call looks at itself.
+The signature is the rule, so that nothing is written twice. Each call itself checks other constraints, such as ranges.
 """
 
 from __future__ import annotations
@@ -44,11 +44,11 @@ _KINDS: dict[str, tuple[Callable[[Any], bool], str]] = {
     "tuple": (lambda value: _is_list(value) and len(value) == 2, "a pair, (0, 1)"),
     "Callable": (callable, "a function"),
 }
-"""The parts of annotations that are looked at: what fits, and what it is called. One with any other part takes everything here."""
+"""Supported parts of annotations: their test and their name. An argument whose annotation has any other part is not checked here."""
 
 
 _DEFINING = ("commands", "composition", "conditions", "graphs", "parameters", "suspension")
-"""Modules whose calls make parts of definitions: what is wrong there is wrong in the definition."""
+"""Modules whose calls make parts of definitions: their errors are errors in the definition."""
 
 
 def _parts(annotation: str) -> list[str]:
@@ -66,7 +66,7 @@ def _parts(annotation: str) -> list[str]:
 
 
 def name_of(name: Any, what: str) -> str:
-    """Returns the name if it is one: a text that can stand in a line of a log."""
+    """Returns the name if it is valid: a text that fits on a line of a log."""
     if not isinstance(name, str):
         refuse(CallError, f"{what} is {_short(name)}", "give a name, for example 'cell'")
     with refusals:
@@ -89,7 +89,7 @@ def _short(value: Any) -> str:
 
 
 def _rule(name: str, parameter: inspect.Parameter) -> Callable[[Any, str, type[Error]], Any] | None:
-    """Checks what a parameter takes, and gives the value that goes on; nothing where its annotation does not say it."""
+    """Returns the check of a parameter, which returns the value to pass on; None if its annotation does not define one."""
     annotation = parameter.annotation if isinstance(parameter.annotation, str) else "Any"
     kinds = _parts(annotation)
     if any(kind not in _KINDS for kind in kinds):
@@ -114,7 +114,7 @@ def _rule(name: str, parameter: inspect.Parameter) -> Callable[[Any, str, type[E
 
 
 def _unbound(call: str, signature: inspect.Signature, args: Sequence[Any], kwargs: Mapping[str, Any]) -> None:
-    """Refuses arguments that do not fit the signature at all: too many, too few, or one that it does not know."""
+    """Refuses arguments that do not match the signature at all: too many, too few, or an unknown one."""
     parameters = signature.parameters
     several = any(p.kind is p.VAR_KEYWORD for p in parameters.values())
     unknown = next((name for name in kwargs if name not in parameters), None)
@@ -129,7 +129,7 @@ def _unbound(call: str, signature: inspect.Signature, args: Sequence[Any], kwarg
 
 
 class _Rules:
-    """Rules of a call's arguments, laid out once, at its first call: binding a signature in each call costs ten times as much."""
+    """Rules of a call's arguments, prepared once, at its first call: binding a signature in each call is ten times as expensive."""
 
     def __init__(self, call: Callable[..., Any]) -> None:
         self.signature = inspect.signature(call)
@@ -146,7 +146,7 @@ class _Rules:
 
 
 def taking(call: Callable[P, R]) -> Callable[P, R]:
-    """Returns a call that looks at what it is given before it begins."""
+    """Returns a call that checks its arguments first."""
     rules: _Rules | None = None
 
     @functools.wraps(call)
@@ -169,7 +169,7 @@ def taking(call: Callable[P, R]) -> Callable[P, R]:
 
 
 def all_taking(of: type[C]) -> type[C]:
-    """Returns a class whose public calls look at what they are given."""
+    """Returns a class whose public calls check their arguments."""
     for name, member in list(vars(of).items()):
         if inspect.isfunction(member) and (name == "__init__" or not name.startswith("_")):
             setattr(of, name, taking(member))

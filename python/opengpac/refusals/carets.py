@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Errors as a compiler shows them: file, line, column, the line with a caret, both ends, the remedy."""
+"""Displays errors like a compiler: file, line, column, the line with a caret, both ends, the remedy."""
 
 from __future__ import annotations
 
@@ -17,8 +17,7 @@ _QUOTED = re.compile(r"'([^'\s]+)'")
 
 
 def shown(error: Error, kind: str = "") -> str:
-    """An error with its line, a caret, the other ends and the remedy.
-
+    """Returns the text of an error with its line, a caret, the other ends and the remedy.
     >>> print(shown(Error("there is no block 'pdi'", remedy="did you mean 'pid'?")))
     error: there is no block 'pdi'
       help: did you mean 'pid'?
@@ -54,9 +53,10 @@ def _short(file: str) -> str:
 
 @functools.cache
 def _found(place: Place, words: tuple[str, ...], message: str) -> tuple[int, int, int]:
-    """Line, column and length of the first of the words that the statement at that place has, else of the statement's line.
+    """Returns line, column and length of the first of the words that occurs in the statement at that place, else those of the
+    statement's line.
 
-    In a file of definitions the line says it: what is wrong there stands on it.
+    In a definition file the line is exact: the error is on it.
     """
     file, line = place
     lines = linecache.getlines(file)
@@ -83,10 +83,10 @@ def _found(place: Place, words: tuple[str, ...], message: str) -> tuple[int, int
 
 
 def _words(message: str, last_first: bool = False) -> tuple[str, ...]:
-    """The names that a message quotes, as the program may have them: `planner.goal` of `'planner' … has no 'goal'`, then each.
+    """Returns the names that a message quotes, in the form of the program: `planner.goal` of `'planner' … has no 'goal'`, then each.
 
-    A port says more than a block or list. What an unknown name was looked for in comes before it, so there the last is the one to
-    point at.
+    A port is more specific than a block or list. The context of an unknown name precedes it, so in that case the last name is the one
+    to mark.
     """
     quoted = _QUOTED.findall(message)
     joined = [f"{a}.{b}" for a in quoted for b in quoted if a != b]
@@ -96,7 +96,7 @@ def _words(message: str, last_first: bool = False) -> tuple[str, ...]:
 
 
 def _statement(tree: ast.Module, line: int) -> ast.AST | None:
-    """The smallest statement that holds the line; a definition counts with its decorators."""
+    """Returns the smallest statement that contains the line; decorators belong to their definition."""
     best: tuple[int, ast.AST] | None = None
     for node in ast.walk(tree):
         if not isinstance(node, ast.stmt) or node.end_lineno is None:
@@ -108,7 +108,7 @@ def _statement(tree: ast.Module, line: int) -> ast.AST | None:
 
 
 def _named(statement: ast.AST, word: str, message: str) -> Iterator[ast.expr | ast.keyword]:
-    """Yields where a word stands as a text, keyword or name: first in the arguments that the message speaks of, then in program order."""
+    """Yields the positions of a word as a text, keyword or name: first in the arguments named by the message, then in program order."""
     spoken = {id(inner) for k in ast.walk(statement) if isinstance(k, ast.keyword) and _speaks_of(message, k.arg) for inner in ast.walk(k)}
     found = [
         node
@@ -122,5 +122,5 @@ def _named(statement: ast.AST, word: str, message: str) -> Iterator[ast.expr | a
 
 
 def _speaks_of(message: str, keyword: str | None) -> bool:
-    """Returns whether a message names an argument: `the condition 'done' …` speaks of `conditions=`."""
+    """Returns whether a message names an argument: `the condition 'done' …` refers to `conditions=`."""
     return keyword is not None and keyword.removesuffix("s").replace("_", " ") in message

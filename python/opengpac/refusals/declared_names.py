@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Objects that take assignments of declared names only: `cell.overide = 0.0` must not look as if something had been set."""
+"""Objects that accept assignments only to declared names: `cell.overide = 0.0` must not succeed silently."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ _PACKAGE = __name__.partition(".")[0]
 
 
 class _Whole(type):
-    """Marks each object as whole when its constructor has returned: until then every attribute is being declared."""
+    """Marks each object as complete after its constructor: until then every attribute is being declared."""
 
     if not TYPE_CHECKING:
 
@@ -28,10 +28,10 @@ class _Whole(type):
 
 
 class DeclaredNames(metaclass=_Whole):
-    """Base of classes that refuse an assignment to a name that is not declared, and say what was probably meant.
+    """Base of classes that refuse an assignment to an undeclared name, and suggest the probable one.
 
-    Declared are properties with a setter, members of a device type, and what `_settable` names. A class of your own may set what it
-    likes in its constructor, and again later.
+    Declared names are properties with a setter, members of a device type, and the names in `_settable`. A class of your own may set
+    any attribute in its constructor, and again later.
     """
 
     _settable: ClassVar[frozenset[str]] = frozenset()
@@ -43,7 +43,7 @@ class DeclaredNames(metaclass=_Whole):
         object.__setattr__(self, name, value)
 
     def _takes(self, name: str) -> bool:
-        """Returns whether an assignment of that name means something."""
+        """Returns whether an assignment to that name is valid."""
         kind = type(self)
         if name in kind._settable:
             return True
@@ -60,16 +60,16 @@ class DeclaredNames(metaclass=_Whole):
             refuse(CallError, f"'{name}' of {what} can be read only", self._instead(name))
         meant = did_you_mean(name, [n for n in dict.fromkeys(dir(self)) if not n.startswith("_") and self._takes(n)])
         is_near, instead = meant.startswith("did you mean"), self._instead(name)
-        # A list of members says less than a name that is near.
+        # A similar name is more helpful than a list of members.
         remedy = meant if is_near and (not instead or instead.startswith("there ")) else instead
         refuse(CallError, f"{what} has no member '{name}'", remedy)
 
     def _instead(self, name: str) -> str:
-        """Returns what to write instead of that assignment, if it is known."""
+        """Returns an alternative to that assignment, if there is one."""
         return ""
 
     def _called(self) -> str:
-        """Returns its name in a message: `system 'cell'`."""
+        """Returns the object's name in a message: `system 'cell'`."""
         return f"{type(self).__name__.lower()} '{getattr(self, 'name', '')}'"
 
 
@@ -78,6 +78,6 @@ def _packaged(kind: type) -> bool:
 
 
 def _of_user(kind: type, name: str) -> bool:
-    """Returns whether a class outside this package declares it: by a value, or by an annotation alone."""
+    """Returns whether a class outside this package declares the name, by a value or by an annotation alone."""
     own = [base for base in kind.__mro__ if not _packaged(base) and base is not object]
     return any((name in vars(base) and not inspect.isroutine(vars(base)[name])) or name in inspect.get_annotations(base) for base in own)

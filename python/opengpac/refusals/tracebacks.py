@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Tracebacks of refusals without the frames of this package: the last line is the user's own.
+"""Shortens tracebacks of refusals by the frames of this package: the last line is the user's own.
 
-The traceback is cut where it is shown (by Python, a thread, IPython or pytest), not where it passes a public function: no call costs
-more, a debugger stops where the error was raised, and `except` sees the whole. `OPENGPAC_TRACEBACK=full` shows every frame.
+The traceback is cut where it is displayed (by Python, a thread, IPython or pytest), not in public functions: calls cost no more, a
+debugger stops where the error was raised, and `except` sees the whole. `OPENGPAC_TRACEBACK=full` shows every frame.
 """
 
 from __future__ import annotations
@@ -17,10 +17,10 @@ from .source_location import is_of_package, is_of_python
 
 
 class ShortTraceback(Exception):
-    """Exception whose traceback is shown without the frames of this package: base of the refusals."""
+    """Exception whose traceback is displayed without the frames of this package: base of the refusals."""
 
     def _render_traceback_(self) -> list[str]:
-        """Returns the lines that IPython and Jupyter show."""
+        """Returns the lines for IPython and Jupyter."""
         from IPython.core.getipython import get_ipython
 
         shorten(self)
@@ -29,14 +29,14 @@ class ShortTraceback(Exception):
 
 
 def is_full() -> bool:
-    """Returns whether `OPENGPAC_TRACEBACK=full` asks for every frame."""
+    """Returns whether `OPENGPAC_TRACEBACK=full` requests every frame."""
     return os.environ.get("OPENGPAC_TRACEBACK") == "full"
 
 
 def shorten(error: BaseException | None) -> None:
-    """Takes the frames of this package out of the traceback of a refusal, and of each refusal that is its cause or context.
+    """Removes the frames of this package from the traceback of a refusal, and of each refusal that is its cause or context.
 
-    Other exceptions keep all their frames: one of Python's own that was raised in this package is a fault of the package.
+    Other exceptions keep all their frames: one of Python's own raised in this package is a bug in the package.
     """
     if is_full():
         return
@@ -46,9 +46,9 @@ def shorten(error: BaseException | None) -> None:
 
 
 def users(trace: TracebackType | None) -> TracebackType | None:
-    """Returns the traceback with the user's frames only, or all of it if none is the user's.
+    """Returns the traceback with only the user's frames, or all of it if there are none.
 
-    Frames of Python's own library stay where they call the user's program: the start of a thread, `contextlib` around a generator.
+    Frames of Python's library are kept if they call the user's program: the start of a thread, `contextlib` around a generator.
     """
     entries: list[TracebackType] = []
     while trace is not None:
@@ -79,9 +79,9 @@ def _chain(error: BaseException | None) -> Iterator[BaseException]:
 
 
 def install() -> None:
-    """Cuts the tracebacks that Python shows when a program or a thread ends by a refusal. Idempotent.
+    """Shortens the tracebacks that Python displays when a refusal ends a program or a thread. Idempotent.
 
-    The hooks that were there go on showing them. IPython asks the exception (`_render_traceback_`), pytest its plugin.
+    Previous hooks still display them. IPython uses the exception's `_render_traceback_`, pytest its plugin.
     """
     if getattr(sys.excepthook, "_of_opengpac", False):
         return

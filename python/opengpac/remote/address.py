@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Where a remote real-time system is: `unix:///path.sock`, `http://127.0.0.1:PORT`, `https://HOST:PORT`."""
+"""Addresses of remote real-time systems: `unix:///path.sock`, `http://127.0.0.1:PORT`, `https://HOST:PORT`."""
 
 from __future__ import annotations
 
@@ -15,11 +15,11 @@ FORMS = "write unix:///path.sock, http://127.0.0.1:PORT or https://HOST:PORT"
 
 @dataclass(frozen=True)
 class Address:
-    """A way to a control interface: a Unix socket, or a host and port, with TLS or without."""
+    """Address of a control interface: a Unix socket, or a host and port, with TLS or without."""
 
     url: str
     path: str = ""
-    """The Unix socket; empty: it is a host."""
+    """Path of the Unix socket; empty for a host."""
     host: str = "localhost"
     port: int = 0
     secure: bool = False
@@ -29,7 +29,7 @@ class Address:
 
 
 def address(url: object) -> Address:
-    """Reads the URL of a system. Refused with `CallError`: another scheme, a host without a port, and what is no URL at all."""
+    """Parses the URL of a system. Raises `CallError` for another scheme, a host without a port, or a malformed URL."""
     if not isinstance(url, str) or "://" not in url:
         refuse(CallError, f"the URL of a system is {url!r}", FORMS)
     scheme = url.split("://", 1)[0]

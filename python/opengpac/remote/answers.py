@@ -1,7 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Answers of HTTP/1.1 (RFC 9112), read from a socket: what a call costs here is part of what a remote start costs, and the
-standard library's reader takes headers for those of an e-mail, which lasts longer than all else that a program does with a request.
-"""
+"""Reads answers of HTTP/1.1 (RFC 9112) from a socket. The time is part of the latency of a remote start, and the standard library parses
+headers as those of e-mails, which takes longer than the rest of a request."""
 
 from __future__ import annotations
 
@@ -10,28 +9,28 @@ import socket
 from typing import NamedTuple, Self
 
 _ROOM = 1 << 16
-"""Bytes that are read at a time, and the longest head."""
+"""Size of a read in bytes, and maximum size of a head."""
 
 
 class Answer(NamedTuple):
-    """Answer of the other side."""
+    """Answer of the server."""
 
     status: int
     body: bytes
     again_s: float = 0.01
-    """Where it was refused for want of time: how long to wait before it is asked again."""
+    """Delay before a retry, if the request was refused because the server was busy."""
 
 
 def read(wire: socket.socket, incoming: Incoming | None = None) -> tuple[Answer, bool]:
-    """The next answer, and whether the connection can be used again. `incoming`: new, or what came until an interrupt.
+    """Returns the next answer, and whether the connection can be reused. `incoming`: new, or the data received before an interrupt.
 
-    Raises `OSError` where none comes, `http.client.HTTPException` where what comes is none.
+    Raises `OSError` if none arrives, `http.client.HTTPException` if it is malformed.
     """
     incoming = incoming or Incoming()
     incoming.wire = wire
     version, status, headers = _head(incoming.until(b"\r\n\r\n"))
     while status < 200:
-        # What comes on the way to the answer, as 100 (Continue).
+        # Skip interim answers, such as 100 (Continue).
         version, status, headers = _head(incoming.until(b"\r\n\r\n"))
     body, to_the_end = _body(incoming, status, headers)
     keep = version == b"HTTP/1.1" and headers.get(b"connection", b"").lower() != b"close" and not to_the_end and incoming.is_empty
@@ -39,7 +38,7 @@ def read(wire: socket.socket, incoming: Incoming | None = None) -> tuple[Answer,
 
 
 class Incoming:
-    """Bytes that come over a socket, piece by piece. `keeps`: all of it, to be read `again`."""
+    """Bytes received from a socket, piece by piece. `keeps`: retains all of them, to be read `again`."""
 
     def __init__(self, keeps: bool = False) -> None:
         self.wire: socket.socket
@@ -48,17 +47,17 @@ class Incoming:
         self._began = False
 
     def again(self) -> Self:
-        """Returns the same from its beginning: whatever read it was interrupted."""
+        """Returns the same data from the beginning, after an interrupted read."""
         self._came = b"".join(self._all or ())
         return self
 
     @property
     def is_empty(self) -> bool:
-        """True if everything that came was taken."""
+        """True if all received data have been consumed."""
         return not self._came
 
     def until(self, mark: bytes) -> bytes:
-        """Returns everything before a mark, which is taken too."""
+        """Returns all data before a mark; consumes the mark too."""
         while (end := self._came.find(mark)) < 0:
             if len(self._came) > _ROOM:
                 raise http.client.LineTooLong("head")
@@ -70,7 +69,7 @@ class Incoming:
         return taken
 
     def exactly(self, size: int) -> bytes:
-        """Reads so many bytes."""
+        """Reads exactly `size` bytes."""
         parts, missing = [self._came[:size]], size - len(self._came)
         self._came = self._came[size:]
         while missing > 0:
@@ -87,7 +86,7 @@ class Incoming:
             self._all.append(part)
 
     def rest(self) -> bytes:
-        """Returns everything to the end."""
+        """Reads all data to the end."""
         while self._more():
             pass
         taken, self._came = self._came, b""
@@ -102,7 +101,7 @@ class Incoming:
 
 
 def _head(text: bytes) -> tuple[bytes, int, dict[bytes, bytes]]:
-    """Version, status, and the headers by their names in lower case."""
+    """Returns version, status, and the headers by their lower-case names."""
     first, *lines = text.split(b"\r\n")
     version, _, told = first.partition(b" ")
     if version not in (b"HTTP/1.1", b"HTTP/1.0") or not (told[:3].isdigit() and told[3:4] in (b"", b" ")):
@@ -112,7 +111,7 @@ def _head(text: bytes) -> tuple[bytes, int, dict[bytes, bytes]]:
 
 
 def _body(incoming: Incoming, status: int, headers: dict[bytes, bytes]) -> tuple[bytes, bool]:
-    """The body, and whether it lasted to the end of the connection."""
+    """Returns the body, and whether it extended to the end of the connection."""
     if status in (204, 304):
         return b"", False
     if headers.get(b"transfer-encoding", b"").lower() == b"chunked":
@@ -126,7 +125,7 @@ def _body(incoming: Incoming, status: int, headers: dict[bytes, bytes]) -> tuple
 
 
 def _chunks(incoming: Incoming) -> list[bytes]:
-    """The parts of a body whose length was not known when it began."""
+    """Returns the parts of a chunked body."""
     parts: list[bytes] = []
     while True:
         size = incoming.until(b"\r\n").partition(b";")[0].strip()

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A remote real-time system: each call of the package as a request to its control interface. Conversions only."""
+"""A remote real-time system: converts each call of the package into a request to its control interface."""
 
 from __future__ import annotations
 
@@ -18,11 +18,11 @@ from .ends import Ends
 from .session import Session
 
 SLICE_MS = 100
-"""How long one request of a wait lasts: after an interrupt the system goes on waiting for that long."""
+"""Duration of one request of a wait: after an interrupt the system keeps waiting for that long."""
 
 
 class Remote(RealTimeSystem):
-    """The calls of a real-time system that a session reaches."""
+    """Calls of the real-time system that a session reaches."""
 
     def __init__(self, session: Session) -> None:
         self.session = session
@@ -71,7 +71,8 @@ class Remote(RealTimeSystem):
                 raise
 
     def _left(self, kind: str, name: str) -> dict[str, Any] | None:
-        """Returns what a program that had the system for its own has left: it cannot be deleted, and the next one may make it again."""
+        """Returns the object left by a program that used the system as its own: it cannot be deleted, and the next program may make it
+        again."""
         return self.configuration()[kind].get(name) if self.session.whole else None
 
     def physical_device(self, processor: str, name: str, kind: str, source: str, options: Any = None, place: Any = None) -> Any:
@@ -86,7 +87,7 @@ class Remote(RealTimeSystem):
         def goes_on(answer: Answer) -> None:
             made.append(json.loads(answer.body)["go_on"]["arguments"]["instance"])
 
-        # One that is interrupted has begun all the same: its answer says what there is to end.
+        # An interrupted call has begun all the same: its answer identifies the instance to end.
         told = self.session.result_text("POST", "/v1/call/perform", body, goes_on)
         if isinstance(told, str):
             return told
@@ -116,7 +117,7 @@ class Remote(RealTimeSystem):
 
 
 def _with_slice(name: str, arguments_json: str, slice_ms: int) -> str:
-    """The arguments of a call that lasts, with how long one request of it may last."""
+    """Returns the arguments of a long call, with the maximum duration of one of its requests."""
     if name not in LASTING:
         return arguments_json
     rest = (arguments_json or "{}").strip().removeprefix("{")

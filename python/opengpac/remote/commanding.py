@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Command of a remote system: asking for it, and answering those who ask."""
+"""Command of a remote system: requests for it, and answers to requests."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from ..errors import CallError, ConnectionLost, NotCommanding, OutOfRange, refus
 from ..values.quantities import Quantity, duration_ns, duration_text
 
 LOOK_S = 0.1
-"""How often it is looked whether a request for command was answered."""
+"""Polling interval for the answer to a request for command."""
 
 Ask = Callable[[str, str, Any], Any]
 """A request of the session: method, path, body."""
@@ -22,7 +22,7 @@ Ask = Callable[[str, str, Any], Any]
 
 @dataclass(frozen=True)
 class CommandRequest:
-    """A session that asks for command: `name`, its caller `who`, its `person`, its `reason`, and how many seconds it still waits."""
+    """A session that requests command: `name`, its caller `who`, its `person`, its `reason`, and the remaining waiting time in seconds."""
 
     number: int
     name: str
@@ -38,7 +38,7 @@ class CommandRequest:
 
 @dataclass(frozen=True)
 class Commanding:
-    """Holder of command: the session `holder`, its caller `who`, its `person`; and the `requests` of those who ask, oldest first."""
+    """Holder of command: the session `holder`, its caller `who`, its `person`; and the pending `requests`, oldest first."""
 
     holder: str | None
     who: str | None
@@ -51,14 +51,14 @@ class Commanding:
 
 
 def commanding(told: Mapping[str, Any]) -> Commanding:
-    """Returns what the system tells of command, as an object."""
+    """Returns the system's report on command as an object."""
     fields = ("number", "name", "who", "person", "reason")
     asks = tuple(CommandRequest(**{field: one[field] for field in fields}, left_s=one["left_ms"] / 1e3) for one in told["requests"])
     return Commanding(told["holder"], told["who"], told["person"], asks)
 
 
 def asked_for(ask: Ask, name: str, reason: str, timeout: Quantity) -> None:
-    """Asks for command as the session of that name, and waits until it has it. Raises `NotCommanding` where it does not get it."""
+    """Requests command as the session `name`, and waits until it is granted. Raises `NotCommanding` if it is not."""
     wait_ns = duration_ns(timeout, "timeout")
     if not 1e9 <= wait_ns <= 600e9:
         refuse(OutOfRange, f"the timeout of a request for command is {timeout!r}", "give 1 s to 10 min")
@@ -79,7 +79,7 @@ def asked_for(ask: Ask, name: str, reason: str, timeout: Quantity) -> None:
 
 
 def _settled(told: Mapping[str, Any], number: int, name: str, wait_ns: int) -> bool:
-    """Returns whether the request of that number was granted. Raises where it ended otherwise."""
+    """Returns whether the request of that number was granted. Raises if it ended otherwise."""
     if told["holder"] == name:
         return True
     ended = [one for one in told["settled"] if one["number"] == number]
@@ -102,7 +102,7 @@ def _settled(told: Mapping[str, Any], number: int, name: str, wait_ns: int) -> b
 
 
 def _withdraw(ask: Ask, name: str) -> None:
-    """Takes the request back, and command too if it was granted meanwhile: nobody waits for it."""
+    """Withdraws the request, and releases command if it was granted meanwhile, since no caller waits for it."""
     with contextlib.suppress(ConnectionLost):
         try:
             ask("DELETE", "/v1/command/request", {"reason": f"session '{name}' waits no longer"})
@@ -112,7 +112,7 @@ def _withdraw(ask: Ask, name: str) -> None:
 
 
 def name_of(session: object) -> str:
-    """The name of a session: of its request, or itself."""
+    """Returns the name of a session, from a request or from the name itself."""
     if isinstance(session, CommandRequest):
         return session.name
     if not isinstance(session, str):

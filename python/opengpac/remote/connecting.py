@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""`gpac.connect`: a remote system, as the same object that an embedded one is."""
+"""`gpac.connect`: returns a remote system as the same object as an embedded one."""
 
 from __future__ import annotations
 
@@ -29,20 +29,20 @@ def connect(
     person: str | None = None,
     progress: bool | None = None,
 ) -> System:
-    """The real-time system at a URL, as the same `System` that an embedded one is.
+    """Connects to the real-time system at a URL; returns the same `System` as an embedded one.
 
-    `url`: `unix:///path.sock`, `http://127.0.0.1:PORT` or `https://HOST:PORT`, as `opengpac rts` prints it. `name` is that of the
-    session: connecting with it again takes up what a lost session left (`cell.session.returned`, `cell.instance(name)`,
-    `cell.kept_reports()`). `token` is needed on a port (else `OPENGPAC_TOKEN`), `ca` is a file of certificates to trust,
-    `certificate` one with the client's own and its key. `command=False` watches; `command=True` is refused with `NotCommanding`
-    while another session commands: then `cell.session.request_command` asks for it. `person` is what others read beside the session's
-    name, for example "Anna Maier". A session without a sign of life for `lost_after` (1 s to 60 s) is lost.
+    `url`: `unix:///path.sock`, `http://127.0.0.1:PORT` or `https://HOST:PORT`, as printed by `opengpac rts`. `name` is that of the
+    session: reconnecting with it takes over what a lost session left (`cell.session.returned`, `cell.instance(name)`,
+    `cell.kept_reports()`). `token` is required on a port (default `OPENGPAC_TOKEN`), `ca` is a file of trusted certificates,
+    `certificate` one with the client's own and its key. `command=False` only watches; `command=True` is refused with `NotCommanding`
+    while another session commands: then `cell.session.request_command` requests it. `person` is shown to others with the session's
+    name, for example "Anna Maier". A session without a heartbeat for `lost_after` (1 s to 60 s) is lost.
 
-    `processors`, `sources` and `physical_devices` are those that are there. Leaving `with`, or `close`, ends the session, and what
-    runs goes on; leaving `with` by an exception, or ending without `close`, is being cut off: each verb that this session started
-    follows its `if_cut_off`. If the system no longer answers, every call raises `ConnectionLost`.
+    `processors`, `sources` and `physical_devices` are the existing ones. Leaving `with`, or `close`, ends the session, and running
+    verbs continue; leaving `with` by an exception, or exiting without `close`, counts as being cut off: each verb started by this
+    session follows its `if_cut_off`. If the system no longer answers, every call raises `ConnectionLost`.
 
-    `progress` is that of `gpac.System`. In a program that `opengpac check` follows it is an embedded system with nothing in it.
+    `progress` is that of `gpac.System`. In a program checked by `opengpac check` the result is an empty embedded system.
     """
     if checking.active():
         address(url)

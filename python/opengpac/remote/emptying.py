@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Leaving a remote system as an embedded one is left: nothing runs, nothing is enabled, and what was made is gone."""
+"""Leaves a remote system like an embedded one: nothing runs, nothing is enabled, and the program's objects are deleted."""
 
 from __future__ import annotations
 
@@ -10,9 +10,9 @@ from ..system.realtime import RealTimeSystem
 
 
 def leave_empty(system: RealTimeSystem) -> None:
-    """Halts the actions, disables the devices, then deletes instances, devices and SVVs; processors, sources and definitions stay.
+    """Halts the actions, disables the devices, then deletes instances, devices and SVVs; keeps processors, sources and definitions.
 
-    What cannot be deleted, because another session uses it, stays too.
+    Objects that cannot be deleted, because another session uses them, are kept too.
     """
     actions = [i for i in system.statistics()["instances"] if i["owner"] is None]
     for action in actions:

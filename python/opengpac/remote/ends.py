@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A descriptor that becomes readable when some instance of a remote system has ended: what event loops watch."""
+"""A descriptor for event loops that becomes readable when an instance of a remote system has ended."""
 
 from __future__ import annotations
 
@@ -12,9 +12,9 @@ from .stream import Stream
 
 
 class Ends:
-    """Follows the ends of instances by the stream, in a thread of its own, from the first look on.
+    """Follows the ends of instances by the stream, in a separate thread, starting with the first check.
 
-    The end of the stream makes the descriptor readable too: a waiting call then asks for the state, and gets `ConnectionLost`.
+    The end of the stream makes the descriptor readable too: a waiting call then requests the state, and gets `ConnectionLost`.
     """
 
     def __init__(self, session: Session) -> None:

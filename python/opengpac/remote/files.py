@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Files that a remote system needs: code modules, and the models of simulated machines with what they refer to."""
+"""Files for a remote system: code modules, and the models of simulated machines with their references."""
 
 from __future__ import annotations
 
@@ -23,14 +23,14 @@ from ..storage.files import XML_DEPTH_MAX, XML_ERRORS, is_source, is_too_deep
 from .session import Session
 
 TARGET = f"{platform.machine()}-{sys.platform}"
-"""The kind of machine that shared objects made here run on."""
+"""Machine type of shared objects built here."""
 
 
 def put_module(session: Session, path: str, name: str | None) -> dict[str, Any]:
-    """Downloads a code module to the system, and gives what that says of it.
+    """Downloads a code module to the system, and returns its answer.
 
-    Source is compiled here where the machine there is of the same kind, so that its includes are found and its errors are those of
-    your file; else it is sent as it is, and compiled there. A network includes nothing, and is translated there.
+    Source is compiled here if the remote machine is of the same type, so that its includes are found and errors refer to your file;
+    otherwise it is sent unchanged, and compiled there. A network has no includes, and is translated there.
     """
     file = Path(path)
     if not file.is_file():
@@ -55,14 +55,14 @@ def _put(session: Session, module: str, file: Path) -> dict[str, Any]:
 
 @functools.cache
 def _abi() -> int:
-    """The version of the block interface that modules built here have."""
+    """Returns the version of the block interface in modules built here."""
     found = re.search(r"#define OPENGPAC_ABI (\d+)", _native.header_text())
     assert found is not None, "the header says its version"
     return int(found[1])
 
 
 def carried(session: Session, kind: str, options: Mapping[str, Any]) -> dict[str, Any]:
-    """The options of a driver as the system there takes them: files are put there, and what is of this machine is left out."""
+    """Returns the options of a driver for the remote system: uploads files, and removes options specific to this machine."""
     if kind == "plant_process":
         return _carried_process(session, options)
     if kind != "mujoco":
@@ -78,7 +78,7 @@ def carried(session: Session, kind: str, options: Mapping[str, Any]) -> dict[str
 def _carried_process(session: Session, options: Mapping[str, Any]) -> dict[str, Any]:
     inner = options["driver"]
     driver = {"kind": inner["kind"], "options": carried(session, inner["kind"], inner["options"])}
-    # The command line is this machine's; the system there has its own.
+    # The command line belongs to this machine; the remote system has its own.
     return {name: value for name, value in options.items() if name != "command"} | {"driver": driver}
 
 
@@ -93,9 +93,9 @@ def _put_file(session: Session, content: bytes) -> None:
 
 
 def model_files(main: Path) -> dict[str, bytes]:
-    """An MJCF file and all that it refers to, by names that lie beside each other: the main file first.
+    """Returns an MJCF file and all files to which it refers, renamed to be in one folder: the main file first.
 
-    A model without references stays as it is, byte for byte. Refused with `DeviceFailed`: a file that is not there or is no XML.
+    A model without references is unchanged, byte for byte. Raises `DeviceFailed` for a file that does not exist or is not XML.
     """
     content = _content(main, DeviceFailed)
     root = _parsed(content, main)
@@ -108,7 +108,7 @@ def model_files(main: Path) -> dict[str, bytes]:
 
 
 def _folders(root: ElementTree.Element) -> dict[str, str]:
-    """Returns where meshes and textures lie, as the model's compiler is told."""
+    """Returns the folders of meshes and textures, as declared for the model's compiler."""
     found: dict[str, str] = {}
     for compiler in root.iter("compiler"):
         both = compiler.attrib.pop("assetdir", "")
@@ -118,11 +118,11 @@ def _folders(root: ElementTree.Element) -> dict[str, str]:
 
 
 _REFERENCES = ("file", "fileright", "fileleft", "fileup", "filedown", "filefront", "fileback")
-"""The attributes that name a file; a texture may be six of them."""
+"""Attributes that name a file; a texture may have six."""
 
 
 def _collect(root: ElementTree.Element, folder: Path, top: Path, folders: Mapping[str, str], files: dict[str, bytes]) -> None:
-    """Takes the files that a tree refers to, and gives them new names there."""
+    """Collects the files to which a tree refers, and renames them in the tree."""
     for element in root.iter():
         if element.tag == "include":
             given = element.attrib["file"]
@@ -138,13 +138,13 @@ def _collect(root: ElementTree.Element, folder: Path, top: Path, folders: Mappin
             name = _fresh(file, files)
             files[name] = _content(file, DeviceFailed)
             element.set(key, name)
-            # An asset without a name has that of its file, which is another one now.
+            # An unnamed asset takes its name from its file, which has changed.
             if key == "file" and "name" not in element.attrib:
                 element.set("name", file.stem)
 
 
 def _fresh(file: Path, files: dict[str, bytes]) -> str:
-    """A name that no other file has; it is taken at once."""
+    """Returns a name that no other file has, and reserves it."""
     name, more = file.name, 1
     while name in files:
         name, more = f"{file.stem}_{more}{file.suffix}", more + 1

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Opening a session with a remote system."""
+"""Opens sessions with remote systems."""
 
 from __future__ import annotations
 
@@ -20,11 +20,11 @@ from .transport import Transport
 File = str | os.PathLike[str]
 
 _opened: dict[tuple[str, str], Session] = {}
-"""The sessions of this process, by URL and name: one that was lost is its own to take up, even if the system thinks that it lives."""
+"""Sessions of this process, by URL and name: it may take over a lost one of its own, even if the system considers it alive."""
 
 
 def instead(url: str, name: str, virtual: bool, interconnect: str | Mapping[str, Any]) -> Session:
-    """The session of a program that makes a system of its own, where `OPENGPAC_SYSTEM` says that it is to be a daemon's."""
+    """Returns the session of a program that makes a system of its own, if `OPENGPAC_SYSTEM` redirects it to a daemon."""
     if interconnect != "memory":
         refuse(
             CallError,
@@ -56,7 +56,7 @@ def open_session(
     lost_after: Quantity = "5 s",
     person: str | None = None,
 ) -> Session:
-    """A session with the system at a URL, in command where that is asked for; as `connect` says."""
+    """Opens a session with the system at a URL, in command if requested, as described in `connect`."""
     to = address(url)
     named = re.sub(r"[^A-Za-z0-9._-]", "-", f"{Path(sys.argv[0]).stem or 'python'}-{os.getpid()}") if name is None else name
     if not isinstance(named, str):
@@ -83,7 +83,7 @@ def open_session(
 
 
 def _tls(to: Address, ca: File | None, certificate: File | None) -> ssl.SSLContext | None:
-    """The certificates that are trusted, and the client's own, for an address with TLS."""
+    """Returns the trusted certificates and the client's own, for an address with TLS."""
     if not to.secure:
         if ca is not None or certificate is not None:
             refuse(CallError, f"{to} has no TLS, and is given a certificate", "write https://HOST:PORT, or leave ca= and certificate= out")

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A session of a programming system with a remote real-time system: its name, its sign of life, and who commands."""
+"""Session of a programming system with a remote real-time system: its name, its heartbeat, and the holder of command."""
 
 from __future__ import annotations
 
@@ -24,23 +24,23 @@ from .transport import Transport, readable, spoken
 _logger = logging.getLogger("opengpac")
 
 INTERFACE = 1
-"""The version of the control interface that this package speaks."""
+"""Version of the control interface of this package."""
 
 ANSWER_S = 5.0
-"""How long the answer to a sign of life may take."""
+"""Time limit for the answer to a heartbeat."""
 
 AGAIN_S = 10.0
-"""How long a request is made again that the system has no time for."""
+"""Duration of retries for requests that a busy system refuses."""
 
 _RESULT = b'{"result":'
-"""How an answer begins that is a result alone."""
+"""Beginning of an answer that contains only a result."""
 
 
 class Session:
-    """A session, `cell.session`: `name`, `role`, whether it `returned`, and who has command.
+    """A session, `cell.session`: `name`, `role`, whether it `returned`, and the holder of command.
 
-    A thread sends a sign of life every second, so that Python may be busy; where it gets no answer every call raises
-    `ConnectionLost`, those that wait just then too. The system sees at once when this process ends.
+    A thread sends a heartbeat every second, so that Python may be busy; if it gets no answer, every call raises `ConnectionLost`,
+    including those in progress. The system detects immediately when this process ends.
     """
 
     def __init__(self, transport: Transport, name: str, lost_after_ns: int, take_up: bool, person: str | None = None) -> None:
@@ -58,10 +58,10 @@ class Session:
         self.name: str = opened["name"]
         self.role: str = opened["role"]
         self.returned: bool = opened["returned"]
-        """Whether a session of this name was lost, and this one takes up what it left."""
+        """True if a session of this name was lost, and this one takes over what it left."""
         self.commands = False
         self.whole = False
-        """Whether the program takes the system for its own, as an embedded one: it leaves it empty."""
+        """True if the program uses the system as its own, like an embedded one: it leaves it empty."""
         self._closing: list[Callable[[], None]] = []
         self._id = opened["session"]
         self._every_s: float = opened["heartbeat_ms"] / 1e3
@@ -73,16 +73,17 @@ class Session:
     # ---- command ----
 
     def take_command(self, *, force: bool = False) -> None:
-        """Takes command; `NotCommanding` names the holder. `force` takes it from the holder, with the role `configure` or above."""
+        """Takes command; raises `NotCommanding`, which names the holder. `force` takes it from the holder, with the role `configure` or
+        above."""
         with refusals:
             self.request("POST", "/v1/command", {"force": True} if force else {})
         self.commands = True
 
     def request_command(self, reason: str = "", *, timeout: Quantity = "60 s") -> None:
-        """Asks for command and waits until this session has it; at once where nobody commands.
+        """Requests command and waits until this session has it; returns immediately if no session commands.
 
-        The holder reads the `reason` (one line, at most 200 characters) and hands over or declines: `NotCommanding` tells who declined
-        and why, or that nobody has answered within `timeout` (1 s to 10 min). Ctrl-C takes the request back.
+        The holder reads the `reason` (one line, at most 200 characters) and hands over or declines. `NotCommanding` states who
+        declined and why, or that no answer arrived within `timeout` (1 s to 10 min). Ctrl-C withdraws the request.
         """
         asked_for(self.request, self.name, reason, timeout)
         self.commands = True
@@ -92,36 +93,36 @@ class Session:
         """Holder of command, and requests for it: `session.command.requests`."""
         with refusals:
             told = commanding(self.request("GET", "/v1/command"))
-        # Command may have been handed to it, or taken from it.
+        # Command may have been handed to this session, or taken from it.
         self.commands = told.holder == self.name
         return told
 
     def hand_over(self, to: CommandRequest | str) -> None:
-        """Hands command over to a session that asks for it, or to another one by its name; this one watches from here on."""
+        """Hands command over to a session that requests it, or to another one by its name, `to`; this session then only watches."""
         with refusals:
             self.request("POST", "/v1/command/hand_over", {"to": name_of(to)})
         self.commands = False
 
     def decline(self, request: CommandRequest | str, reason: str = "") -> None:
-        """Declines the request of a session for command; it is told the `reason`."""
+        """Declines a session's `request` for command, and sends it the `reason`."""
         with refusals:
             self.request("POST", "/v1/command/decline", {"name": name_of(request), "reason": reason})
 
     def release_command(self) -> None:
-        """Gives command back, to the session that asks for it first where one does; from here on this session watches."""
+        """Releases command, to the first session that requests it if there is one; this session then only watches."""
         with refusals:
             self.request("DELETE", "/v1/command")
         self.commands = False
 
     @property
     def holder(self) -> str | None:
-        """The name of the session that has command."""
+        """Name of the session that has command."""
         with refusals:
             return self.request("GET", "/v1/command")["holder"]
 
     @property
     def sessions(self) -> list[dict[str, Any]]:
-        """All sessions: name, role, where from, whether they command and are alive, how many reports are kept for them."""
+        """Returns all sessions: name, role, origin, whether they command and are alive, and the number of reports kept for them."""
         with refusals:
             return self.request("GET", "/v1/sessions")
 
@@ -131,7 +132,7 @@ class Session:
         return self.transport.is_cut
 
     def kept_reports(self) -> list[Report]:
-        """Returns the reports as `System.kept_reports` says."""
+        """Returns the reports as described in `System.kept_reports`."""
         path = f"/v1/sessions/{self.name}/reports"
         with refusals:
             kept = self.request("GET", path)
@@ -144,7 +145,7 @@ class Session:
     # ---- requests ----
 
     def request(self, method: str, path: str, body: Any = None, *, timeout_s: float | None = None) -> Any:
-        """Makes one request with a body in JSON, and returns its result. What is refused comes as `_native.Refused`."""
+        """Makes one request with a JSON body, and returns its result. Refusals are raised as `_native.Refused`."""
         return self.answer(method, path, b"" if body is None else json.dumps(body).encode(), timeout_s=timeout_s)["result"]
 
     def answer(
@@ -156,20 +157,20 @@ class Session:
         timeout_s: float | None = None,
         late: Callable[[Answer], None] | None = None,
     ) -> dict[str, Any]:
-        """Makes one request, and returns all of its answer. `late` gets the answer to one that was interrupted: `Transport.request`."""
+        """Makes one request, and returns its whole answer. `late` receives the answer to an interrupted request: `Transport.request`."""
         return _told(self._answered(method, path, body, timeout_s, late))
 
     def result_text(self, method: str, path: str, body: bytes, late: Callable[[Answer], None]) -> str | dict[str, Any]:
-        """Makes one request, and returns its result as it came; if the answer says how to go on instead, all of it."""
+        """Makes one request, and returns the text of its result, or the whole answer if that states how to continue."""
         answer = self._answered(method, path, body, None, late)
         if answer.status == 200 and answer.body.startswith(_RESULT) and answer.body.endswith(b"}"):
-            # What reads the text looks whether it is JSON.
+            # The reader of the text checks that it is valid JSON.
             return answer.body[len(_RESULT) : -1].decode()
         told = _told(answer)
         return told if told.get("waiting") else json.dumps(told["result"])
 
     def _answered(self, method: str, path: str, body: bytes, timeout_s: float | None, late: Callable[[Answer], None] | None) -> Answer:
-        """The answer to a request. It is made again where the system has no time for it: then it has not acted."""
+        """Returns the answer to a request. Retries it while the system is too busy: then it was not executed."""
         until = time.monotonic() + AGAIN_S
         while True:
             answer = self.transport.request(method, path, body, more=self.headers, timeout_s=timeout_s, late=late)
@@ -179,21 +180,21 @@ class Session:
 
     @property
     def headers(self) -> dict[str, str]:
-        """The headers that say whose request it is."""
+        """Headers that identify the session."""
         return {"OpenGPAC-Session": self._id} if self._id else {}
 
     # ---- the end ----
 
     def close(self) -> None:
-        """Ends the session in order: what it has started goes on as it is."""
+        """Ends the session in order: verbs that it started continue."""
         self._end(in_order=True)
 
     def abandon(self) -> None:
-        """Ends the connection without a word, as if this process had died: what it has started follows its policy."""
+        """Drops the connection silently, as if this process had died: verbs that it started follow their policies."""
         self._end(in_order=False)
 
     def at_end(self, close: Callable[[], None]) -> None:
-        """Adds something that is to be closed with it."""
+        """Registers a function to be called at the end of the session."""
         self._closing.append(close)
 
     def _end(self, in_order: bool) -> None:
@@ -203,17 +204,18 @@ class Session:
         for close in self._closing:
             close()
         if in_order:
-            # First of all: the system takes the end of the held request for the end of this process. A lost session has ended before.
+            # This must come first: the system interprets the end of the held request as the end of this process. A lost session has
+            # ended before.
             with contextlib.suppress(ConnectionLost, _native.Refused):
                 self.request("DELETE", "/v1/sessions", timeout_s=ANSWER_S)
         os.close(self._woken)
         self._alive.join()
         self.transport.cut("this session is closed")
 
-    # ---- the sign of life ----
+    # ---- the heartbeat ----
 
     def _live(self) -> None:
-        """Holds a request, on its thread, that the system answers at the end of the session only, and shows that it is there."""
+        """Sends heartbeats and holds a request on its thread, which the system answers only at the end of the session."""
         hold: http.client.HTTPConnection | None = None
         try:
             hold = self.transport.hold("/v1/hold", self.headers)
@@ -238,7 +240,7 @@ class Session:
             os.close(self._wake)
 
     def _why_ended(self) -> str:
-        """Returns why the system has answered the held request: this caller is let in no longer, or else the session is over."""
+        """Returns the reason for the system's answer to the held request: this caller is no longer admitted, or the session has ended."""
         with contextlib.suppress(ConnectionLost):
             try:
                 self.request("POST", "/v1/heartbeat", {}, timeout_s=ANSWER_S)
@@ -265,7 +267,7 @@ def _told(answer: Answer) -> dict[str, Any]:
 
 
 def _version(transport: Transport) -> dict[str, Any]:
-    """Asks for the versions of the other side; refused where the two would not understand each other."""
+    """Requests the versions of the server; refuses incompatible ones."""
     transport.remedy = "is the system running there? opengpac rts starts one, and prints its address"
     with refusals:
         there = _told(transport.request("GET", "/v1/version", timeout_s=ANSWER_S))

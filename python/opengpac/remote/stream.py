@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The stream of a control interface: a WebSocket (RFC 6455) whose frames are JSON texts. The client's half of it, no more.
+"""Stream of a control interface: the client side of a WebSocket (RFC 6455) whose frames are JSON texts.
 
-What this end has to send is short and never in parts; a server's frames are not masked. Large frames and fragments are taken whole.
+Messages from the client are short and never fragmented; a server's frames are not masked. Large frames and fragments are assembled.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ _CONTINUED, _TEXT, _CLOSE, _PING, _PONG = 0x0, 0x1, 0x8, 0x9, 0xA
 
 
 class Stream:
-    """An open stream. One thread reads it; `shut` by another ends that with `ConnectionLost`."""
+    """An open stream. One thread reads it; `shut` in another interrupts the read with `ConnectionLost`."""
 
     def __init__(self, transport: Transport, more: Mapping[str, str]) -> None:
         key = base64.b64encode(os.urandom(16))
@@ -42,11 +42,11 @@ class Stream:
             raise
 
     def send(self, message: Any) -> None:
-        """Sends one text."""
+        """Sends one text message."""
         self._send(_TEXT, json.dumps(message).encode())
 
     def receive(self) -> Any:
-        """The next message; answers pings meanwhile. `ConnectionLost` at the end of the stream."""
+        """Returns the next message; answers pings meanwhile. Raises `ConnectionLost` at the end of the stream."""
         whole = b""
         while True:
             first, length = self._exactly(2)
@@ -58,7 +58,7 @@ class Stream:
                 size = length & 0x7F
             kind, part = first & 0x0F, self._exactly(size)
             if kind == _CLOSE:
-                # A code of two bytes, and why where there is a reason: a token that was revoked, a role that has changed.
+                # A code of two bytes, and possibly a reason: a revoked token, a changed role.
                 why = part[2:].decode(errors="replace")
                 raise ConnectionLost(f"the stream has ended: {why}" if why else "the stream has ended")
             if kind == _PING:
@@ -69,11 +69,11 @@ class Stream:
                     return json.loads(whole)
 
     def shut(self) -> None:
-        """Ends it for the thread that reads it."""
+        """Ends the stream for the reading thread."""
         try:
             self._socket().shutdown(socket.SHUT_RDWR)
         except OSError:
-            # The other side was first.
+            # The other side has closed first.
             return
 
     def close(self) -> None:
@@ -94,7 +94,7 @@ class Stream:
         return got
 
     def _send(self, kind: int, text: bytes) -> None:
-        """Sends one frame, masked as a client's have to be."""
+        """Sends one frame, masked as required of clients."""
         mask = os.urandom(4)
         size = bytes([0x80 | len(text)]) if len(text) < 126 else b"\xfe" + struct.pack(">H", len(text))
         masked = bytes(byte ^ mask[k % 4] for k, byte in enumerate(text))

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Requests to a control interface over HTTP: on a Unix socket, a port, or a port with TLS.
 
-Connections are kept and used again, each by one thread at a time, so that a call costs one round trip. A request is sent once and
-never again: whether a call acted whose answer is missing cannot be told from here, and a motion must not begin twice.
+Connections are kept and reused, each by one thread at a time, so that a call costs one round trip. A request is sent once and never
+repeated: without an answer the client cannot know whether the call was executed, and a motion must not begin twice.
 """
 
 from __future__ import annotations
@@ -22,10 +22,10 @@ from .address import Address
 from .answers import Answer, Incoming
 
 CONNECT_S = 5.0
-"""How long the other side may take to accept a connection."""
+"""Time limit for the server to accept a connection."""
 
 LATE_S = 2.0
-"""How long the answer to a request that was interrupted may take."""
+"""Time limit for the answer to an interrupted request."""
 
 _NOTHING: Mapping[str, str] = {}
 
@@ -45,7 +45,7 @@ class _OverSocket(http.client.HTTPConnection):
 
 
 class Transport:
-    """Sends requests to one address. Usable by several threads."""
+    """Sends requests to one address; thread-safe."""
 
     def __init__(self, to: Address, token: str | None, tls: ssl.SSLContext | None) -> None:
         self.address = to
@@ -54,7 +54,7 @@ class Transport:
         if token is not None and not (token.isascii() and token.isprintable()):
             refuse(CallError, "the token has characters that no token has", "give it as opengpac token new printed it")
         self.token = token
-        """What it says of itself, where it says anything."""
+        """Token for authentication, if any."""
         self._headers = {"Authorization": f"Bearer {token}"} if token is not None else {}
         self._lock = threading.Lock()
         self._idle: list[http.client.HTTPConnection] = []
@@ -62,9 +62,9 @@ class Transport:
         self._held: set[http.client.HTTPConnection] = set()
         self._cut = ""
         self.reached = False
-        """Whether the address has answered."""
+        """True if the address has answered."""
         self.remedy = ""
-        """What to do when the connection is lost; said with every error."""
+        """Remedy for a lost connection; appended to every error."""
 
     def request(
         self,
@@ -76,10 +76,10 @@ class Transport:
         timeout_s: float | None = None,
         late: Callable[[Answer], None] | None = None,
     ) -> Answer:
-        """Makes one request, and returns its answer. `timeout_s`: how long the answer may take; left out, as long as the connection lasts.
+        """Makes one request, and returns its answer. `timeout_s`: time limit for the answer; by default the life of the connection.
 
-        Raises `ConnectionLost` where no answer comes; an interrupt, Ctrl-C, ends it at once. With `late` it is waited for the answer
-        all the same, which comes soon, and `late` gets it before the interrupt goes on: what the request has begun is known then.
+        Raises `ConnectionLost` if no answer arrives; an interrupt, Ctrl-C, ends it immediately. With `late` the interrupt first waits
+        for the answer, which arrives soon, and passes it to `late`: it identifies what the request has begun.
         """
         headers = {**self._headers, "Content-Type": "application/json", "Content-Length": str(len(body)), **more}
         text = self._text(method, path, headers) + body
@@ -95,7 +95,7 @@ class Transport:
                 with contextlib.suppress(OSError, http.client.HTTPException, ValueError, KeyError):
                     connection.sock.settimeout(LATE_S)
                     late(answers.read(connection.sock, incoming.again())[0])
-            # The answer to this request would be taken for that to the next.
+            # Otherwise the answer to this request would be taken for that to the next.
             self._drop(connection)
             raise
         self._give_back(connection, keep)
@@ -104,16 +104,16 @@ class Transport:
     def _exchange(
         self, connection: http.client.HTTPConnection, text: bytes, timeout_s: float | None, incoming: Incoming
     ) -> tuple[Answer, bool]:
-        """Sends a request whole and reads its answer; whether the connection can be used again."""
+        """Sends a complete request and reads its answer; returns it and whether the connection can be reused."""
         wire = _opened(connection)
         wire.settimeout(timeout_s)
-        # One that is answered before all of it was read is no reason to lose the answer.
+        # A request answered before it was read completely still has a valid answer.
         with contextlib.suppress(BrokenPipeError, ConnectionResetError):
             wire.sendall(text)
         return answers.read(wire, incoming)
 
     def hold(self, path: str, more: Mapping[str, str]) -> http.client.HTTPConnection:
-        """Makes a request on a connection of its own whose answer the caller waits for, and which he gives back to `release`."""
+        """Makes a request on a separate connection; the caller waits for its answer, and returns it to `release`."""
         connection = self._new()
         try:
             wire = _opened(connection)
@@ -127,19 +127,19 @@ class Transport:
         return connection
 
     def release(self, connection: http.client.HTTPConnection) -> None:
-        """Closes a connection that was held."""
+        """Closes a held connection."""
         with self._lock:
             self._held.discard(connection)
         connection.close()
 
     def cut(self, why: str) -> None:
-        """Ends every request that waits, and refuses those to come: the other side no longer answers."""
+        """Ends every waiting request, and refuses further ones: the server no longer answers."""
         with self._lock:
             self._cut = self._cut or why
             waiting = [*self._busy, *self._held]
         for connection in waiting:
             if connection.sock is not None:
-                # Closing alone would leave another thread's wait on that socket where it is.
+                # Closing alone would leave another thread waiting on that socket.
                 try:
                     connection.sock.shutdown(socket.SHUT_RDWR)
                 except OSError:
@@ -148,7 +148,7 @@ class Transport:
 
     @property
     def is_cut(self) -> bool:
-        """True if the other side has not answered, or was given up."""
+        """True if the server has not answered, or was given up."""
         return bool(self._cut)
 
     def close(self) -> None:
@@ -159,7 +159,7 @@ class Transport:
             connection.close()
 
     def _text(self, method: str, path: str, headers: Mapping[str, str]) -> bytes:
-        """The head of a request."""
+        """Returns the head of a request."""
         lines = [f"{method} {path} HTTP/1.1", f"Host: {self._host}", *(f"{name}: {value}" for name, value in headers.items())]
         return "\r\n".join([*lines, "", ""]).encode("latin-1")
 
@@ -202,7 +202,7 @@ class Transport:
 
 
 def _opened(connection: http.client.HTTPConnection) -> socket.socket:
-    """The socket of a connection, which is opened where it is not yet."""
+    """Returns the socket of a connection, opening it if necessary."""
     if connection.sock is None:
         connection.connect()
     assert connection.sock is not None
@@ -210,7 +210,7 @@ def _opened(connection: http.client.HTTPConnection) -> socket.socket:
 
 
 def spoken(connection: http.client.HTTPConnection) -> bool:
-    """Returns whether the other side has answered a request that is held, or closed it. What only TLS itself has to say does not count."""
+    """Returns whether the server has answered or closed a held request. Data of TLS itself do not count."""
     assert connection.sock is not None
     connection.sock.setblocking(False)
     try:
@@ -223,12 +223,12 @@ def spoken(connection: http.client.HTTPConnection) -> bool:
 
 
 def _hung_up(connection: http.client.HTTPConnection) -> bool:
-    """Returns whether the other side has closed a connection that lay idle: there is something to read, which can be its end only."""
+    """Returns whether the server has closed an idle connection: readable data there can only be its end."""
     return connection.sock is not None and bool(readable(0.0, connection.sock))
 
 
 def readable(within_s: float, *descriptors: socket.socket | int) -> list[int]:
-    """Returns the descriptors that have something to read within a time; they may be of any number, which `select.select` does not take."""
+    """Returns the descriptors that are readable within a time; their numbers may exceed the limit of `select.select`."""
     poll = select.poll()
     for descriptor in descriptors:
         poll.register(descriptor, select.POLLIN)

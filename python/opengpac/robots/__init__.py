@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Arms that are ready to use: `arm = gpac.robots.load("ur5e")`, `arm.enable()`, `gpac.robots.move(arm, goal)`.
+"""Ready-made arms: `arm = gpac.robots.load("ur5e")`, `arm.enable()`, `gpac.robots.move(arm, goal)`.
 
-Any MJCF or URDF file of an arm can be loaded, and the arms that `opengpac robots` lists by their names; each actuated joint becomes a
+Any MJCF or URDF file of an arm can be loaded, and by name the arms that `opengpac robots` lists; each actuated joint becomes a
 logical device.
 """
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""An arm: its joints as a group, with the geometry that joins them."""
+"""An arm: a group of joints with its geometry."""
 
 from __future__ import annotations
 
@@ -32,17 +32,17 @@ from .urdf import Interfaces
 V = TypeVar("V")
 
 _SENSED = ("standstill", "moving", "stopping")
-"""States of a joint in which its verb reads where it is."""
+"""States of a joint in which its verb reads its position."""
 
 TOUCHING_TOLD = 3
-"""How many pairs of bodies a message names."""
+"""Maximum number of pairs of bodies in a message."""
 
 
 @dataclass(frozen=True)
 class Payload:
-    """Load of an arm: its mass (kg, from 0) and where its centre of mass is in the flange's frame (m).
+    """Load of an arm: its mass (kg, from 0) and its `centre` of mass in the flange's frame (m).
 
-    Raises `OutOfRange` for a mass or a coordinate that no payload has, `CallError` for a centre that is not three numbers.
+    Raises `OutOfRange` for an implausible mass or coordinate, `CallError` for a centre that is not three numbers.
     """
 
     mass: float
@@ -55,16 +55,17 @@ class Payload:
             refuse(CallError, f"the centre of mass of a payload is {self.centre!r}", "give three coordinates in the flange's frame, m")
         for coordinate in centre:
             items["centre"].check(coordinate, "the centre of mass of a payload")
-        # Plain numbers: payloads of arrays could not be compared.
+        # Use plain numbers: payloads of arrays could not be compared.
         object.__setattr__(self, "mass", number(self.mass))
         object.__setattr__(self, "centre", tuple(centre))
 
 
 class Arm(Group[Joint]):
-    """The joints of an arm, `arm.elbow`, and its tool: `arm.pose()` is where it is, `arm.inverse(pose)` how to bring it somewhere.
+    """The joints of an arm, `arm.elbow`, and its tool: `arm.pose()` returns its pose, `arm.inverse(pose)` the joint positions for a
+    pose.
 
-    Poses are in the frame of the model's world, or where `arm.base` says that the arm stands in another; they are of the flange (a
-    site `tool` of the model), or of the frame that `arm.tool` says in it. Both are read at each start of a verb.
+    Poses are in the frame of the model's world, or with `arm.base` in the frame in which it places the arm; they are those of the
+    flange (a site `tool` of the model), or of the frame that `arm.tool` defines in it. Both are read at each start of a verb.
     """
 
     def __init__(
@@ -80,27 +81,28 @@ class Arm(Group[Joint]):
         super().__init__(name, *joints)
         self._read = kinematics
         self.notes = notes
-        """What was put right in the file that it was loaded from, one sentence each."""
+        """Corrections to its file on loading, one sentence each."""
         self.groups = dict(groups)
-        """The groups of its SRDF file, each with the names of its joints in the file."""
+        """Groups of its SRDF file, each with the names of its joints in the file."""
         self.states = {state: _of_joints(of, joints) for state, of in states.items()}
-        """The states of its SRDF file: the positions of its joints, in their order, rad or m; a state may lack some."""
+        """States of its SRDF file: the positions of its joints, in their order, rad or m; a state may omit some."""
         self.interfaces = _of_joints(interfaces, joints)
-        """What the tags `ros2_control` of its URDF file say of its joints, by their names."""
+        """Declarations of its joints in the `ros2_control` tags of its URDF file, by name."""
         self._kinematics_of: Callable[[list[str]], Kinematics] | None = None
-        """Reads the geometry of some of its joints, by their names in the model."""
+        """Returns the geometry of some of its joints, by their names in the model."""
         self._dynamics_of: Callable[[Kinematics], Dynamics] | None = None
         """Reads the masses of the links of such a geometry."""
         self._scene: Path | None = None
-        """The MJCF model that is simulated, with what stands around the arm; none of a real arm."""
+        """Simulated MJCF model, including the Simulated MJCF model including the arm's surroundings, or None for a real arm."""
         self._payload = Payload(0.0)
         self._carrying: VerbInstance[Any] | None = None
 
     def part(self, group: str | Sequence[str]) -> Arm:
-        """Returns some of its joints as an arm: those of a group of its SRDF file, or those of these names, in the arm's order.
+        """Returns some of its joints as an arm: those of a `group` of its SRDF file, or those of these names, in the arm's order.
 
-        A motion takes at most 16 joints: a robot with more moves in parts, `robot.part("left_arm")`, each with a pose and lines of its
-        own. The pose is refused where a joint outside the part moves the tool. Raises `UnknownName` for a group or joint that is not there.
+        A motion takes at most 16 joints: a robot with more moves in parts, `robot.part("left_arm")`, each with a pose and lines of
+        its own. The pose is refused if a joint outside the part moves the tool. Raises `UnknownName` for a group or joint that does
+        not exist.
         """
         if isinstance(group, str) and group not in self.groups:
             refuse(
@@ -127,9 +129,10 @@ class Arm(Group[Joint]):
         offered_motions.offer_for(self)
 
     def touching(self) -> list[tuple[str, str]]:
-        """Pairs of bodies that touch where a simulated arm is now and do not at its home, by their names in the model; of others none.
+        """Returns pairs of bodies in contact at the present position of a simulated arm but not at its home, by their names in the
+        model; for other arms none.
 
-        Bodies that move freely are left out. Not on the real-time path: it loads the model.
+        Freely moving bodies are excluded. Not on the real-time path: it loads the model.
         """
         return self._touching_at("sensed")
 
@@ -140,21 +143,21 @@ class Arm(Group[Joint]):
         return touching(self._scene, dict(zip(names, self.values(states), strict=True)))
 
     def _said_of_end(self, message: str) -> str:
-        """Returns what is added to the message of a motion's end: the bodies that touch, where a joint did not follow."""
+        """Returns the addition to the message of a motion's end: the bodies in contact, if a joint did not follow."""
         if "following_error" not in message:
             return ""
-        # The end is told also where the file of the model is gone by now.
+        # Report the end even if the file of the model no longer exists.
         with contextlib.suppress(Error, OSError, ValueError):
             if pairs := self.touching()[:TOUCHING_TOLD]:
                 return "".join(f"; '{first}' touches '{second}'" for first, second in pairs)
-            # An arm that has hit something is thrown back, and may touch it no more.
+            # An arm that has collided rebounds, and may no longer be in contact.
             pairs = self._touching_at("reference")[:TOUCHING_TOLD]
             return "".join(f"; where it is commanded to be, '{first}' meets '{second}'" for first, second in pairs)
         return ""
 
     @functools.cached_property
     def kinematics(self) -> Kinematics:
-        """Its geometry, read from its model when it is first asked for."""
+        """Geometry of the arm, read from its model on first use."""
         return self._read()
 
     @functools.cached_property
@@ -169,17 +172,17 @@ class Arm(Group[Joint]):
 
     @property
     def chain(self) -> dict[str, Any]:
-        """Its geometry as the value of the parameter `chain` of the kinematic blocks."""
+        """Geometry as the value of the parameter `chain` of the kinematic blocks."""
         return self.kinematics.chain
 
     @property
     def standing(self) -> dict[str, Any]:
-        """`chain` in the frame of the model's world, whatever `base` is: for weights, which go down there."""
+        """`chain` in the frame of the model's world, regardless of `base`: for weights, whose direction is defined there."""
         return {**self.chain, "base": list(Pose())}
 
     @property
     def tool(self) -> Pose:
-        """The tool's frame in the flange's; settable, also by seven numbers."""
+        """Frame of the tool in the flange's; settable, also by seven numbers."""
         return self.kinematics.tool
 
     @tool.setter
@@ -189,7 +192,7 @@ class Arm(Group[Joint]):
 
     @property
     def base(self) -> Pose:
-        """The frame of the model's world in the frame in which poses are given; settable, also by seven numbers."""
+        """Frame of the model's world in the frame of poses; settable, also by seven numbers."""
         return self.kinematics.base
 
     @base.setter
@@ -199,10 +202,10 @@ class Arm(Group[Joint]):
 
     @property
     def payload(self) -> Payload:
-        """Load that it carries, whose weight its joints hold while it is enabled; settable at any time, `Payload(0)` puts it down.
+        """Load of the arm, whose weight its joints hold while it is enabled; settable at any time, `Payload(0)` removes it.
 
-        Only for what the physical device does not know: the effort that a MuJoCo arm or a drive says that it needs includes the
-        bodies of its model, a tool that is in it too.
+        It is only for loads unknown to the physical device: the holding effort reported by a MuJoCo arm or a drive already includes
+        the bodies of its model, including a tool.
         """
         return self._payload
 
@@ -215,7 +218,7 @@ class Arm(Group[Joint]):
         self._payload = payload
 
     def enable(self, timeout: Quantity | None = "10 s") -> Self:
-        """Enables all joints, and holds the payload, if there is one; returns when all are ready."""
+        """Enables all joints, and holds the payload, if there is one; returns when all are ready. `timeout` is that of `Group.enable`."""
         super().enable(timeout)
         if self._payload.mass != 0 and not (self._carrying is not None and self._carrying.state == "running"):
             self._carry(self._payload)
@@ -230,14 +233,14 @@ class Arm(Group[Joint]):
         self._carrying.start(payload.mass, payload.centre)
 
     def pose(self) -> Pose:
-        """Where the tool is now, by one consistent snapshot of the sensed joint positions.
+        """Returns the present pose of the tool, from one consistent snapshot of the sensed joint positions.
 
-        `NotEnabled` where a joint is not: then nobody reads where it is, and it may have been moved.
+        Raises `NotEnabled` if a joint is not enabled: then its position is not read, and it may have been moved.
         """
         return self.forward(self._present("its pose"))
 
     def _present(self, what: str) -> Any:
-        """The joint positions now; refused where a joint is not enabled, so that `sensed` is where it was when somebody last read it."""
+        """Returns the present joint positions; refused if a joint is not enabled, since its `sensed` value may be outdated."""
         for joint in self:
             state = joint.state
             if state not in _SENSED:
@@ -250,7 +253,7 @@ class Arm(Group[Joint]):
         return self.values("sensed")
 
     def forward(self, q: Iterable[float]) -> Pose:
-        """Where the tool is at these joint positions (rad or m, one for each joint)."""
+        """Returns the pose of the tool at the joint positions `q` (rad or m, one for each joint)."""
         return self.kinematics.forward(q)
 
     def inverse(
@@ -261,12 +264,13 @@ class Arm(Group[Joint]):
         configuration: Configuration | str | None = None,
         attempts: int = 20,
     ) -> np.ndarray:
-        """Joint positions that bring the tool to `pose`, within the joints' ranges, nearest to `near` (the present) where it can be.
+        """Returns joint positions that bring the tool to `pose`, within the joints' ranges, nearest to `near` (by default the present)
+        if possible.
 
-        The present needs the joints enabled (`NotEnabled`).
+        The present position requires enabled joints (`NotEnabled`).
 
-        `configuration` chooses one of several: `"+-+"` are the signs of shoulder, elbow and wrist (`arm.configuration()`), for arms that
-        have closed forms. `Unreachable` says how far it is from the nearest that was found, and which joint's range is in the way.
+        `configuration` selects one of several: `"+-+"` are the signs of shoulder, elbow and wrist (`arm.configuration()`), for arms
+        with closed forms. `Unreachable` states the distance to the nearest position found, and the joint whose range is in the way.
         """
         return self.kinematics.inverse(
             pose, self._present("an inverse near the present") if near is None else near,
@@ -275,26 +279,28 @@ class Arm(Group[Joint]):
         )  # fmt: skip
 
     def solutions(self, pose: Pose | Sequence[float]) -> list[np.ndarray]:
-        """All joint positions within the ranges that bring the tool to `pose`, at most eight: one for each configuration.
+        """Returns all joint positions within the ranges that bring the tool to `pose`, at most eight: one for each configuration.
 
-        For arms that have closed forms (`configuration`); `DefinitionError` for others.
+        It requires an arm with closed forms (`configuration`); raises `DefinitionError` for others.
         """
         return self.kinematics.solutions(pose, position_min=self.values("position_min"), position_max=self.values("position_max"))
 
     def configuration(self, q: Iterable[float] | None = None) -> Configuration:
-        """The configuration of these joint positions: signs of shoulder, elbow and wrist, and turns; without them of the present ones.
+        """Returns the configuration of the joint positions `q`, by default the present ones: signs of shoulder, elbow and wrist, and
+        turns.
 
-        For six turning joints, the second axis parallel to the third and perpendicular to the first, with a spherical wrist or the axes
-        of the arms of Universal Robots. Others, those of seven joints among them, raise `DefinitionError`: `near=` chooses there.
+        It requires six revolute joints, the second axis parallel to the third and perpendicular to the first, with a spherical wrist
+        or the axes of the arms of Universal Robots. Other arms, including those with seven joints, raise `DefinitionError`: use
+        `near=` for them.
         """
         return self.kinematics.configuration(self._present("its configuration") if q is None else q)
 
     def jacobian(self, q: Iterable[float] | None = None) -> np.ndarray:
-        """The geometric Jacobian, 6 x n, at these joint positions; without them at the present, which needs the joints enabled."""
+        """Returns the geometric Jacobian, 6 x n, at the joint positions `q`, by default the present ones, which requires enabled joints."""
         return self.kinematics.jacobian(self._present("its Jacobian at present") if q is None else q)
 
 
 def _of_joints(of: Mapping[str, V], joints: Sequence[Joint]) -> dict[str, V]:
-    """Returns what belongs to the joints of an arm, by their names in its file, in the order of the joints."""
+    """Returns values of the joints of an arm, by their names in its file, in the order of the joints."""
     names = (max((name for name in of if joint.name.endswith(f".{name}")), key=len, default=None) for joint in joints)
     return {name: of[name] for name in names if name is not None}

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Loading an arm: a physical device, and a logical device for each of its joints."""
+"""Loads an arm: a physical device, and a logical device for each of its joints."""
 
 from __future__ import annotations
 
@@ -37,10 +37,10 @@ _logger = logging.getLogger("opengpac")
 _ARMS = Path(__file__).parent
 
 MOTION_JOINTS = 16
-"""How many joints a motion takes."""
+"""Maximum number of joints of a motion."""
 
 TIP_SITE = "tcp"
-"""The site of a tool's file that says where its tip is."""
+"""Site of a tool's file that marks its tip."""
 
 
 @taking
@@ -63,28 +63,28 @@ def load(
     group: str | None = None,
     self_collision: bool = False,
 ) -> Arm:
-    """An arm as a group of joints with the geometry that joins them, simulated by MuJoCo, at its keyframe `home` if it has one.
+    """Loads an arm as a group of joints with its geometry, simulated by MuJoCo, at its keyframe `home` if it has one.
 
-    `path` is an MJCF or URDF file, or the name of an arm: `"ur5e"` comes with the package, the models of others (`"panda"`, `"iiwa14"`,
-    see `opengpac robots`) are in packages that `pip install 'opengpac[robots]'` brings; they have their home and tool. What a URDF file
-    has that no arm can have (a mesh that is not there, a mass of zero, an empty range) is put right, with a warning and in `arm.notes`;
-    with `strict` it is refused. So is an MJCF file without a motor, or with links that touch at the arm's home: they do not collide with
-    each other. What is put right in the file of an arm known by name is in `arm.notes`, without a warning. A URDF file's
-    packages are looked for in `package_paths`, then where ROS looks for them, then in the folders above the file. `srdf` is its SRDF file,
-    by default the one beside it where exactly one is there (`False`: none), and `group` the group of it whose joints make the arm: it
-    begins at the SRDF state `home`, and `arm.states` has all of them. With `self_collision` the links of a URDF file collide with each
-    other, but for neighbours and the pairs that the SRDF file excludes. `tool` is one that is
-    screwed to its flange (`"two_finger"`: see `robots.gripper`), `scene` one of what stands around it; the group has the arm's own joints
-    only. Where the tool's file has a site `tcp`, `arm.tool` is that point at the beginning, so that poses are of it. The maximum speeds
-    are those of the model: of velocity actuators in MJCF, of `limit velocity` in URDF; else 3.14 rad/s, and 0.25 m/s of sliding joints.
-    `on` is the timer that exchanges with it and runs the servos, else the fastest of `rtp`. `arbitration` says what happens to a second
-    motion while one runs: `"refuse"` (`SecondWriter`), `"queue"` (it waits its turn) or `"abort"` (it takes over, smoothly). Without `rtp`
-    it makes a system of its own, of the arm's name, with `clock`. `apart` simulates it in a process of its own
-    (`gpac.drivers.plant_process`), which a text names for programs that come later. `driver` commands a real arm in place of the simulated
-    one, `gpac.drivers.ur("192.0.2.10")`; `path` then says its geometry and its limits; with a driver `"so101"` is an arm without geometry,
-    whose servos a `gpac.drivers.feetech(port)` finds by itself. `contacts` is the number of contacts that the simulation reports
-    (`gpac.drivers.mujoco`). An arm that is there is the same where it is asked for equally, else it is `InUse` with what differs. The
-    physical device is `system.physical_devices[NAME]`; the joints are `NAME.JOINT`.
+    `path` is an MJCF or URDF file, or the name of an arm: `"ur5e"` is included in the package, the models of others (`"panda"`,
+    `"iiwa14"`, see `opengpac robots`) are in packages installed by `pip install 'opengpac[robots]'`; they have their home and tool.
+    Invalid contents of a URDF file (a missing mesh, a mass of zero, an empty range) are corrected, with a warning and in `arm.notes`;
+    with `strict` they are refused. An MJCF file without a motor is corrected likewise, as are links in contact at the arm's home:
+    they do not collide with each other. Corrections to the file of an arm loaded by name are in `arm.notes`, without a warning. A
+    URDF file's packages are searched for in `package_paths`, then in ROS's own locations, then in the folders above the file. `srdf`
+    is its SRDF file, by default the one next to it if there is exactly one (`False`: none), and `group` the group of it whose joints
+    form the arm: it begins at the SRDF state `home`, and `arm.states` contains all of them. With `self_collision` the links of a URDF
+    file collide with each other, except for neighbours and the pairs that the SRDF file excludes. `tool` is a tool file, attached to
+    its flange (`"two_finger"`: see `robots.gripper`), `scene` a file of its surroundings; the group contains only the arm's own
+    joints. If the tool's file has a site `tcp`, `arm.tool` is initially that point, so that poses refer to it. The maximum speeds are
+    those of the model: of velocity actuators in MJCF, of `limit velocity` in URDF; else 3.14 rad/s, and 0.25 m/s for sliding joints.
+    `on` is the timer that exchanges with it and runs the servos, by default the fastest of `rtp`. `arbitration` decides on a second
+    motion while one runs: `"refuse"` (`SecondWriter`), `"queue"` (it waits its turn) or `"abort"` (it takes over, smoothly). Without
+    `rtp` it makes a system of its own, with the arm's `name` and the clock `clock`. `apart` simulates it in a separate process
+    (`gpac.drivers.plant_process`), which a text names for later programs. `driver` commands a real arm instead of a simulated one,
+    `gpac.drivers.ur("192.0.2.10")`; `path` then defines its geometry and its limits; with a driver `"so101"` is an arm without
+    geometry, whose servos a `gpac.drivers.feetech(port)` finds by itself. `contacts` is the number of contacts that the simulation
+    reports (`gpac.drivers.mujoco`). An existing arm is returned if requested with equal arguments, otherwise `InUse` names the
+    difference. The physical device is `system.physical_devices[NAME]`; the joints are `NAME.JOINT`.
     """
     packages = [Path(folder) for folder in package_paths]
     described = _Described(srdf if isinstance(srdf, bool) else Path(srdf).expanduser().absolute(), group, self_collision)
@@ -155,7 +155,7 @@ def load(
 
 @contextlib.contextmanager
 def _told_of(path: str | os.PathLike[str]) -> Generator[None]:
-    """Names the arm's file in a refusal of the device or of a joint that does not."""
+    """Adds the arm's file to refusals of the device or of a joint that do not name it."""
     try:
         yield
     except (DeviceFailed, OutOfRange, ValueRefused) as error:
@@ -165,11 +165,11 @@ def _told_of(path: str | os.PathLike[str]) -> Generator[None]:
 
 
 NOTES_SHOWN = 5
-"""How many notes of a file a warning has in full."""
+"""Maximum number of notes on a file that a warning lists in full."""
 
 
 def _tell(notes: tuple[str, ...], strict: bool) -> None:
-    """Warns of what was put right in a file, or refuses the file for it."""
+    """Warns of corrections to a file, or refuses the file because of them."""
     if not notes:
         return
     shown = "; ".join(notes[:NOTES_SHOWN]) + (f"; and {len(notes) - NOTES_SHOWN} more in arm.notes" if len(notes) > NOTES_SHOWN else "")
@@ -181,7 +181,7 @@ def _tell(notes: tuple[str, ...], strict: bool) -> None:
 
 
 def _made_before(system: System, name: str, asked: Mapping[str, Any]) -> Arm | None:
-    """The arm of that name with all its joints, if it was asked for equally. Refused with `InUse` where it is another."""
+    """Returns the arm of that name with all its joints, if it was requested with equal arguments. Raises `InUse` if it differs."""
     last: Arm | None = system._by_name.thing("arm", name)
     if last is not None and any(system.devices.get(joint.name) is not joint for joint in last):
         system._by_name.forget("arm", name)
@@ -211,7 +211,7 @@ def _model(
 
 @dataclass(frozen=True)
 class _Described:
-    """Options of an arm beside its URDF file."""
+    """Options of an arm besides its URDF file."""
 
     srdf: Path | bool
     group: str | None
@@ -221,54 +221,54 @@ class _Described:
 
     @property
     def is_asked(self) -> bool:
-        """True if anything was asked for, so that an arm without a URDF file is refused."""
+        """True if any option was set, so that an arm without a URDF file is refused."""
         return isinstance(self.srdf, Path) or self.group is not None or self.self_collision
 
 
 @dataclass(frozen=True)
 class _Model:
-    """Model that is simulated: an arm's own file, or a text that is made of it."""
+    """Simulated model: an arm's own file, or a text made from it."""
 
     arm: Path
     own: str | None
-    """The arm alone, where its file is not MJCF."""
+    """The arm alone, if its file is not MJCF."""
     whole: str | None
-    """The arm with its tool and scene, where it has them."""
+    """The arm with its tool and scene, if it has them."""
     own_joints: set[str]
     tip: bool
-    """Whether the tool's file says where its tip is."""
+    """True if the tool's file marks its tip."""
     speeds: Mapping[str, float]
     notes: tuple[str, ...]
-    """What was put right in the arm's file."""
+    """Corrections to the arm's file."""
     held_back: frozenset[str]
-    """Joints with dry friction, and those that others follow: their drive's equations lack that."""
+    """Joints with dry friction or with followers: the equations of their drives lack both."""
     named: NamedArm | None
     converted: urdf.ConvertedArm | None
-    """What its URDF and SRDF files say, where it has such."""
+    """Contents of its URDF and SRDF files, if any."""
 
     @property
     def groups(self) -> Mapping[str, tuple[str, ...]]:
-        """The groups of its SRDF file."""
+        """Groups of its SRDF file."""
         return self.converted.groups if self.converted else {}
 
     @property
     def states(self) -> Mapping[str, Mapping[str, float]]:
-        """The states of its SRDF file."""
+        """States of its SRDF file."""
         return self.converted.states if self.converted else {}
 
     @property
     def interfaces(self) -> Mapping[str, urdf.Interfaces]:
-        """Returns the interfaces of its joints in `ros2_control`."""
+        """Interfaces of its joints in `ros2_control`."""
         return self.converted.interfaces if self.converted else {}
 
     @property
     def name(self) -> str:
-        """The default name of an arm of this model."""
+        """Default name of an arm of this model."""
         return self.arm.stem if self.named is None else self.named.name
 
     @property
     def identity(self) -> str:
-        """Returns its identifier among models."""
+        """Identifier of the model."""
         try:
             content = self.arm.read_bytes()
         except OSError as error:
@@ -276,7 +276,7 @@ class _Model:
         return "file:" + hashlib.sha256(content).hexdigest()[:32]
 
     def wired(self, driver: drivers.Driver | None) -> drivers.Driver | None:
-        """The driver as it is."""
+        """Returns the driver unchanged."""
         return driver
 
     @classmethod
@@ -313,7 +313,7 @@ class _Model:
         return cls(arm, own, whole, joints or joint_names(file), has_tip, speeds, notes, held_back, named, converted)
 
     def open(self, rtp: Processor, name: str, on: Source, apart: bool | str, contacts: int) -> PhysicalDevice:
-        """The machine."""
+        """Opens the machine."""
         driver = drivers.mujoco(self.simulated, contacts=contacts)
         if apart:
             driver = drivers.plant_process(driver, name=apart if isinstance(apart, str) else None)
@@ -321,7 +321,7 @@ class _Model:
 
     @property
     def simulated(self) -> Path:
-        """The file of the model that is simulated."""
+        """Returns the file of the simulated model."""
         return _kept(self.whole or self.own, self.arm)
 
     def dynamics(self, kinematics: Kinematics) -> Dynamics:
@@ -329,7 +329,7 @@ class _Model:
         return Dynamics.of_mjcf(self.simulated, kinematics.joints, kinematics=kinematics)
 
     def kinematics(self, joints: list[str]) -> Kinematics:
-        """Its geometry, with the tip of its tool."""
+        """Returns the geometry, with the tip of the tool."""
         found = Kinematics.of_mjcf(_kept(self.own, self.arm), joints)
         if self.tip:
             tip = Kinematics.of_mjcf(_kept(self.whole, self.arm), joints, site=TIP_SITE)
@@ -338,7 +338,7 @@ class _Model:
 
 
 def _settled(named: NamedArm, text: str | None) -> str:
-    """The model of an arm known by name with its home and tool."""
+    """Returns the model of an arm known by name with its home and tool."""
     try:
         if text is None:
             raise ValueError("MuJoCo cannot read it")
@@ -353,7 +353,7 @@ def _settled(named: NamedArm, text: str | None) -> str:
 
 
 def _kept(text: str | None, arm: Path) -> Path:
-    """A file of that text, of none the arm's own. It stays, for who draws the machine later reads it again."""
+    """Returns a file with that text, or the arm's own without a text. The file is kept for programs that draw the machine later."""
     if text is None:
         return arm
     content = text.encode()
@@ -364,7 +364,7 @@ def _kept(text: str | None, arm: Path) -> Path:
 
 
 def _joint(arm: str, part: Part, source: Source, arbitration: str, speed: float | None, is_held_back: bool) -> Joint:
-    """A joint as its part says, no faster than the model; with an integral part where friction or followers hold it back."""
+    """Returns a joint as declared by its part, no faster than the model; with integral action if friction or followers hold it back."""
     fastest = min(part.about.get("speed_max", drivers.UNLIMITED), speed or drivers.UNLIMITED)
     limits = {} if fastest >= drivers.UNLIMITED else {"max_speed": min(fastest, FASTEST)}
     if is_held_back and (gain := integral_gain(part)) > 0.0:

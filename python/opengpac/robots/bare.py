@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Arms that are known by their joints alone: no file says their geometry, so they are driven, not simulated."""
+"""Arms known only by their joints: no file defines their geometry, so they can be driven, but not simulated."""
 
 from __future__ import annotations
 
@@ -17,14 +17,14 @@ from .kinematics import Kinematics
 
 @dataclass(frozen=True)
 class Bare:
-    """An arm of servos: its joints, in the order of the servos' ids from 1 on, as it is built from its kit."""
+    """An arm of servos: its joints, in the order of the servos' ids from 1 on, as assembled from its kit."""
 
     name: str
     joints: tuple[str, ...]
     model: str
 
     def wired(self, driver: Driver | None) -> Driver | None:
-        """The driver with its servos, where the program does not say them."""
+        """Returns the driver with the arm's servos, unless the program sets them."""
         if driver is None or driver.kind != "feetech" or "servos" in driver.options or "calibration" in driver.options:
             return driver
         servos = {joint: {"id": id, "model": self.model} for id, joint in enumerate(self.joints, 1)}
@@ -32,46 +32,46 @@ class Bare:
 
     @property
     def own_joints(self) -> Collection[str]:
-        """Those that the driver is to have."""
+        """Joints that the driver must have."""
         return self.joints
 
     @property
     def speeds(self) -> Mapping[str, float]:
-        """The driver's own."""
+        """Maximum speeds: empty, since the driver has its own."""
         return {}
 
     @property
     def identity(self) -> str:
-        """Returns its identifier among models."""
+        """Identifier of the model."""
         return f"name:{self.name}"
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """None: there is no file."""
+        """Notes on the file: empty, since there is no file."""
         return ()
 
     @property
     def held_back(self) -> Collection[str]:
-        """None that is known."""
+        """Joints with dry friction or followers: none known."""
         return ()
 
     @property
     def groups(self) -> Mapping[str, Any]:
-        """None, as it has no states and no interfaces."""
+        """Groups, states and interfaces: empty, since it has none."""
         return {}
 
     states = interfaces = groups
     simulated = None
-    """It has no model."""
+    """Simulated model: None."""
 
     def open(self, rtp: Processor, name: str, on: Source, apart: bool | str, contacts: int) -> PhysicalDevice:
-        """Without a driver there is nothing to open."""
+        """Refuses to open the arm, which is not simulated and requires a driver."""
         refuse(
             CallError, f"'{self.name}' is not simulated here", f'give its driver: load("{self.name}", driver=gpac.drivers.feetech(port))'
         )
 
     def kinematics(self, joints: list[str]) -> Kinematics:
-        """It has none."""
+        """Refuses, since the geometry is unknown."""
         refuse(DefinitionError, f"the geometry of '{self.name}' is not known here", "load its URDF or MJCF file with the same driver")
 
 
@@ -79,4 +79,4 @@ BARE: Mapping[str, Bare] = {
     arm.name: arm
     for arm in [Bare("so101", ("shoulder_pan", "shoulder_lift", "elbow_flex", "wrist_flex", "wrist_roll", "gripper"), "sts3215")]
 }
-"""The arms of that kind by their names."""
+"""Arms without a model, by name."""

@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Inverse kinematics in closed form, for arms of six turning joints whose axes are those of most industrial arms.
+"""Inverse kinematics in closed form, for arms of six revolute joints with the axes of most industrial arms.
 
 The first axis is perpendicular to the second, the second parallel to the third. Either the last three meet in a point (a spherical
-wrist), or the fourth is parallel to the third and the fifth meets both its neighbours (the arms of Universal Robots). Other chains have no
-closed form here. Source: Murray, Li, Sastry, A Mathematical Introduction to Robotic Manipulation, 1994, section 3.3, whose subproblems
-1 and 3 these are; Elias, Wen, IK-Geo, Mechanism and Machine Theory 209, 2025.
+wrist), or the fourth is parallel to the third and the fifth meets both its neighbours (the arms of Universal Robots). Other chains
+have no closed form here. Source: Murray, Li, Sastry, A Mathematical Introduction to Robotic Manipulation, 1994, section 3.3, which
+defines subproblems 1 and 3; Elias, Wen, IK-Geo, Mechanism and Machine Theory 209, 2025.
 """
 
 from __future__ import annotations
@@ -23,17 +23,17 @@ if TYPE_CHECKING:
 
 _JOINTS = 6
 _EXACT = 1e-6
-"""How far axes may be from meeting (m) or from parallel and perpendicular (sine), to count as such."""
+"""Tolerance for axes that meet (m), or are parallel or perpendicular (sine)."""
 
 _STRAIGHT = 1e-7
-"""Sine of the wrist below which its fourth and sixth axis are one."""
+"""Sine of the wrist angle below which the fourth and sixth axes coincide."""
 
 _ROUNDING = 1e-9
-"""By how much a cosine may exceed 1 at the edge of reach."""
+"""Tolerance by which a cosine may exceed 1 at the edge of reach."""
 
 
 class ClosedForms:
-    """All joint positions of such an arm for a pose, and the configuration of joint positions. Made by `ClosedForms.of`."""
+    """All joint positions of such an arm for a pose, and the configurations of joint positions. Made by `ClosedForms.of`."""
 
     def __init__(self, kinematics: Kinematics, joints: Sequence[int], wrist: np.ndarray, centre: np.ndarray, *, spherical: bool) -> None:
         self._kinematics = kinematics
@@ -44,7 +44,7 @@ class ClosedForms:
 
     @classmethod
     def of(cls, kinematics: Kinematics) -> ClosedForms | None:
-        """Returns the closed forms of a chain, or None where its axes are others."""
+        """Returns the closed forms of a chain, or None if its axes are different."""
         joints = [j for j, axis in enumerate(kinematics.axes) if axis.kind]
         if len(joints) != _JOINTS or any(kinematics.axes[j].kind != 1 for j in joints):
             return None
@@ -58,7 +58,7 @@ class ClosedForms:
 
     @property
     def joints(self) -> list[int]:
-        """Numbers of the joints that move the tool, in the chain."""
+        """Indices in the chain of the joints that move the tool."""
         return self._joints
 
     def configuration(self, q: np.ndarray) -> Configuration:
@@ -67,9 +67,10 @@ class ClosedForms:
         return Configuration(*self._signs([q[j] for j in self._joints]), turns=tuple(turns))
 
     def all(self, pose: Pose, near: np.ndarray) -> list[np.ndarray]:
-        """Returns the joint positions for a pose, at most eight, each within a half turn of 0; joints that do not move the tool as `near`.
+        """Returns the joint positions for a pose, at most eight, each within a half turn of 0; joints that do not move the tool as in
+        `near`.
 
-        Where the fourth and the sixth axis are parallel, the sixth joint stays where it is `near`.
+        If the fourth and the sixth axis are parallel, the sixth joint keeps its position in `near`.
         """
         k = self._kinematics
         goal = (k.base.inverse() @ pose @ k.tool.inverse() @ k.home.inverse()).matrix
@@ -96,14 +97,14 @@ class ClosedForms:
         return _sign(shoulder), _sign(elbow), _sign(np.cross(a[3], a[5]) @ a[4])
 
     def _shoulders(self, goal: np.ndarray) -> Iterator[tuple[float, np.ndarray]]:
-        """Yields the first angle, and its inverse turn: along the second axis the wrist's centre does not move by the joints behind."""
+        """Yields the first angle, and its inverse rotation: further joints do not move the wrist's centre along the second axis."""
         a, p = self._a, self._p
         centre = goal[:3, :3] @ self._centre + goal[:3, 3]
         for angle in _heights(a[1], a[0], centre - p[0], a[1] @ (self._centre - p[0])):
             yield -angle, _rotation(a[0], angle)
 
     def _bends(self, there: np.ndarray, of: np.ndarray) -> Iterator[tuple[float, float]]:
-        """Yields the second and third angle that bring the point `of` to `there`, both behind the first joint."""
+        """Yields the second and third angle that bring the point `of` to `there`, both beyond the first joint."""
         a, p = self._a, self._p
         upper = p[1] - p[2]
         fore = of - p[2]
@@ -121,7 +122,7 @@ class ClosedForms:
                 tilted = _rotation(a[4], -fifth) @ a[1]
                 sixth = near if _are_parallel(tilted, a[5], _STRAIGHT) else -_angle(a[5], tilted, turn.T @ a[1])
                 last, before = _rotation(a[5], -sixth), _rotation(a[4], -fifth)
-                # The wrist behind the fourth joint: what the last two joints do is taken off the goal.
+                # Wrist beyond the fourth joint: remove the motion of the last two joints from the goal.
                 point = last @ (before @ (self._wrist - p[4]) + p[4] - p[5]) + p[5]
                 there = turn @ point + place
                 for second, third in self._bends(there, self._wrist):
@@ -146,7 +147,7 @@ class ClosedForms:
 
 
 def in_turn(angle: float, turn: int, near: float) -> float:
-    """Returns the angle after that many turns; at the edge between two turns that which is nearer to `near`."""
+    """Returns the angle after that many turns; on the boundary between two turns the one nearer to `near`."""
     there = _principal(angle) + 2 * math.pi * turn
     over = there - math.copysign(2 * math.pi, _principal(angle))
     at_edge = math.pi - abs(_principal(angle)) < _EXACT
@@ -170,7 +171,7 @@ def _are_parallel(a: np.ndarray, b: np.ndarray, sine: float = _EXACT) -> bool:
 
 
 def _meeting(a: np.ndarray, p: np.ndarray, b: np.ndarray, q: np.ndarray) -> np.ndarray | None:
-    """Returns where two axes meet; None where they do not."""
+    """Returns the point where two axes meet, or None if they do not."""
     across = np.cross(a, b)
     square = across @ across
     if square < _EXACT:
@@ -187,19 +188,19 @@ def _rotation(axis: np.ndarray, angle: float) -> np.ndarray:
 
 
 def _angle(axis: np.ndarray, p: np.ndarray, q: np.ndarray) -> float:
-    """Returns the angle about the axis from `p` to `q`, both seen along it (subproblem 1)."""
+    """Returns the angle about the axis from `p` to `q`, both projected along it (subproblem 1)."""
     p, q = p - axis * (axis @ p), q - axis * (axis @ q)
     return math.atan2(axis @ np.cross(p, q), p @ q)
 
 
 def _angle_of(axis: np.ndarray, turn: np.ndarray) -> float:
-    """Returns the angle of a turn about the axis."""
+    """Returns the angle of a rotation about the axis."""
     across = np.cross(axis, np.eye(3)[np.abs(axis).argmin()])
     return _angle(axis, across, turn @ across)
 
 
 def _heights(h: np.ndarray, axis: np.ndarray, p: np.ndarray, d: Any) -> list[float]:
-    """Returns the angles, two or none, by which `p` is turned about the axis where its component along `h` is `d` (subproblem 4)."""
+    """Returns the angles, two or none, by which rotating `p` about the axis makes its component along `h` equal `d` (subproblem 4)."""
     along = (h @ axis) * (axis @ p)
     a, b = h @ p - along, h @ np.cross(axis, p)
     length = math.hypot(a, b)

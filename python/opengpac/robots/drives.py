@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Properties that a joint takes from the part that drives it: the verb that keeps it going, its units, its limits, its pace."""
+"""Properties that a joint takes from the part that drives it: its verb, its units, its limits, its rate."""
 
 from __future__ import annotations
 
@@ -15,35 +15,35 @@ from ..values.quantities import Quantity, duration_ns
 from .servos import SERVO_PERIOD, joint_decoupled_servo, joint_follower, joint_servo, quiet_decoupled_servo
 
 JOG_SPEED = 0.25
-"""Maximum speed of a joint for which nothing says another, rad/s."""
+"""Default maximum speed of a joint, rad/s."""
 
 MAX_RIPPLE = 4e-3
-"""Ripple at rest, from peak to peak, that names a servo unstable, rad: above two counts of a twelve-bit encoder, 3.1 mrad."""
+"""Peak-to-peak ripple at rest above which a servo counts as unstable, rad: more than two counts of a twelve-bit encoder, 3.1 mrad."""
 
 SIMULATED_RIPPLE = {"rad": 1e-3, "m": 1e-4}
-"""The same of a simulated joint, whose readings have no noise."""
+"""Ripple limit of a simulated joint, whose readings have no noise."""
 
 INTEGRAL_SHARE = 4.0 / 27.0
-"""Integral gain of a decoupled servo over kp times its bandwidth, the largest at which no pole oscillates."""
+"""Integral gain of a decoupled servo over kp times its bandwidth: the largest value without oscillating poles."""
 
 FASTEST = 100.0
-"""Fastest joint that is plausible, rad/s or m/s: one that a model allows more is no faster here."""
+"""Maximum plausible speed of a joint, rad/s or m/s; larger limits of a model are reduced to it."""
 
 QUICKEST = 1e4
-"""Largest acceleration that is plausible, rad/s² or m/s²: the fastest joint is up to its speed in 10 ms."""
+"""Maximum plausible acceleration, rad/s² or m/s²: the fastest joint reaches its speed in 10 ms."""
 
 JERKIEST = 1e7
-"""Largest jerk that is plausible, rad/s³ or m/s³: the quickest joint is up to its acceleration in 1 ms."""
+"""Maximum plausible jerk, rad/s³ or m/s³: the quickest joint reaches its acceleration in 1 ms."""
 
 LEAST_LIMIT = 1e-5
-"""Smallest limit of speed, acceleration and jerk: a share of it is a number that a motion takes."""
+"""Minimum limit of speed, acceleration and jerk, such that a fraction of it is still valid for a motion."""
 
 _SLIDING = {"max_speed": 0.25, "jog_speed": 0.05, "max_acceleration": 1.0, "max_jerk": 10.0, "max_ripple": 4e-4}
-"""Limits of sliding joints, in m, where nothing says others."""
+"""Default limits of sliding joints, in m."""
 
 
 def suited(joint: str, drive: Part, on: Source, given: Mapping[str, Any]) -> dict[str, Any]:
-    """The arguments of a joint that this part drives: what the program has given, and what the driver says where it has not."""
+    """Returns the arguments of a joint that this part drives: those set by the program, and by default those declared by the driver."""
     verb = _keeper(joint, drive, given.get("verb"))
     words: dict[str, Any] = {"verb": verb, "units": _units(drive), "every": _pace(verb, on)}
     given = {name: value for name, value in given.items() if name not in words or value is not None}
@@ -55,16 +55,15 @@ def suited(joint: str, drive: Part, on: Source, given: Mapping[str, Any]) -> dic
 
 
 def integral_gain(drive: Part) -> float:
-    """Returns the integral gain for friction and followers (mimic) that the equations of a drive lack; 0 for another drive."""
+    """Returns the integral gain for friction and followers (mimic), which the equations of a drive lack; 0 for another drive."""
     gains = drive.about.get("decoupled")
-    # Critically damped, so the bandwidth is 2 kp / kd.
+    # The loop is critically damped, so the bandwidth is 2 kp / kd.
     return INTEGRAL_SHARE * gains["kp"] * 2.0 * gains["kp"] / gains["kd"] if gains and gains["kd"] > 0.0 else 0.0
 
 
 def _keeper(joint: str, drive: Part, verb: Verb[..., Any] | None) -> Verb[..., Any] | None:
-    """`joint_follower` for a drive that takes positions, `joint_decoupled_servo` for one that knows the arm's dynamics; none, the type's
-    own, for one of efforts alone. Refused: a channel is missing.
-    """
+    """Returns `joint_follower` for a drive that takes positions, `joint_decoupled_servo` for one with the arm's dynamics; None, the
+    type's own verb, for one that only takes efforts. Refuses drives that lack a channel."""
     suits = joint_follower if _takes_positions(drive) else _decoupled(drive) if "decoupled" in drive.about else joint_servo
     chosen = verb or suits
     lacking = _lacking(drive, chosen)
@@ -82,7 +81,7 @@ def _keeper(joint: str, drive: Part, verb: Verb[..., Any] | None) -> Verb[..., A
 
 
 def _decoupled(drive: Part) -> Verb[..., Any]:
-    """`joint_decoupled_servo`, or the one that does without what its motor gives where the drive does not tell that."""
+    """Returns `joint_decoupled_servo`, or its variant without the motor's values if the drive does not report them."""
     tells_motor = {"motor_effort", "motor_limit"} <= set(drive.channels)
     return joint_decoupled_servo if tells_motor else quiet_decoupled_servo
 
@@ -124,7 +123,8 @@ def _limits(drive: Part, verb: Verb[..., Any] | None) -> dict[str, Any]:
 
 
 def _pace(verb: Verb[..., Any] | None, on: Source) -> dict[str, Quantity] | None:
-    """A drive closes its loop itself, so it may be told more seldom than a servo runs: as often as its source fires."""
+    """Returns the intervals of a drive that closes its loop itself: it can be commanded less often than a servo runs, at its source's
+    period."""
     if verb is not joint_follower or on.period is None or on.period <= duration_ns(SERVO_PERIOD, "the servo's period") * 1e-9:
         return None
     return {"position": on.period, "speed": on.period}

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The parts that verbs of motion share: how generators are bound to the joints of an object, and the lists in which they slow down."""
+"""Common parts of motion verbs: the binding of generators to the joints of an object, and the lists in which they slow down."""
 
 from __future__ import annotations
 
@@ -19,19 +19,19 @@ Values: TypeAlias = float | str | Sequence[float | str] | np.ndarray
 """One value for all joints, or one for each: numbers in SI units, or text, `"90 deg"`, `"30 %"` of a limit."""
 
 PERIOD = "20 ms"
-"""How often set-points are stored."""
+"""Interval at which set-points are stored."""
 
 LEAST = 1e-6
-"""The minimum speed or acceleration that can be asked for."""
+"""Minimum speed or acceleration of a request."""
 
 HOMED = required(NotHomed, when="arm.needs_home", remedy="find its zero first: gpac.motion.home(…) or home_here(…)")
-"""A motion to a position needs a joint that knows where it is."""
+"""Requirement of a motion to a position: the joint must be homed."""
 
 
 def handed(takes: Sequence[str], gives: Sequence[str], velocity: Mapping[str, str] | None = None) -> dict[str, list[str]]:
-    """χ of what one motion hands over to the next: the labels of the blocks that begin from it, and of those that leave it.
+    """Returns χ of the handover between motions: `takes` labels the blocks that start from it, `gives` those that provide it.
 
-    `velocity` names the output for the speed of a label, where it is not `setpoint_velocity`.
+    `velocity` names a label's speed output if it is not `setpoint_velocity`.
     """
     names = velocity or {}
     return {
@@ -50,7 +50,7 @@ def handed(takes: Sequence[str], gives: Sequence[str], velocity: Mapping[str, st
 
 
 def bound(*generators: str, overridden: Sequence[str] = (), velocity: Mapping[str, str] | None = None) -> dict[str, list[str]]:
-    """χ of generators that take over from each other: where the joints are, how fast they are, where they are to be."""
+    """Returns χ of generators that take over from each other: position, speed and set-points of the joints."""
     commanded = [f"{label}.{port}" for label in generators for port in ("start", "setpoint")]
     found = {"arm.commanded": commanded, **handed(generators, generators, velocity)}
     if overridden:
@@ -60,7 +60,7 @@ def bound(*generators: str, overridden: Sequence[str] = (), velocity: Mapping[st
 
 
 def limited(*generators: str) -> dict[str, Any]:
-    """ψ of generators: the jerk and the range of the joints, and how much time may be lost."""
+    """Returns ψ of generators: the jerk and the range of the joints, and the maximum gap in time."""
     ports = {"arm.max_jerk": "jerk", "arm.position_min": "position_min", "arm.position_max": "position_max"}
     return {
         **{parameter: [f"{label}.{port}" for label in generators] for parameter, port in ports.items()},
@@ -69,27 +69,28 @@ def limited(*generators: str) -> dict[str, Any]:
 
 
 def gaps(*ports: str) -> dict[str, Any]:
-    """ψ of the time that may be lost at once: what is changed counts at once."""
+    """Returns ψ of the maximum gap in time: changes take effect immediately."""
     return {"arm.max_gap": input(list(ports), tunable=True)}
 
 
 def share(targets: str | list[str], most: str) -> Any:
-    """An input parameter between nearly nothing and a limit of each joint."""
+    """Returns an input parameter between almost zero and a limit of each joint."""
     return input(targets, within=(LEAST, f"arm.{most}"))
 
 
 def brake() -> Any:
-    """The block that slows the joints down when a motion is halted: a velocity generator that is to stand still."""
+    """Returns the block that slows the joints down when a motion is halted: a velocity generator with the goal zero."""
     return lib.block("velocity_generator")
 
 
 def suspended(*generators: str) -> Holding:
-    """Returns the suspension of a motion: it slows down on its way, and goes on from there; one that slows down to its end comes to it."""
+    """Returns the suspension of a motion: it slows down on its path, and resumes from there; one already slowing down to its end
+    completes it."""
     return holding([f"{label}.holding" for label in generators], [f"{label}.held" for label in generators])
 
 
 def slowing(*lists: str) -> dict[tuple[str, str], str]:
-    """τ of the lists in which joints slow down already: a first halt and a time limit let them come to rest."""
+    """Returns τ of the lists in which joints already slow down: a first halt and a time limit let them come to rest."""
     return {key: to for name in lists for key, to in (((name, "halted"), "stop"), ((name, "time_limit"), name))}
 
 
@@ -97,4 +98,4 @@ STOP: list[Command] = [activate("brake", every=PERIOD)]
 """The command list that follows `halted`: the verb ends when the joints are at rest."""
 
 GAP: dict[str, Any] = {"time_lost": on("generator.gap", returns=["position"], raises=TimeLost, during="start")}
-"""The end of a motion that has lost too much time and has come to rest."""
+"""End of a motion that has come to rest after too large a gap in time."""

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A gripper of sliding fingers: each finger a logical device that is a spring of limited force and feels what it touches."""
+"""Gripper with sliding fingers: each finger is a logical device, a spring of limited force that senses contact."""
 
 from __future__ import annotations
 
@@ -87,13 +87,13 @@ finger_follower = Verb(
         ]
     },
 )
-"""What keeps a finger going whose gripper has a controller of its own."""
+"""Verb that keeps a finger running if the gripper has its own controller."""
 
 
 class Finger(LogicalDevice, verb=finger_servo, name="robot_finger"):
-    """A sliding finger: position 0 where the fingers meet, more is open.
+    """A sliding finger: position 0 where the fingers meet, larger values are open.
 
-    `force` is what its pad feels, `force_max` the most that its spring exerts.
+    `force` is the contact force of its pad, `force_max` the maximum force of its spring.
     """
 
     sensed: SVV[float] = svv(unit="m", history=HISTORY)
@@ -106,13 +106,14 @@ class Finger(LogicalDevice, verb=finger_servo, name="robot_finger"):
 
 
 def gripper(device: PhysicalDevice, *parts: str, on: Source | None = None, name: str | None = None, **parameters: Any) -> Group[Finger]:
-    """The fingers of a machine as a group, for `robots.load(..., tool="two_finger")`.
+    """Returns the fingers of the machine `device` as a group, for `robots.load(..., tool="two_finger")`.
 
-    `parts` are the machine's parts that are fingers, `left_finger` and `right_finger` where none is named; the touch sensor of each has
-    its name. `on` runs their servos, else the source that exchanges with the machine. The group is `NAME`, else `DEVICE.hand`.
+    `parts` are the machine's parts that are fingers, by default `left_finger` and `right_finger`; the touch sensor of each has its
+    name. `on` runs their servos, by default the source that exchanges with the machine. The group is `NAME`, by default
+    `DEVICE.hand`.
 
-    A gripper that is a device of its own and closes the loops itself has the channels `PART.position`, `PART.velocity` and `PART.force`
-    (read), `PART.goal` and `PART.force_max` (written), and its fingers follow with its own stiffness. Whatever its driver is, for
+    A gripper that is a separate device and closes the loops itself has the channels `PART.position`, `PART.velocity` and `PART.force`
+    (read), `PART.goal` and `PART.force_max` (written), and its fingers follow with its own stiffness. Its driver may be any, for
     example `gpac.drivers.modbus` with these names.
     """
     name = name or f"{device.name}.hand"
@@ -128,7 +129,7 @@ def gripper(device: PhysicalDevice, *parts: str, on: Source | None = None, name:
 
 
 def _driven(device: PhysicalDevice, part: str) -> dict[str, Any]:
-    """Returns the device type that keeps a finger going, and its channels."""
+    """Returns the device type for a finger, and its channels."""
     if f"{part}.goal" not in device.channels:
         return {"drive": device[part], "touch": device[f"sensor.{part}"]}
     words = {"position": "position", "speed": "velocity", "touch": "force", "goal": "goal", "limit": "force_max"}

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The joint of an arm, or an axis by itself, as a logical device."""
+"""Joint of an arm, or a single axis, as a logical device."""
 
 from __future__ import annotations
 
@@ -22,33 +22,33 @@ from .servos import HISTORY, MAX_GAP, joint_servo
 _logger = logging.getLogger("opengpac")
 
 OUTSIDE = {"rad": 1e-3, "m": 1e-4}
-"""How far beyond its range a joint is when that is told."""
+"""Distance beyond its range from which a joint is reported."""
 
 
 class Joint(LogicalDevice, verb=joint_servo, name="robot_joint"):
     """A joint of an arm: positions in rad (m for a sliding joint), efforts in N.m (N).
 
-    `commanded` is the set-point that a verb stores, `reference` and `commanded_velocity` are where the servo wants the joint to be now,
-    which follows the set-points smoothly and stays within `position_min`, `position_max` and `max_speed`; `limited` counts the servo's
-    invocations in which these held it back. `setpoint_velocity`, `setpoint_acceleration` and `setpoint_time` (ns of the system's clock)
-    belong to the last set-point: a motion that takes over goes on from there. If no motion leads a joint that moves, its servo
-    brakes it within `max_acceleration` and `max_jerk`, beyond `commanded`, and the next motion begins there: `braking` is by how far, how
-    fast, how that changes, and since when (ns); all 0 where set-points lead. Where more than `max_gap` is lost at once, because
-    releases were skipped, the joint comes to rest from where it is by then, stays enabled, and what used it ends as `TimeLost`. `override`
-    (0 to 1) scales the speed of the verbs of `gpac.motion`, `cell_override` is that of the whole cell. A joint with
-    `needs_home=True` is not `homed` until `gpac.motion.home` has found its zero, which is `offset`.
+    `commanded` is the set-point stored by a verb; `reference` and `commanded_velocity` are the servo's present target, which follows
+    the set-points smoothly and stays within `position_min`, `position_max` and `max_speed`; `limited` counts the servo's invocations
+    in which these limits were active. `setpoint_velocity`, `setpoint_acceleration` and `setpoint_time` (ns of the system's clock)
+    belong to the last set-point: a motion that takes over continues from there. If no motion leads a moving joint, its servo brakes
+    it within `max_acceleration` and `max_jerk`, beyond `commanded`, and the next motion starts there: `braking` contains the
+    distance, the speed, its rate of change, and the start time (ns); all are 0 while set-points lead. If more than `max_gap` is lost
+    at once, because releases were skipped, the joint comes to rest from its present position, stays enabled, and its users end with
+    `TimeLost`. `override` (0 to 1) scales the speed of the verbs of `gpac.motion`, `cell_override` is that of the whole cell. A joint
+    with `needs_home=True` is not `homed` until `gpac.motion.home` has found its zero, which is `offset`.
 
-    `Joint("lift", drive=line["lift"])` is a joint by itself. What the driver says of the part holds unless the program says otherwise: its
-    unit, range, speed, effort and gains, and the source that exchanges with it. A part that takes positions (axes on EtherCAT, serial
-    servos, arms of Universal Robots) is kept going by `joint_follower`, for which gains and `load_effort` mean nothing, one that takes
-    efforts by `joint_servo`; `verb` says another.
+    `Joint("lift", drive=line["lift"])` is a single joint. The driver's declarations of the part are the defaults: its unit, range,
+    speed, effort and gains, and the source that exchanges with it. A part that takes positions (axes on EtherCAT, serial servos, arms
+    of Universal Robots) is kept running by `joint_follower`, which ignores gains and `load_effort`, one that takes efforts by
+    `joint_servo`; `verb` replaces it.
     """
 
     sensed: SVV[float] = svv(unit="rad", history=HISTORY, reading=True)
     velocity: SVV[float] = svv(unit="rad/s", reading=True)
     commanded: SVV[float] = svv(unit="rad", initial="sensed", history=HISTORY, within=("position_min", "position_max"))
     commanded_velocity: SVV[float] = svv(unit="rad/s")
-    # Without units: what the last set-point says of itself stays when its motion ends, unlike a command that drives on.
+    # Without units, the values of the last set-point persist when its motion ends, unlike a command that keeps driving.
     setpoint_velocity: SVV[float] = svv()
     setpoint_acceleration: SVV[float] = svv()
     setpoint_time: SVV[int] = svv()
@@ -100,7 +100,7 @@ class Joint(LogicalDevice, verb=joint_servo, name="robot_joint"):
         super().__init__(name, on=on, system=system, arbitration=arbitration, **arguments)
 
     def _when_enabled(self) -> None:
-        """Says where it stands outside its range, and how it comes back."""
+        """Reports a joint outside its range, and the way back."""
         position, low, high = self.sensed.value, self.position_min, self.position_max
         unit = self.sensed.unit or "rad"
         if self.needs_home or max(low - position, position - high) <= OUTSIDE.get(unit, 0.0):

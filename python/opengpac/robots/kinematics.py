@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The geometry of an arm: where its tool is, how it moves, and which joint positions bring it to a pose.
+"""Geometry of an arm: the pose and motion of its tool, and the joint positions for a pose.
 
-The numbers are computed by the library's blocks `forward_kinematics`, `jacobian` and `inverse_kinematics`, here as on the real-time
-system; this module reads the geometry and hands it to them.
+The library's blocks `forward_kinematics`, `jacobian` and `inverse_kinematics` compute the numbers, as on the real-time system; this
+module reads the geometry and passes it to them.
 """
 
 from __future__ import annotations
@@ -27,23 +27,23 @@ from ..values.numbers import is_number, number, rows
 from .closed_forms import ClosedForms, in_turn
 
 JOINTS_MAX = lib.forward_kinematics.items["n"].most
-"""The maximum number of joints of a chain."""
+"""Maximum number of joints of a chain."""
 
 NONE, HINGE, SLIDE = 0, 1, 2
-"""The kinds of joints: one that does not move the tool, one that turns, one that slides."""
+"""Kinds of joints: without effect on the tool, revolute, sliding."""
 
 ROUNDING = 1e-9
-"""By how much a position may exceed a range, rad or m."""
+"""Tolerance by which a position may exceed a range, rad or m."""
 
 EXACT = 1e-8
-"""Distance (m) and angle (rad) of a pose that was computed from what it should be."""
+"""Tolerance in distance (m) and angle (rad) of a computed pose."""
 
 _TOOL_SITES = ("tool", "attachment_site")
 
 
 @dataclass(frozen=True)
 class Axis:
-    """A joint of a chain: its name, its kind, and the line it turns about or slides along where every joint is at 0 (m, in the base)."""
+    """A joint of a chain: its name, its kind, and its line of rotation or translation with every joint at 0 (m, in the base)."""
 
     name: str
     kind: int
@@ -53,10 +53,10 @@ class Axis:
 
 @dataclass
 class Kinematics(DeclaredNames):
-    """A chain of joints, as a product of exponentials: their axes and the flange's pose where every joint is at 0.
+    """A chain of joints, as a product of exponentials: their axes and the flange's pose with every joint at 0.
 
-    `base` is where the arm stands in the frame in which poses are given, `tool` the tool's frame in the flange's; both may be set.
-    `chain` is the value for the parameter of that name of the kinematic blocks.
+    `base` is the pose of the arm in the frame of poses, `tool` the tool's frame in the flange's; both are settable. `chain` is the
+    value for the parameter of that name of the kinematic blocks.
     """
 
     _settable = frozenset({"axes", "home", "base", "tool"})
@@ -71,12 +71,12 @@ class Kinematics(DeclaredNames):
 
     @property
     def joints(self) -> list[str]:
-        """The names of the joints, those that do not move the tool among them."""
+        """Names of the joints, including those that do not move the tool."""
         return [axis.name for axis in self.axes]
 
     @property
     def chain(self) -> dict[str, Any]:
-        """It as a value of the blocks' parameter `chain`."""
+        """Value of the blocks' parameter `chain`."""
         unused = JOINTS_MAX - len(self.axes)
         nothing = [[0.0] * 3] * unused
         return {
@@ -86,13 +86,14 @@ class Kinematics(DeclaredNames):
         }  # fmt: skip
 
     def forward(self, q: Iterable[float]) -> Pose:
-        """The pose of the tool at joint positions, rad or m: one for each joint, or by their names, as a taught point has them."""
+        """Returns the pose of the tool at the joint positions `q`, rad or m: one for each joint, or by their names, as in a taught
+        point."""
         found = lib.block("forward_kinematics").run(n=len(self.axes), chain=self.chain, q=self._positions(q))
         self._check(found.fault)
         return Pose.of(found.pose[0])
 
     def jacobian(self, q: Iterable[float]) -> np.ndarray:
-        """The geometric Jacobian, 6 x n: linear (m/s) and angular (rad/s) velocity of the tool for joint speeds of 1."""
+        """Returns the geometric Jacobian at `q`, 6 x n: linear (m/s) and angular (rad/s) velocity of the tool for joint speeds of 1."""
         found = lib.block("jacobian").run(n=len(self.axes), chain=self.chain, q=self._positions(q))
         self._check(found.fault)
         return found.jacobian[0].T
@@ -107,11 +108,11 @@ class Kinematics(DeclaredNames):
         configuration: Configuration | str | None = None,
         attempts: int = 20,
     ) -> np.ndarray:
-        """Joint positions with the tool at `pose`, from `near`; within the ranges, where given. `Unreachable` where none is found.
+        """Returns joint positions with the tool at `pose`, from `near`, within any ranges passed. Raises `Unreachable` if none is found.
 
-        It tries from `near` first and keeps the arm's posture where it can, then from `attempts` - 1 other places. With a
-        `configuration` the positions are those of closed forms, with its turns, or the ones nearest to `near`; `DefinitionError` for a
-        chain that has no closed forms.
+        It tries from `near` first and keeps the arm's posture if possible, then from `attempts` - 1 other positions. With a
+        `configuration` the positions are those of closed forms, with its turns, or the ones nearest to `near`; raises
+        `DefinitionError` for a chain without closed forms.
         """
         if configuration is not None:
             chosen = Configuration.of(configuration)
@@ -137,25 +138,25 @@ class Kinematics(DeclaredNames):
         position_min: Iterable[float] | None = None,
         position_max: Iterable[float] | None = None,
     ) -> list[np.ndarray]:
-        """All joint positions with the tool at `pose`, at most eight, each joint in the turn of its range that is nearest to 0.
+        """Returns all joint positions with the tool at `pose`, at most eight, each joint in the turn of its range that is nearest to 0.
 
-        By closed forms, see `configuration`; an arm whose wrist is straight there has one of many for the last joint: that at 0.
+        It uses closed forms, see `configuration`; if the wrist is straight there, the last joint is arbitrary and takes 0.
         """
         middle = np.zeros(len(self.axes))
         found = [self._in_range(q, middle, position_min, position_max) for q in self._closed().all(Pose.of(pose), middle)]
         return [self._polished(Pose.of(pose), q) for q in found if isinstance(q, np.ndarray)]
 
     def configuration(self, q: Iterable[float]) -> Configuration:
-        """The configuration of these joint positions.
+        """Returns the configuration of the joint positions `q`.
 
-        For six turning joints, the first perpendicular to the second, the second parallel to the third, with a spherical wrist or with
-        the axes of the arms of Universal Robots; `DefinitionError` for other chains.
+        It requires six revolute joints, the first perpendicular to the second, the second parallel to the third, with a spherical
+        wrist or the axes of the arms of Universal Robots; raises `DefinitionError` for other chains.
         """
         return self._closed().configuration(np.array(self._positions(q)))
 
     @property
     def has_configurations(self) -> bool:
-        """True for a chain with closed forms, which alone has configurations."""
+        """True for a chain with closed forms, the only kind with configurations."""
         return ClosedForms.of(self) is not None
 
     def _closed(self) -> ClosedForms:
@@ -198,7 +199,8 @@ class Kinematics(DeclaredNames):
         return self._polished(pose, q)
 
     def _in_range(self, q: np.ndarray, near: np.ndarray, low: Iterable[float] | None, high: Iterable[float] | None) -> np.ndarray | int:
-        """Returns the positions with each turning joint in the turn nearest to `near` within its range, or the joint that has none."""
+        """Returns the positions with each revolute joint in the turn nearest to `near` within its range, or the joint without such a
+        turn."""
         q = q.copy()
         least = np.full(len(q), -np.inf) if low is None else np.array(self._positions(low))
         most = np.full(len(q), np.inf) if high is None else np.array(self._positions(high))
@@ -213,13 +215,13 @@ class Kinematics(DeclaredNames):
         return q
 
     def _outside(self, q: np.ndarray, low: Iterable[float] | None, high: Iterable[float] | None) -> int | None:
-        """Returns the first joint outside its range."""
+        """Returns the first joint outside its range, or None."""
         least = np.full(len(q), -np.inf) if low is None else np.array(self._positions(low))
         most = np.full(len(q), np.inf) if high is None else np.array(self._positions(high))
         return next((j for j in range(len(q)) if not least[j] - ROUNDING <= q[j] <= most[j] + ROUNDING), None)
 
     def _polished(self, pose: Pose, q: np.ndarray) -> np.ndarray:
-        """Returns the positions without what the axes of the model miss of being parallel and meeting."""
+        """Returns the positions refined for axes of the model that are not exactly parallel or do not exactly meet."""
         reached = self.forward(q)
         return q if reached.distance(pose) < EXACT and reached.angle(pose) < EXACT else self.inverse(pose, q, attempts=1)
 
@@ -243,7 +245,7 @@ class Kinematics(DeclaredNames):
         return found
 
     def _in_order(self, given: Mapping[Any, Any]) -> list[Any]:
-        """Returns the positions of joints by name, of a taught point for example, in the order of the chain; others are left out."""
+        """Returns joint positions by name, of a taught point for example, in the order of the chain; ignores other joints."""
         found: list[Any] = []
         for joint in self.joints:
             position = next((value for name, value in given.items() if joint == name or joint.endswith(f".{name}")), None)
@@ -259,11 +261,12 @@ class Kinematics(DeclaredNames):
 
     @classmethod
     def of_mjcf(cls, path: str | os.PathLike[str], joints: Sequence[str], *, site: str | None = None) -> Kinematics:
-        """The geometry of an MJCF arm from its world to its tool, read through MuJoCo. `joints`: those that are driven, in order.
+        """Returns the geometry of an MJCF arm from its world to its tool, read from `path` through MuJoCo. `joints`: the driven ones, in
+        order.
 
-        The tool is the site of that name; without one the site that most of these joints move: `tool` or `attachment_site`, also with
-        a prefix (`left_tool`), else that of a force sensor; else it is the body of the last joint. Raises `CallError` for no joints or one
-        that stands there twice, `UnknownName` for a joint or a site that the model lacks.
+        The tool is the site named `site`; by default the site that most of these joints move: `tool` or `attachment_site`, also with
+        a prefix (`left_tool`), else that of a force sensor; else it is the body of the last joint. Raises `CallError` for no joints
+        or a repeated one, `UnknownName` for a joint or a site that the model lacks.
         """
         names = _names(joints)
         try:
@@ -283,7 +286,7 @@ class Kinematics(DeclaredNames):
 
 
 def _names(joints: Any) -> list[str]:
-    """The names of joints that a call is given: at least one, each once."""
+    """Returns the joint names passed to a call: at least one, without repetition."""
     listed = rows(joints)
     names = [] if isinstance(listed, str) or not isinstance(listed, Iterable) else list(listed)
     if not all(isinstance(name, str) for name in names) or (not names and listed not in ([], ())):
@@ -325,7 +328,7 @@ def _read(mujoco: Any, model: Any, names: list[str], named: str | None) -> Kinem
 
 
 def _joints_before(model: Any, body: int) -> set[int]:
-    """The joints that move a body."""
+    """Returns the joints that move a body."""
     found: set[int] = set()
     while body:
         first = model.body_jntadr[body]
@@ -335,7 +338,7 @@ def _joints_before(model: Any, body: int) -> set[int]:
 
 
 def _flange(mujoco: Any, model: Any, data: Any, ids: list[int], named: str | None) -> tuple[int, Pose]:
-    """The body of the tool, and the pose of its flange."""
+    """Returns the body of the tool, and the pose of its flange."""
     site = _tool_site(mujoco, model, ids, named)
     if site is not None:
         turn = np.zeros(4)
@@ -346,12 +349,12 @@ def _flange(mujoco: Any, model: Any, data: Any, ids: list[int], named: str | Non
 
 
 def _tool_site(mujoco: Any, model: Any, ids: list[int], named: str | None) -> int | None:
-    """The site, of those that can be a tool, that most of these joints move: in a world of several arms each has its own."""
+    """Returns, of the candidate tool sites, the one that most of these joints move: in a world of several arms each has its own."""
     forces = [int(model.sensor_objid[s]) for s in range(model.nsensor) if model.sensor_type[s] == int(mujoco.mjtSensor.mjSENS_FORCE)]
     names = [model.site(s).name for s in range(model.nsite)]
 
     def rank(site: int) -> int | None:
-        """Returns how surely a site is the tool, the smallest first; None if it is none."""
+        """Returns the rank of a site as a candidate for the tool, the best is the smallest; None if it is not a candidate."""
         if named is not None:
             return 0 if names[site] == named else None
         if names[site] in _TOOL_SITES:
@@ -364,7 +367,7 @@ def _tool_site(mujoco: Any, model: Any, ids: list[int], named: str | None) -> in
         return len(_joints_before(model, int(model.site_bodyid[site])) & set(ids))
 
     def is_of_another(site: int) -> bool:
-        """Returns whether a site is the tool of another arm on the same trunk: joints besides these move it, and not all of these do."""
+        """Returns whether a site is the tool of another arm on the same trunk: it is moved by further joints, and not by all of these."""
         return moved(site) < deepest and bool(_joints_before(model, int(model.site_bodyid[site])) - set(ids))
 
     deepest = max(len(_joints_before(model, int(model.jnt_bodyid[j])) & set(ids)) for j in ids)

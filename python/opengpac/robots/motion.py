@@ -20,11 +20,11 @@ from .joints import Joint
 
 
 class MotionTimeout(Terminated):
-    """A motion did not end within its time limit; the joints have come to rest on the way."""
+    """A motion did not end within its time limit. The joints have come to rest on the way."""
 
 
 class Moved(Report):
-    """End of a motion: where the joints are (rad), how far the worst is from its goal (rad), how long it was planned (s)."""
+    """End of a motion: positions of the joints (rad), largest distance from a goal (rad), planned duration (s)."""
 
     position: np.ndarray
     error: float
@@ -73,6 +73,6 @@ class Moved(Report):
 def move(arm: Group[Joint], /, goal: Sequence[float] | np.ndarray, speed: float = 0.5, tolerance: float = 0.002) -> Moved:
     """Moves the joints of an arm so that all arrive together. goal: rad, one for each joint; speed: rad/s; tolerance: rad.
 
-    `gpac.motion.move_absolute` does the same with more to choose.
+    `gpac.motion.move_absolute` does the same with more options.
     """
     ...

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Bounds of the numbers in files of arms: what is not finite, or more than anything has, is refused with its line before MuJoCo reads it.
+"""Bounds of the numbers in files of arms: refuses infinite or implausible numbers with their line before MuJoCo reads them.
 
-MuJoCo takes `nan` for a number that is not said, and simulates a mass of 1e30 kg.
+MuJoCo treats `nan` as an omitted number, and simulates a mass of 1e30 kg.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from .urdf.source import Source
 
 HUGE = 1e10
-"""Numbers beyond this are taken for a failed simulation by MuJoCo itself."""
+"""Limit above which MuJoCo itself regards numbers as a failed simulation."""
 
 
 @dataclass(frozen=True)
@@ -27,7 +27,7 @@ class Bounds:
     unit: str = ""
 
     def broken_by(self, values: list[float]) -> str:
-        """Says which bound one of the values passes, empty for none."""
+        """Returns the bound that one of the values exceeds, or an empty text."""
         if max(values, default=self.high) > self.high:
             return f"above {self.high:,.0f} {self.unit}".rstrip()
         if min(values, default=self.low) < self.low:
@@ -47,16 +47,16 @@ _MJCF: Mapping[str, Bounds] = {
     **dict.fromkeys(("pos", "fromto", "size"), LENGTH),
     **dict.fromkeys(("diaginertia", "fullinertia"), INERTIA),
     **dict.fromkeys(("armature", "frictionloss", "density"), _AT_LEAST_ZERO),
-    # Some lock a joint by its damping.
+    # Some files lock a joint by its damping.
     "damping": Bounds(0.0, 1e15),
     "timestep": Bounds(1e-6, 1.0, "s"),
     "gravity": Bounds(-1e4, 1e4, "m/s^2"),
     "gear": RATIO,
     "range": Bounds(-1e9, 1e9),
 }
-"""Numbers of an MJCF file by attribute; others are at most `HUGE`."""
+"""Bounds of the numbers of an MJCF file by attribute; others are at most `HUGE`."""
 _WORDS = ("name", "class", "childclass", "user")
-"""Attributes of an MJCF file that are no numbers, whatever they look like, or that nothing reads."""
+"""Attributes of an MJCF file that are not numbers even if they look like them, or that are not read."""
 _UNREAD = ("custom", "extension", "visual", "statistic")
 
 
@@ -79,7 +79,7 @@ def check_bounds(source: Source, element: ElementTree.Element, attribute: str, v
 
 
 def _numbers(text: str) -> list[float]:
-    """Returns the numbers of an attribute, none where one of its words is no number."""
+    """Returns the numbers of an attribute; none if one of its words is not a number."""
     try:
         return [float(word) for word in text.split()]
     except ValueError:

@@ -16,30 +16,31 @@ from ..errors import Terminated
 
 
 class FollowingError(Terminated):
-    """A joint is farther from where it is commanded to be than `max_following_error`.
+    """The distance of a joint from its commanded position exceeds `max_following_error`.
 
-    `value` is the error, the position wanted less the measured one. `outputs` has `error_limit` (`max_following_error`), `time_lost` (s,
-    because releases were skipped just before), and of a servo of this host `effort` and `effort_limit` (`max_effort`); of a simulated
-    joint `motor_effort` and `motor_limit`, too: what its motor gave, which bears gravity and the other joints, and the most it can give.
+    `value` is the error, the desired position minus the measured one. `outputs` contains `error_limit` (`max_following_error`),
+    `time_lost` (s, because of releases skipped just before), and for a servo of this host `effort` and `effort_limit` (`max_effort`);
+    for a simulated joint also `motor_effort` and `motor_limit`: the effort of its motor, which includes gravity and the other joints,
+    and its maximum.
     """
 
 
 class ServoUnstable(Terminated):
-    """The servo of a joint swings: its effort from limit to limit, or the position about where it is commanded to be.
+    """The servo of a joint oscillates: its effort between the limits, or its position about the commanded one.
 
-    `value` is the frequency, Hz. A swing counts from `unstable_from` on, ten periods in a row, and where the error passes half of
-    `max_following_error` either way, the effort both its limits, or a joint that is commanded to stand still moves by `max_ripple`.
+    `value` is the frequency, Hz. An oscillation counts from `unstable_from` on, for ten consecutive periods, if the error passes half
+    of `max_following_error` in both directions, the effort both its limits, or a joint commanded to rest moves by `max_ripple`.
     """
 
 
 SERVO_PERIOD = "1 ms"
-"""How often the servo runs."""
+"""Period of the servo."""
 
 MAX_GAP = 0.5
-"""Time that may be lost at once, s: beyond it a joint that moves is braked from where it is by then."""
+"""Maximum gap in time, s: beyond it a moving joint is braked from its present position."""
 
 HISTORY = 10_000
-"""How many values of `sensed`, `commanded` and `reference` are kept: ten seconds of the servo."""
+"""Number of values of `sensed`, `commanded` and `reference` that are kept: ten seconds of the servo."""
 
 reading = Graph(
     "joint_position",
@@ -52,13 +53,13 @@ reading = Graph(
 
 
 def _kept(label: str, velocity: str | list[str]) -> dict[str, str | list[str]]:
-    """χ of a block that keeps a joint where it is commanded to be. `velocity`: where the joint's speed is stored and read."""
+    """Returns χ of a block that keeps a joint at its commanded position. `velocity`: locations that store and read the joint's speed."""
     return {
         "offset": ["position.offset", f"{label}.offset"],
         "sensed": ["position.y", f"{label}.position"],
         "velocity": velocity,
         "commanded": f"{label}.setpoint",
-        # Of the last set-point, and how the block brakes when no other one follows it.
+        # Values of the last set-point, and the block's braking if no other one follows.
         **{name: f"{label}.{name}" for name in ("setpoint_velocity", "setpoint_acceleration", "setpoint_time", "braking")},
         "reference": f"{label}.reference",
         "commanded_velocity": f"{label}.reference_velocity",
@@ -68,17 +69,17 @@ def _kept(label: str, velocity: str | list[str]) -> dict[str, str | list[str]]:
 
 
 _SERVO_SAYS = {"error_limit": "servo.error_max", "effort": "servo.effort", "effort_limit": "servo.limit", "time_lost": "servo.lost"}
-"""Values that a servo returns with a following error; the system's message is made of them."""
+"""Values that a servo returns with a following error; the system's message contains them."""
 
 _DECOUPLED_SAYS = _SERVO_SAYS | {"motor_effort": "motor.y", "motor_limit": "strongest.y"}
-"""The same where the drive adds what the other joints need: what its motor had to give then, and the most it can."""
+"""Values of a drive that compensates the other joints: also the effort of its motor, and its maximum."""
 
 _FOLLOWER_SAYS = {"error_limit": "follow.error_max", "time_lost": "follow.lost"}
-"""The same of a drive that closes the loop itself: its effort is not known here."""
+"""Values of a drive that closes the loop itself: its effort is not known here."""
 
 
 def _ends(says: Mapping[str, str]) -> dict[str, Any]:
-    """Conditions that end a servo of this host. `says`: values that it returns with a following error."""
+    """Returns the conditions that end a servo of this host. `says`: values that it returns with a following error."""
     return {
         "following_error": on("servo.following_error", returns=list(says), raises=FollowingError),
         "servo_unstable": on("servo.unstable", raises=ServoUnstable),
@@ -137,7 +138,8 @@ joint_servo = Verb(
 
 
 def _decoupled(name: str, doc: str, motor: Mapping[str, str], says: Mapping[str, str]) -> Verb[..., Any]:
-    """A servo on a drive that knows the arm's dynamics. `motor`: blocks that read what the drive tells of its motor, and their channels."""
+    """Returns the verb of a servo on a drive with the arm's dynamics. `motor`: blocks that read the drive's motor values, and their
+    channels."""
     return Verb(
         name,
         doc=doc,
@@ -185,10 +187,10 @@ _DECOUPLED_DOC = (
 joint_decoupled_servo = _decoupled(
     "robot_joint_decoupled_servo", _DECOUPLED_DOC, {"motor": "motor_effort", "strongest": "motor_limit"}, _DECOUPLED_SAYS
 )
-"""Keeps a joint going whose drive adds what gravity and the other joints need (computed torque), as a simulated arm's does."""
+"""Verb that keeps a joint running whose drive compensates gravity and the other joints (computed torque), such as a simulated arm's."""
 
 quiet_decoupled_servo = _decoupled("robot_joint_quiet_decoupled_servo", _DECOUPLED_DOC, {}, _SERVO_SAYS)
-"""The same for a drive that does not tell the effort and the limit of its motor: a following error tells the servo's."""
+"""Variant for a drive that does not report the effort and the limit of its motor: a following error returns the servo's."""
 
 
 joint_follower = Verb(
@@ -230,4 +232,4 @@ joint_follower = Verb(
     output_values=_FOLLOWER_SAYS,
     conditions={"following_error": on("follow.following_error", returns=list(_FOLLOWER_SAYS), raises=FollowingError)},
 )
-"""What keeps a joint going that takes positions: the servo is in the machine."""
+"""Verb that keeps a joint running that takes positions: the servo is in the machine."""

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Home and tool of an arm whose file has none: a keyframe `home` and a site `tool`, added to its MJCF model."""
+"""Home and tool of an arm whose file has none: adds a keyframe `home` and a site `tool` to its MJCF model."""
 
 from __future__ import annotations
 
@@ -14,8 +14,8 @@ from .assembly import FLANGE_SITES
 def settle(text: str, home: Mapping[str, float], tool: str) -> str:
     """Returns an MJCF model with the keyframe `home` at those positions of joints, and the site `tool` at the frame of the body `tool`.
 
-    Other joints are at zero of the file, and keyframes and flange sites of the file are replaced. Raises `KeyError` where the model has
-    no such joint or body.
+    Other joints are at the file's zero; keyframes and flange sites of the file are replaced. Raises `KeyError` if the model has no
+    such joint or body.
     """
     mujoco: Any = importlib.import_module("mujoco")
     root = ElementTree.fromstring(text)

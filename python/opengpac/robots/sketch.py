@@ -11,13 +11,13 @@ import numpy as np
 SIZE, MARGIN = 200.0, 22.0
 """Width and height of a drawing, and its margin, pixels."""
 TICK = 0.06
-"""Length of a joint's axis either way and of the tool's axes, as a part of the drawing."""
+"""Length of a joint's axis in both directions and of the tool's axes, as a fraction of the drawing."""
 _VIEW = np.array([[0.87, -0.5, 0.0], [-0.29, -0.5, 0.82]])
-"""Right and up in the drawing, of a point in the model: from the front, the right and above."""
+"""Projection of a point in the model to right and up in the drawing: viewed from the front, the right and above."""
 
 
 def chain(arm: Any, q: Sequence[float]) -> dict[str, Any]:
-    """The points of an arm's joints at these positions, the directions of their axes, and the tool's frame: lists of numbers, m."""
+    """Returns the points of an arm's joints at these positions, the directions of their axes, and the tool's frame: lists of numbers, m."""
     placed = np.eye(4)
     points, directions = [], []
     for axis, position in zip(arm.kinematics.axes, q, strict=True):
@@ -32,7 +32,7 @@ def chain(arm: Any, q: Sequence[float]) -> dict[str, Any]:
 
 
 def _moved(point: np.ndarray, direction: np.ndarray, position: float, kind: int) -> np.ndarray:
-    """The motion of a joint: a turn about a line, or a slide along it."""
+    """Applies the motion of a joint: a rotation about a line, or a translation along it."""
     found = np.eye(4)
     if kind == 2:
         found[:3, 3] = direction * position
@@ -45,7 +45,7 @@ def _moved(point: np.ndarray, direction: np.ndarray, position: float, kind: int)
 
 
 def drawn(name: str, of: dict[str, Any]) -> str:
-    """The drawing of a chain."""
+    """Returns the drawing of a chain."""
     points, directions, tool = np.array(of["points"]), np.array(of["directions"]), np.array(of["tool"])
     foot = np.array([points[0][0], points[0][1], min(0.0, points[:, 2].min())])
     line = np.vstack([foot, points, tool[:3, 3]])

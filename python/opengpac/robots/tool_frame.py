@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Frame of a tool from places at which its tip touches one point."""
+"""Frame of a tool from poses in which its tip touches one point."""
 
 from __future__ import annotations
 
@@ -14,19 +14,19 @@ from ..values.frames import Pose
 from .arm import Arm
 
 LEAST = 4
-"""The minimum number of places: three would leave the residual of a wrong one unseen."""
+"""Minimum number of poses: with three the residual would not reveal a wrong one."""
 
 SPREAD = 0.1
-"""The minimum of the smallest singular value of the turns: about 20 degrees between the places about the axis with the least of them."""
+"""Minimum of the smallest singular value of the rotations: about 20 degrees between the poses about the axis that varies least."""
 
 
 @dataclass(frozen=True)
 class TouchedTool:
-    """Tool centre point found by `tool_by_touching`, and how well the places agree.
+    """Tool centre point found by `tool_by_touching`, and the consistency of the poses.
 
-    `frame`: the tool in the flange's frame, its orientation the flange's; `tip`: the point touched, m; `residuals`: for each place the
-    distance of its tip from that point, m; `residual`: their root mean square; `spread`: 0 to 1, a measure of how differently the
-    tool is turned: an error of a place is about 1/spread of it in the frame.
+    `frame`: the tool in the flange's frame, its orientation the flange's; `tip`: the point touched, m; `residuals`: for each pose the
+    distance of its tip from that point, m; `residual`: their root mean square; `spread`: 0 to 1, a measure of the variation of
+    orientation: an error of a pose causes about 1/spread of it in the frame.
     """
 
     frame: Pose
@@ -43,12 +43,12 @@ def tool_by_touching(
     orientation: Sequence[Any] = (0.0, 0.0, 0.0),
     residual_max: float = 0.002,
 ) -> TouchedTool:
-    """Finds the tool centre point of an arm from 4 or more places at which the tip of the tool touches one point.
+    """Finds the tool centre point of an `arm` from 4 or more poses in which the tip of the tool touches one point.
 
-    `points`: taught points, or the positions of all joints at each place; `orientation`: roll, pitch and yaw of the tool in the flange's
-    frame; `residual_max`: m. Least squares of place + turn · frame = tip; the tool that the arm has now does not count. Raises
-    `ValueRefused` where the places are turned too much alike to tell, and where the tip of one is further than `residual_max` from that
-    of all: the message names it. `arm.tool = tool_by_touching(arm, [points[name] for name in names]).frame`.
+    `points`: taught points, or the positions of all joints in each pose; `orientation`: roll, pitch and yaw of the tool in the
+    flange's frame; `residual_max`: m. Solves the least squares of place + turn · frame = tip; ignores the arm's present tool. Raises
+    `ValueRefused` if the orientations are too similar, or if a tip is further than `residual_max` from the common point: the message
+    names it. `arm.tool = tool_by_touching(arm, [points[name] for name in names]).frame`.
     """
     without = arm.tool.inverse()
     poses = [_pose(arm, place, point) @ without for place, point in enumerate(points)]
@@ -56,7 +56,7 @@ def tool_by_touching(
         what = f"{len(poses)} places are given"
         refuse(CallError, what, f"give {LEAST} or more at which the tip touches one point, each with the tool turned differently")
     turns, places = np.array([pose.matrix[:3, :3] for pose in poses]), np.array([pose.position for pose in poses])
-    # What is common to all poses is the tip's: differences from the mean leave the tool alone.
+    # The part common to all poses is the tip's: differences from the mean isolate the tool.
     rows = (turns - turns.mean(axis=0)).reshape(-1, 3) / np.sqrt(len(poses))
     spread = float(np.linalg.svd(rows, compute_uv=False)[-1])
     if spread < SPREAD:
@@ -78,7 +78,7 @@ def tool_by_touching(
 
 
 def _pose(arm: Arm, place: int, point: Any) -> Pose:
-    """Returns the pose of the tool at a place; a refusal names the place."""
+    """Returns the pose of the tool at a place; refusals name the place."""
     try:
         return arm.forward(point)
     except (CallError, ValueRefused) as error:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The files that the package keeps for a user, for later processes."""
+"""Files that the package stores for a user, for later processes."""
 
 from __future__ import annotations
 
@@ -11,12 +11,12 @@ from ..errors import ModuleError, refuse
 
 
 def user_cache() -> Path:
-    """The package's part of the user's cache."""
+    """Returns the package's folder in the user's cache."""
     return _of_user("XDG_CACHE_HOME", ".cache")
 
 
 def user_data() -> Path:
-    """The package's part of the user's data."""
+    """Returns the package's folder in the user's data."""
     return _of_user("XDG_DATA_HOME", ".local/share")
 
 
@@ -25,7 +25,7 @@ def _of_user(variable: str, otherwise: str) -> Path:
 
 
 def put(file: Path, content: bytes) -> None:
-    """Writes a file as a whole: others find all of it, or none. Errors: `OSError`, and then nothing is left of it."""
+    """Writes a file atomically. Raises `OSError`, and then leaves nothing of it."""
     fresh, name = tempfile.mkstemp(dir=file.parent)
     try:
         with open(fresh, "wb") as opened:
@@ -37,7 +37,7 @@ def put(file: Path, content: bytes) -> None:
 
 
 def keep(file: Path, content: bytes) -> None:
-    """Keeps a file within a `folder`, with the folders that it lies in. Errors: `ModuleError`, where there is no room for it."""
+    """Stores a file within a `folder`, creating its parent folders. Raises `ModuleError` if there is no room for it."""
     try:
         file.parent.mkdir(parents=True, exist_ok=True)
         put(file, content)
@@ -46,8 +46,8 @@ def keep(file: Path, content: bytes) -> None:
 
 
 def folder(kind: str) -> Path:
-    """Returns the folder where what is made of a `kind`, "python-blocks" or "models", is kept for this user: the one that
-    OPENGPAC_COMPILED names, else one in the user's cache."""
+    """Returns the folder where files of a `kind`, "python-blocks" or "models", are cached for this user: the one that OPENGPAC_COMPILED
+    names, else one in the user's cache."""
     given = os.environ.get("OPENGPAC_COMPILED")
     made = (Path(given).absolute() if given else user_cache()) / kind
     try:

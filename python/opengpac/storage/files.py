@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Paths that are given, and text files that are written whole or not at all."""
+"""Paths from arguments, and text files that are written atomically."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from ..errors import CallError, FileFailed, refuse
 
 
 def path_of(given: Any, what: str) -> Path:
-    """The path that an argument `what` is given, absolute. Raises CallError where it is none."""
+    """Returns the absolute path in the argument `what`. Raises CallError if it is not a path."""
     if not isinstance(given, str | os.PathLike) or not str(given).strip() or not str(given).isprintable():
         refuse(CallError, f"{what} is given {str(given)[:80]!r}", "give the path of a file")
     try:
@@ -29,12 +29,12 @@ def path_of(given: Any, what: str) -> Path:
 
 
 def is_source(path: Path) -> bool:
-    """Returns whether its ending says that it is built where it is loaded: C or C++. The core knows which endings do."""
+    """Returns whether the extension is that of source built on loading: C or C++. The core defines the extensions."""
     return path.suffix.removeprefix(".") in _native.source_endings()
 
 
 def there(path: Path) -> bool:
-    """Returns whether there is such a file; of a path that no file could have there is none."""
+    """Returns whether the file exists; an invalid path does not."""
     try:
         return path.exists()
     except (OSError, ValueError):
@@ -42,7 +42,7 @@ def there(path: Path) -> bool:
 
 
 def read(path: Path, what: str) -> str | None:
-    """The text of a file; None where there is none."""
+    """Returns the text of a file, or None if it does not exist."""
     try:
         return path.read_text(encoding="utf-8")
     except FileNotFoundError:
@@ -52,7 +52,7 @@ def read(path: Path, what: str) -> str | None:
 
 
 def write(path: Path, text: str, what: str, *, previous: Path | None = None) -> None:
-    """Puts `text` in the place of the file in one step; where that fails the file is as it was. `previous`: keeps the old file there.
+    """Replaces the file by `text` atomically; if that fails the file is unchanged. `previous`: keeps the old file there.
 
     `opengpac check` writes nothing.
     """
@@ -82,17 +82,17 @@ def write(path: Path, text: str, what: str, *, previous: Path | None = None) -> 
 
 
 LOCK_WAIT_S = 10.0
-"""How long a change of a file waits for another program's."""
+"""Time for which a change of a file waits for that of another program."""
 
 _LOCK_LOOK_S = 0.005
 
 
 @contextlib.contextmanager
 def locked(path: Path, what: str) -> Iterator[None]:
-    """Keeps other programs that do so from changing the file meanwhile, by a lock on its folder, which leaves nothing behind.
+    """Prevents other programs that also call this from changing the file meanwhile, by a lock on its folder, which leaves no trace.
 
-    Raises `FileFailed` where another one holds it for longer than `LOCK_WAIT_S`. A folder that is not there or knows no locks is not
-    locked: the write says what is wrong with it.
+    Raises `FileFailed` if another program holds it for longer than `LOCK_WAIT_S`. A folder that does not exist or does not support
+    locks is not locked: the write reports its error.
     """
     with contextlib.ExitStack() as held:
         with contextlib.suppress(OSError, RuntimeError):
@@ -104,7 +104,7 @@ def locked(path: Path, what: str) -> Iterator[None]:
 
 
 def _take(descriptor: int) -> bool:
-    """Takes the lock of a folder; False where another one held it for too long."""
+    """Locks a folder; returns False if another program held it for too long."""
     until = time.monotonic() + LOCK_WAIT_S
     while True:
         try:
@@ -117,7 +117,7 @@ def _take(descriptor: int) -> bool:
 
 
 def _settle(folder: Path) -> None:
-    """Writes the new name to the disk too, not only the contents."""
+    """Writes the new name to the disk too, in addition to the contents."""
     descriptor = os.open(folder, os.O_RDONLY)
     try:
         os.fsync(descriptor)
@@ -133,11 +133,11 @@ XML_ERRORS = (ElementTree.ParseError, LookupError, ValueError)
 """Errors of ElementTree for a file that is no XML; one in an encoding that expat leaves to Python is one of the last two."""
 
 XML_DEPTH_MAX = 200
-"""How deep the elements of a model may be nested."""
+"""Maximum nesting depth of the elements of a model."""
 
 
 def is_too_deep(root: ElementTree.Element) -> bool:
-    """Returns whether the elements of a file are nested deeper than any model's: as many nested calls would write them."""
+    """Returns whether the elements of a file are nested deeper than in any model: writing them would nest as many calls."""
     left = [(root, 1)]
     while left:
         element, depth = left.pop()

@@ -12,7 +12,7 @@ from pathlib import Path
 
 
 def process_folder(purpose: str) -> Path:
-    """Returns the folder of this process for `purpose`, removed when it ends. A forked child gets its own and leaves its parent's alone."""
+    """Returns the folder of this process for `purpose`, removed at its end. A forked child gets its own and does not touch its parent's."""
     return _made(purpose, os.getpid())
 
 
@@ -24,6 +24,6 @@ def _made(purpose: str, process: int) -> Path:
 
 
 def _remove(folder: Path, process: int) -> None:
-    # Exit functions are copied to a forked child, too.
+    # A forked child inherits the exit functions.
     if os.getpid() == process:
         shutil.rmtree(folder, ignore_errors=True)

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The studio: a page in a browser that shows a running system, and the commands that serve it. `docs/studio.md` is its manual.
 
-The page is served by threads of the real-time core, in this process or in the daemon's: it goes on while Python is busy.
+Threads of the real-time core serve the page, in this process or in the daemon's: it keeps working while Python is busy.
 """
 
 from __future__ import annotations
@@ -29,24 +29,24 @@ if TYPE_CHECKING:
     from ..system.system import System
 
 PAGE = Path(__file__).parents[1] / "studio_page"
-"""The page's files, as `npm run build` puts them there; the wheel has them."""
+"""Files of the page, as built by `npm run build` and shipped in the wheel."""
 
 ROLES = ("observe", "operate", "configure")
-"""What the page may do: look; start, halt and enable; install definitions that were edited."""
+"""Rights of the page: watch; start, halt and enable; install edited definitions."""
 
 _ANSWER_S = 10.0
 
 
 class Studio:
-    """The page of a system, as long as it is served: its address, and how to end it. Made by `cell.studio()`."""
+    """Page of a system while it is served: its address, and a method to stop it. Made by `cell.studio()`."""
 
     def __init__(self, system: str, url: str, role: str | None, server: _native.Server | None = None) -> None:
         self.system = system
-        """Name of the system that it shows."""
+        """Name of the displayed system."""
         self.url = url
-        """Its address, with the token of this run: a browser that has it may do what `role` says."""
+        """Address of the page, with the token of this run: a browser that has it has the rights of `role`."""
         self.role = role
-        """`observe`, `operate` or `configure`; None where a daemon decides by who asks."""
+        """`observe`, `operate` or `configure`; None if a daemon decides by the caller."""
         self._server = server
         self._pointer: tempfile.TemporaryDirectory[str] | None = None
 
@@ -56,7 +56,7 @@ class Studio:
         return not self.url
 
     def stop(self) -> None:
-        """Serves the page no longer; its token is worth nothing then. Idempotent. A daemon's page goes on."""
+        """Stops serving the page, and invalidates its token. Idempotent. A daemon's page continues."""
         self.url = ""
         if self._server is not None:
             self._server.stop()
@@ -65,9 +65,9 @@ class Studio:
             self._pointer = None
 
     def open(self) -> bool:
-        """Opens the page in a browser of this machine; False where there is none, or no screen for it.
+        """Opens the page in a browser of this machine; returns False if there is none, or no screen for it.
 
-        The address is handed over in a file that only this user can read, because everybody can read the command line of a browser.
+        The address is passed in a file that only this user can read, because the command line of a browser is public.
         """
         if not self.url or not _has_screen():
             return False
@@ -93,7 +93,7 @@ class Studio:
 
 
 def serve(system: SystemObservation, port: int, role: str, audit: str | None = None, page: Path | None = None) -> Studio:
-    """Serves the page of a system of this process. Raises `FileFailed` where it was not built, `InUse` where the port is taken."""
+    """Serves the page of a system of this process. Raises `FileFailed` if it was not built, `InUse` if the port is in use."""
     if not isinstance(port, int) or isinstance(port, bool) or not 0 <= port <= 65535:
         refuse(CallError, f"the port of a studio is {port!r}", "take 1024 to 65535, or 0 for any that is free")
     if role not in ROLES:
@@ -112,19 +112,19 @@ def serve(system: SystemObservation, port: int, role: str, audit: str | None = N
 
 
 def records_of_user() -> str | None:
-    """Makes and returns the folder into which a page that may record does so where none is named, in `$XDG_DATA_HOME` or
-    `~/.local/share`; None where it cannot be made."""
+    """Creates and returns the default folder for recordings of a page, in `$XDG_DATA_HOME` or `~/.local/share`; None if it cannot be
+    created."""
     try:
         folder = user_data() / "recordings"
         folder.mkdir(parents=True, exist_ok=True)
     except (OSError, RuntimeError):
-        # A user without a home, or one that cannot be written.
+        # The user has no home, or it is not writable.
         return None
     return str(folder)
 
 
 def built(page: Path | None = None) -> Path:
-    """The folder of the page's files. Raises `FileFailed` where they are not there: a checkout in which the page was not built."""
+    """Returns the folder of the page's files. Raises `FileFailed` if they do not exist: a checkout in which the page was not built."""
     folder = page or PAGE
     if not (folder / "index.html").is_file():
         remedy = "`make page` builds it in the sources, with Node 20.19 or newer; the wheel has it"
@@ -133,7 +133,7 @@ def built(page: Path | None = None) -> Path:
 
 
 def of_daemon(system: SystemObservation) -> Studio:
-    """The page that a daemon serves itself. Raises `NotAllowed` where it has none, or is reached in a way that no browser can go."""
+    """Returns the page that a daemon serves itself. Raises `NotAllowed` if it has none, or its address is not reachable by a browser."""
     session = system.session
     assert session is not None
     remedy = "start it with --listen 127.0.0.1:8777 --tokens FILE, or --studio, and open the address that it prints"
@@ -147,14 +147,14 @@ def of_daemon(system: SystemObservation) -> Studio:
 
 
 def _has_screen() -> bool:
-    """Returns whether a browser could show something: on a machine without a screen it would be one of texts, in the program's terminal."""
+    """Returns whether a graphical browser is possible: without a screen it would be a text browser, in the program's terminal."""
     return sys.platform != "linux" or bool(os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY"))
 
 
 # ---- opengpac studio PROGRAM.py
 
 
-# Python notes a signal that arrives just before a sleep begins, and acts on it when that sleep ends. So no sleep may be long.
+# Python registers a signal that arrives just before a sleep, and handles it when that sleep ends. Therefore sleeps must be short.
 _SLICE_S = 0.2
 
 
@@ -172,14 +172,14 @@ class _Shown(programs.Watcher):
         if system.session is not None:
             return
         studio = system._served(serve(system, self.port, self.role, page=self.page))
-        # A second system needs an address of its own.
+        # A second system needs a separate address.
         self.port = 0
         print(f"studio: {studio.url}", flush=True)
         if self.browser:
             studio.open()
 
     def left(self, system: System) -> None:
-        # It goes on until Ctrl-C.
+        # Continue until Ctrl-C.
         if not system.closed:
             print(f"'{self.program}' is through with system '{system.name}', which goes on; Ctrl-C ends it", flush=True)
             while True:
@@ -199,7 +199,7 @@ def add_to(commands: Any) -> None:
 
 
 def _studio(given: argparse.Namespace) -> int:
-    # Before the program runs: it need not move a machine for a page that is not there.
+    # Check before the program runs: it must not move a machine for a missing page.
     built(None if given.page is None else Path(given.page))
     signal.signal(signal.SIGTERM, signal.default_int_handler)
     shown = _Shown(given)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Workspaces: layouts of panels that a program ships with its system, and the studio shows."""
+"""Workspaces: layouts of panels that a program ships with its system for the studio."""
 
 from __future__ import annotations
 
@@ -19,17 +19,16 @@ if TYPE_CHECKING:
     from ..system.system import System
 
 FORMAT = 1
-"""The version of the file format, which a file says as `"workspace": 1`."""
+"""Version of the file format, declared in a file as `"workspace": 1`."""
 
 File = str | os.PathLike[str]
 
 
 @all_taking
 class Workspaces(TableDisplay, DeclaredNames):
-    """The workspaces of a system, `cell.workspaces`: names of layouts that programs ship and people keep in the studio.
+    """Workspaces of a system, `cell.workspaces`: names of layouts that programs ship and users store in the studio.
 
-    A layout is a JSON file, or the same as a dictionary; `docs/workspaces.md` describes it.
-
+    A layout is a JSON file, or an equivalent dictionary; `docs/workspaces.md` describes it.
     >>> import opengpac as gpac
     >>> cell = gpac.System("cell", clock="virtual")
     >>> level = cell.svv("level", float, unit="m")
@@ -45,10 +44,10 @@ class Workspaces(TableDisplay, DeclaredNames):
         return f"the workspaces of system '{self._system.name}'"
 
     def ship(self, workspace: File | Mapping[str, Any]) -> None:
-        """Enters a workspace that this program ships, in the place of the one that was shipped before under its name.
+        """Enters a workspace that this program ships, replacing the one previously shipped under its name.
 
-        A file, or what stands in one. Everything that it names must be there: verbs, verb instances, SVVs, physical devices; what is
-        not is refused, each with what was probably meant, and nothing is entered. Also refused where a person keeps one of that name.
+        `workspace` is a file, or its contents. All names in it must exist: verbs, verb instances, SVVs, physical devices; unknown
+        names are refused, each with the probable one, and nothing is entered. Also refused if a user has stored one of that name.
         """
         given = read(workspace)
         self._check(given)
@@ -56,35 +55,38 @@ class Workspaces(TableDisplay, DeclaredNames):
             self._system._alive().ship_workspace(given)
 
     def check(self, workspace: File | Mapping[str, Any]) -> None:
-        """Raises what is wrong with a workspace: its form, and whatever it names that is not there. Nothing is entered."""
+        """Raises the errors of a `workspace`: in its form, and unknown names. Enters nothing."""
         self._check(read(workspace))
 
     def _check(self, given: dict[str, Any]) -> None:
         with refusals:
             found = self._system._alive().check_workspace(given)
             if checking.active():
-                # Nothing runs where a program is only checked: instances that it makes are not there.
+                # Nothing runs in a check: the instances that the program makes do not exist.
                 found = [one for one in found if "there is no verb instance" not in one["message"]]
             if found:
                 raise _native.Refused(json.dumps(found))
 
     def withdraw(self, name: str) -> None:
-        """Removes a workspace that a program has shipped. `UnknownName` where there is none; `InUse` for one that a person keeps."""
+        """Removes the workspace `name` that a program has shipped. Raises `UnknownName` if there is none, `InUse` for one that a user
+        has stored."""
         with refusals:
             self._system._alive().withdraw_workspace(name)
 
     def forget(self, name: str) -> None:
-        """Removes a workspace that a person keeps. `UnknownName` where there is none; `InUse` for one that a program has shipped."""
+        """Removes the workspace `name` that a user has stored. Raises `UnknownName` if there is none, `InUse` for one that a program has
+        shipped."""
         with refusals:
             self._system._alive().forget_workspace(name)
 
     def save(self, name: str, path: File) -> None:
-        """Writes a workspace into a file, which `ship` takes: one that was composed in the studio goes with the program so."""
+        """Writes the workspace `name` to the file at `path`, for `ship`: a layout composed in the studio can thus be shipped with the
+        program."""
         text = json.dumps({"workspace": FORMAT, **self[name]}, indent=2, ensure_ascii=False) + "\n"
         files.write(files.path_of(path, "save"), text, "the workspace")
 
     def __getitem__(self, name: str) -> dict[str, Any]:
-        """A workspace, as a file would have it."""
+        """Returns a workspace in the form of a file."""
         with refusals:
             return self._system._alive().workspace(name)
 
@@ -123,7 +125,7 @@ def _words(about: Mapping[str, Any]) -> list[str]:
 
 
 def read(workspace: File | Mapping[str, Any]) -> dict[str, Any]:
-    """A workspace from a file or a mapping, without the version of its format. Raises `FileFailed` with the file and line."""
+    """Returns a workspace from a file or a mapping, without the version of its format. Raises `FileFailed` with the file and line."""
     given: Any = workspace
     at = "the workspace"
     if not isinstance(workspace, Mapping):

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Symbolic models: a `casadi.Function` becomes a function block through CasADi's own C code. `gpac.casadi`."""
+"""Symbolic models: makes a function block of a `casadi.Function` through CasADi's own C code. `gpac.casadi`."""
 
 from .block import CasadiBlock, casadi
 

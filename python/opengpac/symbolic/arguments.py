@@ -33,8 +33,8 @@ class Side:
 
 @dataclass(frozen=True)
 class Argument:
-    """Input or output number `index` of the function: its `item` in the block, or None where it is left out; `rows` and `columns`;
-    `places` of its nonzero elements, by row, in the order that CasADi has them; `back`, the input that this output is the next value of."""
+    """Input or output number `index` of the function: its `item` in the block, or None if omitted; `rows` and `columns`; `places` of its
+    nonzero elements, by row, in CasADi's order; `back`, the input for which this output is the next value."""
 
     index: int
     name: str
@@ -46,12 +46,12 @@ class Argument:
 
     @property
     def size(self) -> int:
-        """Number of its elements, zeros included."""
+        """Number of elements, including zeros."""
         return self.rows * self.columns
 
     @property
     def in_order(self) -> bool:
-        """True if CasADi's elements are those of the block, one after the other."""
+        """True if CasADi's elements are those of the block, in the same order."""
         return self.places == tuple(range(self.size))
 
 
@@ -64,7 +64,7 @@ class Arguments:
 
     @property
     def items(self) -> list[Item]:
-        """The items of the block."""
+        """Items of the block."""
         return [a.item for a in (*self.inputs, *self.outputs) if a.item is not None]
 
 
@@ -77,7 +77,7 @@ def arguments_of(
     states: Mapping[str, str],
     initial: Mapping[str, Any],
 ) -> Arguments:
-    """Returns the inputs and outputs of a function, or what is wrong with them."""
+    """Returns the inputs and outputs of a function, or refuses them."""
     ins = [str(function.name_in(i)) for i in range(function.n_in())]
     outs = [str(function.name_out(i)) for i in range(function.n_out())]
     for what, names, known in (
@@ -204,14 +204,14 @@ def _check_name(block: str, name: str) -> None:
 
 
 def _shape(rows: int, columns: int) -> tuple[int, ...]:
-    """Of the port: a scalar, a vector whichever way it lies, or a matrix."""
+    """Returns the shape of the port: a scalar, a vector (row or column), or a matrix."""
     if rows == columns == 1:
         return ()
     return (rows * columns,) if 1 in (rows, columns) else (rows, columns)
 
 
 def _constant(block: str, name: str, given: Constant) -> tuple[Any, str]:
-    """The value of a parameter, and its unit where the text has one."""
+    """Returns the value of a parameter, and its unit if the text contains one."""
     if not isinstance(given, str):
         return given, ""
     number, _, unit = given.strip().partition(" ")
@@ -228,7 +228,7 @@ def _constant(block: str, name: str, given: Constant) -> tuple[Any, str]:
 
 
 def _default(block: str, name: str, shape: tuple[int, ...], given: Any) -> str:
-    """The numbers of a default as C has them."""
+    """Returns the numbers of a default in C."""
     try:
         values = np.asarray(given, dtype=float)
     except (TypeError, ValueError):
@@ -236,7 +236,7 @@ def _default(block: str, name: str, shape: tuple[int, ...], given: Any) -> str:
     if not np.isfinite(values).all() or values.shape not in ((), shape):
         wanted = "".join(f"[{n}]" for n in shape)
         refuse(DefinitionError, f"'{name}' of block '{block}' begins with {given!r}", f"give finite numbers of double{wanted}")
-    # C fills up with zeros.
+    # C pads with zeros.
     texts = [repr(float(v)) for v in np.trim_zeros(np.broadcast_to(values, shape).ravel(), "b")] or ["0"]
     if len(texts) > DEFAULTS_MAX:
         text = (

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The C of a block: what CasADi generated, and a `FUNCTION_BLOCK` that calls it. Work vectors lie on the stack while it runs: nothing in
-them outlives an invocation, so instances share nothing and a fault leaves nothing behind."""
+"""C code of a block: CasADi's output, and a `FUNCTION_BLOCK` that calls it. Work vectors are on the stack while it runs: none of them
+outlives an invocation, so instances share nothing and a fault leaves nothing behind."""
 
 from __future__ import annotations
 
@@ -24,11 +24,11 @@ _MACROS = {
     "FUNCTION_BLOCK", "TYPE", "fpclassify", "isfinite", "isgreater", "isgreaterequal", "isinf", "isless", "islessequal",
     "islessgreater", "isnormal", "isunordered", "report_value", "signbit", "va_arg", "va_copy", "va_end",
 }  # fmt: skip
-"""Macros with arguments of the headers that generated C includes."""
+"""Function-like macros of the headers that generated C includes."""
 
 
 def named_for_c(function: Any) -> Any:
-    """The function under a name that its C can have: CasADi exports it by its own, which may be `sin` or `int`."""
+    """Returns the function under a name valid in C: CasADi exports it by its own, which may be `sin` or `int`."""
     name, library = str(function.name()), ctypes.CDLL(None)
     if _native.is_word_of_c(name) or name in _MACROS or name.startswith("casadi_") or hasattr(library, name):
         return function.slice(f"{name}_of_casadi", list(range(function.n_in())), list(range(function.n_out())))
@@ -36,7 +36,7 @@ def named_for_c(function: Any) -> Any:
 
 
 def generated(library: Any, function: Any, block: str, publish_unsolved: bool = False) -> str:
-    """The C that CasADi makes of a function, or why it cannot run in a block."""
+    """Returns the C that CasADi generates for a function; refuses it if it cannot run in a block."""
     try:
         generator = library.CodeGenerator("opengpac_casadi", {"with_header": False, "casadi_int": "long long int"})
         generator.add(function)
@@ -60,13 +60,13 @@ def generated(library: Any, function: Any, block: str, publish_unsolved: bool = 
 
 
 def work_bytes(function: Any) -> int:
-    """Returns the bytes of a function's work vectors, its arguments in CasADi's order included."""
+    """Returns the size in bytes of a function's work vectors, including its arguments in CasADi's order."""
     sizes = sum(int(function.nnz_in(i)) for i in range(function.n_in())) + sum(int(function.nnz_out(i)) for i in range(function.n_out()))
     return 8 * (int(function.sz_arg()) + int(function.sz_res()) + int(function.sz_iw()) + int(function.sz_w()) + sizes)
 
 
 def source(name: str, doc: str, arguments: Arguments, text: str, function: Any) -> str:
-    """The text of a C file with one block."""
+    """Returns the text of a C file with one block."""
     work = work_bytes(function)
     if work > WORK_BYTES_MAX:
         remedy = "make the problem smaller, or expand the function: function.expand()"
@@ -98,7 +98,7 @@ def source(name: str, doc: str, arguments: Arguments, text: str, function: Any) 
 
 
 def _taken(argument: Argument) -> list[str]:
-    """Gives the function an input: where it lies, or in the order of CasADi."""
+    """Returns the lines that pass an input to the function: in place, or copied in CasADi's order."""
     if argument.item is None:
         return []
     where = f"opengpac_arg[{argument.index}]"
@@ -114,7 +114,7 @@ def _taken(argument: Argument) -> list[str]:
 
 
 def _offered(argument: Argument) -> list[str]:
-    """Returns the lines by which a result goes into a variable first: the function may read a state and write its next value at once."""
+    """Returns the lines that store a result in a temporary variable: the function may read a state and write its next value at once."""
     if (argument.item is None and argument.back is None) or not argument.places:
         return []
     local = f"opengpac_out_{argument.index}"
@@ -122,7 +122,7 @@ def _offered(argument: Argument) -> list[str]:
 
 
 def _given(argument: Argument) -> list[str]:
-    """Stores an output, and the next value of a state. What the function's sparse output leaves out is 0."""
+    """Returns the lines that store an output, and the next value of a state. Elements absent from the function's sparse output are 0."""
     if argument.item is not None and isinstance(argument.item.word, Condition):
         lines = [f"    if (opengpac_out_{argument.index}[0] != 0.0) report({argument.name});"] if argument.places else []
     else:
@@ -139,7 +139,7 @@ def _stored(argument: Argument, name: str) -> list[str]:
 
 
 def _pairs(argument: Argument) -> list[tuple[int, str]]:
-    """Number of each element that CasADi has, and where it lies in the block's array."""
+    """Returns the number of each of CasADi's elements, and its index in the block's array."""
     if 1 in (argument.rows, argument.columns):
         vector = argument.size > 1
         return [(k, f"[{place}]" if vector else "") for k, place in enumerate(argument.places)]

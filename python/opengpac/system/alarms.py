@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Alarms: what a person has to know, until its cause is gone and a person has acknowledged it."""
+"""Alarms: conditions reported to a person, until the cause is gone and a person has acknowledged them."""
 
 from __future__ import annotations
 
@@ -23,10 +23,10 @@ SEVERITIES = ("low", "medium", "high", "critical")
 
 @dataclass(frozen=True)
 class Shelving:
-    """One time that an alarm was out of the list: `who` shelved it and the `reason`, from `time` `until` a time at most.
+    """One removal of an alarm from the list: `who` shelved it and the `reason`, from `time` `until` a time at most.
 
-    Times are s of the system's clock, `wall` is the date of `time`. `ended`: when it ended, None while it lasts; `ended_by`: who ended
-    it, empty where its time was over.
+    Times are s of the system's clock, `wall` is the date of `time`. `ended`: time of its end, None while it lasts; `ended_by`: person
+    who ended it, empty if its time elapsed.
     """
 
     who: str
@@ -40,10 +40,12 @@ class Shelving:
 
 @dataclass(frozen=True)
 class Alarm:
-    """One alarm as it is now: `code`, `source` (verb, device or channel), `block`, `text`, `remedy`, `severity`, when and how often.
+    """One alarm in its present state: `code`, `source` (verb, device or channel), `block`, `text`, `remedy`, `severity`, times and
+    `count`.
 
-    `active`: its cause is there. `time`, `returned` and `acknowledged_at` are s of the system's clock, `wall` is the date of `time`.
-    `shelvable`: whether `shelve` takes it. `shelvings`: when it was out of the list, by whom and why, the latest last.
+    `active`: its cause is present. `time`, `returned` and `acknowledged_at` are s of the system's clock, `wall` is the date of
+    `time`. `shelvable`: whether `shelve` accepts it. `shelvings`: its removals from the list, with person and reason, the latest
+    last.
     """
 
     number: int
@@ -65,7 +67,7 @@ class Alarm:
 
     @property
     def time(self) -> float:
-        """When it came last, in s of the system's clock."""
+        """Time of the latest occurrence, in s of the system's clock."""
         return self.time_ns * 1e-9
 
     @property
@@ -106,11 +108,10 @@ _TIMES = {"returned_ns": "returned", "acknowledged_ns": "acknowledged_at"}
 
 @all_taking
 class Alarms(TableDisplay, DeclaredNames):
-    """The alarms of a system, `cell.alarms`: those that are active or not acknowledged, in the order in which they came first.
+    """Alarms of a system, `cell.alarms`: those that are active or not acknowledged, in the order of their first occurrence.
 
-    Every end of a verb that raises, every device that fails and the emergency stop raise one by themselves; `define` adds your
-    own. A copy of the alarms is taken at each look.
-
+    Every end of a verb that raises, every device failure and the emergency stop raise one automatically; `define` adds your own. Each
+    access takes a copy of the alarms.
     >>> import opengpac as gpac
     >>> cell = gpac.System("cell", clock="virtual")
     >>> cell.alarms.define("E101", "the magazine is empty", remedy="fill it", severity="low")
@@ -133,42 +134,43 @@ class Alarms(TableDisplay, DeclaredNames):
 
     @property
     def history(self) -> list[Alarm]:
-        """Alarms that are over, 1,000 at most, oldest first; those of earlier lives of the system too, where it was restored.
+        """Past alarms, 1,000 at most, oldest first, including those of earlier lives of a restored system.
 
-        Where there are more, the oldest leave of the code that has the most, so that one that chatters leaves the others there.
+        Beyond that number the oldest alarms of the most frequent code are removed, so that a chattering alarm does not displace
+        others.
         """
         return [_alarm(given) for given in self._described()["history"]]
 
     @property
     def dropped(self) -> int:
-        """Number of alarms that left before they were over: at most 1,000 are present. The log names each; they are in the history."""
+        """Number of alarms removed before they were over: at most 1,000 are present. The log names each; they are in the history."""
         return self._described().get("dropped", 0)
 
     @property
     def active(self) -> list[Alarm]:
-        """Those whose cause is there."""
+        """Alarms whose cause is present."""
         return [alarm for alarm in self if alarm.active]
 
     @property
     def unacknowledged(self) -> list[Alarm]:
-        """Those that are not acknowledged yet."""
+        """Alarms that are not acknowledged yet."""
         return [alarm for alarm in self if not alarm.acknowledged]
 
     @property
     def shelved(self) -> list[Alarm]:
-        """Those that `shelve` has taken out of the list for a time; `len`, iteration and `active` leave them out."""
+        """Alarms that `shelve` has temporarily removed from the list; `len`, iteration and `active` exclude them."""
         return [_alarm(given) for given in self._described().get("shelved", [])]
 
     @property
     def texts(self) -> Mapping[str, Mapping[str, str]]:
-        """Texts that were defined: code → text, remedy, severity."""
+        """Defined texts: code → text, remedy, severity."""
         return self._described()["texts"]
 
     def define(self, code: str, text: str, remedy: str = "", *, severity: str = "high") -> None:
-        """Defines an alarm of your own; again changes it for alarms to come.
+        """Defines an alarm of your own, with its `code`, `text` and `remedy`; redefining it affects later alarms.
 
         `trip` raises it, or a verb's condition: `on("force.above", alarm="E101")`. `severity`: low, medium, high or critical. A code
-        that the system itself uses (`following_error`) may be defined too: its text then stands before the system's.
+        used by the system itself (`following_error`) can be defined too: its text then precedes the system's.
         """
         for what, given in (("code", code), ("text", text), ("remedy", remedy)):
             if not isinstance(given, str):
@@ -179,33 +181,35 @@ class Alarms(TableDisplay, DeclaredNames):
             self._system._alive().define_alarm({"text": text, "remedy": remedy, "severity": severity}, code)
 
     def trip(self, code: str, text: str = "", *, source: str = "program") -> None:
-        """Raises an alarm that was defined; it is active until `clear`. Raised again it is counted."""
+        """Raises the alarm `code`, which must be defined; it is active until `clear`. Further calls increment its count."""
         with refusals:
             self._system._alive().raise_alarm(_text(code, "code"), _text(source, "source"), _text(text, "text"))
 
     def clear(self, code: str, *, source: str | None = None) -> bool:
-        """Says that the cause of an alarm that `trip` raised is gone; whether it was active. It stays until it is acknowledged."""
+        """Reports that the cause of an alarm raised by `trip` is gone; returns whether it was active. It remains until it is
+        acknowledged."""
         with refusals:
             return self._system._alive().clear_alarm(_text(code, "code"), source)
 
     def acknowledge(self, alarm: Alarm | int | None = None) -> int:
-        """Acknowledges one alarm, or all that are not shelved; how many were not. An active one stays until its cause is gone."""
+        """Acknowledges one `alarm`, or all that are not shelved; returns the number acknowledged. An active one remains until its cause
+        is gone."""
         which = None if alarm is None else _numbered(alarm, "acknowledge", ", or nothing for all")
         with refusals:
             return self._system._alive().acknowledge_alarms(which)
 
     def shelve(self, alarm: Alarm | int, reason: str, duration: Quantity) -> None:
-        """Takes an alarm out of the list for a `duration` of the system's clock, 24 h at most, or until `unshelve`.
+        """Removes an `alarm` from the list for a `duration` of the system's clock, 24 h at most, or until `unshelve`.
 
-        It stays out while it returns and comes again. Its `shelvings` tell who, when and why. Emergency stops, lost devices and processors
-        and the severity `critical` stay in the list: `NotAllowed`.
+        It stays removed even if it recurs. Its `shelvings` record person, time and `reason`. Emergency stops, lost devices and
+        processors and the severity `critical` cannot be shelved: `NotAllowed`.
         """
         for_ns = duration_ns(duration, "the time of a shelving")
         with refusals:
             self._system._alive().shelve_alarm(_numbered(alarm, "shelve"), _text(reason, "reason"), for_ns)
 
     def unshelve(self, alarm: Alarm | int) -> bool:
-        """Puts a shelved alarm back into the list; whether it was shelved."""
+        """Returns a shelved `alarm` to the list; returns whether it was shelved."""
         with refusals:
             return self._system._alive().unshelve_alarm(_numbered(alarm, "unshelve"))
 
@@ -219,7 +223,7 @@ class Alarms(TableDisplay, DeclaredNames):
         return any(alarm.code == code or alarm == code for alarm in self)
 
     def __getitem__(self, code: str | int) -> Alarm:
-        """The newest alarm of that code, or the one of that number."""
+        """Returns the newest alarm of that code, or the one of that number."""
         alarms = list(self)
         found = [alarm for alarm in alarms if code in (alarm.code, alarm.number)]
         if not found:
@@ -245,7 +249,7 @@ class Alarms(TableDisplay, DeclaredNames):
 
 
 def _alarm_table(alarms: Iterable[Alarm]) -> Table:
-    """Alarms as a table: red while they are active."""
+    """Returns alarms as a table: red while they are active."""
     shown = [*alarms]
     rows = [(a.number, f"{a.time:.3f} s", a.severity, a.state, a.code, a.source, a.text, a.remedy, a.count) for a in shown]
     looks = ["bad" if a.active and not a.acknowledged else "warn" if a.active else "soft" for a in shown]

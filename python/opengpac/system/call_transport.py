@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Transport of calls: a name and the JSON text of its arguments, however the system is reached."""
+"""Transport of calls: a name and the JSON text of its arguments, independent of the connection to the system."""
 
 from __future__ import annotations
 
@@ -9,16 +9,17 @@ from typing import Any
 
 
 class CallTransport:
-    """Carrier of calls as texts, to an embedded system or a remote one."""
+    """Transport of calls as texts, to an embedded system or a remote one."""
 
     __slots__ = ()
 
     def call(self, name: str, arguments_json: str = "", /) -> str:
-        """Makes a call, to its end; returns the JSON text of its answer. Lets signals through."""
+        """Makes a call, to its end; returns the JSON text of its answer. Signals are handled meanwhile."""
         raise NotImplementedError
 
     def begin(self, name: str, arguments_json: str, slice_ns: int, /) -> str | None:
-        """Makes the call as `call` does, for this much real time; None where it is not over then. For calls that may be made again."""
+        """Makes the call like `call`, for at most this much real time; returns None if it has not finished. For calls that can be
+        repeated."""
         raise NotImplementedError
 
     def _ask(self, name: str, arguments: Mapping[str, Any] | None = None) -> Any:

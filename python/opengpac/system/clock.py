@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The time of a system: its clock, and how a program moves it where it is virtual."""
+"""Time of a system: its clock, and its advance by a program under the virtual clock."""
 
 from __future__ import annotations
 
@@ -16,20 +16,20 @@ if TYPE_CHECKING:
 
 @all_taking
 class SystemTime:
-    """The clock of a `System`."""
+    """Clock of a `System`."""
 
     _alive: Callable[[], RealTimeSystem]
 
     @property
     def now(self) -> float:
-        """The time of the system's clock, in s."""
+        """Time of the system's clock, in s."""
         with refusals:
             return self._alive().now() * 1e-9
 
     def advance(self, duration: Quantity | None = None, *, until: Callable[[], Any] | None = None, within: Quantity = "60 s") -> None:
-        """Runs the firings in (now, now + duration], or until a predicate holds, `until=joint.sensed > 1.0`, under the virtual clock.
+        """Runs the firings in (now, now + `duration`], or until a predicate holds, `until=joint.sensed > 1.0`, under the virtual clock.
 
-        With `until`, `TimeoutError` comes when it does not hold `within` that time.
+        With `until`, raises `TimeoutError` if it does not hold `within` that time.
         """
         native = self._alive()
         if (duration is None) == (until is None):

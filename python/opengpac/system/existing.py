@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Objects that exist in a system already, made by any program: instances, devices, sources, by name."""
+"""Existing objects of a system, made by any program: instances, devices, sources, by name."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ def _configuration(system: System) -> dict[str, Any]:
 
 
 def fill(system: System) -> None:
-    """Gives a system that was just connected the processors, sources and physical devices that are there."""
+    """Adds the existing processors, sources and physical devices to a system just connected."""
     there = _configuration(system)
     for name in there["processors"]:
         system.processors[name] = Processor(system, name)
@@ -41,7 +41,7 @@ def fill(system: System) -> None:
 
 
 def instance(system: System, name: str, verb: Verb[..., R] | None) -> VerbInstance[R]:
-    """Returns the instance as `System.instance` says."""
+    """Returns the instance as described in `System.instance`."""
     known = {i["name"]: i for i in system.statistics["instances"]}
     found = known.get(name)
     if found is None:
@@ -52,7 +52,7 @@ def instance(system: System, name: str, verb: Verb[..., R] | None) -> VerbInstan
 
 
 def _verb(name: str) -> Any:
-    """A verb of which its name is known only: its reports are plain, and what it raises is `Terminated`."""
+    """Returns a verb of which only the name is known: its reports are plain, and it raises `Terminated`."""
 
     class Unwritten(Verb[..., Any]):
         def __init__(self) -> None:
@@ -68,7 +68,7 @@ def _verb(name: str) -> Any:
 
 
 def device(system: System, name: str, kind: type[D]) -> D:
-    """Returns the device as `System.device` says."""
+    """Returns the device as described in `System.device`."""
     there = _configuration(system)
     of = there["logical_devices"].get(name)
     if of is None:
@@ -86,14 +86,14 @@ def device(system: System, name: str, kind: type[D]) -> D:
 
 
 class _AsItIs:
-    """Keeps a class from being checked as a new definition: its type is entered there already."""
+    """Prevents a class from being checked as a new definition: its type already exists in the system."""
 
     def __init_subclass__(cls, **_: Any) -> None:
         return
 
 
 def _kind(of: dict[str, Any]) -> type[LogicalDevice]:
-    """A class for a device type that is known from the system only: its members, and no verb."""
+    """Returns a class for a device type known only from the system: its members, and no verb."""
     members: dict[str, Any] = {"__doc__": of.get("doc") or None, "_definition": _Definition(of["name"], None, of["arbitration"], here())}
     for name, member in of["svvs"].items():
         members[name] = SvvMember(member["type_text"], member.get("unit", ""), None, member.get("history", 0), shared=member.get("shared"))

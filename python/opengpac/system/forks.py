@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A process that is forked from one with a real-time system: the system's threads are not in it, so it has no part in the system."""
+"""A process forked from one with a real-time system: it does not contain the system's threads, so it cannot use the system."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ _PARENT = os.getpid()
 
 
 class NotHere:
-    """Stands for a real-time system that runs in the process that this one was forked from: every call says so."""
+    """Stands for a real-time system that runs in the parent process: every call is refused accordingly."""
 
     def __init__(self, name: str, process: int) -> None:
         self._name, self._process = name, process
@@ -30,7 +30,7 @@ class NotHere:
 
 
 def known(system: System) -> None:
-    """Notes a system that a fork has to know of."""
+    """Registers a system that a fork must handle."""
     _systems.add(system)
 
 
@@ -39,7 +39,7 @@ def _in_the_child() -> None:
     for system in list(_systems):
         native: Any = system._native
         if not isinstance(native, NotHere):
-            # It is never freed here: its end would wait for threads that are not there, or speak in the name of the parent.
+            # It is never freed here: that would wait for threads that do not exist, or act in the name of the parent.
             ctypes.pythonapi.Py_IncRef(ctypes.py_object(native))
             system._left_behind(NotHere(system.name, _PARENT))
     _PARENT = os.getpid()

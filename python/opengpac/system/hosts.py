@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Several hosts: the one that listens for others, and `opengpac join`, which lends a host to a system."""
+"""Several hosts: the one that listens for others, and `opengpac join`, which adds a host to a system."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ def options(
     token: str | None = None,
     clock_limit: Quantity | None = None,
 ) -> dict[str, Any]:
-    """Returns the options by which a host listens or joins, as the core takes them."""
+    """Returns the options with which a host listens or joins, in the core's form."""
     files = {"authority": authority, "certificate": certificate, "key": key}
     given: dict[str, Any] = {what: str(Path(file).expanduser().absolute()) for what, file in files.items() if file is not None}
     if token is not None:
@@ -37,7 +37,7 @@ def options(
 
 
 def host_name() -> str:
-    """This host's name, in letters that a host may have."""
+    """Returns this host's name, in letters valid for a host."""
     return "".join(c if c.isascii() and (c.isalnum() or c in "-_.") else "-" for c in platform.node())[:64] or "host"
 
 
@@ -57,7 +57,7 @@ def add_to(commands: Any) -> None:
 def _join(given: argparse.Namespace) -> int:
     token = Path(given.token_file).read_text().strip() if given.token_file else None
     asked = options(given.at, given.name, authority=given.ca, certificate=given.cert, key=given.key, token=token)
-    # A manager of services ends it so; it is the same as Ctrl-C.
+    # A service manager ends it by this signal; the effect is that of Ctrl-C.
     signal.signal(signal.SIGTERM, signal.default_int_handler)
     try:
         print(f"host '{given.name}' joins system '{given.system}' at {given.at}; Ctrl-C ends it", flush=True)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Listings of what a system has: verbs of both classes, simple and composed, and the instances of them."""
+"""Listings of a system: verbs of both classes, simple and composed, and their instances."""
 
 from __future__ import annotations
 
@@ -10,15 +10,15 @@ from ..values.tables import Table, TableDisplay
 
 
 class VerbEntry(NamedTuple):
-    """A verb that was entered in a system."""
+    """A verb entered in a system."""
 
     name: str
     supports: tuple[str, ...]
-    """The device types that it keeps going; empty: it acts on devices."""
+    """Device types that it keeps running; empty if it acts on devices."""
     simple: bool
-    """Whether it has one command list only."""
+    """True if it has a single command list."""
     parts: Mapping[str, str]
-    """The parts of a composed verb: label → the verb that it was made from; with those of the parts, `pick.grasp`."""
+    """Parts of a composed verb: label → the original verb; including nested parts, `pick.grasp`."""
     command_lists: tuple[str, ...]
     doc: str
 
@@ -29,11 +29,11 @@ class VerbEntry(NamedTuple):
 
     @property
     def columns(self) -> tuple[str, ...]:
-        """Returns the headings of its line."""
+        """Returns the headings of the line."""
         return ("verb", "kind", "shape", "what it is for")
 
     def row(self) -> tuple[str, ...]:
-        """Its line of the listing."""
+        """Returns the entry's line of the listing."""
         parts = ", ".join(label for label in self.parts if "." not in label)
         shape = ["composed of " + parts] if parts else []
         shape += ["simple"] if self.simple else [f"{len(self.command_lists)} command lists"]
@@ -42,22 +42,22 @@ class VerbEntry(NamedTuple):
 
 
 class InstanceEntry(NamedTuple):
-    """A verb instance that exists."""
+    """An existing verb instance."""
 
     name: str
     verb: str
     state: str
     command_list: str
     device: str | None
-    """The logical device that it keeps going; None: it acts on devices."""
+    """Logical device that it keeps running; None if it acts on devices."""
 
     @property
     def columns(self) -> tuple[str, ...]:
-        """Returns the headings of its line."""
+        """Returns the headings of the line."""
         return ("instance", "state", "list", "what it does")
 
     def row(self) -> tuple[str, ...]:
-        """Its line of the listing."""
+        """Returns the entry's line of the listing."""
         return (self.name, self.state, self.command_list, f"supports {self.device}" if self.device else "acts on devices")
 
 
@@ -65,7 +65,7 @@ E = TypeVar("E", VerbEntry, InstanceEntry)
 
 
 class Listing(list[E], TableDisplay):
-    """Entries, which print as a table."""
+    """Entries, printed as a table."""
 
     def _table(self) -> Table:
         return Table("", self[0].columns if self else [], [entry.row() for entry in self])
@@ -77,7 +77,7 @@ class Listing(list[E], TableDisplay):
 
 
 def verbs_of(given: list[dict[str, Any]]) -> Listing[VerbEntry]:
-    """The verbs that the real-time system tells."""
+    """Returns the verbs reported by the real-time system."""
     return Listing(
         VerbEntry(
             v["name"], tuple(v["supports"]), v["simple"], {p: of["verb"] for p, of in v["parts"].items()}, tuple(v["lists"]), v["doc"]
@@ -87,5 +87,5 @@ def verbs_of(given: list[dict[str, Any]]) -> Listing[VerbEntry]:
 
 
 def instances_of(given: list[dict[str, Any]]) -> Listing[InstanceEntry]:
-    """The instances that the real-time system tells."""
+    """Returns the instances reported by the real-time system."""
     return Listing(InstanceEntry(i["name"], i["verb"], i["state"], i["list"], i["owner"]) for i in given)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The systems of this process that are open, by name; those that are left are closed when the interpreter ends."""
+"""Open systems of this process, by name; those left open are closed when the interpreter exits."""
 
 from __future__ import annotations
 
@@ -18,23 +18,23 @@ _open: WeakValueDictionary[str, System] = WeakValueDictionary()
 
 
 def keep(system: System, key: str) -> None:
-    """Counts a system among the open ones; `key` is its name, or of a remote one its URL and session."""
+    """Adds a system to the open ones; `key` is its name, or for a remote one its URL and session."""
     _open[key] = system
 
 
 def forget(system: System) -> None:
-    """Takes out a system that is closed, unless another of its name was made since."""
+    """Removes a closed system, unless another of its name was made since."""
     if _open.get(system.name) is system:
         del _open[system.name]
 
 
 def systems() -> list[System]:
-    """Every open system."""
+    """Returns every open system."""
     return list(_open.values())
 
 
 def running(name: Any, asked: Mapping[str, Any]) -> System | None:
-    """The system of that name in which something runs, where it was asked for equally. Refused with `InUse` where it was not."""
+    """Returns the running system of that name, if it was requested with equal arguments. Raises `InUse` if it was not."""
     last = _open.get(name) if isinstance(name, str) else None
     if last is None or not (instances := last._running()):
         return None
@@ -44,7 +44,7 @@ def running(name: Any, asked: Mapping[str, Any]) -> System | None:
 
 
 def close_last(name: str) -> None:
-    """Closes the system of that name, for one that is made again. Refused with `InUse` while something runs in it."""
+    """Closes the system of that name, to be made again. Raises `InUse` while something runs in it."""
     if (last := _open.get(name)) is None:
         return
     if instances := last._running():

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Commanding a whole system: its emergency stop, pauses, the mode, the share of speed that motions may have, its alarms."""
+"""Commands for a whole system: its emergency stop, pauses, the mode, the speed override of motions, its alarms."""
 
 from __future__ import annotations
 
@@ -23,12 +23,12 @@ if TYPE_CHECKING:
 
 
 _LOOK = 0.01
-"""How often it is tried again to take an emergency stop back, s."""
+"""Interval of attempts to reset an emergency stop, s."""
 
 
 @all_taking
 class SystemCommands(SystemObservation):
-    """Commands that act on all of a `System`."""
+    """Commands that act on a whole `System`."""
 
     virtual: bool
     svv: Callable[..., SVV[Any]]
@@ -36,7 +36,7 @@ class SystemCommands(SystemObservation):
 
     @property
     def override(self) -> float:
-        """The share of its speed that every motion of `gpac.motion` in this system may have, 0 to 1; 0 holds. Changes are smooth."""
+        """Speed override of every motion of `gpac.motion` in this system, a fraction from 0 to 1; 0 holds. Changes are smooth."""
         return self._svv("override").value if "override" in self.names["svvs"] else 1.0
 
     @override.setter
@@ -46,15 +46,16 @@ class SystemCommands(SystemObservation):
         self._svv("override").value = share
 
     def emergency_stop(self, reason: str) -> None:
-        """Ends every action, brings devices to their safe state and latches. It is not a certified safety function."""
+        """Ends every action, brings devices to their safe state and latches, recording the `reason`. It is not a certified safety
+        function."""
         with refusals:
             self._alive().emergency_stop(reason)
 
     def emergency_stop_input(self, channel: Channel, *, trips: bool = True) -> None:
-        """Stops as `emergency_stop` does whenever that channel reads true (`trips=False`: false, as a normally closed contact does).
+        """Stops like `emergency_stop` whenever `channel` reads true (`trips=False`: false, like a normally closed contact).
 
-        Outputs of the channel's own source are safe from the write of the firing that read it on, those of other sources from
-        their next firing on. Losing the channel's device stops too.
+        Outputs of the channel's own source are safe from the write in the firing that read it, those of other sources from their next
+        firing. Loss of the channel's device also stops.
         """
         if not isinstance(channel, Channel):
             refuse(CallError, f"an emergency stop input is {channel!r}", "give a channel of a physical device")
@@ -62,11 +63,11 @@ class SystemCommands(SystemObservation):
             self._alive().emergency_stop_input(channel.device.name, channel.name, not trips)
 
     def reset(self, within: Quantity | None = None) -> dict[str, str]:
-        """Takes back an emergency stop, and opens lost devices again. Everything stays disabled, nothing goes on.
+        """Resets an emergency stop, and reopens lost devices. Everything remains disabled, and nothing resumes.
 
-        Returns the physical devices that are lost still, each with the reason; if that is empty, none is.
+        Returns the physical devices that are still lost, each with the reason; empty if there are none.
 
-        Refused while a cause is present, naming it (`EmergencyStopped`): at once, or where none has gone `within` that time.
+        Raises `EmergencyStopped`, naming a cause, while one is present: immediately, or if it persists `within` that time.
         """
         native = self._alive()
         with refusals:
@@ -87,15 +88,15 @@ class SystemCommands(SystemObservation):
                 time.sleep(_LOOK)
 
     def pause(self, *devices: LogicalDevice) -> list[str]:
-        """Suspends every action on devices, or on these; the names of those instances, when it is done.
+        """Suspends every action on all `devices`, or on these; returns the names of the instances, once they are suspended.
 
-        What keeps devices going, a servo, runs on. What is started meanwhile is held back until `resume`.
+        Verbs that keep devices running, such as servos, continue. Verbs started meanwhile are held back until `resume`.
         """
         with refusals:
             return self._alive().pause(_names(devices, "pause"))
 
     def resume(self, *devices: LogicalDevice) -> list[str]:
-        """Takes a pause back, all of it or that of these devices; the names of the instances that go on or begin.
+        """Ends a pause, completely or for these `devices`; returns the names of the instances that resume or start.
 
         An instance that was suspended by a call of its own stays suspended.
         """
@@ -104,7 +105,7 @@ class SystemCommands(SystemObservation):
 
     @property
     def paused(self) -> bool | list[str]:
-        """True if the program is paused, or the names of the devices that are."""
+        """True if the program is paused, or the names of the paused devices."""
         return self.statistics["paused"]
 
     @property
@@ -121,27 +122,28 @@ class SystemCommands(SystemObservation):
             self._alive().set_mode(mode)
 
     def enabling_switch(self, channel: Channel) -> None:
-        """A channel that is true while a person holds the enabling switch: in manual mode actions start, and run on, only then."""
+        """Sets the channel that is true while a person holds the enabling switch: in manual mode actions start, and continue, only then."""
         if not isinstance(channel, Channel):
             refuse(CallError, f"an enabling switch is {channel!r}", "give a channel of a physical device")
         with refusals:
             self._alive().enabling_switch(channel.device.name, channel.name)
 
     def scan_devices(self, kind: str | None = None, **options: Any) -> Found:
-        """Looks for devices that a driver could open, on the host of this system; nothing moves. As `gpac.drivers.scan`.
+        """Searches for devices that a driver could open, on the host of this system; nothing moves. `kind` and `options` are those of
+        `gpac.drivers.scan`.
 
-        Of a remote system it needs the role `configure`, for it opens ports there.
+        For a remote system it requires the role `configure`, since it opens ports there.
         """
         return searched(on_host_of(self._alive()), kind, options)
 
     @property
     def alarms(self) -> Alarms:
-        """Alarms that a person has to know of: active or not yet acknowledged."""
+        """Alarms for a person's attention: active or not yet acknowledged."""
         return Alarms(cast("System", self))
 
     @property
     def workspaces(self) -> Workspaces:
-        """Layouts of panels for the studio: those that programs ship, and those that people keep."""
+        """Layouts of panels for the studio: those shipped by programs, and those stored by users."""
         return Workspaces(cast("System", self))
 
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Processes that are started for one purpose: how this installation starts one."""
+"""Processes for special purposes: the commands with which this installation starts them."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ import sys
 
 from .. import _native
 
-# Loads the compiled core alone: the process needs nothing else of the package, and starts in some milliseconds.
+# Loads only the compiled core: the process needs no other part of the package, and starts in a few milliseconds.
 _BODY = """\
 import importlib.machinery, importlib.util, sys
 loader = importlib.machinery.ExtensionFileLoader("opengpac._native", sys.argv[1])
@@ -19,15 +19,16 @@ sys.exit(getattr(native, sys.argv[2])())
 
 
 def command(entry: str) -> list[str]:
-    """Returns the command of a process that calls `_native.ENTRY()` and ends when that returns; a returned text is why it failed."""
+    """Returns the command of a process that calls `_native.ENTRY()` and ends when that returns; a returned text is the reason for
+    failure."""
     return [sys.executable, "-I", "-S", "-c", _BODY, _native.__file__, entry]
 
 
 def command_with_package(entry: str) -> list[str]:
-    """Returns the command of a process that needs the package too, as one in which a driver in Python runs."""
+    """Returns the command of a process that also needs the package, such as one that runs a driver in Python."""
     return [sys.executable, "-c", "import sys; from opengpac import _native; sys.exit(getattr(_native, sys.argv[1])())", entry]
 
 
 def processes_json() -> dict[str, object]:
-    """Returns how processors get processes, as a system is told."""
+    """Returns the commands for processes of processors, in the system's form."""
     return {"command": command("run_processor"), "guard": command("run_guard"), "replay": command("run_replay"), "python": sys.executable}

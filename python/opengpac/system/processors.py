@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Processors: where interrupt sources are made, and drivers opened."""
+"""Processors, on which interrupt sources are made and drivers opened."""
 
 from __future__ import annotations
 
@@ -31,36 +31,36 @@ class Processor(TableDisplay, DeclaredNames):
         self.system = system
         self.name = name
         self.apart = apart
-        """Whether it has a process of its own, here or on another host; None where another program has made it."""
+        """True if it has a process of its own, here or on another host; None if another program has made it."""
 
     def timer(self, name: str, period: Quantity, priority: int = 50, *, virtual_cost: Quantity = 0) -> Source:
-        """A timer: releases at the multiples of `period` from the epoch. A larger priority (1 to 98) preempts a smaller one.
+        """Makes a timer: it releases at the multiples of `period` from the epoch. A larger `priority` (1 to 98) preempts a smaller one.
 
-        `name` is its own within the processor. `virtual_cost` is how long each of its firings takes under the virtual clock, so that
-        sources of higher priority preempt it there; on the monotonic clock it means nothing. Raises `ValueRefused` for a period
-        (at least 10 µs) or priority out of range, `InUse` where the name is that of another source.
+        `name` is unique within the processor. `virtual_cost` is the duration of each of its firings under the virtual clock, so that
+        sources of higher priority preempt it there; on the monotonic clock it has no effect. Raises `ValueRefused` for a period (at
+        least 10 µs) or priority out of range, `InUse` if another source has that name.
         """
         return self._source(name, "timer", span_ns(period, f"the period of timer '{name}'"), priority, virtual_cost)
 
     def trigger(self, name: str, priority: int = 50, *, virtual_cost: Quantity = 0) -> Source:
-        """A source that a device event or `request()` raises; it runs the blocks that are placed on it.
+        """Makes a source that a device event or `request()` raises; it runs the blocks that are placed on it.
 
         `name`, `priority` and `virtual_cost` are those of `timer`.
         """
         return self._source(name, "trigger", 0, priority, virtual_cost)
 
     def software(self, name: str, priority: int = 50, *, virtual_cost: Quantity = 0) -> Source:
-        """A source that other processors raise: what it runs takes their values synchronously.
+        """Makes a source that other processors raise: its blocks take their values synchronously.
 
         `name`, `priority` and `virtual_cost` are those of `timer`.
         """
         return self._source(name, "software", 0, priority, virtual_cost)
 
     def physical_device(self, name: str, driver: Driver, exchange: Source) -> PhysicalDevice:
-        """Opens a driver as the physical device of that `name`.
+        """Opens a `driver` as the physical device of that `name`.
 
-        Its channels are read at the start of each firing of `exchange` and written at its end. Raises `DeviceFailed` where it cannot be
-        opened, `InUse` where the name is that of another one.
+        Its channels are read at the start of each firing of `exchange` and written at its end. Raises `DeviceFailed` if it cannot be
+        opened, `InUse` if another device has that name.
         """
         if not isinstance(driver, Driver):
             refuse(CallError, f"physical device '{name}' is given {driver!r}", "give a driver: gpac.drivers.mujoco('arm.xml')")
@@ -102,7 +102,7 @@ class Processor(TableDisplay, DeclaredNames):
 
 
 def system_of(where: Any) -> System:
-    """The system of a source, a processor or itself."""
+    """Returns the system of a source or a processor, or the system itself."""
     if isinstance(where, SystemTime):
         return cast("System", where)
     if isinstance(where, Source | Processor):

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A user's program, run by a command: as Python would run it, and with the command told of every system that it makes."""
+"""Runs a user's program for a command: like Python, but reports every system that it makes to the command."""
 
 from __future__ import annotations
 
@@ -16,19 +16,19 @@ if TYPE_CHECKING:
 
 
 def add_to(parser: argparse.ArgumentParser, **of_program: Any) -> None:
-    """Adds the program and its arguments, the last words of a command."""
+    """Adds the program and its arguments, at the end of a command."""
     parser.add_argument("program", **of_program)
     parser.add_argument("arguments", nargs=argparse.REMAINDER)
     parser.set_defaults(_command=parser)
 
 
 def beside(program: str) -> None:
-    """Makes modules beside the program importable, as in Python."""
+    """Makes modules next to the program importable, as in Python."""
     sys.path.insert(0, str(Path(program).absolute().parent))
 
 
 def run(given: argparse.Namespace, name: str = "__main__") -> dict[str, Any]:
-    """Runs the program to its end, as the module `name`; its global names."""
+    """Runs the program to its end, as the module `name`; returns its global names."""
     _note_options_behind(given)
     beside(given.program)
     sys.argv = [given.program, *given.arguments]
@@ -36,7 +36,7 @@ def run(given: argparse.Namespace, name: str = "__main__") -> dict[str, Any]:
 
 
 def _note_options_behind(given: argparse.Namespace) -> None:
-    """Notes that options behind the program are the program's, if it has the same as the command."""
+    """Notes that options after the program belong to it, if the command has an option of the same name."""
     behind = {word.split("=", 1)[0] for word in given.arguments}
     for action in given._command._actions:
         meant = behind.intersection(action.option_strings)
@@ -49,10 +49,10 @@ class Watcher:
     """Actions of a command on the systems of the program that it runs."""
 
     def made(self, system: System) -> None:
-        """Notes that the program has made a system; nothing is configured yet."""
+        """Called when the program has made a system; nothing is configured yet."""
 
     def left(self, system: System) -> None:
-        """Notes that the program leaves the system in order, and it is closed when this returns."""
+        """Called when the program leaves the system in order; the system is closed when this returns."""
 
 
 _watchers: list[Watcher] = []
@@ -60,7 +60,7 @@ _watchers: list[Watcher] = []
 
 @contextmanager
 def watched(by: Watcher) -> Iterator[None]:
-    """Tells a watcher of the systems of this process meanwhile."""
+    """Reports the systems of this process to a watcher meanwhile."""
     _watchers.append(by)
     try:
         yield
@@ -69,12 +69,12 @@ def watched(by: Watcher) -> Iterator[None]:
 
 
 def made(system: System) -> None:
-    """Tells the watchers of a new system."""
+    """Reports a new system to the watchers."""
     for watcher in _watchers:
         watcher.made(system)
 
 
 def left(system: System) -> None:
-    """Tells the watchers that a system is left in order."""
+    """Reports to the watchers that a system is left in order."""
     for watcher in _watchers:
         watcher.left(system)

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The seam between the package and a real-time system: what the package asks of one.
+"""Interface between the package and a real-time system.
 
-A system embedded in this process (`EmbeddedSystem`) and one that is reached over its control interface (`remote.Remote`) have the same
-calls, which are declared in Rust (`calls.py` is made from that); nothing above the seam can tell which it is. What moves bytes at a
-rate stands here. What is refused comes as `_native.Refused`.
+A system embedded in this process (`EmbeddedSystem`) and one reached over its control interface (`remote.Remote`) have the same calls,
+which are declared in Rust (`calls.py` is generated from them); the layers above cannot distinguish them. High-rate transfers are
+defined here. Refusals are raised as `_native.Refused`.
 """
 
 from __future__ import annotations
@@ -18,11 +18,11 @@ class RealTimeSystem(Calls):
     __slots__ = ()
 
     def read(self, names: list[str], /) -> tuple[int, list[tuple[bytes, int, int]]]:
-        """One consistent snapshot: its time and for each SVV its bytes, number and time."""
+        """Returns one consistent snapshot: its time and for each SVV its bytes, number and time."""
         raise NotImplementedError
 
     def turn(self, stores: list[tuple[str, list[float]]], duration_ns: int, names: list[str], /) -> bytes:
-        """Stores numbers, runs what is due within the duration, and reads, under the virtual clock: the bytes of all SVVs in turn.
+        """Stores numbers, runs the firings within the duration, and reads, under the virtual clock: the bytes of all SVVs in turn.
 
         A system in this process does so in one call.
         """
@@ -32,11 +32,11 @@ class RealTimeSystem(Calls):
         return b"".join(r[0] for r in self.read(names)[1])
 
     def history(self, name: str, count: int, /) -> list[tuple[int, int, bytes]]:
-        """The last values, oldest first: number, time, bytes."""
+        """Returns the last values, oldest first: number, time, bytes."""
         raise NotImplementedError
 
     def performing(self, arguments_json: str, made: list[int], slice_ns: int, /) -> str | None:
-        """Makes the call `perform` for this long, and returns the end report; None if the verb goes on: its instance is in `made`."""
+        """Runs the call `perform` for this long, and returns the end report, or None if the verb continues: its instance is in `made`."""
         raise NotImplementedError
 
     def ended_fd(self) -> int:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Things made twice under one name, as by a cell of a notebook that is run again: the same thing if it is asked for equally."""
+"""Objects made twice under one name, as in a notebook cell that is run again: equal arguments return the same object."""
 
 from __future__ import annotations
 
@@ -9,29 +9,29 @@ from typing import Any
 from ..errors import InUse, refuse
 
 VOWELS = "aeiouS"
-"""How the names of kinds begin that are spoken with a vowel: an arm, an SVV."""
+"""Initial letters of kinds that are pronounced with a vowel: an arm, an SVV."""
 
 
 class MadeThings:
-    """Things made in a system, each under its kind and name, with what it was asked to be."""
+    """Objects made in a system, each by its kind and name, with its arguments."""
 
     def __init__(self) -> None:
         self._things: dict[tuple[str, str], tuple[dict[str, Any], Any]] = {}
 
     def keep(self, kind: str, name: str, asked: Mapping[str, Any], thing: Any) -> None:
-        """Keeps a thing that was made; what had its name before is forgotten."""
+        """Registers an object; replaces a previous one of its name."""
         self._things[kind, name] = dict(asked), thing
 
     def forget(self, kind: str, name: str) -> None:
-        """Forgets a thing that is gone."""
+        """Removes an object that no longer exists."""
         self._things.pop((kind, name), None)
 
     def thing(self, kind: str, name: str) -> Any:
-        """The thing of that kind and name; None where none was made."""
+        """Returns the object of that kind and name, or None if none was made."""
         return self._things.get((kind, name), (None, None))[1]
 
     def equal(self, kind: str, name: str, asked: Mapping[str, Any]) -> bool:
-        """Returns whether a thing was made that was asked for equally. Refused with `InUse` where it is another, naming what differs."""
+        """Returns whether an object was made with equal arguments. Raises `InUse` if they differ, naming the difference."""
         known = self._things.get((kind, name))
         if known is None:
             return False
@@ -42,6 +42,6 @@ class MadeThings:
 
 
 def differences(was: Mapping[str, Any], asked: Mapping[str, Any]) -> str:
-    """Returns the differences between two askings, with both values; empty if there are none."""
+    """Returns the differences between two sets of arguments, with both values; empty if there are none."""
     told = [f"its {word.replace('_', ' ')} is {was.get(word)!r}, not {value!r}" for word, value in asked.items() if was.get(word) != value]
     return ", ".join(told)

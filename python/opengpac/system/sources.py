@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Interrupt sources, and where blocks are placed on them."""
+"""Interrupt sources, and the placement of blocks on them."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ class Source(DeclaredNames):
 
 
 def placement_json(placement: Mapping[Any, Any]) -> dict[str, str]:
-    """Pattern → source, as the model takes it."""
+    """Returns pattern → source, in the model's form."""
     placed: dict[str, str] = {}
     for pattern, source in placement.items():
         if not isinstance(source, Source):

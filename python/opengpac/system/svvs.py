@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""State vector variables: a typed current value, and a history where one is asked for."""
+"""State vector variables: a typed current value, and a history on request."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ T = TypeVar("T")
 
 
 class Predicate:
-    """Comparison of an SVV with a value: `cell.advance(until=joint.sensed > 1.0)` asks it after each firing.
+    """Comparison of an SVV with a value: `cell.advance(until=joint.sensed > 1.0)` evaluates it after each firing.
 
     Made by comparing an SVV; `&`, `|` and `~` join predicates.
     """
@@ -35,7 +35,7 @@ class Predicate:
         self._text = text
 
     def __call__(self) -> bool:
-        """Asks."""
+        """Evaluates the predicate."""
         return self._ask()
 
     __bool__ = __call__
@@ -59,13 +59,13 @@ class SVV(TableDisplay, DeclaredNames, Argument, Generic[T]):
     Made by `cell.svv(...)`, and by each logical device for the members of its type.
 
     `value` has the shape of its C type: a number or bool, an array of shape (3,) for `double[3]`, a structured value for a struct;
-    its numbers are in `unit`. What is stored may be a text with a unit, `"30 deg"`, where the type is a number. `number` counts the
-    publications from 0, `time` is in s of the system's clock. `history[-100:]` is a structured array, shape (n,), of the last values
-    with `number`, `time` (s) and `value`. A comparison, `svv > 1.0`, is a predicate for `cell.advance(until=...)`. It stands for the
-    SVV that it was made for: one that is made again under the name of a deleted one is another, and has to be taken again.
+    its numbers are in `unit`. If the type is a number, a text with a unit can be stored, `"30 deg"`. `number` counts the publications
+    from 0, `time` is in s of the system's clock. `history[-100:]` is a structured array, shape (n,), of the last values with
+    `number`, `time` (s) and `value`. A comparison, `svv > 1.0`, is a predicate for `cell.advance(until=...)`. The object refers to
+    the SVV for which it was made: one made again under the name of a deleted one is different, and must be requested again.
 
     Storing raises `ValueRefused` for another shape and for a number that is not finite, `UnitMismatch`, `OutOfRange` outside
-    `within`, and `SecondWriter` while a verb instance writes it; everything raises `UnknownName` once it is deleted.
+    `within`, and `SecondWriter` while a verb instance writes it; every access raises `UnknownName` once it is deleted.
     """
 
     def __init__(self, system: System, name: str) -> None:
@@ -80,12 +80,12 @@ class SVV(TableDisplay, DeclaredNames, Argument, Generic[T]):
 
     @property
     def _asked(self) -> str:
-        """Its name with its number, by which the system knows whether it is still the one that this stands for."""
+        """Name with the SVV's number, by which the system checks that it still is the same SVV."""
         number = self._about.get("id")
         return self.name if number is None else f"{self.name}@{number}"
 
     def _named(self) -> str:
-        """Its name, to bind a verb to it. Refused where another of its name was made since."""
+        """Returns the name for binding a verb. Refuses if another SVV of that name was made since."""
         known = self.system._svvs.get(self.name, self)
         if known is not self and known._asked != self._asked:
             refuse(UnknownName, f"the SVV '{self.name}' that this stands for is gone: it was deleted, and another has its name", "use that")
@@ -95,7 +95,7 @@ class SVV(TableDisplay, DeclaredNames, Argument, Generic[T]):
         return {"svv": self._named()}
 
     def _is_there(self) -> bool:
-        """Returns whether it has not been deleted; another of its name does not count."""
+        """Returns whether the SVV still exists; another of its name does not count."""
         try:
             with refusals:
                 self.system._alive().svv_about(self._asked)
@@ -105,22 +105,22 @@ class SVV(TableDisplay, DeclaredNames, Argument, Generic[T]):
 
     @functools.cached_property
     def dtype(self) -> np.dtype[Any]:
-        """The dtype of its value."""
+        """NumPy dtype of the value."""
         return dtype_of(self._about["type"])
 
     @functools.cached_property
     def _decode(self) -> Callable[[bytes], Any]:
-        """Gives its value from the bytes of one."""
+        """Returns a function that decodes the bytes of a value."""
         return decoder_of(self._about["type"])
 
     @property
     def type(self) -> str:
-        """Its C type."""
+        """C type."""
         return self._about["type_text"]
 
     @property
     def unit(self) -> str:
-        """Its unit, or nothing."""
+        """Unit, or an empty text."""
         return self._about["unit"]
 
     def _read(self) -> tuple[Any, int, float]:
@@ -130,13 +130,13 @@ class SVV(TableDisplay, DeclaredNames, Argument, Generic[T]):
 
     @property
     def value(self) -> T:
-        """The newest value that was published."""
+        """Newest published value."""
         value, number, time = self._read()
         self._know(number, time)
         return value
 
     def _know(self, number: int, time: float) -> None:
-        """Refuses a reading of a device that was never enabled: nobody has read anything of it."""
+        """Refuses a reading of a device that was never enabled: no value was read from it."""
         device = self._reading_of
         if device is not None and number == 0 and time == 0.0 and device.state == "disabled" and not checking.active():
             refuse(NotEnabled, f"cannot read '{self.name}': '{device.name}' was never enabled, so nobody has read it", "enable it first")
@@ -148,21 +148,21 @@ class SVV(TableDisplay, DeclaredNames, Argument, Generic[T]):
 
     @property
     def number(self) -> int:
-        """The number of its newest publication."""
+        """Number of the newest publication."""
         return self._read()[1]
 
     @property
     def time(self) -> float:
-        """When that was released, in s of the system's clock."""
+        """Release time of the newest publication, in s of the system's clock."""
         return self._read()[2]
 
     @property
     def history(self) -> History:
-        """Its earlier values, as far as they are kept."""
+        """Earlier values that are kept."""
         return History(self)
 
     def delete(self) -> None:
-        """Takes it away; refused while something is bound to it."""
+        """Deletes the SVV; refused while anything is bound to it."""
         with refusals:
             self.system._alive().delete_svv(self._asked)
 
@@ -211,7 +211,7 @@ class SVV(TableDisplay, DeclaredNames, Argument, Generic[T]):
 
 
 class History:
-    """The last values of an SVV; an index or a slice gives a structured array of `number`, `time` (s) and `value`."""
+    """Last values of an SVV; an index or a slice returns a structured array of `number`, `time` (s) and `value`."""
 
     def __init__(self, svv: SVV[Any]) -> None:
         self._svv = svv
@@ -245,14 +245,14 @@ class History:
 
 
 class Snapshot(tuple[Any, ...]):
-    """Values of several SVVs that belong together: a tuple in the order asked for, with their `time` (s) and `numbers`."""
+    """Consistent values of several SVVs: a tuple in the requested order, with their `time` (s) and `numbers`."""
 
     time: float
     numbers: tuple[int, ...]
 
 
 def snapshot(system: System, svvs: tuple[SVV[Any] | Channel, ...]) -> Snapshot:
-    """One consistent reading of these SVVs and channels."""
+    """Returns one consistent reading of these SVVs and channels."""
     time_ns, rows = rows_of(system, svvs)
     for svv, (_, number, row_ns) in zip(svvs, rows, strict=True):
         if isinstance(svv, SVV):
@@ -264,7 +264,7 @@ def snapshot(system: System, svvs: tuple[SVV[Any] | Channel, ...]) -> Snapshot:
 
 
 def rows_of(system: System, svvs: Sequence[SVV[Any] | Channel]) -> tuple[int, list[tuple[Any, int, int]]]:
-    """Reads these at one time: when that was, ns, and value, number and time of each, ns."""
+    """Reads these at one time: returns that time in ns, and value, number and time (ns) of each."""
     with refusals:
         time_ns, rows = system._alive().read([each._asked for each in svvs])
     return time_ns, [(svv._decode(data), number, at_ns) for svv, (data, number, at_ns) in zip(svvs, rows, strict=True)]

@@ -53,24 +53,23 @@ _logger = logging.getLogger("opengpac")
 
 @all_taking
 class System(SystemCommands, SystemTime, DeclaredNames):
-    """A real-time system in this process. `clock="virtual"` makes time a number that the program advances: for tests.
+    """A real-time system in this process, called `name`. `clock="virtual"` makes time a number that the program advances: for tests.
 
-    `interconnect="message"` carries connections over an in-memory message link that can be given faults, for tests; `seed`
-    chooses preemptions and faults under the virtual clock. `restore` is a file that `save` wrote in an earlier life; where there is
-    none yet nothing is restored. `adopt=True` looks for processors in processes of their own that have lost a system of this name:
-    what runs there goes on with `take_over()`. `progress=True` shows how far a call that waits has come, `False` never does; left out it is
-    shown at a terminal. A context manager: leaving it halts the actions, then disables the devices.
+    `interconnect="message"` carries connections over an in-memory message link with injectable faults, for tests; `seed` determines
+    preemptions and faults under the virtual clock. `restore` is a file that `save` wrote in an earlier life; if it does not exist
+    yet, nothing is restored. `adopt=True` searches for processors in separate processes that have lost a system of this name: their
+    verbs continue after `take_over()`. `progress=True` shows the progress of waiting calls, `False` never does; by default it is
+    shown at a terminal. As a context manager, it halts the actions at the end, then disables the devices.
 
-    A cell of a notebook may be run again: a system that is made again is rebuilt where nothing runs in it; where something does, it is the
-    same one, and so are its processors, sources, physical devices, SVVs and arms, each asked for as before. Asked for otherwise it is
-    `InUse`, with what differs.
+    Notebook cells may be run again: a system made again is rebuilt if nothing runs in it; otherwise it is the same one, and so are
+    its processors, sources, physical devices, SVVs and arms if their arguments are equal. Different arguments raise `InUse`, with the
+    differences.
 
-    Where the environment has `OPENGPAC_SYSTEM`, the URL of a daemon, the system is that one, and the program runs on it unchanged.
-    `gpac.connect(url)` gives a system that others configured.
+    If the environment contains `OPENGPAC_SYSTEM`, the URL of a daemon, the system is that one, and the program runs on it unchanged.
+    `gpac.connect(url)` returns a system that others configured.
 
-    Raises `CallError` for another clock, `DefinitionError` for another interconnect, `FileFailed` for a `restore` that cannot be read,
-    and `InvalidState` for every call once it is closed.
-
+    Raises `CallError` for another clock, `DefinitionError` for another interconnect, `FileFailed` for a `restore` that cannot be
+    read, and `InvalidState` for every call once it is closed.
     >>> import opengpac as gpac
     >>> with gpac.System("cell", clock="virtual") as cell:
     ...     cell.advance("2 s")
@@ -140,7 +139,7 @@ class System(SystemCommands, SystemTime, DeclaredNames):
         self.virtual = virtual
         self.progress = progress
         self.session = session
-        """The session with a remote system: its name, who commands. None: the system is embedded in this process."""
+        """Session with a remote system: its name, the holder of command. None if the system is embedded in this process."""
         self.closed = False
         self.processors: dict[str, Processor] = {}
         self.sources: dict[str, Source] = {}
@@ -174,21 +173,21 @@ class System(SystemCommands, SystemTime, DeclaredNames):
         lost_after: Quantity | None = None,
         patience: Quantity | None = None,
     ) -> Processor:
-        """A real-time processor, on a core of its own where one is named. The first is the supervisor, unless another says so.
+        """Makes a real-time processor called `name`, on `core` if set. The first is the supervisor, unless another has `supervisor`.
 
-        `process=True` runs it in a process of its own: whatever crashes there is `processor_lost` for the others. `process="cell-a"`
-        runs it in the process of that name, with every other processor that names it: what crashes there takes all of them, and
-        between them a value is on its way as between threads. `host` names a host that has joined the system. Under the virtual clock
-        all processors run in one thread, wherever they are to run.
+        `process=True` runs it in a separate process: a crash there is `processor_lost` for the others. `process="cell-a"` runs it in
+        the process of that name, with every other processor that names it: a crash there affects all of them, and values between them
+        take the path of threads. `host` names a host that has joined the system. Under the virtual clock all processors run in one
+        thread, regardless of their placement.
 
-        `lost_after`: a process that stands still for so long is ended, its outputs safe; without it after 0.1 s where it is stopped
-        (SIGSTOP, a debugger), and 0.5 s of silence otherwise. A processor without a process is threads of this program: there the
-        outputs of devices that a guard can reach become safe, and the program is spared. `patience`: a supervisor that says nothing for
-        so long is lost to the process (40 s), and what goes on without one waits so long for the next (10 s).
+        `lost_after`: a process that hangs for this time is ended, with its outputs safe; by default after 0.1 s if it is stopped
+        (SIGSTOP, a debugger), otherwise after 0.5 s of silence. A processor without a process consists of threads of this program:
+        then the outputs of devices that a guard can reach become safe, and the program is not ended. `patience`: a process regards a
+        supervisor as lost after silence for this time (40 s), and verbs that continue without one wait this long for the next (10 s).
 
-        Raises PlacementError for a named process and a host together, DefinitionError for a process whose name is none (letters, digits,
-        `-`, `_`, `.`, at most 64), InUse where that is another processor's own process, InvalidState where the process cannot be
-        started or is lost.
+        Raises PlacementError for a named process and a host together, DefinitionError for an invalid process name (letters, digits,
+        `-`, `_`, `.`, at most 64), InUse if it is another processor's own process, InvalidState if the process cannot be started or
+        is lost.
         """
         bounds = optional_ns(lost_after, "lost_after"), optional_ns(patience, "patience")
         core = None if core is None else whole(core, f"the core of processor '{name}'", 0, 65_535)
@@ -214,11 +213,11 @@ class System(SystemCommands, SystemTime, DeclaredNames):
     ) -> None:
         """Lets other hosts join: `cell.listen("tcp/127.0.0.1:7447")`, there `opengpac join`, then `cell.processor("rtp2", host=…)`.
 
-        On a loopback address programs of the same user are let in, or, with a token, those that know it. Beyond this machine it must be
-        `tls/HOST:PORT`, with PEM files of an authority, a certificate and its key, or with a token that both sides know.
-        `endpoint` is the address to listen at, `name` what this host is called (its host name). `clock_limit` says how well the clocks
-        of the hosts are to agree; the log tells when they do not. Nothing under the virtual clock. Raises InvalidState where the
-        address is taken, or not secured as it needs.
+        On a loopback address programs of the same user are admitted, or, with a `token`, those that know it. Beyond this machine it
+        must be `tls/HOST:PORT`, with PEM files of an `authority`, a `certificate` and its `key`, or with a token that both sides
+        know. `endpoint` is the address on which to listen, `name` that of this host (by default its host name). `clock_limit` is the
+        maximum deviation between the clocks of the hosts; the log reports larger ones. It has no effect under the virtual clock.
+        Raises InvalidState if the address is in use, or lacks the required security.
         """
         given = hosts.options(
             endpoint,
@@ -233,21 +232,22 @@ class System(SystemCommands, SystemTime, DeclaredNames):
             self._alive().listen(**given)
 
     def take_over(self) -> TakenOver:
-        """Takes over what runs in processes that lost their system: it goes on as this one has it now, from where it is.
+        """Takes over verbs in processes that lost their system: they continue under this one from their present state.
 
-        For a system made with `adopt=True`, when everything is there again: processors, sources, devices, verbs, and what keeps devices
-        going has been started. Until then nothing of this system reaches a device that runs there. Blocks of the same label and
-        face go on with their parameters, states and outputs; what was not started again ends. Where there is nothing to take over,
-        as under the virtual clock, the answer says so. Raises InvalidState where what ran must not go on.
+        It is for a system made with `adopt=True`, once everything exists again: processors, sources, devices, verbs, and started
+        verbs that keep devices running. Until then nothing of this system reaches a device in those processes. Blocks with the same
+        label and interface continue with their parameters, states and outputs; verbs that were not started again end. If there is
+        nothing to take over, as under the virtual clock, the result states so. Raises InvalidState if the running verbs must not
+        continue.
         """
         with refusals:
             return taken_over(self._alive().take_over())
 
     def download(self, path: str | os.PathLike[str], name: str | None = None) -> Module:
-        """A code module while the system runs: C or C++ source, a shared object, or a compiled Rust module.
+        """Downloads a code module while the system runs: C or C++ source, a shared object, or a compiled Rust module.
 
-        `path` is the file, `name` what the module is called (the file's name without its ending and `lib`). It is tried in a process of its
-        own first. Raises `ModuleError` with the first error of the compiler, or what else is wrong with the file.
+        `path` is the file, `name` the module's name (by default the file's name without its extension and `lib`). The module is first
+        tested in a separate process. Raises `ModuleError` with the first error of the compiler, or another defect of the file.
         """
         file = str(Path(path).expanduser().absolute())
         with refusals:
@@ -257,15 +257,15 @@ class System(SystemCommands, SystemTime, DeclaredNames):
         return Module(described, file, self)
 
     def fuse(self, on: bool = True) -> FusedBlocks:
-        """Fuses blocks of C sources that stand behind each other, are always due together, and of which some read what others store.
+        """Fuses consecutive blocks of C sources that are always due together, some of which read values that others store.
 
-        Each group gets one entry, compiled from the sources as they were downloaded, so that values go from block to block in registers.
-        All that can be seen is as before, to the bit: values, numbers, conditions, faults of each block. It holds for what is installed,
-        and for what is installed later of the same blocks wired alike; for other ones call it again. Nothing stops meanwhile. `on=False`
-        undoes it.
+        Each group gets one entry, compiled from the sources as downloaded, so that values pass between blocks in registers. The
+        observable behaviour is unchanged, to the bit: values, numbers, conditions, faults of each block. It applies to installed
+        blocks, and to the same blocks with the same wiring when installed later; for others call it again. Nothing stops meanwhile.
+        `on=False` undoes it.
 
-        Returns what is fused, and what is not and why; `cell.fused` has it later. Takes a second or so for each group, and can be
-        interrupted: what has been compiled stays.
+        Returns the fused blocks, and the others with reasons; also available as `cell.fused`. It takes about a second for each group,
+        and can be interrupted: finished compilations are kept.
         """
         while True:
             with refusals:
@@ -274,7 +274,7 @@ class System(SystemCommands, SystemTime, DeclaredNames):
                 return told
 
     def place(self, placement: Mapping[Any, Source]) -> None:
-        """Says where blocks run. `placement`: pattern → source, `{"move.planner": slow, "joint_servo.*": fast}`."""
+        """Places blocks. `placement`: pattern → source, `{"move.planner": slow, "joint_servo.*": fast}`."""
         placed = placement_json(placement)
         with refusals:
             self._alive().place(placed)
@@ -289,13 +289,13 @@ class System(SystemCommands, SystemTime, DeclaredNames):
         history: int = 0,
         within: tuple[float, float] | str | None = None,
     ) -> SVV[Any]:
-        """A state vector variable of the system; `type` is a C declaration, a type of a code module, or `float`, `int`, `bool`; left
-        out it is `double`.
+        """Makes a state vector variable called `name`; `type` is a C declaration, a type of a code module, or `float`, `int`, `bool`;
+        the default is `double`.
 
-        `unit` is text, `"rad"`; `initial` its first value, 0 where it is left out; `history` how many last values are kept, at most what
-        fits in 1 GiB. `within` is the range of what Python may store in it, `(0, 1)` or `"[0, inf)"`. Of a remote system a name
-        alone gives the SVV that is there. One that this program has made already is given again, with the value that it has, where it is
-        asked for equally; else it is `InUse`.
+        `unit` is text, `"rad"`; `initial` its first value, 0 by default; `history` the number of last values that are kept, at most
+        as many as fit in 1 GiB. `within` is the range of values that Python may store, `(0, 1)` or `"[0, inf)"`. In a remote system a
+        name alone returns the existing SVV. An SVV that this program has already made is returned again, with its present value, if
+        the arguments are equal; otherwise raises `InUse`.
         """
         if self.session is not None and type is None and initial is None and not (unit or history or within) and self._there("svvs", name):
             return self._svv(name)
@@ -318,23 +318,22 @@ class System(SystemCommands, SystemTime, DeclaredNames):
         self._by_name.keep("SVV", name, asked, made)
         return made
 
-    # ---- what is there ----
+    # ---- existing objects ----
 
     def instance(self, name: str, verb: Verb[..., R] | None = None) -> VerbInstance[R]:
-        """The verb instance of that name, made by any program: to be watched, waited for, halted, or started again.
+        """Returns the verb instance of that `name`, made by any program: to be watched, waited for, halted, or started again.
 
-        With its `verb` reports and exceptions are those that it declares; without, `Report` and `Terminated`.
+        With its `verb` it has the declared reports and exceptions; without, `Report` and `Terminated`.
         """
         return existing.instance(self, name, verb)
 
     def device(self, name: str, kind: type[D] = LogicalDevice) -> D:
-        """The logical device of that name, made by any program, as a device of the class `kind`; without one its members are those of its
-        type there.
-        """
+        """Returns the logical device of that `name`, made by any program, as a device of the class `kind`; by default its members are
+        those of its type in the system."""
         return existing.device(self, name, kind)
 
     def _say_rights(self) -> None:
-        """Says once, in one line, what real-time rights were not given; everything works all the same, only later."""
+        """Logs once, in one line, the real-time rights that were not granted; everything still works, but later."""
         if self._rights_said:
             return
         self._rights_said = True
@@ -345,23 +344,23 @@ class System(SystemCommands, SystemTime, DeclaredNames):
             _logger.warning("system '%s' runs with less than real-time rights: %s", self.name, "; ".join(dict.fromkeys(missing)))
 
     def save(self, path: str | os.PathLike[str]) -> None:
-        """Writes what a warm restart gives back, `gpac.System(name, restore=path)`: tunable parameters and members declared with
-        `keep=True` of every logical device, and the alarms, which are history then.
+        """Writes the contents of a warm restart, `gpac.System(name, restore=path)`, to `path`: tunable parameters and members declared
+        with `keep=True` of every logical device, and the alarms, which become history.
 
-        Motion never survives: after a restart everything is disabled and nothing has started. The file is written whole or not at
-        all; the one before stays as `PATH.previous`.
+        Motion never survives: after a restart everything is disabled and nothing has started. The file is written atomically; the
+        previous one is kept as `PATH.previous`.
         """
         warm_restart.save(self, files.path_of(path, "save()"))
 
     @property
     def left_over(self) -> list[str]:
-        """Contents of a restart file that could not be given back, in words."""
+        """Contents of a restart file that could not be restored, in words."""
         return [] if self._restored is None else [*self._restored.left_over]
 
     def close(self) -> None:
         """Halts the actions, disables the devices, stops the kernels. Idempotent.
 
-        Of a system that `gpac.connect` gave it ends the session only: what runs there goes on.
+        For a system returned by `gpac.connect` it only ends the session: its verbs continue.
         """
         if not self.closed:
             self.closed = True
@@ -384,7 +383,7 @@ class System(SystemCommands, SystemTime, DeclaredNames):
             self.close()
 
     def _abandon(self) -> None:
-        """Abandons a program that fails: it has not left in order, and what it started in a remote system follows its policy."""
+        """Ends a failing program's use of the system: verbs that it started in a remote system follow their policies."""
         if self.session is not None and not self.session.whole:
             self.session.abandon()
 
@@ -398,10 +397,10 @@ class System(SystemCommands, SystemTime, DeclaredNames):
         return "\n  ".join([f"system '{self.name}' ({clock} clock, {self.now:.6g} s)", *parts])
 
     def _left_behind(self, instead: forks.NotHere) -> None:
-        """This is a process that was forked from the system's: nothing of it is here."""
+        """Called in a process forked from the system's, which contains no part of it."""
         self._native = cast("RealTimeSystem", instead)
         self.closed, self._studio = True, None
-        # To everybody else it can be read only.
+        # Callers outside this class can only read it.
         object.__setattr__(self, "session", None)
         open_systems.forget(self)
 
@@ -414,7 +413,7 @@ class System(SystemCommands, SystemTime, DeclaredNames):
         return name in self.names[kind]
 
     def _svv(self, name: str) -> SVV[Any]:
-        """The SVV that has this name now."""
+        """Returns the SVV that has this name now."""
         known = self._svvs.get(name)
         if known is None or not known._is_there():
             known = self._svvs[name] = SVV(self, name)
@@ -424,7 +423,7 @@ class System(SystemCommands, SystemTime, DeclaredNames):
         self._definitions.enter_verb(verb)
 
     def _check_verb(self, verb: Any) -> None:
-        # A verb of this name may run just now: then its new definition is refused where it is used, not where it is written.
+        # A verb of this name may be running: then its new definition is refused on use, not here.
         with contextlib.suppress(InUse):
             self._enter_verb(verb)
 
@@ -441,7 +440,7 @@ def _short(name: Any) -> str:
 
 
 def _asked(given: tuple[Any, ...], named: Mapping[str, Any]) -> dict[str, Any]:
-    """The arguments of a new system by name, also those that are left out; empty where they are not those of one."""
+    """Returns the arguments of a new system by name, including omitted ones; empty if they do not fit."""
     try:
         bound = inspect.signature(System.__init__).bind(None, *given, **named)
     except TypeError:

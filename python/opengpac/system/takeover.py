@@ -10,12 +10,12 @@ from typing import Any
 
 @dataclass(frozen=True)
 class TakenProcessor:
-    """Result for one processor in a process of its own, or for those that share one.
+    """Result for one processor in a separate process, or for those that share one.
 
-    `name` is that of the processor, or of the process that may be shared, `processors` are those in it. `adopted`: its process had lost
-    its system, and what ran there goes on; else it was started for this system. `carried` are the blocks that go on where they were
-    (`instance.block`), `anew` those that begin again, each with the reason, `ended` those that ran and that this system has not
-    started. `gap` is the longest time for which a device was not written, in s; None where none was.
+    `name` is that of the processor, or of the process that may be shared, `processors` are those in it. `adopted`: its process had
+    lost its system, and its verbs continue there; otherwise it was started for this system. `carried` are the blocks that continue
+    (`instance.block`), `anew` those that restart, each with the reason, `ended` those that ran and that this system has not started.
+    `gap` is the longest time for which a device was not written, in s; None if there was no gap.
     """
 
     name: str
@@ -40,13 +40,13 @@ class TakenProcessor:
 
 @dataclass(frozen=True)
 class TakenOver:
-    """Result of `System.take_over`, for each process of processors; it prints as a text."""
+    """Result of `System.take_over`, for each process of processors; it is printed as a text."""
 
     processors: tuple[TakenProcessor, ...]
 
     @property
     def adopted(self) -> tuple[str, ...]:
-        """The names of the processors whose processes were taken over."""
+        """Names of the processors whose processes were taken over."""
         return tuple(name for of in self.processors if of.adopted for name in of.processors)
 
     def __getitem__(self, name: str) -> TakenProcessor:
@@ -62,7 +62,7 @@ class TakenOver:
 
 
 def taken_over(answer: Mapping[str, Any]) -> TakenOver:
-    """The answer of the call."""
+    """Returns the answer of the call as an object."""
     return TakenOver(
         tuple(
             TakenProcessor(

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Warm restart: what a cell has learnt survives its program, gains, offsets and the history of alarms. Motion never does."""
+"""Warm restart: learned data of a cell survive its program, such as gains, offsets and the history of alarms. Motion never does."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ _logger = logging.getLogger("opengpac")
 
 
 def save(system: System, path: Path) -> None:
-    """Writes what survives; the file before stays beside it, with `.previous` after its name."""
+    """Writes the surviving data; the previous file is kept next to it, with `.previous` appended to its name."""
     devices = {name: _kept(device) for name, device in system.devices.items()}
     waiting = {**_restored_devices(system), **devices}
     with refusals:
@@ -37,7 +37,7 @@ def save(system: System, path: Path) -> None:
 
 
 def _restored_devices(system: System) -> Mapping[str, Any]:
-    """Devices of the life before that have not been made again: they are not forgotten."""
+    """Returns devices of the previous life that have not been made again: they are not discarded."""
     return system._restored.devices if system._restored is not None else {}
 
 
@@ -52,7 +52,7 @@ def _checksum(content: Any) -> str:
 
 
 class RestartContents:
-    """Contents of a restart file for devices that are still to be made, and what could not be given back."""
+    """Contents of a restart file for devices still to be made, and those that could not be restored."""
 
     def __init__(self, path: Path, content: Mapping[str, Any]) -> None:
         self.path = path
@@ -60,7 +60,7 @@ class RestartContents:
         self.left_over: list[str] = []
 
     def apply(self, device: LogicalDevice) -> None:
-        """Gives a device that was just made what it had; what its type no longer knows is left over, and said."""
+        """Restores the data of a new device; members unknown to its type are left over and reported."""
         kept = self.devices.pop(device.name, None)
         if kept is None:
             return
@@ -88,7 +88,7 @@ class RestartContents:
 
 
 def load(system: System, path: Path) -> RestartContents | None:
-    """Reads a restart file into a system that was just made; None where there is no file yet: a first start."""
+    """Reads a restart file into a new system; returns None if there is no file yet: a first start."""
     text = files.read(path, "the restart file")
     if text is None:
         return None

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The command `opengpac top`: how a real-time system does, live: processors, sources, blocks by time, verbs, devices, alarms."""
+"""The command `opengpac top`: live state of a real-time system: processors, sources, blocks by time, verbs, devices, alarms."""
 
 from __future__ import annotations
 
@@ -53,7 +53,7 @@ def _shown(given: argparse.Namespace, session: Session) -> int:
     view = View(given.sort, given.filter)
     if given.json or given.once or not (sys.stdin.isatty() and sys.stdout.isatty()):
         watch.look()
-        # What happens between two looks is what happens now.
+        # The interval between two looks counts as the present.
         time.sleep(given.every)
         look, before = watch.look()
         if given.json:
@@ -68,7 +68,7 @@ def _shown(given: argparse.Namespace, session: Session) -> int:
 
 
 def print_once(look: Look, before: Look | None, view: View) -> None:
-    """The tables, with colours on a terminal."""
+    """Prints the tables, in colour on a terminal."""
     from rich.console import Console
 
     console = Console()
@@ -79,7 +79,7 @@ def print_once(look: Look, before: Look | None, view: View) -> None:
 
 
 def url_of(where: str | None, name: str | None) -> str:
-    """The URL of the daemon that is meant: one that is given, one of a name, or the only one that this user runs."""
+    """Returns the URL of the daemon: the one specified, the one of that name, or the only one that this user runs."""
     if where is not None and "://" in where:
         return where
     wanted = name or where

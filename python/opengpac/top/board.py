@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Tables that `opengpac top` shows."""
+"""Tables of `opengpac top`."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from ..values.tables import Table, Tables
 from .look import Look
 
 ORDERS = ("time", "mean", "max", "name")
-"""What blocks are sorted by: the share of a core that they use, or a column."""
+"""Sort orders of blocks: the fraction of a core that they use, or a column."""
 
 _KEYS: dict[str, Callable[[dict[str, Any]], Any]] = {
     "time": lambda b: (-(b["used"] or 0.0), -b["mean_ns"]),
@@ -21,12 +21,12 @@ _KEYS: dict[str, Callable[[dict[str, Any]], Any]] = {
     "name": lambda b: (b["instance"], b["label"]),
 }
 _FULL, _BUSY = 0.9, 0.6
-"""Shares of a core: above them a line is red, or yellow."""
+"""Fractions of a core above which a line is red, or yellow."""
 
 
 @dataclass
 class View:
-    """View of the tables: the order of the blocks, a text that a line must have, and how many lines there is room for."""
+    """View of the tables: the order of the blocks, a text that lines must contain, and the number of lines available."""
 
     sort: str = ORDERS[0]
     filter: str = ""
@@ -38,11 +38,11 @@ class View:
 
 
 def board(look: Look, before: Look | None, view: View | None = None) -> Tables:
-    """The tables of a look; loads and rates are those since the look before, or since the start."""
+    """Returns the tables of a look; loads and rates are those since the previous look, or since the start."""
     view = view or View()
     first = [_processors(look, before, view), _sources(look, before, view)]
     others = [table for table in (_instances(look, view), _devices(look, view), _alarms(look, view)) if table.rows]
-    # Blocks may be many: they get the room that the others leave.
+    # Blocks may be numerous: they get the lines left by the other tables.
     room = view.rows - sum(len(table.rows) + 4 for table in [*first, *others])
     blocks = _blocks(look, before, view, max(room - 4, 5))
     return Tables([table for table in [*first, blocks, *others] if table.rows], _head(look))
@@ -127,7 +127,7 @@ def _devices(look: Look, view: View) -> Table:
 
 
 def _counted(state: str, physical: Mapping[str, Any]) -> str:
-    """The state of a physical device, with what its driver counts: `open, 3 frames_lost`."""
+    """Returns the state of a physical device, with its driver's counters: `open, 3 frames_lost`."""
     return ", ".join([state, *(f"{count} {name}" for name, count in physical.get("counters", {}).items())])
 
 

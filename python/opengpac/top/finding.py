@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Daemons that this user runs: their sockets lie in one folder."""
+"""Daemons of this user: their sockets are in one folder."""
 
 from __future__ import annotations
 
@@ -13,12 +13,12 @@ class FoundDaemon(NamedTuple):
     """A daemon that answers."""
 
     name: str
-    """The name of its socket, which is that of its system."""
+    """Name of its socket, which is that of its system."""
     url: str
 
 
 def folder() -> Path:
-    """Returns the folder of the sockets of this user's daemons, unless they were given another place."""
+    """Returns the folder of the sockets of this user's daemons, unless another path was set for them."""
     runtime = os.environ.get("XDG_RUNTIME_DIR", "")
     if os.path.isabs(runtime) and os.path.isdir(runtime):
         return Path(runtime) / "opengpac"
@@ -26,7 +26,7 @@ def folder() -> Path:
 
 
 def daemons() -> list[FoundDaemon]:
-    """Returns those that take a connection now, by name. A socket that a killed daemon has left behind is none."""
+    """Returns the daemons that accept a connection now, by name. Stale sockets of killed daemons are ignored."""
     try:
         sockets = sorted(path for path in folder().glob("*.sock") if path.is_socket())
     except OSError:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""One look at a system, and what two looks tell: loads and rates between them."""
+"""One look at a system, and the loads and rates between two looks."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from ..system.realtime import RealTimeSystem
 
 @dataclass(frozen=True)
 class Look:
-    """State of a system at one moment, as it tells it."""
+    """State of a system at one moment, as reported by it."""
 
     statistics: Mapping[str, Any]
     configuration: Mapping[str, Any]
@@ -21,16 +21,16 @@ class Look:
 
     @classmethod
     def at(cls, system: RealTimeSystem) -> Self:
-        """Looks."""
+        """Takes a look at the system."""
         alarms = system.alarms()["current"]
         return cls(system.statistics(), system.configuration(), alarms)
 
     def since(self, before: Look | None) -> float:
-        """Time on the system's clock from that look to this one, s; from its start where there was none."""
+        """Returns the time on the system's clock from the previous look to this one, s; without one from the start."""
         return self.statistics["now_s"] - (before.statistics["now_s"] if before else 0.0)
 
     def sources(self, before: Look | None) -> list[dict[str, Any]]:
-        """The interrupt sources: `load` is the share of a core that firings took, 0 to 1, None while no time has passed."""
+        """Returns the interrupt sources: `load` is the fraction of a core used by firings, 0 to 1, or None if no time has passed."""
         passed = self.since(before)
         found: list[dict[str, Any]] = []
         for name, s in self.statistics["sources"].items():
@@ -53,7 +53,7 @@ class Look:
         return found
 
     def processors(self, before: Look | None) -> list[dict[str, Any]]:
-        """The processors, each with the load of its sources together."""
+        """Returns the processors, each with the total load of its sources."""
         sources = self.sources(before)
         found: list[dict[str, Any]] = []
         for name, about in self.configuration["processors"].items():
@@ -69,7 +69,7 @@ class Look:
         return found
 
     def blocks(self, before: Look | None) -> list[dict[str, Any]]:
-        """The blocks that a probe has visited: `used` is the share of a core, from their mean time and how often they ran."""
+        """Returns the blocks that a probe has visited: `used` is the fraction of a core, from their mean time and their rate."""
         passed = self.since(before)
         last = before._visited() if before else {}
         found: list[dict[str, Any]] = []
@@ -87,7 +87,7 @@ class Look:
         return {(name, b["instance"], b["label"]): b for name, s in self.statistics["sources"].items() for b in s.get("blocks", [])}
 
     def json(self, before: Look | None) -> dict[str, Any]:
-        """Returns all of it, as `opengpac top --json` prints it."""
+        """Returns all data, for `opengpac top --json`."""
         s = self.statistics
         return {
             "now_s": s["now_s"], "mode": s["mode"], "paused": s["paused"], "emergency": s["emergency"],
@@ -97,7 +97,7 @@ class Look:
 
 
 class Watch:
-    """Looks again and again, and keeps the probe of block times going for as long as it looks."""
+    """Looks repeatedly, and keeps the probe of block times running meanwhile."""
 
     def __init__(self, system: RealTimeSystem, every_s: float, probe: bool = True) -> None:
         self.every_s = every_s
@@ -106,22 +106,22 @@ class Watch:
         self._last: Look | None = None
 
     def look(self) -> tuple[Look, Look | None]:
-        """This look, and the one before."""
+        """Takes a look; returns it and the previous one."""
         with refusals:
             if self._probe:
-                # It ends by itself when nobody looks any more.
+                # The probe ends by itself when it is no longer renewed.
                 self._system.probe(round(max(5.0, 3 * self.every_s) * 1e9))
             before, self._last = self._last, Look.at(self._system)
         return self._last, before
 
 
 def _rate(now: float, then: float, passed: float) -> float | None:
-    """Returns the rate per second; None while no time has passed, or where it began again."""
+    """Returns the rate per second, or None if no time has passed or the counter was restarted."""
     return (now - then) / passed if passed > 0 and now >= then else None
 
 
 def _median(bins: list[int]) -> int:
-    """The upper end of the bin that the median falls into."""
+    """Returns the upper end of the bin that contains the median."""
     half, seen = (sum(bins) + 1) // 2, 0
     for number, count in enumerate(bins):
         seen += count

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The live screen of `opengpac top`: keys are served while it waits for the next look."""
+"""Live screen of `opengpac top`: handles keys while it waits for the next look."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ _ESCAPE, _RETURN, _RUB = "\x1b", ("\r", "\n"), ("\x7f", "\b")
 
 @contextmanager
 def keys() -> Iterator[None]:
-    """Lets the terminal give every key at once and not show it; afterwards it is as it was, whatever happens."""
+    """Makes the terminal deliver every key immediately without echo; restores it afterwards in any case."""
     before = termios.tcgetattr(sys.stdin)
     try:
         tty.setcbreak(sys.stdin)
@@ -36,7 +36,7 @@ def keys() -> Iterator[None]:
 
 
 class Screen:
-    """The tables of a system, drawn again at each look, at each key, and when the window has another size."""
+    """Tables of a system, redrawn at each look, at each key, and on a change of the window's size."""
 
     def __init__(self, watch: Watch, view: View, system: str) -> None:
         self._watch = watch
@@ -54,7 +54,7 @@ class Screen:
                 self._draw(console, live)
                 next_s = time.monotonic() + self._watch.every_s
                 while (left_s := next_s - time.monotonic()) > 0:
-                    # A window that changes its size interrupts nothing: so look at it now and then.
+                    # A window resize interrupts nothing, so check for it regularly.
                     for key in self._pressed(min(left_s, 0.25)):
                         if not self.take(key):
                             return
@@ -67,11 +67,11 @@ class Screen:
         if not ready:
             return ""
         read = os.read(sys.stdin.fileno(), 64)
-        # A terminal that is gone reads as an end.
+        # A closed terminal counts as the end.
         return read.decode(errors="ignore") if read else "q"
 
     def take(self, key: str) -> bool:
-        """Serves a key; False where it was to end."""
+        """Handles a key; returns False if it was the one to quit."""
         if self._typing:
             self._type(key)
         elif key == "q":
@@ -99,7 +99,7 @@ class Screen:
         live.update(self.drawn(), refresh=True)
 
     def drawn(self) -> Any:
-        """The whole screen."""
+        """Returns the whole screen."""
         words = [f" {self._system} ", _KEYS]
         words += [f"filter: {self._view.filter}{'_' if self._typing else ''}"] if self._typing or self._view.filter else []
         words += ["paused"] if self._paused else []

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""NumPy, loaded when something of it is used first: a program of plain numbers needs none of it, and loading it takes half of its start."""
+"""NumPy, loaded on first use: a program with only plain numbers does not need it, and loading it takes half of its start-up time."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 else:
 
     class _NumPy:
-        """Stands for the module."""
+        """Stands for the NumPy module."""
 
         def __getattr__(self, name: str) -> Any:
             value = getattr(importlib.import_module("numpy"), name)
@@ -25,10 +25,10 @@ else:
 
 
 def is_array(value: Any) -> TypeGuard[np.ndarray]:
-    """Returns whether it is an array of NumPy. Nothing is one where nobody has loaded NumPy."""
+    """Returns whether the value is a NumPy array; False if NumPy is not loaded."""
     return "numpy" in sys.modules and isinstance(value, np.ndarray)
 
 
 def is_record(value: Any) -> TypeGuard[np.void]:
-    """Returns whether it is a record of a structured array of NumPy."""
+    """Returns whether the value is a record of a structured NumPy array."""
     return "numpy" in sys.modules and isinstance(value, np.void) and bool(value.dtype.names)

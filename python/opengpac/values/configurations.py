@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Configuration of an arm: which of the joint positions that bring its tool to one pose are meant."""
+"""Configuration of an arm: selects one of the joint positions that bring its tool to a pose."""
 
 from __future__ import annotations
 
@@ -10,17 +10,17 @@ from ..errors import ValueRefused, refuse
 _SIGNS = {"+": 1, "-": -1}
 _NUMBER = 3
 TURNS_MAX = 1000
-"""The most turns that a joint may have made."""
+"""Maximum number of turns of a joint."""
 
 
 @dataclass(frozen=True)
 class Configuration:
-    """Shoulder, elbow and wrist of an arm by their signs, and the turns that its joints have made: `arm.configuration()`.
+    """Shoulder, elbow and wrist of an arm by their signs, and the turns of its joints: `arm.configuration()`.
 
-    `shoulder` is 1 where the wrist stands on the side of the first axis that the cross product of the first two axes points to, `elbow`
-    1 where the forearm is bent about the third axis in its positive sense, `wrist` 1 where the sixth axis is turned from the
-    fourth about the fifth in its positive sense; otherwise they are -1. A joint between -180 and 180 degrees has made 0 turns; an empty
-    `turns` leaves them open. The text `"+-+"` is shoulder, elbow, wrist. Raises `ValueRefused` for another sign.
+    `shoulder` is 1 if the wrist is on the side of the first axis to which the cross product of the first two axes points, `elbow` 1
+    if the forearm is bent about the third axis in its positive sense, `wrist` 1 if the sixth axis is rotated from the fourth about
+    the fifth in its positive sense; otherwise they are -1. A joint between -180 and 180 degrees has made 0 turns; empty `turns` leave
+    them open. The text `"+-+"` is shoulder, elbow, wrist. Raises `ValueRefused` for another sign.
     """
 
     shoulder: int
@@ -39,7 +39,8 @@ class Configuration:
 
     @classmethod
     def of(cls, given: Configuration | str, turns: tuple[int, ...] | list[int] = ()) -> Configuration:
-        """Returns the configuration of a text, `"+-+"` for shoulder, elbow and wrist, or one as it is."""
+        """Returns the configuration of a text, `"+-+"` for shoulder, elbow and wrist, with `turns`, or a `given` configuration
+        unchanged."""
         if isinstance(given, Configuration):
             return given
         if not isinstance(given, str) or len(given) != _NUMBER or any(sign not in _SIGNS for sign in given):
@@ -49,7 +50,7 @@ class Configuration:
 
     @property
     def signs(self) -> str:
-        """Shoulder, elbow and wrist as text, `"+-+"`."""
+        """Signs of shoulder, elbow and wrist as text, `"+-+"`."""
         return "".join("+" if sign > 0 else "-" for sign in (self.shoulder, self.elbow, self.wrist))
 
     def __str__(self) -> str:

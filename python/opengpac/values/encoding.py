@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Values between Python and the real-time system: scalars are `int`, `float`, `bool`; arrays are NumPy arrays; structs are
-records of a structured dtype."""
+"""Values of Python and the real-time system: scalars are `int`, `float`, `bool`; arrays are NumPy arrays; structs are records of a
+structured dtype."""
 
 from __future__ import annotations
 
@@ -19,19 +19,18 @@ _FORMATS = {
     "int8_t": "<b", "int16_t": "<h", "int32_t": "<i", "int64_t": "<q",
     "uint8_t": "<B", "uint16_t": "<H", "uint32_t": "<I", "uint64_t": "<Q",
 }  # fmt: skip
-"""The format by which `struct` reads each C scalar."""
+"""Format with which `struct` reads each C scalar."""
 
 
 def dtype_of(tree: Mapping[str, Any]) -> np.dtype[Any]:
-    """The dtype of a C type, given as the model's tree.
-
+    """Returns the dtype of a C type, from the model's tree.
     >>> dtype_of({"scalar": "double"})
     dtype('float64')
     >>> dtype_of({"array": [{"scalar": "float"}, 3]})
     dtype(('<f4', (3,)))
     """
     if "scalar" in tree:
-        # NumPy has the names of C but for this one: its `float` is C's double.
+        # NumPy uses C's names with one exception: its `float` is C's double.
         return np.dtype("float32" if tree["scalar"] == "float" else tree["scalar"].removesuffix("_t"))
     if "array" in tree:
         element, count = tree["array"]
@@ -48,10 +47,10 @@ def dtype_of(tree: Mapping[str, Any]) -> np.dtype[Any]:
 
 
 def from_bytes(data: bytes, dtype: np.dtype[Any]) -> Any:
-    """The Python value of an object's bytes."""
+    """Returns the Python value of an object's bytes."""
     base, shape = dtype, ()
     while base.subdtype is not None:
-        # An array of arrays is one array of more dimensions.
+        # An array of arrays becomes one array of more dimensions.
         base, shape = base.subdtype[0], (*shape, *base.subdtype[1])
     array = np.frombuffer(data, dtype=base).reshape(shape).copy()
     if shape:
@@ -60,10 +59,9 @@ def from_bytes(data: bytes, dtype: np.dtype[Any]) -> Any:
 
 
 def decoder_of(tree: Mapping[str, Any]) -> Callable[[bytes], Any]:
-    """Returns the function that gives the Python value of an object's bytes, for the C type that the model's tree describes.
+    """Returns the function that decodes the Python value of an object's bytes, for the C type that the model's tree describes.
 
-    A single number needs no array: neither NumPy nor its dtype is asked for.
-
+    A single number needs no array: neither NumPy nor its dtype is used.
     >>> decoder_of({"scalar": "float"})(bytes([0, 0, 0, 63]))
     0.5
     """
@@ -75,8 +73,7 @@ def decoder_of(tree: Mapping[str, Any]) -> Callable[[bytes], Any]:
 
 
 def plain(value: Any, what: str = "the value") -> Any:
-    """The JSON form of a value: numbers, text, lists and dictionaries. `what` it is the value of, for a refusal.
-
+    """Returns the JSON form of a value: numbers, text, lists and dictionaries. `what` describes the value in refusals.
     >>> plain(np.array([1.0, 2.0])), plain((1, True)), plain("20 ms")
     ([1.0, 2.0], [1, True], '20 ms')
     """
@@ -94,7 +91,7 @@ def plain(value: Any, what: str = "the value") -> Any:
     if is_record(value):
         return {name: plain(value[name], f"{what}: '{name}'") for name in value.dtype.names or ()}
     if is_array(value) and value.dtype == float and value.ndim and np.isfinite(value).all():
-        # A table of thousands of numbers, number by number, takes half a second.
+        # Converting thousands of numbers one by one takes half a second.
         return value.tolist()
     if is_array(value) and value.dtype.names is not None:
         return plain(value[()], what) if value.ndim == 0 else [plain(v, what) for v in value]
@@ -110,13 +107,12 @@ def plain(value: Any, what: str = "the value") -> Any:
 
 
 def to_json(value: Any, what: str = "the value") -> str:
-    """The JSON text of a value. `what` it is the value of, for a refusal."""
+    """Returns the JSON text of a value. `what` describes the value in refusals."""
     return json.dumps(plain(value, what))
 
 
 def lively(value: Any) -> Any:
-    """Returns the Python form of a value in JSON: a list of numbers is an array.
-
+    """Returns the Python form of a JSON value: a list of numbers becomes an array.
     >>> lively([1.0, 2.0])
     array([1., 2.])
     """

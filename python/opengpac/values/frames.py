@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Poses and frames: where something is and how it is turned. The arithmetic is that of the blocks, in the core."""
+"""Poses and frames: position and orientation. The arithmetic is that of the blocks, in the core."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ def _numbers(given: Any, unit: str, what: str, count: int) -> tuple[float, ...]:
 
 
 def _angles(given: Any) -> tuple[float, ...]:
-    """Roll, pitch and yaw; plain numbers are rad, and more than a turn of them is refused: degrees were probably meant."""
+    """Returns roll, pitch and yaw; plain numbers are rad, and values beyond one turn are refused: degrees were probably meant."""
     given = list(given) if isinstance(given, Iterable) and not isinstance(given, str) else given
     found = _numbers(given, "rad", "rpy", 3)
     for what, angle, written in zip(("roll", "pitch", "yaw"), found, given, strict=True):
@@ -45,15 +45,14 @@ def _angles(given: Any) -> tuple[float, ...]:
 
 
 class Pose:
-    """A position (m) and an orientation: of a tool, a workpiece, or a frame in another.
+    """A `position` (m) and an orientation: of a tool, a workpiece, or a frame in another.
 
-    `Pose((0.4, 0, 0.3), rpy=("180 deg", 0, 0))` turns about the fixed x, then y, then z axis (roll, pitch, yaw; rad or text with a
-    unit); `Pose((0.4, 0, 0.3), quaternion=(1, 0, 0, 0))` takes a unit quaternion, w first; neither is no turn. `a @ b` is what is `b`
-    in frame `a`, seen from where `a` is seen from; `a @ point` a point of it; `a.inverse()` the way back. It cannot be changed, and
-    is a value of seven numbers: x, y, z, then the quaternion w, x, y, z. Raises `ValueRefused` for a position that has not three
-    numbers, a quaternion whose length is not 1, and both at once, `UnitMismatch` for a unit of another dimension, `OutOfRange` for plain
-    numbers of `rpy` beyond one turn: degrees are text, `"90 deg"`.
-
+    `Pose((0.4, 0, 0.3), rpy=("180 deg", 0, 0))` rotates about the fixed x, then y, then z axis (roll, pitch, yaw; rad or text with a
+    unit); `Pose((0.4, 0, 0.3), quaternion=(1, 0, 0, 0))` takes a unit quaternion, w first; without either there is no rotation. `a @
+    b` is the pose `b` in frame `a`, expressed in the reference of `a`; `a @ point` transforms a point of it; `a.inverse()` is the
+    inverse. A pose is immutable, and is a value of seven numbers: x, y, z, then the quaternion w, x, y, z. Raises `ValueRefused` for
+    a position without three numbers, a quaternion whose length is not 1, and both at once, `UnitMismatch` for a unit of another
+    dimension, `OutOfRange` for plain numbers of `rpy` beyond one turn: degrees are text, `"90 deg"`.
     >>> Pose((0.4, "20 mm", 0.3), rpy=(0, 0, "90 deg")) @ Pose((0.1, 0, 0))
     Pose(0.4, 0.12, 0.3 m; rpy 0, 0, 90 deg)
     """
@@ -85,14 +84,14 @@ class Pose:
 
     @classmethod
     def _made(cls, numbers: Sequence[float]) -> Pose:
-        """The pose of numbers that the core gave."""
+        """Returns the pose of numbers from the core."""
         made = cls.__new__(cls)
         made._numbers = tuple(numbers)
         return made
 
     @classmethod
     def of(cls, given: Pose | Sequence[float] | np.ndarray) -> Pose:
-        """The pose of seven numbers, x y z in m and the quaternion w x y z, or a pose as it is."""
+        """Returns the pose of seven numbers, x y z in m and the quaternion w x y z, or a `given` pose unchanged."""
         if isinstance(given, Pose):
             return given
         numbers = _numbers(given, "", "a pose", 7)
@@ -102,10 +101,10 @@ class Pose:
     def by_points(
         cls, origin: Pose | Sequence[Any] | np.ndarray, on_x: Pose | Sequence[Any] | np.ndarray, in_xy: Pose | Sequence[Any] | np.ndarray
     ) -> Pose:
-        """The frame with this origin, its x axis through the second place, its xy plane through the third, on the side of y.
+        """Returns the frame with this `origin`, its x axis through the second point, its xy plane through the third, on the side of y.
 
-        Places are x y z (m or text with a unit) or poses, whose orientation does not count:
-        `Frame.by_points(*[arm.forward(points[name].array) for name in ("corner", "along", "beside")])`. Raises `ValueRefused` where the
+        Points are x y z (m or text with a unit) or poses, whose orientation is ignored:
+        `Frame.by_points(*[arm.forward(points[name].array) for name in ("corner", "along", "beside")])`. Raises `ValueRefused` if the
         second is nearer than 1 mm to the origin, or the third to the x axis.
         """
         places = [
@@ -130,17 +129,17 @@ class Pose:
 
     @property
     def quaternion(self) -> np.ndarray:
-        """The unit quaternion w, x, y, z."""
+        """Unit quaternion w, x, y, z."""
         return np.array(self._numbers[3:])
 
     @property
     def rpy(self) -> np.ndarray:
-        """Roll, pitch and yaw in rad: turns about the fixed x, then y, then z axis. Pitch is within ± 90 degrees."""
+        """Roll, pitch and yaw in rad: rotations about the fixed x, then y, then z axis. Pitch is within ± 90 degrees."""
         return np.array(_native.pose_rpy(self._numbers))
 
     @property
     def matrix(self) -> np.ndarray:
-        """The 4 x 4 matrix that brings points of this frame to where it is seen from."""
+        """4 x 4 matrix that transforms points from this frame to its reference."""
         turned = (0.0, 0.0, 0.0, *self._numbers[3:])
         matrix = np.eye(4)
         for column, axis in enumerate(((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))):
@@ -149,15 +148,15 @@ class Pose:
         return matrix
 
     def inverse(self) -> Pose:
-        """Returns the pose of its reference, seen from it."""
+        """Returns the pose of its reference in this frame."""
         return self._made(_native.pose_inverse(self._numbers))
 
     def distance(self, other: Pose) -> float:
-        """Returns the distance of the other, m."""
+        """Returns the distance to the `other` pose, m."""
         return _native.pose_between(self._numbers, other._numbers)[0]
 
     def angle(self, other: Pose) -> float:
-        """Returns by how much the other is turned against it, rad, 0 to pi."""
+        """Returns the angle between the orientations of this and the `other` pose, rad, 0 to pi."""
         return _native.pose_between(self._numbers, other._numbers)[1]
 
     def __matmul__(self, other: Any) -> Any:
@@ -187,15 +186,15 @@ class Pose:
 
 
 Frame = Pose
-"""A frame is given by the pose that it has: `arm.tool = gpac.Frame((0, 0, "120 mm"))`."""
+"""A frame, defined by its pose: `arm.tool = gpac.Frame((0, 0, "120 mm"))`."""
 
 
 _APART = 1e-3
-"""Places of a frame that are nearer than this, m, tell no direction."""
+"""Minimum distance of points that define a frame, m: closer points do not define a direction."""
 
 
 def _quaternion(turn: np.ndarray) -> tuple[float, ...]:
-    """Returns the unit quaternion of a rotation matrix, by its largest component."""
+    """Returns the unit quaternion of a rotation matrix, computed from its largest component."""
     (a, b, c), (d, e, f), (g, h, i) = turn
     squares = np.array([1 + a + e + i, 1 + a - e - i, 1 - a + e - i, 1 - a - e + i])
     rows = np.array(

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Makes plain numbers of those of NumPy, pandas, PyTorch, JAX, `decimal` and `fractions`: each is taken wherever a number is.
+"""Converts numbers of NumPy, pandas, PyTorch, JAX, `decimal` and `fractions` to plain numbers: each is accepted wherever a number is.
 
-Nothing of those libraries is loaded here: the process of a driver needs none of them.
+None of those libraries is loaded here: the process of a driver needs none of them.
 """
 
 from __future__ import annotations
@@ -18,19 +18,18 @@ _PLAIN = (bool, int, float, str, type(None))
 
 
 def is_masked(value: Any) -> bool:
-    """Returns whether an array of NumPy has masked elements: there is no number in them, though the array would give one."""
+    """Returns whether a NumPy array has masked elements: they contain no number, although the array would return one."""
     if type(value) in _PLAIN:
         return False
-    # `mask` of a table of pandas is a method.
+    # `mask` of a pandas table is a method.
     mask = getattr(value, "mask", None)
     return mask is not None and not callable(mask) and hasattr(value, "filled") and bool(mask.any())
 
 
 def number(value: Any) -> Any:
-    """The number of Python that `value` is; anything that is no single number comes back as it is.
+    """Returns `value` as a Python number; anything that is not a single number is returned unchanged.
 
     A number is one of NumPy of any width, an array or a tensor without dimensions, a `Decimal` or a `Fraction`.
-
     >>> import numpy as np
     >>> from fractions import Fraction
     >>> number(np.int64(3)), number(np.array(0.5)), number(np.longdouble(2)), number(Fraction(1, 4)), number([1])
@@ -38,20 +37,20 @@ def number(value: Any) -> Any:
     """
     if type(value) in _PLAIN:
         return value
-    # NumPy's scalars, and tensors of other libraries; behind a mask there is no number.
+    # NumPy's scalars, and tensors of other libraries; masked elements contain no number.
     if is_masked(value):
         return value
     if getattr(value, "ndim", None) == 0 and callable(getattr(value, "item", None)):
         inner = value.item()
         if type(inner) in _PLAIN:
             return inner
-        # An item of the widest numbers of NumPy is such a number again.
+        # `item` of NumPy's widest numbers returns such a number again.
         return float(inner) if isinstance(inner, Real) else value
     return float(value) if isinstance(value, Decimal | Real) and not isinstance(value, int | float) else value
 
 
 def rows(value: Any) -> Any:
-    """Returns an object with dimensions as lists of numbers: an array, a tensor, a table of pandas; anything else as it is."""
+    """Returns an object with dimensions as lists of numbers: an array, a tensor, a pandas table; anything else unchanged."""
     if getattr(value, "ndim", 0) > 0 and not is_masked(value):
         if callable(getattr(value, "tolist", None)):
             return value.tolist()
@@ -61,11 +60,12 @@ def rows(value: Any) -> Any:
 
 
 _RANGE = re.compile(r"\[pose\]|[\[(][^,\[\]()]+,[^,\[\]()]+[\])]")
-"""A range as a text, `"(0, inf)"`: what its ends are is looked at by the model."""
+"""A range as a text, `"(0, inf)"`: the model checks its ends."""
 
 
 def range_of(given: Any, what: str) -> str | list[float | str] | None:
-    """A range as the model takes it: two ends, numbers or names of parameters, or a text, `"(0, inf)"`. Without a range it returns None."""
+    """Returns a range in the model's form: two ends, numbers or names of parameters, or a text, `"(0, inf)"`. Without a range it returns
+    None."""
     if given is None or (isinstance(given, str) and _RANGE.fullmatch(given)):
         return given
     listed = rows(given)
@@ -77,5 +77,5 @@ def range_of(given: Any, what: str) -> str | list[float | str] | None:
 
 
 def is_number(value: Any) -> bool:
-    """Returns whether it is a plain number. Truth values are none."""
+    """Returns whether the value is a plain number, excluding truth values."""
     return isinstance(value, int | float) and not isinstance(value, bool)

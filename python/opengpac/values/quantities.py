@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Quantities: plain numbers in SI units, or text with a unit, `"20 ms"`. Text goes to the core as it is written, which knows units."""
+"""Quantities: plain numbers in SI units, or text with a unit, `"20 ms"`. Text is passed unchanged to the core, which knows units."""
 
 from __future__ import annotations
 
@@ -19,8 +19,7 @@ Quantity: TypeAlias = float | int | str
 
 
 def is_duration(text: str) -> bool:
-    """Returns whether the text reads as a time, `"20 ms"`.
-
+    """Returns whether the text is a time, `"20 ms"`.
     >>> is_duration("20 ms"), is_duration("near.done")
     (True, False)
     """
@@ -32,8 +31,7 @@ def is_duration(text: str) -> bool:
 
 
 def duration_ns(duration: Quantity, what: str = "the duration") -> int:
-    """Whole nanoseconds of a duration: a number of seconds, `"20 ms"`, or the period of a rate, `"1 kHz"`.
-
+    """Returns a duration in whole nanoseconds: a number of seconds, `"20 ms"`, or the period of a rate, `"1 kHz"`.
     >>> duration_ns("20 ms"), duration_ns(0.5), duration_ns("1 kHz")
     (20000000, 500000000, 1000000)
     """
@@ -52,7 +50,7 @@ def duration_ns(duration: Quantity, what: str = "the duration") -> int:
 
 
 def span_ns(duration: Quantity, what: str) -> int:
-    """Returns as `duration_ns`. Refused: it is negative."""
+    """Returns the result of `duration_ns`. Refuses negative durations."""
     ns = duration_ns(duration, what)
     if ns < 0:
         said = duration if isinstance(duration, str) else f"{number(duration):g} s"
@@ -61,7 +59,7 @@ def span_ns(duration: Quantity, what: str) -> int:
 
 
 def optional_ns(duration: Quantity | None, what: str) -> int | None:
-    """Returns as `span_ns`, and nothing for nothing."""
+    """Returns the result of `span_ns`, or None for None."""
     return None if duration is None else span_ns(duration, what)
 
 
@@ -69,8 +67,7 @@ _SIZES = {"B": 1, "kB": 10**3, "MB": 10**6, "GB": 10**9, "TB": 10**12, "KiB": 2*
 
 
 def size_bytes(size: int | str, what: str = "the size") -> int:
-    """Whole bytes of a size: a number of bytes, or text with a unit, `"500 MB"` or `"2 GiB"`.
-
+    """Returns a size in whole bytes: a number of bytes, or text with a unit, `"500 MB"` or `"2 GiB"`.
     >>> size_bytes("500 MB"), size_bytes("2 GiB"), size_bytes(1_000_000)
     (500000000, 2147483648, 1000000)
     """
@@ -87,8 +84,7 @@ def size_bytes(size: int | str, what: str = "the size") -> int:
 
 
 def unknown_unit(unit: str) -> str | None:
-    """Returns None if a unit of a port is known (`"rad|m"` is either, one with `=` before it that of another item), else what to write.
-
+    """Returns None if a unit of a port is valid (`"rad|m"` is either, a leading `=` refers to that of another item), else the remedy.
     >>> unknown_unit("N.m"), unknown_unit("Nm")
     (None, "did you mean 'N.m'?")
     """
@@ -107,8 +103,7 @@ def unknown_unit(unit: str) -> str | None:
 
 
 def deg(angles: Sequence[float] | float | np.ndarray) -> Any:
-    """The `angles`, in degrees, as rad: a number gives a number, a sequence an array.
-
+    """Returns the `angles`, in degrees, as rad: a number for a number, an array for a sequence.
     >>> deg(180.0)
     3.141592653589793
     >>> deg([0, 90]).round(4)
@@ -122,8 +117,7 @@ def deg(angles: Sequence[float] | float | np.ndarray) -> Any:
 
 
 def duration_text(ns: float, digits: int = 6) -> str:
-    """A duration in the largest unit of which it is one or more, rounded to so many digits.
-
+    """Returns a duration in the largest unit in which it is at least one, rounded to `digits` digits.
     >>> duration_text(20_000_000), duration_text(1_234_567, digits=3)
     ('20 ms', '1.23 ms')
     """

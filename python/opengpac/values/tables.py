@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Tables for people: lined up where they are printed, HTML in a notebook, coloured where `rich` prints them."""
+"""Tables for people: aligned when printed, HTML in a notebook, coloured when printed by `rich`."""
 
 from __future__ import annotations
 
@@ -21,8 +21,7 @@ _STYLES = {"bad": "bold red", "warn": "yellow", "good": "green", "soft": "bright
 
 
 class Table:
-    """Rows under columns, with a title. `looks` has for each row `bad`, `warn`, `good`, `soft` or nothing.
-
+    """Rows under columns, with a title. `looks` contains for each row `bad`, `warn`, `good`, `soft` or nothing.
     >>> print(Table("devices", ["name", "state"], [["elbow", "standstill"], ["wrist", "fault"]]))
     devices
     name   state
@@ -38,7 +37,7 @@ class Table:
         self.looks = given + [""] * (len(self.rows) - len(given))
 
     def numeric(self, column: int) -> bool:
-        """Returns whether it stands to the right: it holds numbers, with units or without."""
+        """Returns whether the column is right-aligned: it contains numbers, with or without units."""
         cells = [row[column] for row in self.rows]
         return any(cells) and all(_NUMBER.fullmatch(cell) for cell in cells)
 
@@ -72,7 +71,7 @@ class Table:
 
         table = RichTable(box=box.SIMPLE_HEAD, show_edge=False, pad_edge=False, padding=(0, 1))
         for column, name in enumerate(self.columns):
-            # Short words are never broken: rather the long ones are.
+            # Columns of short text are never wrapped, only those with long text.
             longest = max((len(row[column]) for row in self.rows), default=0)
             table.add_column(Text(name), justify="right" if self.numeric(column) else "left", no_wrap=longest <= 28)
         for row, look in zip(self.rows, self.looks, strict=True):
@@ -104,10 +103,10 @@ class Tables:
 
 
 class TableDisplay:
-    """Object that is a table in a notebook and where `rich` prints it. Its `repr` stays what it is."""
+    """Object displayed as a table in a notebook and by `rich`. Its `repr` is unaffected."""
 
     def _table(self) -> Table | Tables | None:
-        """Its table; None where there is none now."""
+        """Returns the object's table, or None if there is none now."""
         raise NotImplementedError
 
     def _repr_html_(self) -> str | None:
@@ -120,7 +119,7 @@ class TableDisplay:
         return self._table_now() or Text(repr(self))
 
     def _table_now(self) -> Table | Tables | None:
-        # Of something that is deleted, or whose system does not answer, there is its `repr`.
+        # A deleted object, or one of a system that does not answer, has only its `repr`.
         try:
             return self._table()
         except Error:
@@ -128,13 +127,13 @@ class TableDisplay:
 
 
 def identifiers(names: Iterable[str]) -> list[str]:
-    """Returns those that can stand behind a dot."""
+    """Returns the names that are valid attributes."""
     return [name for name in names if name.isidentifier()]
 
 
 class CallSignature:
-    """`__signature__` of the objects of a class whose calls differ from one to the next: what completion in a call knows. The class
-    itself keeps the signature of making an object."""
+    """`__signature__` of the objects of a class whose calls differ between objects, for completion in a call. The class itself keeps the
+    signature of its constructor."""
 
     def __init__(self, of: Callable[[Any], Signature]) -> None:
         self._of = of

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The types of a verb's calls: what its parameters take, and what its report holds."""
+"""Types of a verb's calls: those of its parameters, and those of its report."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ _NUMBER, _WHOLE = {"float", "double"}, re.compile(r"u?int(8|16|32|64)_t")
 
 
 def verb_class(name: str, verb: Verb[..., Any]) -> list[str]:
-    """The class of a verb in a stub, and that of its reports: the three ways to call it have its parameters."""
+    """Returns the class of a verb in a stub, and the class of its reports; the three ways to call it share its parameters."""
     report = f"{name}_Report"
     lines = [f"class {report}(_gpac.Report):"]
     outputs = {verb.reported(key): _got(_item(verb, target[0])) for key, target in verb.output_values.items()}
@@ -59,14 +59,14 @@ def _parameters(verb: Verb[..., Any], signature: inspect.Signature) -> list[str]
 
 
 def _required_first(texts: list[str]) -> list[str]:
-    """Puts a parameter that must be given behind one that may be left out by name, from there on, as Python has it."""
+    """Inserts a `*` before the first optional parameter if a required one follows, as Python demands."""
     first = next((n for n, text in enumerate(texts) if text.endswith(" = ...")), len(texts))
     late = any(not text.endswith(" = ...") for text in texts[first:])
     return [*texts[:first], "*", *texts[first:]] if late else texts
 
 
 def _argument(verb: Verb[..., Any], name: str) -> str:
-    """Returns the type of an object's or an instantiation parameter's argument."""
+    """Returns the type of the argument of an object or an instantiation parameter."""
     if name in verb.objects:
         return "_gpac.Group[_Any] | _Sequence[_gpac.LogicalDevice]" if verb.objects[name].each else "_gpac.LogicalDevice"
     if name in verb.instantiation_parameters:
@@ -88,7 +88,7 @@ def _taken(verb: Verb[..., Any], name: str) -> str:
 
 
 def _got(item: Item | None) -> str:
-    """Returns the type of an output value in Python."""
+    """Returns the Python type of an output value."""
     if item is None:
         return "_Any"
     return "_np.ndarray" if _is_array(item) else _scalar(item.type, "float")
@@ -106,7 +106,7 @@ def _scalar(text: str, number: str) -> str:
 
 
 def _item(verb: Verb[..., Any], name: str) -> Item | None:
-    """The item of a block that `label.item` names, through graphs."""
+    """Returns the block's item that `label.item` names, through graphs."""
     for label in sorted(verb.blocks, key=len, reverse=True):
         if name.startswith(f"{label}."):
             return _inner(verb.blocks[label].block, name[len(label) + 1 :])

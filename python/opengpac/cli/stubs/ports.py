@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The types of a block: its ports by name where it is labelled, what a use and a trial of it take, what a trial gives."""
+"""Types of a block: its ports by name if it is labelled, the arguments of its uses and trials, and the result of a trial."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from ...python import PythonBlock
 
 
 def block_class(name: str, block: Block) -> list[str]:
-    """The classes of a block in a stub. A port that it does not have is an error."""
+    """Returns the classes of a block in a stub. A type checker reports ports that it does not have."""
     items = {n: item for n, item in block.items.items() if n.isidentifier() and not keyword.iskeyword(n)}
     constant = [n for n, item in items.items() if item.kind in ("parameter", "size", "input", "condition")]
     taken = "".join(f", {n}: _Any = ..." for n in constant if n not in ("self", "steps", "every"))

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The stub of a program: its imports, functions and classes as they are declared, its verbs with their calls."""
+"""The stub of a program: its imports, functions and classes as declared, and its verbs with their calls."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from .calls import verb_class
 from .ports import block_class
 
 _HEAD = """\
-# Made by opengpac stubs from {name}: make it anew when a verb changes.
+# Made by opengpac stubs from {name}: regenerate it when a verb changes.
 from collections.abc import Mapping as _Mapping, Sequence as _Sequence
 from typing import Any as _Any, Never as _Never
 
@@ -29,7 +29,7 @@ from opengpac.definition.block_trial import Trial as _Trial
 
 
 def stub(program: Path, names: Mapping[str, Any]) -> str:
-    """The text of the stub, from the program's source and the names that executing it has bound."""
+    """Returns the text of the stub, from the program's source and the names bound by its execution."""
     tree = ast.parse(program.read_text(encoding="utf-8"), str(program))
     made: dict[str, list[str]] = {}
     imports: list[str] = []
@@ -65,7 +65,7 @@ def _statement(statement: ast.stmt, names: Mapping[str, Any], made: dict[str, li
 
 
 def _function(function: ast.FunctionDef | ast.AsyncFunctionDef, value: Any) -> list[str]:
-    """The signature of a function; one that is a verb stays one, whose calls are the function's."""
+    """Returns the signature of a function; a verb stays a verb, with the function's parameters."""
     head = ast.unparse(_bare(function))
     if isinstance(value, Verb):
         return ["@_gpac.verb(blocks={}, command_lists={})", *head.splitlines(), ""]
@@ -76,7 +76,7 @@ def _function(function: ast.FunctionDef | ast.AsyncFunctionDef, value: Any) -> l
 
 
 def _bare(function: ast.FunctionDef | ast.AsyncFunctionDef) -> ast.AST:
-    """Returns it without body and decorators; defaults are `...`."""
+    """Returns the function without body and decorators; defaults are `...`."""
     given = function.args
     plain = ast.arguments(
         posonlyargs=given.posonlyargs, args=given.args, vararg=given.vararg, kwonlyargs=given.kwonlyargs, kwarg=given.kwarg,
@@ -109,7 +109,7 @@ def _class(found: ast.ClassDef, indent: str) -> list[str]:
 
 
 def _bound(name: str, value: Any) -> list[str]:
-    """A name that a statement has bound, by what it is now."""
+    """Returns the declaration of a bound name, by its present value."""
     if isinstance(value, Verb):
         return [*verb_class(f"_{name}", value), f"{name}: _{name}_Verb"]
     if isinstance(value, Block):

@@ -15,8 +15,8 @@ from .trees import Definition, Tree
 class DefinitionFile(Mapping[str, Any]):
     """Contents of a definition file: `shapes["smooth"]` or `shapes.smooth` is a graph, a verb that can be called, or a device type.
 
-    Made by `gpac.load`. Raises `UnknownName` for a name that the file does not define. `description` is the file's, `path` where it is,
-    `modules` its code modules: name → file.
+    Made by `gpac.load`. Raises `UnknownName` for a name that the file does not define. `description` is the file's description,
+    `path` its location, and `modules` its code modules: name → file.
     """
 
     def __init__(self, path: File, tree: Tree) -> None:

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Check that a tree has the form of a file with definitions: the committed schema, which is made from the model's types, says it.
+"""Checks that a tree has the form of a definition file, as defined by the committed schema, which is generated from the model's types.
 
-Only what that schema uses of JSON Schema is known here.
+Only the features of JSON Schema that this schema uses are implemented.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ Schema = Mapping[str, Any]
 
 @functools.cache
 def schema() -> dict[str, Any]:
-    """The JSON Schema of a file with definitions."""
+    """Returns the JSON Schema of definition files."""
     return json.loads(files("opengpac").joinpath("schemas/definitions-v1.json").read_text(encoding="utf-8"))
 
 
@@ -40,7 +40,7 @@ class Finding:
 
 
 def findings(tree: Any) -> list[Finding]:
-    """Finds everything by which a tree is no file with definitions; a file of another format or version is nothing but that."""
+    """Finds everything in a tree that violates the form; for another format or version it reports only that."""
     if isinstance(tree, dict):
         given = tree.get("format")
         if given != FORMAT:
@@ -130,7 +130,7 @@ def _check_time(value: str, path: Path) -> Iterator[Finding]:
 
 
 def _check_one_of(value: Any, variants: list[Schema], path: Path) -> Iterator[Finding]:
-    """Checks one of several forms: if none fits, what is wrong with the one that was most likely meant."""
+    """Checks a value against several variants; if none fits, yields the findings for the most likely one."""
     flat = [*_flat(variants)]
     fitting = [of for of in flat if _fits_kind(value, of)]
     if not fitting:
@@ -159,7 +159,7 @@ def _check_one_of(value: Any, variants: list[Schema], path: Path) -> Iterator[Fi
 
 
 def _flat(variants: list[Schema]) -> Iterator[Schema]:
-    """The variants, those of references and of variants in their place."""
+    """Yields the variants, with references and nested variants expanded."""
     for of in variants:
         while "$ref" in of:
             of = schema()["$defs"][of["$ref"].rsplit("/", 1)[1]]
@@ -171,7 +171,7 @@ def _flat(variants: list[Schema]) -> Iterator[Schema]:
 
 
 def _tagged(value: dict[str, Any], of: Schema) -> bool:
-    """Returns whether a property with one possible value has that one."""
+    """Returns whether any property with only one possible value has it."""
     return any(
         "const" in inner and value.get(name) == inner["const"]
         for name, inner in of.get("properties", {}).items()
@@ -222,6 +222,6 @@ def _wrong_kind(value: Any, kinds: list[str], path: Path) -> Finding:
 
 
 def _at(path: Path) -> str:
-    """Returns the name in messages of a part of the file: `verbs.move.command_lists.start[2]`."""
+    """Returns the name of a part of the file for messages: `verbs.move.command_lists.start[2]`."""
     text = "".join(f"[{part}]" if isinstance(part, int) else f".{part}" for part in path)
     return f"'{text.lstrip('.')}'" if text else "the file"

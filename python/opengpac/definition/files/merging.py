@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Changes are put into a TOML text that a person has edited: what has not changed stays as it is written, comments and order too."""
+"""Merges changes into a TOML text that a person has edited: unchanged parts keep their form, including comments and order."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from .trees import Tree
 
 
 def merged(text: str, tree: Tree, head: Tree, trees: Mapping[str, Mapping[str, Tree]]) -> str:
-    """The text with these definitions, in the long form, and with what the head says."""
+    """Returns the text with these definitions, in the long form, and with the contents of `head`."""
     document = tomlkit.parse(text)
     more: list[str] = []
     for key, value in head.items():
@@ -41,7 +41,7 @@ def _table(document: tomlkit.TOMLDocument, kind: str) -> Any:
 
 
 def _holds(text: str, trees: Mapping[str, Mapping[str, Tree]]) -> bool:
-    """Returns whether the text says what it is to say."""
+    """Returns whether the text contains exactly the given definitions."""
     try:
         found = tomllib.loads(text)
         return all(long(kind, key, found[kind][key]) == long(kind, key, new) for kind, known in trees.items() for key, new in known.items())
@@ -50,7 +50,7 @@ def _holds(text: str, trees: Mapping[str, Mapping[str, Tree]]) -> bool:
 
 
 def _anew(text: str, tree: Tree, head: Tree, trees: Mapping[str, Mapping[str, Tree]]) -> str:
-    """The text with whole definitions in the place of the old ones, where they could not be changed line by line."""
+    """Returns the text with old definitions replaced as a whole, for changes that cannot be made line by line."""
     document = tomlkit.parse(text)
     for key, value in head.items():
         document[key] = _item(value)
@@ -63,7 +63,7 @@ def _anew(text: str, tree: Tree, head: Tree, trees: Mapping[str, Mapping[str, Tr
 
 
 def _merge(node: MutableMapping[str, Any], old: Tree, new: Tree) -> None:
-    """Changes what differs between the old and the new short form, in what the person has written for the old one."""
+    """Applies the differences between the old and the new short form to the text that the person wrote for the old one."""
     for key in [key for key in old if key not in new]:
         node.pop(key, None)
     for key, value in new.items():
@@ -91,7 +91,7 @@ def _put(node: Any, at: int, old: Any, new: Any) -> None:
 
 
 def _alike(present: Any, old: Any, new: Any) -> bool:
-    """Returns whether a table can be changed key by key: it is written in the form that the short one has."""
+    """Returns whether a table can be changed key by key: its form is that of the short one."""
     return isinstance(present, MutableMapping) and isinstance(old, dict) and isinstance(new, dict) and {*old} <= {*present}
 
 
@@ -100,7 +100,7 @@ def _same_length(present: Any, old: Any, new: Any) -> bool:
 
 
 def _item(value: Any) -> Any:
-    """A value as an item of the document, commands one a line."""
+    """Returns a value as an item of the document, with one command per line."""
     if isinstance(value, dict) and any(isinstance(inner, dict | list) for inner in value.values()):
         table = tomlkit.table()
         for key, inner in value.items():

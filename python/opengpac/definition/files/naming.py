@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Classes and functions that a file refers to by name: `module:Class`, or the name alone of what this package shows.
+"""Classes and functions that a file refers to by name: `module:Class`, or the bare name of a public name of this package.
 
-Nothing is imported for a name but modules of this package: the rest is looked up among what the program gives.
+Only modules of this package are imported for a name; others are searched for among the objects that the program passes.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ _PACKAGE = __name__.split(".", 1)[0]
 
 
 def name_of(of: Any, what: str) -> str:
-    """The name under which a class or function can be found again."""
+    """Returns the name under which a class or function can be found again; `what` describes it in refusals."""
     shown = importlib.import_module(_PACKAGE)
     if getattr(shown, getattr(of, "__name__", ""), None) is of:
         return of.__name__
@@ -28,7 +28,7 @@ def name_of(of: Any, what: str) -> str:
 
 
 class Names:
-    """Objects that a program gives for names in a file, and those of the package itself."""
+    """Objects that a program passes for names in a file, and those of the package itself."""
 
     def __init__(self, given: Given, base: type | None) -> None:
         named = given.items() if isinstance(given, Mapping) else ((None, of) for of in given or ())
@@ -40,13 +40,13 @@ class Names:
                 self._known[key] = of
 
     def find(self, name: str) -> Any | None:
-        """Returns the object of that name, if there is one."""
+        """Returns the object of that name, or None."""
         short = name.rpartition(":")[2]
         found = self._known.get(name, self._known.get(short))
         return found if found is not None else self._own(name)
 
     def remedy(self, name: str, argument: str) -> str:
-        """Returns what to do if nothing has that name."""
+        """Returns the remedy for an unknown name."""
         near = did_you_mean(name.rpartition(":")[2], [*self._known, *self._shown()])
         give = f"give it: gpac.load(…, {argument}={{'{name}': …}})"
         return f"{near} or {give}" if near.startswith("did you mean") else give
@@ -71,6 +71,6 @@ class Names:
         return found if self._fits(found) and self._is_own(found, path) else None
 
     def _is_own(self, of: Any, path: str) -> bool:
-        """Returns whether it is of this package, and, of functions, of those that make values for motions."""
+        """Returns whether the object belongs to this package; a function must also be one that makes values for motions."""
         home = f"{_PACKAGE}.motion." if self._base is None else f"{_PACKAGE}."
         return of.__module__.startswith(home) and of.__qualname__ == path

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The text of a definition file as a tree, and what is wrong in it with its line."""
+"""Parses the text of a definition file into a tree, and reports errors with their lines."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from .positions import Path, line_at
 
 
 def is_toml(file: File) -> bool:
-    """Returns whether it is TOML, by its ending."""
+    """Returns whether the file's extension is that of TOML."""
     if file.suffix not in (".toml", ".json"):
         raise FileFailed(
             f"the file '{file}' is neither TOML nor JSON", remedy="give it the ending .toml or .json", place=Place(str(file), 1)
@@ -26,13 +26,13 @@ def is_toml(file: File) -> bool:
 
 
 DEPTH_MAX = 100
-"""How deep tables and lists of a file may be nested; a graph within a graph takes four levels."""
+"""Maximum nesting of tables and lists in a file; a graph within a graph takes four levels."""
 BLOCKS_MAX = 4000
-"""Blocks of all definitions of a file together: they are checked in two seconds."""
+"""Maximum number of blocks of all definitions of a file together; they are checked in two seconds."""
 
 
 def parsed(file: File, text: str, toml: bool) -> Any:
-    """The tree of a text; an error in it has its line. Refused where it is nested too deep, or a definition has too many blocks."""
+    """Parses a text into a tree; errors have their lines. Refuses too deep nesting, and definitions with too many blocks."""
     try:
         tree = tomllib.loads(text) if toml else json.loads(text, object_pairs_hook=_once, parse_constant=_no_constant)
         _check_extent(file, tree)
@@ -80,7 +80,7 @@ def _check_extent(file: File, tree: Any) -> None:
 
 
 def _check_multiplied(file: File, tree: Any) -> None:
-    """Refuses a definition that comes to too many blocks by graphs that it names, which name graphs in turn."""
+    """Refuses a definition that expands to too many blocks through nested graphs."""
     graphs = tree.get("graphs") if isinstance(tree, dict) else None
     counts: dict[str, int] = {}
 
@@ -90,7 +90,7 @@ def _check_multiplied(file: File, tree: Any) -> None:
 
     def of_graph(name: str) -> int:
         if name not in counts and isinstance(graphs, dict) and name in graphs:
-            # A circle is told where it is made.
+            # Circles are reported where they are made.
             counts[name] = 0
             counts[name] = count(graphs[name])
         return counts.get(name, 1)
@@ -109,7 +109,7 @@ def _check_multiplied(file: File, tree: Any) -> None:
 
 
 def _blocks_of(use: Any, of_graph: Callable[[str], int]) -> int:
-    """Blocks that one use of a block or a graph comes to."""
+    """Returns the number of blocks in one use of a block or a graph."""
     block = use.get("block") if isinstance(use, dict) else use
     if isinstance(block, dict) and isinstance(block.get("graph"), dict):
         inner = block["graph"].get("blocks")
@@ -131,5 +131,5 @@ def _no_constant(text: str) -> Any:
 
 
 def error_of(finding: Finding, file: File, lines: dict[Path, int]) -> Error:
-    """The exception for a finding."""
+    """Returns the exception for a finding."""
     return finding.kind(finding.message, remedy=finding.remedy, place=Place(str(file), line_at(lines, finding.path)))

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""On which line each part of a TOML or JSON text stands. The text has been parsed before: it is well formed."""
+"""Finds the line of each part of a TOML or JSON text. The text is well formed, since it has been parsed before."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ import re
 from collections.abc import Iterator
 
 Path = tuple[str | int, ...]
-"""Where something is in a tree: keys and indices from the top."""
+"""Location in a tree: keys and indices from the top."""
 
 _BARE = re.compile(r"[A-Za-z0-9_-]+")
 _SCALAR = re.compile(r"[^\s,\]}#]+(?: [^\s,\]}#=]+)?")
@@ -18,14 +18,14 @@ _SHORT = {"n": "\n", "t": "\t", "r": "\r", "b": "\b", "f": "\f"}
 
 
 def lines_of(text: str, toml: bool) -> dict[Path, int]:
-    """Returns the line, from 1, of the path of each key, table and element."""
+    """Returns the line, from 1, of each key, table and element by its path."""
     scanner = _Scanner(text, toml)
     scanner.document() if toml else scanner.value(())
     return scanner.lines
 
 
 def line_at(lines: dict[Path, int], path: Path) -> int:
-    """The line of what is there, or of the nearest thing around it."""
+    """Returns the line of the part at that path, or of the nearest part around it."""
     while path and path not in lines:
         path = path[:-1]
     return lines.get(path, 1)
@@ -47,7 +47,7 @@ class _Scanner:
         self.lines.setdefault(path, self.line())
 
     def skip(self) -> None:
-        """Skips white space, ends of lines and comments."""
+        """Skips white space, line ends and comments."""
         while self.at < len(self.text):
             if self.text[self.at] in " \t\r\n\ufeff":
                 self.at += 1
@@ -83,7 +83,7 @@ class _Scanner:
                 self.pair(table)
 
     def header(self) -> Path:
-        """The path of a header: a table in an array is its last element."""
+        """Returns the path of a header: for an array of tables, its last element."""
         path: Path = ()
         self.skip()
         for key in self.key():

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A file with definitions is read: parsed, compared with the schema, resolved, checked by the model; all errors at once."""
+"""Reads a definition file: parses it, compares it with the schema, resolves names, checks it by the model, and reports all errors at
+once."""
 
 from __future__ import annotations
 
@@ -66,10 +67,10 @@ def load(
 ) -> DefinitionFile:
     """Loads the definitions of the TOML or JSON file at `path`: `shapes = gpac.load("shapes.toml")`, then `shapes.smooth`.
 
-    Nothing of the file is executed. Exception classes that its conditions name are this package's, or those that you give:
-    `raises={"Collision": Collision}`, or a list of classes; so are device types with `devices`, and functions with `forms`. Code modules
-    come from `modules={"press": code}`; with a `system` those that the file names are downloaded there. All that is wrong is raised at
-    once, with lines of the file.
+    No part of the file is executed. Exception classes that its conditions name come from this package, or from you:
+    `raises={"Collision": Collision}`, or a list of classes; likewise device types with `devices`, and functions with `forms`. Code
+    modules come from `modules={"press": code}`; with a `system`, those that the file names are downloaded to it. All errors are
+    raised at once, with lines of the file.
     """
     made, errors = read_file(path, system=system, modules=modules, raises=raises, devices=devices, forms=forms)
     if errors:
@@ -78,7 +79,8 @@ def load(
 
 
 def read_file(path: str | os.PathLike[str], *, stand_in: bool = False, **given: Any) -> tuple[DefinitionFile, list[Error]]:
-    """Loads as `load`, with the errors beside what could be made. `stand_in`: exception classes that are not given are made up."""
+    """Loads like `load`, and returns the errors together with the definitions that could be made. `stand_in`: invents missing exception
+    classes."""
     file = File(path).expanduser()
     text = read(file, "the file of definitions")
     if text is None:
@@ -95,11 +97,11 @@ def read_file(path: str | os.PathLike[str], *, stand_in: bool = False, **given: 
 
 
 class _Skipped(Exception):
-    """Raised when something that this needs is wrong, and that has been said."""
+    """Raised if a prerequisite is wrong and its error has already been noted."""
 
 
 class _Reading:
-    """One file while its definitions are made, each when it is first needed."""
+    """One file during reading; each definition is made on first use."""
 
     def __init__(
         self, file: File, tree: Tree, lines: dict[Path, int], stand_in: bool,
@@ -117,7 +119,7 @@ class _Reading:
     errors: list[Error]
 
     def read(self) -> None:
-        """Makes everything that the file defines."""
+        """Makes all definitions of the file."""
         names: dict[str, str] = {}
         self._download()
         for kind in KINDS:
@@ -147,7 +149,7 @@ class _Reading:
                 self.refuse(FileFailed, ("modules", name), f"code module '{name}' cannot be downloaded: {str(error).splitlines()[0]}")
 
     def of(self, kind: str, key: str) -> Any:
-        """A definition of the file, made when it is first asked for."""
+        """Returns a definition of the file, made on first use."""
         at = (kind, key)
         if at not in self._found:
             if at in self._open:
@@ -184,7 +186,7 @@ class _Reading:
         return made
 
     def _note(self, error: Error, tree: Tree, origin: Origin) -> None:
-        """Takes errors over, each with the line of the part that it is about."""
+        """Adds errors, each with the line of the part that it concerns."""
         for one in getattr(error, "errors", [error]):
             if one.where and tree:
                 one.place = origin.place(*part_of(tree, one.where))
@@ -196,7 +198,7 @@ class _Reading:
     # ---- blocks ----
 
     def _uses(self, tree: Tree, origin: Origin) -> dict[str, BlockUse]:
-        """Blocks by label; one that is not known is left out, and what names it is refused by the model."""
+        """Returns the blocks by label; unknown blocks are left out, and the model refuses references to them."""
         uses: dict[str, BlockUse] = {}
         for label, use in tree["blocks"].items():
             block = self._block(use["block"], (*origin.path, "blocks", label), origin)
@@ -240,7 +242,7 @@ class _Reading:
         return system._definitions if system is not None else entering.without_system()
 
     def _checked(self, kind: str, drawn: Tree, uses: Mapping[str, BlockUse], device_types: list[type[LogicalDevice]]) -> None:
-        """Checks everything that the model finds, in one go."""
+        """Runs all checks of the model at once."""
         definitions = self._definitions(uses)
         definitions.enter_modules(uses.values())
         for device_type in device_types:
@@ -387,7 +389,7 @@ def _by_name(devices: Devices) -> Mapping[str, type[LogicalDevice]]:
 
 
 def _own_device_types() -> list[type[LogicalDevice]]:
-    """The device types that come with this package."""
+    """Returns the device types of this package."""
     for module in ("robots", "robots.gripper", "cell"):
         importlib.import_module(f"{_PACKAGE}.{module}")
     found = [LogicalDevice]
@@ -401,5 +403,5 @@ def _own_device_type(name: str) -> type[LogicalDevice] | None:
 
 
 def _range(given: Any) -> Any:
-    """A range of a file as `within=` takes it."""
+    """Returns a range of a file in the form of `within=`."""
     return tuple(given) if isinstance(given, list) else given

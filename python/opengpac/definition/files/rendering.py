@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Trees as text: TOML and JSON with one thing a line, in a stable order, so that a diff shows what has changed."""
+"""Trees as text: TOML and JSON with one element per line, in a stable order, so that a diff shows the changes."""
 
 from __future__ import annotations
 
@@ -20,19 +20,19 @@ _WIDTH = 100
 
 
 def toml_key(key: str) -> str:
-    """A key, quoted where it must be."""
+    """Returns a key, quoted if necessary."""
     return key if _BARE.fullmatch(key) else toml_value(key)
 
 
 def toml_value(value: Any) -> str:
-    """A value on one line."""
+    """Returns a value on one line."""
     match value:
         case bool():
             return "true" if value else "false"
         case float():
             return repr(value) if math.isfinite(value) else str(value)
         case str():
-            # TOML escapes what JSON does, and the one control character more.
+            # TOML escapes the same characters as JSON, and one more control character.
             return json.dumps(value, ensure_ascii=False).replace("\x7f", "\\u007F")
         case Mapping():
             pairs = ", ".join(f"{toml_key(key)} = {toml_value(inner)}" for key, inner in value.items())
@@ -44,7 +44,7 @@ def toml_value(value: Any) -> str:
 
 
 def toml_entry(value: Any) -> str:
-    """A value as it stands in a table: commands and transitions one a line, text as it is broken."""
+    """Returns a value for a table: commands and transitions one per line, text with its line breaks."""
     if isinstance(value, str) and "\n" in value:
         lines = "\n".join(json.dumps(line, ensure_ascii=False)[1:-1].replace("\x7f", "\\u007F") for line in value.split("\n"))
         plain = '"""' not in value and not value.endswith('"')
@@ -55,7 +55,7 @@ def toml_entry(value: Any) -> str:
 
 
 def toml_definition(kind: str, key: str, tree: Tree) -> str:
-    """A definition as a table with its sections."""
+    """Returns a definition as a table with its sections."""
     name = f"{kind}.{toml_key(key)}"
     sections = {section: tree[section] for section in _SECTIONS if isinstance(tree.get(section), dict)}
     lines = [f"[{name}]", *(f"{toml_key(k)} = {toml_entry(v)}" for k, v in tree.items() if k not in sections)]
@@ -65,7 +65,7 @@ def toml_definition(kind: str, key: str, tree: Tree) -> str:
 
 
 def toml_file(head: Tree, trees: Mapping[str, Mapping[str, Tree]]) -> str:
-    """A whole file."""
+    """Returns the text of a whole TOML file."""
     plain = {key: value for key, value in head.items() if not isinstance(value, dict)}
     parts = ["".join(f"{key} = {toml_value(value)}\n" for key, value in plain.items())]
     parts += [
@@ -78,7 +78,7 @@ def toml_file(head: Tree, trees: Mapping[str, Mapping[str, Tree]]) -> str:
 
 
 def json_file(tree: Tree) -> str:
-    """A whole file."""
+    """Returns the text of a whole JSON file."""
     return _json(tree, "") + "\n"
 
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Definitions are written to a file. What the file has besides, comments and order too, stays."""
+"""Writes definitions to a file. Other contents of the file are preserved, including comments and order."""
 
 from __future__ import annotations
 
@@ -24,11 +24,12 @@ from .trees import KINDS, Definition, DefinitionTrees, Tree, kind_of
 
 @taking
 def save(path: str | os.PathLike[str], *definitions: Definition, description: str | None = None) -> None:
-    """Writes graphs, verbs and device types to the TOML or JSON file at `path`, by its ending; a file that is there keeps what else it has.
+    """Writes graphs, verbs and device types to the TOML or JSON file at `path`, by its extension; preserves the other contents of an
+    existing file.
 
-    A definition of a name that the file has takes its place; where only values change, comments and order of a TOML file stay. The
-    verbs of a composed verb and of a device type are written too. Exception classes are written by name.
-    `description` is for people, at the head of the file. Raises `FileFailed` where the file is of another form or cannot be written.
+    `definitions` replace those of the same name in the file; if only values change, comments and order of a TOML file are preserved.
+    The verbs of a composed verb and of a device type are written too. Exception classes are written by name. `description` is a text
+    for people at the head of the file. Raises `FileFailed` if the file has another form or cannot be written.
     """
     file = File(path).expanduser()
     toml = is_toml(file)
@@ -65,7 +66,7 @@ def _rendered(head: Tree, trees: Mapping[str, Mapping[str, Tree]], toml: bool) -
 
 
 def _known(file: File, text: str, toml: bool) -> Tree:
-    """The tree of the file that is there; one that is no file with definitions is not overwritten."""
+    """Returns the tree of the existing file; a file that is not a definition file is not overwritten."""
     tree = parsed(file, text, toml)
     wrong = findings(tree)
     if wrong:
@@ -79,7 +80,7 @@ def _known(file: File, text: str, toml: bool) -> Tree:
 
 
 def _ordered(old: Any, new: Any) -> Any:
-    """The new tree in the order that the old one has."""
+    """Returns the new tree in the order of the old one."""
     if not isinstance(old, dict) or not isinstance(new, dict):
         return new
     keys = [key for key in old if key in new] + [key for key in new if key not in old]
@@ -87,7 +88,7 @@ def _ordered(old: Any, new: Any) -> Any:
 
 
 def _modules(definitions: tuple[Definition, ...], file: File) -> dict[str, str]:
-    """The code modules of the blocks: name → file, beside this one where that can be said."""
+    """Returns the code modules of the blocks: name → file, relative to this file if possible."""
     found: dict[str, str] = {}
     for definition in definitions:
         uses = cast(Any, definition).blocks.values() if kind_of(definition) not in (None, "device_types") else ()
@@ -100,7 +101,7 @@ def _modules(definitions: tuple[Definition, ...], file: File) -> dict[str, str]:
 
 
 def _all(uses: Any) -> list[Any]:
-    """The uses of subroutines, those in graphs too."""
+    """Returns the uses of subroutines, including those within graphs."""
     found: list[Any] = []
     for use in uses:
         found += _all(use.block.blocks.values()) if kind_of(use.block) == "graphs" else [use]

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The short form of definitions: what a person would write. Each line here undoes one of `crates/model/src/written.rs`."""
+"""Short form of definitions, as a person would write them. Each line here inverts one of `crates/model/src/written.rs`."""
 
 from __future__ import annotations
 
@@ -17,14 +17,14 @@ _UNITS = (("s", 1_000_000_000), ("ms", 1_000_000), ("us", 1_000), ("ns", 1))
 
 
 def short(kind: str, key: str, tree: Tree) -> Tree:
-    """The short form of a definition that stands under `key` in a file."""
+    """Returns the short form of the definition under `key` in a file."""
     made = {"graphs": _graph, "verbs": _verb, "device_types": _device_type, "compositions": _composition}[kind](tree)
     named = {} if tree.get("name", key) in (key, "") else {"name": tree["name"]}
     return named | made
 
 
 def long(kind: str, key: str, tree: Tree) -> Tree:
-    """The long form of what a file has under `key`; what only files hold stays beside it."""
+    """Returns the long form of a file's definition under `key`; data that only files hold is kept next to it."""
     tree = {"name": key} | tree
     if kind == "compositions":
         steps = [{"condition": None} | step | {"from": _names(step["from"])} for step in tree.get("transitions", [])]
@@ -54,7 +54,7 @@ def _drop_places(node: Tree) -> None:
 
 
 def _keep_layouts(made: Tree, tree: Tree) -> None:
-    """Graphs within a definition are drawn too."""
+    """Keeps the layouts of graphs within a definition."""
     for label, use in tree.get("blocks", {}).items():
         block = use.get("block") if isinstance(use, dict) else None
         if isinstance(block, dict) and "graph" in block:
@@ -65,7 +65,7 @@ def _keep_layouts(made: Tree, tree: Tree) -> None:
 
 
 def _filled(**given: Any) -> Tree:
-    """Returns a tree without what is empty, absent or false."""
+    """Returns a tree without values that are empty, absent or false."""
     return {key: value for key, value in given.items() if value not in (None, "", [], {}) and value is not False}
 
 
@@ -147,7 +147,7 @@ def _requirement(given: Tree) -> Any:
 
 
 def _command(command: Tree) -> Tree:
-    """Returns a command in short; in long where that would not say the same."""
+    """Returns a command in its short form, or in the long form if the short one would differ in meaning."""
     match command["command"]:
         case "install":
             return {"install": _one(command["blocks"])}
@@ -183,7 +183,7 @@ def _timed(name: str, ns: int) -> Tree:
 
 
 def _time_text(ns: int) -> str | None:
-    """Returns `20 ms`; nothing where no such text is exactly that time."""
+    """Returns `20 ms`, or None if no such text represents exactly that time."""
     for unit, scale in _UNITS:
         if (ns >= scale and ns % max(1, scale // 1000) == 0) or unit == "ns":
             number = f"{ns / scale:.3f}".rstrip("0").rstrip(".")
@@ -206,7 +206,7 @@ def _device_type(tree: Tree) -> Tree:
 
 
 def _flagged(parameter: Tree) -> Tree:
-    """A parameter's unit and flags; that a tunable one is not kept says more than nothing."""
+    """Returns a parameter's unit and flags; an explicit `keep` is written even if false, since it differs from an absent one."""
     kept = {} if parameter.get("keep") is None else {"keep": parameter["keep"]}
     return _filled(unit=parameter["unit"], tunable=parameter["tunable"], within=parameter.get("within")) | kept
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Definitions as trees in the long form: what the model takes, without places, and with what only files hold."""
+"""Definitions as trees in the long form: the model's form, without places, and with data that only files hold."""
 
 from __future__ import annotations
 
@@ -24,21 +24,21 @@ _WHOLE: dict[str, Tree] = {
     "activate": {"command": "", "block": "", "every_ns": None, "tunable": False, "budget_ns": None},
     "wait": {"command": "", "conditions": [], "time_ns": None},
 }
-"""Commands with all that they may leave out."""
+"""Commands with all optional members."""
 
 KINDS = ("graphs", "verbs", "device_types", "compositions")
 
 
 def kind_of(definition: object) -> str | None:
-    """Returns the kind of a definition in a file, one of `KINDS`; None for others. A device type is a class, the others are objects."""
+    """Returns the kind of a definition in a file, one of `KINDS`, or None for others. A device type is a class, the others are objects."""
     kind = getattr(definition, "_definition_kind", None)
     return kind if isinstance(definition, type) == (kind == "device_types") else None
 
 
 class DefinitionTrees:
-    """The definitions that go into a file: kind → key → tree. A composition brings its parts, a device type its verb.
+    """The definitions to be written to a file: kind → key → tree. A composition includes its parts, a device type its verb.
 
-    `present` has the keys of a file that is there, with their kinds: a key stands for one definition.
+    `present` contains the keys of an existing file, with their kinds: each key stands for one definition.
     """
 
     def __init__(self, present: Mapping[str, str] | None = None) -> None:
@@ -46,7 +46,7 @@ class DefinitionTrees:
         self._kinds = dict(present or {})
 
     def add(self, definition: Any) -> str:
-        """Takes a definition and what it needs of the same file, and gives its key."""
+        """Adds a definition and its dependencies in the same file; returns its key."""
         match kind_of(definition):
             case "compositions":
                 return self._put("compositions", definition.name, self._composition(definition))
@@ -68,7 +68,7 @@ class DefinitionTrees:
         return _copied(tree) | _layout(verb)
 
     def _put(self, kind: str, name: str, tree: Tree) -> str:
-        """Puts it under its name; if another definition has it already, under `name_2`."""
+        """Adds the tree under its name, or under `name_2` if another definition has that name."""
         known = self.trees[kind]
         key = next((key for key, other in known.items() if other == tree), None)
         if key is None:
@@ -78,7 +78,7 @@ class DefinitionTrees:
         return key
 
     def share_graphs(self) -> None:
-        """Graphs within definitions become definitions of their own, named where they stand."""
+        """Turns graphs within definitions into definitions of their own, named after their location."""
         for kind in ("verbs", "graphs"):
             for tree in [*self.trees[kind].values()]:
                 self._share(tree)
@@ -102,12 +102,12 @@ def _keys(name: str) -> Iterator[str]:
 
 
 def graph_tree(graph: Graph) -> Tree:
-    """A graph, those within it too."""
+    """Returns a graph as a tree, including the graphs within it."""
     return _bare_graph(_copied(graph.json()), graph)
 
 
 def verb_tree(verb: Verb[..., Any]) -> Tree:
-    """A verb that is written whole, with the names of its exception classes and functions."""
+    """Returns a verb as a tree, complete with the names of its exception classes and functions."""
     tree = _copied(verb.json())
     for part in (tree, *tree["command_lists"].values(), *tree["conditions"].values(), *tree["transitions"]):
         part.pop("place", None)
@@ -124,14 +124,14 @@ def verb_tree(verb: Verb[..., Any]) -> Tree:
         if parameter.member:
             tree["input_parameters"][name]["member"] = parameter.member
         if parameter.form is not None:
-            # What people write, not what becomes of it.
+            # Keep the written default, not the converted one.
             tree["input_parameters"][name]["default"] = _copied(parameter.default) if parameter.has_default else None
             tree["input_parameters"][name]["form"] = name_of(parameter.form, f"the form of '{name}' of verb '{verb.name}'")
     return tree | _layout(verb)
 
 
 def device_type_tree(device_type: type[LogicalDevice]) -> Tree:
-    """A logical device type, with what is kept over a warm restart."""
+    """Returns a logical device type as a tree, including the members kept over a warm restart."""
     tree = _copied(device_type.definition_json())
     del tree["place"]
     for name, member in device_type.svv_members().items():

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The arm behind an emulated controller: joints that follow their goals within a speed, and a controller's commands for them."""
+"""Arm behind an emulated controller: joints that follow their goals at limited speed, and the controller's commands for them."""
 
 from __future__ import annotations
 
@@ -10,12 +10,12 @@ from typing import Any
 import numpy as np
 
 CYCLE = 0.002
-"""A controller cycle, s."""
+"""Controller cycle, s."""
 HOME = [0.0, -math.pi / 2, 0.0, -math.pi / 2, 0.0, 0.0]
 SPEED_MAX = 3.3
-"""What its joints can, rad/s: a little more than a program may ask for."""
+"""Maximum speed of its joints, rad/s: slightly more than a program may request."""
 
-# a, d, alpha of each joint of a UR5e, as its maker publishes them.
+# a, d, alpha of each joint of a UR5e, as published by its manufacturer.
 _DH = [
     (0.0, 0.1625, math.pi / 2), (-0.425, 0.0, 0.0), (-0.3922, 0.0, 0.0), (0.0, 0.1333, math.pi / 2), (0.0, 0.0997, -math.pi / 2),
     (0.0, 0.0996, 0.0),
@@ -23,11 +23,11 @@ _DH = [
 
 
 class RefusedCommand(Exception):
-    """A command that its safety system does not let pass: the arm is in protective stop."""
+    """A command that the safety system rejects: the arm is in protective stop."""
 
 
 class JointArm:
-    """Six joints, each at its goal one cycle later, or on its way there at its maximum speed."""
+    """Six joints, each at its goal one cycle later, or moving there at its maximum speed."""
 
     def __init__(self, position: Sequence[float], leap_max: float) -> None:
         self.q = [float(value) for value in position]
@@ -35,10 +35,10 @@ class JointArm:
         self.goal = [*self.q]
         self.leap_max = leap_max
         self.step_max = 0.0
-        """The largest step of a goal from one cycle to the next, rad."""
+        """Maximum step of a goal between two cycles, rad."""
 
     def command(self, goal: Sequence[float]) -> None:
-        """Gives the next goal; `RefusedCommand` where it is a leap."""
+        """Sets the next goal; raises `RefusedCommand` if it jumps."""
         if len(goal) != 6:
             raise ValueError(f"{len(goal)} joint positions are given")
         step = max(abs(to - before) for to, before in zip(goal, self.goal, strict=True))
@@ -48,7 +48,7 @@ class JointArm:
         self.goal = [float(value) for value in goal]
 
     def rest(self) -> None:
-        """Stands where it is."""
+        """Holds the present position."""
         self.goal, self.velocity = [*self.q], [0.0] * 6
 
     def advance(self) -> None:
@@ -59,11 +59,11 @@ class JointArm:
         self.velocity = [step / CYCLE for step in steps]
 
     def touch(self) -> list[float]:
-        """The force of what it touches on its tool, N: it touches nothing."""
+        """Returns the contact force on its tool, N: it touches nothing."""
         return [0.0, 0.0, 0.0]
 
     def pose(self) -> list[float]:
-        """Returns where its flange is: x, y, z and a rotation vector, as its controller says it."""
+        """Returns the pose of the flange in the controller's form: x, y, z and a rotation vector."""
         whole = np.eye(4)
         for q, (a, d, alpha) in zip(self.q, _DH, strict=True):
             ct, st, ca, sa = math.cos(q), math.sin(q), math.cos(alpha), math.sin(alpha)
@@ -77,14 +77,14 @@ class JointArm:
         elif cosine > 0:
             turned = np.zeros(3)
         else:
-            # Half a turn: each column of R + 1 lies along the axis.
+            # Rotation by π: each column of R + 1 is parallel to the axis.
             along = max((rotation + np.eye(3)).T, key=lambda column: float(np.linalg.norm(column)))
             turned = along / np.linalg.norm(along) * math.pi
         return [*whole[:3, 3].tolist(), *turned.tolist()]
 
 
 def motions(arm: JointArm) -> dict[str, Callable[..., Generator[None, None, Any]]]:
-    """The commands of a program that take time."""
+    """Returns the commands of a program that take time."""
 
     def wait(seconds: float = CYCLE, *_: Any) -> Generator[None, None, None]:
         for _cycle in range(max(1, round(seconds / CYCLE))):
@@ -92,7 +92,7 @@ def motions(arm: JointArm) -> dict[str, Callable[..., Generator[None, None, Any]
 
     def servoj(q: list[float], *more: float, t: float = CYCLE, **_: float) -> Generator[None, None, None]:
         arm.command(q)
-        # By position: acceleration, speed, time.
+        # Positional arguments: acceleration, speed, time.
         yield from wait(more[2] if len(more) > 2 else t)
 
     def stopj(*_: float, **__: float) -> Generator[None, None, None]:

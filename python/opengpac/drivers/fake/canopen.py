@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A bus of CANopen that is only a program."""
+"""Software-only CANopen bus."""
 
 from __future__ import annotations
 
@@ -20,75 +20,75 @@ class CanOpenDrive:
     """State of an emulated drive."""
 
     node: int
-    """Its number on the bus."""
+    """Node number on the bus."""
     state: str
     """`operational`, `pre-operational`, `stopped`, `off`."""
     drive: str
-    """The state of its axis: `operation enabled`, `fault`."""
+    """State of the axis: `operation enabled`, `fault`."""
     position: int
-    """Where its axis is, counts."""
+    """Position of the axis, counts."""
     target: int
-    """Where its axis is to be, counts."""
+    """Target of the axis, counts."""
     mode: int
-    """6 homing, 8 position, 9 velocity, 10 torque."""
+    """Mode: 6 homing, 8 position, 9 velocity, 10 torque."""
     error: int
-    """Its error code, 0x603F; 0 where it has none."""
+    """Error code, 0x603F; 0 if none."""
 
 
 @dataclass(frozen=True)
 class CanOpenModule:
-    """State of an emulated module of inputs and outputs. Its terminals are counted from 0."""
+    """State of an emulated module of inputs and outputs. Its terminals are numbered from 0."""
 
     node: int
-    """Its number on the bus."""
+    """Node number on the bus."""
     state: str
     """`operational`, `pre-operational`, `stopped`, `off`."""
     inputs: list[bool]
-    """Digital inputs, in bytes of 8."""
+    """Digital inputs, padded to whole bytes of 8."""
     outputs: list[bool]
-    """Digital outputs, in bytes of 8."""
+    """Digital outputs, padded to whole bytes of 8."""
     analog_inputs: list[int]
-    """Counts, -32768 to 32767."""
+    """Analog inputs in counts, -32768 to 32767."""
     analog_outputs: list[int]
-    """Counts, -32768 to 32767."""
+    """Analog outputs in counts, -32768 to 32767."""
 
 
 class CanOpenBus(EmulatedBus):
-    """Emulated drives and modules on a bus, in a process of their own; `canopen()` starts one. It ends with `close()`, a `with`, or its
+    """Emulated drives and modules on a bus, in a process of their own; `canopen()` starts one. It ends with `close()`, a `with`, or the
     program."""
 
     interface: str
-    """What a controller opens: `local:NAME`."""
+    """Interface for the controller: `local:NAME`."""
 
     def __init__(self, nodes: list[dict[str, Any]]) -> None:
         self.interface = f"local:{secrets.token_hex(8)}"
         super().__init__("run_canopen_bus", "the emulated bus", {"interface": self.interface, "nodes": nodes})
 
     def drives(self) -> list[CanOpenDrive]:
-        """Returns the present state of each drive, in their order."""
+        """Returns the present state of each drive, in order."""
         return [CanOpenDrive(**drive) for drive in self._shown()["drives"]]
 
     def modules(self) -> list[CanOpenModule]:
-        """Returns the present state of each module, in their order."""
+        """Returns the present state of each module, in order."""
         digital = ("inputs", "outputs")
         shown = self._shown()["modules"]
         return [CanOpenModule(**{**module, **{name: [bool(bit) for bit in module[name]] for name in digital}}) for module in shown]
 
     @property
     def frames(self) -> int:
-        """Frames that have come from controllers."""
+        """Number of frames received from controllers."""
         return self._shown()["frames"]
 
     def put(self, node: int, terminal: Terminal, number: int, value: float) -> None:
-        """Puts something on a terminal of a module: True or False on a digital one, counts on an analog one; `number` is from 0."""
+        """Sets a terminal of a module: True or False for a digital one, counts for an analog one; `number` starts at 0."""
         self._say({"do": "put", "node": node, "terminal": terminal, "number": number, "value": int(value)})
 
     def power(self, node: int, on: bool) -> None:
-        """Switches the voltage of a drive. With it comes a drive that knows nothing, its axis where it was."""
+        """Switches the power supply of a drive. On power-up the drive is reset, with its axis at its previous position."""
         self._say({"do": "power", "node": node, "on": on})
 
     def fail(self, node: int, error: int = 0x7121) -> None:
-        """Makes a drive find something wrong: an error code of CiA 402, here that its motor is blocked. It sends an emergency."""
+        """Makes a drive report an error of CiA 402, by default a blocked motor. It sends an emergency."""
         self._say({"do": "fail", "node": node, "error": error})
 
     def enable_input(self, node: int, closed: bool) -> None:
@@ -102,14 +102,14 @@ class CanOpenBus(EmulatedBus):
 
 @taking
 def canopen(*nodes: str | Mapping[str, Any]) -> CanOpenBus:
-    """An emulated bus: drives by CiA 402 with motors that follow, and modules by CiA 401, as `gpac.drivers.canopen` sees them.
+    """An emulated bus: drives by CiA 402 with motors that follow, and modules by CiA 401, for `gpac.drivers.canopen`.
 
-    A drive is its name, with the nodes 1, 2, … in their order, or `{"name": "x", "node": 5, "position": 1000, "watchdog": False}`: where
-    it stands at the start in counts, and whether it watches for its controller; `limits`, where the switches at the ends of its machine
-    are in counts; `falls`, that it has a brake, and a load that falls so fast where nothing holds it, counts/s; `serial` (else its node),
-    by which it is identified. With `module` it is a module of inputs and outputs: `{"name": "io", "node": 7, "module": {"inputs": 16,
-    "outputs": 8, "analog_inputs": 4}}`. Its time is that of the source that exchanges with it, so that a program under the virtual clock
-    has the same values each time.
+    Each of `nodes` is the name of a drive, numbered 1, 2, … in order, or `{"name": "x", "node": 5, "position": 1000, "watchdog":
+    False}`: its initial position in counts, and whether it monitors its controller; `limits`, the positions of the limit switches of
+    its machine in counts; `falls`, for a drive with a brake, the speed at which its load falls if nothing holds it, counts/s;
+    `serial` (by default its node), which identifies it. With `module` it is a module of inputs and outputs: `{"name": "io", "node":
+    7, "module": {"inputs": 16, "outputs": 8, "analog_inputs": 4}}`. Its time is that of the source that exchanges with it, so that a
+    program under the virtual clock has the same values each time.
     """
     if not nodes:
         refuse(CallError, "a bus has no drive", 'name them: gpac.drivers.fake.canopen("x", "y")')

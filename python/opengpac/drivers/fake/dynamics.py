@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The arm behind an emulated controller with the dynamics of a model: MuJoCo moves it, and what it touches pushes back."""
+"""Arm behind an emulated controller with the dynamics of a model: MuJoCo moves it, and contacts push back."""
 
 from __future__ import annotations
 
@@ -17,13 +17,13 @@ from .arm import CYCLE, JointArm
 from .gripper import Gripper
 
 STIFFNESS, DAMPING = (2 * math.pi * 30.0) ** 2, 4 * math.pi * 30.0
-"""The controller's loops, as acceleration for an error: 30 Hz, critically damped."""
+"""Controller gains, as acceleration per error: 30 Hz, critically damped."""
 
 
 class SimulatedArm(JointArm):
-    """Six joints of a model. The loops that a control box closes are here: computed torque, within the efforts of the model.
+    """Six joints of a model. They include the loops of a control box: computed torque, within the efforts of the model.
 
-    What else the model drives is `gripper`, the fingers of the tool.
+    `gripper` holds the model's other actuators, the fingers of the tool.
     """
 
     def __init__(self, position: Sequence[float], leap_max: float, arm: Path, tool: Path | None, scene: Path | None) -> None:
@@ -62,7 +62,7 @@ class SimulatedArm(JointArm):
             self.gripper.start(self._data)
 
     def advance(self) -> None:
-        """Moves for one cycle: the loops follow the goal from where it was, and the model answers."""
+        """Moves for one cycle: the loops track the interpolated goal, and the model responds."""
         goal, data = np.array(self.goal), self._data
         rate = (goal - self._before) / CYCLE
         pull, effort = np.zeros(self._model.nv), np.zeros(self._model.nv)
@@ -81,12 +81,12 @@ class SimulatedArm(JointArm):
         self.q, self.velocity = data.qpos[self._places].tolist(), data.qvel[self._speeds].tolist()
 
     def rest(self) -> None:
-        """Stands where it is."""
+        """Holds the present position."""
         super().rest()
         self._before = np.array(self.q)
 
     def sensor(self, name: str) -> slice:
-        """Returns the slice of the sensor of this name among the readings of its sensors. Raises CallError where there is none."""
+        """Returns the slice of the sensor of this name in the sensor data. Raises CallError if it does not exist."""
         number: int = self._mujoco.mj_name2id(self._model, self._mujoco.mjtObj.mjOBJ_SENSOR, name)
         if number < 0:
             known = [self._mujoco.mj_id2name(self._model, self._mujoco.mjtObj.mjOBJ_SENSOR, at) for at in range(self._model.nsensor)]
@@ -95,23 +95,23 @@ class SimulatedArm(JointArm):
         return slice(first, first + int(self._model.sensor_dim[number]))
 
     def reading(self, at: slice) -> list[float]:
-        """Returns the reading there, in the units of MuJoCo."""
+        """Returns the reading at that slice, in the units of MuJoCo."""
         return self._data.sensordata[at].tolist()
 
     def close(self) -> None:
-        """Ends its gripper."""
+        """Closes the gripper's server."""
         if self.gripper is not None:
             self.gripper.close()
 
     def touch(self) -> list[float]:
-        """The force of what it touches on its tool, N, in the frame of the base; the weight of the tool is taken away."""
+        """Returns the contact force on its tool, N, in the frame of the base, without the tool's weight."""
         body = self._model.site_bodyid[self._site]
         turned = self._data.site_xmat[self._site].reshape(3, 3) @ self._data.sensordata[self._sensed]
-        # What the flange does to the tool holds its weight and what touches it.
+        # The force of the flange on the tool balances the tool's weight and the contact forces.
         return (-turned - self._model.body_subtreemass[body] * self._model.opt.gravity).tolist()
 
 
 def model_of(name: str | os.PathLike[str]) -> Path:
-    """The file of an arm: one that comes with the package by its name, else the path."""
+    """Returns the model file of an arm: one of the package's by its name, else the path."""
     known = Path(__file__).parents[2] / "robots" / f"{name}.xml"
     return known if known.is_file() else Path(name).expanduser().absolute()

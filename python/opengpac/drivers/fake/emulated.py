@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A counterpart of our own in a process: it is told a line of JSON, and answers with one."""
+"""Counterpart of our own in a process: it reads lines of JSON, and answers each with one."""
 
 from __future__ import annotations
 
@@ -15,9 +15,9 @@ from ...system import processes
 
 
 class EmulatedBus:
-    """An emulated bus in a process of its own. It ends with `close()`, a `with`, or its program.
+    """An emulated bus in a separate process. It ends with `close()`, a `with`, or its program.
 
-    `program` is what the process runs, `what` its name in errors; `options` is the first line that it is told.
+    `program` is the main program of the process, `what` its name in errors; `options` is the first line sent to it.
     """
 
     def __init__(self, program: str, what: str, options: Mapping[str, Any]) -> None:
@@ -47,18 +47,18 @@ class EmulatedBus:
         return self._say({"do": "show"})
 
     def lose(self, frames: int) -> None:
-        """Loses the next frames that answer."""
+        """Drops the next `frames` answers."""
         self._say({"do": "lose", "frames": frames})
 
     def spoil(self, frames: int) -> None:
-        """Spoils the next frames that answer: on EtherCAT a bit turns behind the check sum, on CANopen they are too short."""
+        """Corrupts the next `frames` answers: on EtherCAT by a bit error undetected by the check sum, on CANopen by truncation."""
         self._say({"do": "spoil", "frames": frames})
 
     def close(self) -> None:
-        """Ends it."""
+        """Ends the process."""
         for stream in (self._process.stdin, self._process.stdout, self._process.stderr):
             if stream is not None:
-                # What was not written any more is nobody's.
+                # Unwritten data no longer matter.
                 with contextlib.suppress(OSError):
                     stream.close()
         self._process.wait()

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Ends by which a device of a test is reached: a port of this host, or a pseudo terminal."""
+"""Endpoints for devices of a test: a port of this host, or a pseudo terminal."""
 
 from __future__ import annotations
 
@@ -12,11 +12,11 @@ import tty
 from collections.abc import Callable
 
 Receive = Callable[[bytearray, Callable[[bytes], None]], None]
-"""Takes what it understands from the front of the bytes that have come in, and answers by the function that it is given."""
+"""Consumes complete messages from the front of the received bytes, and answers by the function passed."""
 
 
 class TcpEnd:
-    """A port on loopback. While it is stopped the port stays its own, and connections are refused."""
+    """A port on loopback. While stopped it remains reserved, and connections are refused."""
 
     def __init__(self, receive: Receive) -> None:
         self._receive = receive
@@ -34,14 +34,14 @@ class TcpEnd:
         return made
 
     def start(self) -> None:
-        """Listens."""
+        """Starts listening."""
         listener = self._bound(self.port)
         listener.listen()
         self._listener = listener
         threading.Thread(target=self._accept, args=(listener,), daemon=True).start()
 
     def stop(self) -> None:
-        """Ends every connection."""
+        """Closes every connection."""
         with self._lock:
             listener, self._listener = self._listener, None
             ended = list(self._open)
@@ -52,12 +52,12 @@ class TcpEnd:
             listener.close()
 
     def close(self) -> None:
-        """Gives the port back."""
+        """Releases the port."""
         self.stop()
         self._held.close()
 
     def send(self, data: bytes) -> None:
-        """Sends to all connections, those that have just been made too."""
+        """Sends to all connections, including those just accepted."""
         if (listener := self._listener) is not None:
             self._take_in(listener)
         with self._lock:
@@ -78,7 +78,7 @@ class TcpEnd:
                 select.select([listener], [], [])
 
     def _take_in(self, listener: socket.socket) -> bool:
-        """Takes in all who have connected; False where it is stopped."""
+        """Accepts all pending connections; returns False if stopped."""
         with self._lock:
             while self._listener is listener and select.select([listener], [], [], 0)[0]:
                 connection, _ = listener.accept()
@@ -99,7 +99,7 @@ class TcpEnd:
 
 
 class SerialEnd:
-    """A pseudo terminal. While it is stopped it says nothing, as a device whose cable is out."""
+    """A pseudo terminal. While stopped it is silent, like an unplugged device."""
 
     def __init__(self, receive: Receive) -> None:
         self._receive = receive
@@ -112,28 +112,28 @@ class SerialEnd:
         self._thread.start()
 
     def start(self) -> None:
-        """Listens."""
+        """Starts listening."""
         self._is_on.set()
 
     def stop(self) -> None:
-        """Stops talking and listening."""
+        """Stops sending and receiving."""
         self._is_on.clear()
 
     def close(self) -> None:
-        """Takes the line away."""
+        """Closes the line."""
         os.write(self._wake, b"x")
         self._thread.join()
         for descriptor in (self._device, self._line, self._woken, self._wake):
             os.close(descriptor)
 
     def send(self, data: bytes) -> None:
-        """Puts it on the line."""
+        """Sends on the line."""
         if self._is_on.is_set():
             os.write(self._device, data)
 
     @property
     def connected(self) -> int:
-        """A line does not tell who listens."""
+        """Always 1: a serial line does not reveal its readers."""
         return 1
 
     def _serve(self) -> None:

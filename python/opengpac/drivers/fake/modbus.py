@@ -15,7 +15,7 @@ _FORMATS = {"int16": "h", "uint16": "H", "int32": "i", "uint32": "I", "int64": "
 
 
 class Tables:
-    """The four tables of a unit: what lies at each address that it has. Registers are 0 to 65535."""
+    """The four tables of a unit: the value at each existing address. Registers are 0 to 65535."""
 
     def __init__(self) -> None:
         self.holding: dict[int, int] = {}
@@ -24,7 +24,7 @@ class Tables:
         self.discrete: dict[int, bool] = {}
 
     def put(self, table: str, address: int, value: float, type: str = "uint16") -> None:
-        """Stores a number of this type into registers, the high word first; a bit into a coil or discrete input."""
+        """Stores a number of this `type` into registers, the high word first; a bit into a coil or discrete input."""
         if table in ("coil", "discrete"):
             (self.coil if table == "coil" else self.discrete)[address] = bool(value)
             return
@@ -34,7 +34,7 @@ class Tables:
         (self.holding if table == "holding" else self.input).update(enumerate(words, address))
 
     def get(self, table: str, address: int, type: str = "uint16") -> float:
-        """Returns the number that lies there."""
+        """Returns the number at that `address`."""
         if table in ("coil", "discrete"):
             return (self.coil if table == "coil" else self.discrete)[address]
         registers = self.holding if table == "holding" else self.input
@@ -44,31 +44,31 @@ class Tables:
 
 
 class Modbus(Tables):
-    """A Modbus device; `address` is for `gpac.drivers.modbus`. Its own tables are those of its first unit."""
+    """A Modbus device; `address` is for `gpac.drivers.modbus`. Its tables are those of its first unit."""
 
     def __init__(self, units: Sequence[int], serial: bool) -> None:
         super().__init__()
         self.units: dict[int, Tables] = {unit: self if at == 0 else Tables() for at, unit in enumerate(units)}
         self.silent: set[int] = set()
-        """Units that answer nothing."""
+        """Units that do not answer."""
         self.requests: dict[int, int] = dict.fromkeys(units, 0)
-        """How often each unit was asked."""
+        """Number of requests to each unit."""
         self.identity: tuple[str, str, str] = ("OpenGPAC", "fake", "1")
         """Vendor, product code, version."""
         self._end: TcpEnd | SerialEnd = SerialEnd(self._rtu) if serial else TcpEnd(self._tcp)
         self.address: str = f"rtu/{self._end.path}" if isinstance(self._end, SerialEnd) else f"tcp/127.0.0.1:{self._end.port}"
 
     def start(self) -> Self:
-        """Starts to answer."""
+        """Starts answering."""
         self._end.start()
         return self
 
     def stop(self) -> None:
-        """Switches it off: connections end, and nothing answers. What it holds stays; `start` switches it on again."""
+        """Switches the device off: connections are closed, and nothing answers. Its tables are preserved; `start` switches it on again."""
         self._end.stop()
 
     def close(self) -> None:
-        """Ends it, as the with-statement does."""
+        """Closes the device, like the end of the with-statement."""
         self._end.close()
 
     def __enter__(self) -> Self:
@@ -84,7 +84,7 @@ class Modbus(Tables):
                 return
             request = bytes(came[7 : 6 + length])
             del came[: 6 + length]
-            # A device of its own answers to any unit, as most do over TCP.
+            # A device alone answers to any unit, as most do over TCP.
             heard = unit if unit in self.units or len(self.units) > 1 else next(iter(self.units))
             answer = self._answer(heard, request)
             if answer is not None:
@@ -169,7 +169,7 @@ def _request_length(came: bytearray) -> int | None:
 
 
 def crc16(data: bytes) -> int:
-    """The checksum of a serial line, CRC-16/MODBUS, bit by bit."""
+    """Returns the checksum of a serial line, CRC-16/MODBUS, bit by bit."""
     crc = 0xFFFF
     for byte in data:
         crc ^= byte
@@ -181,8 +181,8 @@ def crc16(data: bytes) -> int:
 def modbus(*, units: Sequence[int] = (1,), serial: bool = False) -> Modbus:
     """A Modbus device for a test: `with gpac.drivers.fake.modbus() as device: device.put("input", 0, 21.5, "float")`.
 
-    It has what was `put` into its tables, and refuses other addresses, as devices do. Over TCP on a port of this host, or
-    `serial=True` on a pseudo terminal. `units` are the devices on one line, `device.units[2]` the tables of the second; those in
-    `device.silent` answer nothing. `stop()` and `start()` are its switch.
+    It has the values `put` into its tables, and refuses other addresses, like real devices. It uses TCP on a port of this host, or
+    with `serial=True` a pseudo terminal. `units` are the devices on one line, `device.units[2]` the tables of the second; those in
+    `device.silent` do not answer. `stop()` and `start()` switch it off and on.
     """
     return Modbus(units, serial)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""RTDE as a controller speaks it: the types of its values, and how packages of them are made and read."""
+"""RTDE messages as used by a controller: the types of its values, and the encoding and decoding of packages."""
 
 from __future__ import annotations
 
@@ -34,30 +34,30 @@ _NAMES = {
 }
 
 TYPES: dict[str, str] = {name: kind for kind, names in _NAMES.items() for name in names.split()}
-"""The values of a controller by name."""
+"""Types of a controller's values by name."""
 TYPES |= {f"{way}_int_register_{i}": "INT32" for way in ("input", "output") for i in range(48)}
 TYPES |= {f"{way}_double_register_{i}": "DOUBLE" for way in ("input", "output") for i in range(48)}
 TYPES |= {f"{way}_bit_register_{i}": "BOOL" for way in ("input", "output") for i in range(64, 128)}
 
 
 def types_of(names: Sequence[str]) -> list[str]:
-    """The types of values, `NOT_FOUND` of those that there are none of."""
+    """Returns the types of values, `NOT_FOUND` for those that do not exist."""
     return [TYPES.get(name, "NOT_FOUND") for name in names]
 
 
 def zero(name: str) -> Any:
-    """Returns the value of an output of which nothing is known."""
+    """Returns the value of an output that is not emulated."""
     count = int(_FORMATS[TYPES[name]][:-1] or "1")
     return 0 if count == 1 else [0] * count
 
 
 def message(kind: str, contents: bytes = b"") -> bytes:
-    """A message: its length, its kind, its contents."""
+    """Returns a message: its length, its kind, its contents."""
     return struct.pack(">HB", 3 + len(contents), ord(kind)) + contents
 
 
 def packed(names: Sequence[str], values: dict[str, Any]) -> bytes:
-    """The values of a data package."""
+    """Returns a data package with these values."""
     flat: list[Any] = []
     for name in names:
         value = values.get(name)
@@ -67,7 +67,7 @@ def packed(names: Sequence[str], values: dict[str, Any]) -> bytes:
 
 
 def unpacked(names: Sequence[str], contents: bytes) -> dict[str, Any]:
-    """The values of a data package by name; `struct.error` where it has another length."""
+    """Returns the values of a data package by name; raises `struct.error` if its length differs."""
     flat = list(struct.unpack(">" + "".join(_FORMATS[TYPES[name]] for name in names), contents))
     found: dict[str, Any] = {}
     for name in names:

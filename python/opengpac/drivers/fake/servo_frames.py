@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Frames of serial servos as the servos see them: requests are taken, answers are given."""
+"""Frames of serial servos from the servos' side: decodes requests and encodes answers."""
 
 from __future__ import annotations
 
@@ -11,27 +11,28 @@ PING, READ, WRITE, REBOOT, SYNC_READ, SYNC_WRITE = 1, 2, 3, 8, 0x82, 0x83
 
 @dataclass(frozen=True)
 class Request:
-    """Request to a servo: its id, the instruction and the bytes; `address` and `length` are read from them where the word has them."""
+    """Request to a servo: its id, the instruction and the bytes; `address` and `length` are decoded from them if the instruction has
+    them."""
 
     id: int
     word: int
     body: bytes
     width: int
-    """Bytes of an address or a length in `body`."""
+    """Size in bytes of an address or a length in `body`."""
 
     @property
     def address(self) -> int:
-        """Of the register."""
+        """Address of the register."""
         return int.from_bytes(self.body[: self.width], "little")
 
     @property
     def length(self) -> int:
-        """Bytes of the register."""
+        """Length of the register in bytes."""
         return int.from_bytes(self.body[self.width : 2 * self.width], "little")
 
     @property
     def rest(self) -> bytes:
-        """Bytes behind address and length: ids of a sync read, rows of a sync write."""
+        """Bytes after address and length: ids of a sync read, rows of a sync write."""
         return self.body[2 * self.width :]
 
 
@@ -39,7 +40,7 @@ class Sts:
     """Feetech STS: `ff ff id length word … sum`."""
 
     def take(self, stream: bytearray) -> Request | None:
-        """Takes the next whole request of a stream, which loses it and what is before it; None: there is none yet."""
+        """Removes the next complete request from a stream, with any bytes before it, and returns it; None if there is none yet."""
         while (head := stream.find(b"\xff\xff")) >= 0:
             del stream[:head]
             if len(stream) < 4 or len(stream) < 4 + stream[3]:
@@ -52,18 +53,18 @@ class Sts:
         return None
 
     def answer(self, id: int, error: int, body: bytes) -> bytes:
-        """The frame of an answer."""
+        """Returns the frame of an answer."""
         inner = bytes([id, len(body) + 2, error]) + body
         return b"\xff\xff" + inner + bytes([~sum(inner) & 0xFF])
 
 
 class Dynamixel2:
-    """Dynamixel 2.0: `ff ff fd 00 id length word … crc`, with `fd` stuffed where a header would stand."""
+    """Dynamixel 2.0: `ff ff fd 00 id length word … crc`, with `fd` stuffed after header patterns."""
 
     HEAD = b"\xff\xff\xfd\x00"
 
     def take(self, stream: bytearray) -> Request | None:
-        """Takes a request as `Sts` does."""
+        """Removes and returns a request, like `Sts`."""
         while (head := stream.find(self.HEAD)) >= 0:
             del stream[:head]
             if len(stream) < 7:
@@ -80,14 +81,14 @@ class Dynamixel2:
         return None
 
     def answer(self, id: int, error: int, body: bytes) -> bytes:
-        """The frame of an answer."""
+        """Returns the frame of an answer."""
         inner = (b"\x55" + bytes([error]) + body).replace(b"\xff\xff\xfd", b"\xff\xff\xfd\xfd")
         frame = self.HEAD + bytes([id]) + (len(inner) + 2).to_bytes(2, "little") + inner
         return frame + crc(frame).to_bytes(2, "little")
 
 
 def crc(frame: bytes) -> int:
-    """CRC-16 of Dynamixel 2.0, bit by bit: x^16 + x^15 + x^2 + 1."""
+    """Returns the CRC-16 of Dynamixel 2.0, bit by bit: x^16 + x^15 + x^2 + 1."""
     value = 0
     for byte in frame:
         value ^= byte << 8

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Servos on a pseudo terminal: they answer as Feetech STS or Dynamixel 2.0 servos do, and move."""
+"""Servos on a pseudo terminal that answer like Feetech STS or Dynamixel 2.0 servos, and move."""
 
 from __future__ import annotations
 
@@ -24,18 +24,18 @@ from .servo_frames import BROADCAST, Dynamixel2, Request, Sts
 
 @dataclass(frozen=True)
 class _Table:
-    """Table of a servo's registers."""
+    """Register table of a servo."""
 
     frames: type[Sts] | type[Dynamixel2]
     numbers: Mapping[str, int]
-    """Of each model."""
+    """Numbers of the models."""
     set: Mapping[int, tuple[int, int]]
-    """Bytes and values of registers at the start, by their addresses."""
+    """Sizes in bytes and initial values of registers, by address."""
     model: int
     torque: int
     goal: int
     wide: int
-    """Bytes of a position."""
+    """Size of a position in bytes."""
     position: int
     velocity: int
     voltage: tuple[int, int]
@@ -60,7 +60,8 @@ _GOALS = range(100, 120)
 
 
 class FakeServo:
-    """A servo: registers, and a first-order motion: each reading of its position finds it nearer to its goal by the share `follow`."""
+    """A servo: registers, and a first-order motion: each reading of its position reduces the distance to its goal by the fraction
+    `follow`."""
 
     def __init__(self, table: _Table, id: int, number: int, position: int, follow: float) -> None:
         self._table = table
@@ -78,16 +79,16 @@ class FakeServo:
         self.store(table.position, table.wide, position)
 
     def value(self, address: int, length: int) -> int:
-        """A register."""
+        """Returns the value of a register."""
         return int.from_bytes(self.registers[address : address + length], "little")
 
     def store(self, address: int, length: int, value: int) -> None:
-        """Sets a register, whether it may be written or not."""
+        """Sets a register, even if it is read-only."""
         self.registers[address : address + length] = (value & (1 << 8 * length) - 1).to_bytes(length, "little")
 
     @property
     def position(self) -> float:
-        """Counts; settable, as by hand."""
+        """Position in counts; settable, as by hand."""
         return self._position
 
     @position.setter
@@ -97,17 +98,17 @@ class FakeServo:
 
     @property
     def goal(self) -> int:
-        """Counts."""
+        """Goal in counts."""
         return self.value(self._table.goal, self._table.wide)
 
     @property
     def torque(self) -> bool:
-        """True if it holds its goal."""
+        """True if the servo holds its goal."""
         return self.registers[self._table.torque] != 0
 
     @property
     def error(self) -> int:
-        """Its error bits; settable. Of Feetech 4 is overheat and 32 overload; of Dynamixel too."""
+        """Error bits; settable. Feetech and Dynamixel: 4 is overheat and 32 overload."""
         return self.registers[self._table.error]
 
     @error.setter
@@ -116,11 +117,11 @@ class FakeServo:
 
     @property
     def stopped(self) -> bool:
-        """True if its watchdog has stopped it; only Dynamixel servos have one."""
+        """True if the watchdog has stopped the servo; only Dynamixel servos have one."""
         return self._table is _DYNAMIXEL and self.registers[_WATCHDOG] == _TRIPPED
 
     def _hear(self, now: float) -> None:
-        """Notes that something was asked on the line. Its watchdog stops it if there was nothing for its time: it takes no goals."""
+        """Registers activity on the line. The watchdog stops the servo if the line was silent for its time: it accepts no goals then."""
         units, silent = self.registers[_WATCHDOG], now - self._heard
         self._heard = now
         if self._table is _DYNAMIXEL and self.torque and 0 < units < _TRIPPED and silent > units * _WATCHDOG_UNIT:
@@ -128,7 +129,7 @@ class FakeServo:
             self.store(self._table.goal, self._table.wide, round(self._position))
 
     def _answered(self) -> int:
-        """Returns its error, as its answers report it."""
+        """Returns the error in the form of answers."""
         return self.error if self._table is _STS else _ALERT * (self.error != 0)
 
     def _read(self, address: int, length: int) -> bytes:
@@ -142,7 +143,7 @@ class FakeServo:
         return bytes(self.registers[address : address + length])
 
     def _write(self, address: int, body: bytes) -> int:
-        """The error number of Dynamixel; 0 of Feetech."""
+        """Writes registers; returns the error number of Dynamixel, 0 for Feetech."""
         table = self._table
         if table is _DYNAMIXEL:
             if address < table.torque and self.torque:
@@ -161,11 +162,11 @@ class FakeServo:
 
 @dataclass
 class FakeServos:
-    """A bus of servos; `port` is what a driver opens. It ends with `close()`, or the block of its `with`.
+    """A bus of servos; `port` is for the driver. It ends with `close()`, or the block of its `with`.
 
-    `unplug()` takes its adapter out and `plug()` puts it in again, under the same name. `mute` is how many requests nobody will answer,
-    `garble` how many answers will have a wrong byte; each counts down. `requests` counts what was asked. `clock` (s) is what the watchdogs
-    of the servos go by.
+    `unplug()` disconnects its adapter and `plug()` reconnects it under the same name. `mute` is the number of requests to leave
+    unanswered, `garble` the number of answers to corrupt; each counts down. `requests` counts the requests. `clock` (s) is the time
+    base of the servos' watchdogs.
     """
 
     table: _Table
@@ -183,14 +184,14 @@ class FakeServos:
 
     @property
     def port(self) -> str:
-        """The path of its line, as a link that is the same after `plug()`."""
+        """Path of the line, a link that stays the same after `plug()`."""
         return str(Path(self._folder.name) / "ttyServos")
 
     def __getitem__(self, id: int) -> FakeServo:
         return self.servos[id]
 
     def plug(self) -> None:
-        """Puts its adapter in; the servos are as they were left, without torque."""
+        """Reconnects the adapter; the servos keep their state, without torque."""
         if self._line is None:
             for servo in self.servos.values():
                 servo.registers[self.table.torque] = 0
@@ -200,14 +201,14 @@ class FakeServos:
             os.symlink(self._line.path, self.port)
 
     def unplug(self) -> None:
-        """Takes its adapter out: the line is gone."""
+        """Disconnects the adapter: the line disappears."""
         if self._line is not None:
             self._line.close()
             self._line = None
             os.unlink(self.port)
 
     def close(self) -> None:
-        """Ends it."""
+        """Closes the bus."""
         self.unplug()
         self._folder.cleanup()
 
@@ -218,7 +219,7 @@ class FakeServos:
         self.close()
 
     def _answers(self, frames: Sts | Dynamixel2, request: Request) -> bytes:
-        """Returns the answers to a request, of all that answer."""
+        """Returns the answers of all addressed servos to a request."""
         self.requests += 1
         now = self.clock()
         for servo in self.servos.values():
@@ -267,7 +268,7 @@ class FakeServos:
 
 
 class _Line:
-    """A pseudo terminal, and the thread that answers on it."""
+    """A pseudo terminal, and the thread that serves it."""
 
     def __init__(self, bus: FakeServos) -> None:
         self._bus = bus
@@ -292,7 +293,7 @@ class _Line:
                 os.write(self._master, self._bus._answers(frames, request))
 
     def close(self) -> None:
-        """Ends the thread, then the terminal: a program that has it open finds it gone."""
+        """Ends the thread, then the terminal: a program that has it open sees it disconnect."""
         os.close(self._end)
         self._thread.join()
         for file in (self._slave, self._master, self._ends):
@@ -310,11 +311,11 @@ def servos(
     echo: bool = False,
     clock: Callable[[], float] = time.monotonic,
 ) -> FakeServos:
-    """Servos on a pseudo terminal, for tests of what moves a real arm: `with gpac.drivers.fake.servos("feetech") as bus:`.
+    """Servos on a pseudo terminal, for tests of programs for a real arm: `with gpac.drivers.fake.servos("feetech") as bus:`.
 
-    `kind` is that of the driver, `model` one of its models, `position` (counts) where they are; each reading of its position finds a servo
-    nearer to its goal by the share `follow`. `echo`: the adapter gives back what it is given. `clock` is what the watchdogs of Dynamixel
-    servos go by, s.
+    `kind` is that of the driver, `model` one of its models, `position` (counts) the initial position; each reading of its position
+    reduces a servo's distance to its goal by the fraction `follow`. `echo`: the adapter echoes what is sent. `clock` is the time base
+    of the watchdogs of Dynamixel servos, s.
     """
     if kind not in _TABLES:
         refuse(CallError, f"there are no servos of kind {kind!r}", did_you_mean(str(kind), _TABLES) or f"one of {', '.join(_TABLES)}")

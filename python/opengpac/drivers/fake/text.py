@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A device that speaks in lines of text, for tests: over TCP or a pseudo terminal."""
+"""A device that communicates in lines of text, for tests: over TCP or a pseudo terminal."""
 
 from __future__ import annotations
 
@@ -12,11 +12,11 @@ from .ends import SerialEnd, TcpEnd
 
 
 class Text:
-    """A device that speaks in texts; `address` is for `gpac.drivers.text`."""
+    """A device that communicates in texts; `address` is for `gpac.drivers.text`."""
 
     def __init__(self, answers: Mapping[str, str], end: str, serial: bool) -> None:
         self.answers = dict(answers)
-        """What it answers to which text."""
+        """Answer to each text."""
         self._marks = end
         self._heard: list[str] = []
         self._lock = threading.Lock()
@@ -25,30 +25,30 @@ class Text:
 
     @property
     def heard(self) -> list[str]:
-        """The texts that it was sent, without their end."""
+        """Received texts, without their end."""
         with self._lock:
             return list(self._heard)
 
     @property
     def connected(self) -> int:
-        """Number of connected clients; a serial line does not tell, and says 1."""
+        """Number of connected clients; always 1 for a serial line."""
         return self._end.connected
 
     def say(self, text: str) -> None:
-        """Says a text by itself, to all connections; its end is added."""
+        """Sends an unsolicited `text` to all connections; appends its end."""
         self._end.send((text + self._marks).encode("latin-1"))
 
     def start(self) -> Self:
-        """Starts to listen."""
+        """Starts listening."""
         self._end.start()
         return self
 
     def stop(self) -> None:
-        """Switches it off; `start` switches it on again."""
+        """Switches the device off; `start` switches it on again."""
         self._end.stop()
 
     def close(self) -> None:
-        """Ends it, as the with-statement does."""
+        """Closes the device, like the end of the with-statement."""
         self._end.close()
 
     def __enter__(self) -> Self:
@@ -70,9 +70,9 @@ class Text:
 
 
 def text(*, answers: Mapping[str, str] | None = None, end: str = "\n", serial: bool = False) -> Text:
-    """A device that speaks in texts, for a test: `with gpac.drivers.fake.text(answers={"P": "ST,12.5 kg"}) as scale: …`.
+    """A device that communicates in texts, for a test: `with gpac.drivers.fake.text(answers={"P": "ST,12.5 kg"}) as scale: …`.
 
-    It answers as `answers` say, `say()` makes it speak by itself, and `heard` is what it was sent. Each text ends with `end`. Over TCP on
-    a port of this host, or `serial=True` on a pseudo terminal. `stop()` and `start()` are its switch.
+    It answers according to `answers`, `say()` sends unsolicited texts, and `heard` contains the received texts. Each text ends with
+    `end`. It uses TCP on a port of this host, or with `serial=True` a pseudo terminal. `stop()` and `start()` switch it off and on.
     """
     return Text(answers or {}, end, serial)

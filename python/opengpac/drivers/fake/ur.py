@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""An emulated controller of Universal Robots: RTDE, dashboard and program ports, with an arm of simple joints behind them."""
+"""Emulated controller of Universal Robots: RTDE, dashboard and program ports, with an arm of simple joints behind them."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ from .urscript import Program, ScriptError
 _number = itertools.count()
 
 LEAP_MAX = 0.05
-"""A goal that is farther from the one before is a protective stop, rad."""
+"""Maximum distance of a goal from the previous one, rad; a larger one causes a protective stop."""
 
 NORMAL, PROTECTIVE, EMERGENCY = 1, 3, 7
 POWER_OFF, RUNNING = 3, 7
@@ -35,15 +35,15 @@ STOPPED, PLAYING, PAUSED = 1, 2, 4
 
 
 class ur:
-    """An emulated controller on an address of this host alone, for tests: `with gpac.drivers.fake.ur() as robot: robot.driver()`.
+    """An emulated controller on an address of this host only, for tests: `with gpac.drivers.fake.ur() as robot: robot.driver()`.
 
-    Its program port runs the programs that it is sent, its arm is at each goal a cycle later. With `lockstep` (the default) a cycle passes
-    with each package that it is sent over RTDE, so that nothing depends on how fast this machine is; without, 500 pass in a second. It
-    listens at the ports of a real one. A goal more than `leap_max` (rad) from the one before is a protective stop.
+    Its program port runs the programs sent to it; its arm reaches each goal a cycle later. With `lockstep` (the default) one cycle
+    passes with each package received over RTDE, so that results do not depend on the speed of this machine; without it, 500 pass in a
+    second. It listens on the ports of a real one. A goal more than `leap_max` (rad) from the previous one causes a protective stop.
 
-    Its joints follow as they are told, or with `model`, `"ur5e"` or an MJCF file, as MuJoCo moves that arm under the loops of a controller;
-    `tool` is screwed to its flange and `scene` stands around it, as of `gpac.robots.load`. Then the force at its tool is that of what it
-    touches, and the fingers of the tool are its `gripper`, a device of its own: `robot.gripper.driver()`.
+    Its joints follow exactly, or with `model`, `"ur5e"` or an MJCF file, MuJoCo moves the arm under the loops of a controller; `tool`
+    is attached to its flange and `scene` surrounds it, as for `gpac.robots.load`. Then the force at its tool is the contact force,
+    and the fingers of the tool are its `gripper`, a separate device: `robot.gripper.driver()`.
     """
 
     def __init__(
@@ -100,30 +100,30 @@ class ur:
         self.close()
 
     def driver(self, **options: Any) -> Driver:
-        """The driver for it."""
+        """Returns the driver for it."""
         return ur_driver(self.host, **options)
 
     @property
     def position(self) -> list[float]:
-        """Where its joints are, rad."""
+        """Positions of its joints, rad."""
         return self.do(lambda: [*self.arm.q])
 
     @property
     def step_max(self) -> float:
-        """The largest step of a goal from one cycle to the next so far, rad."""
+        """Largest step of a goal between two cycles so far, rad."""
         return self.do(lambda: self.arm.step_max)
 
     @property
     def gripper(self) -> Gripper:
-        """The gripper at its tool. Raises CallError where it has none."""
+        """Gripper at its tool. Raises CallError if there is none."""
         found = self.arm.gripper if isinstance(self.arm, SimulatedArm) else None
         if found is None:
             refuse(CallError, "this emulated controller has no gripper", "give it one: fake.ur(model='ur5e', tool='two_finger')")
         return found
 
     def sensor(self, name: str) -> list[float]:
-        """Returns the reading of a sensor of its model, in the units of MuJoCo, for example the position of something in its scene.
-        CallError: it has none."""
+        """Returns the reading of a sensor of its model, in the units of MuJoCo, for example the position of an object in its scene.
+        Raises CallError if its `name` does not exist."""
         arm = self.arm
         if not isinstance(arm, SimulatedArm):
             refuse(CallError, f"an arm without a model has no sensor '{name}'", "give it one: fake.ur(model='ur5e')")
@@ -132,19 +132,19 @@ class ur:
 
     @property
     def program(self) -> str | None:
-        """The name of the program that runs, if one does."""
+        """Name of the running program, or None."""
         return self.do(lambda: None if self._program is None else self._program.name)
 
     def protective_stop(self) -> None:
-        """Stops it as if it had touched something."""
+        """Causes a protective stop, as if it had collided."""
         self.do(lambda: self.stop_by(PROTECTIVE))
 
     def emergency_stop(self) -> None:
-        """Stops it as if its button were pressed; `release` and `power_on` follow."""
+        """Causes an emergency stop, as if its button were pressed; recover by `release` and `power_on`."""
         self.do(lambda: self.stop_by(EMERGENCY, POWER_OFF))
 
     def release(self) -> None:
-        """Ends a protective or an emergency stop, as a hand at the pendant does."""
+        """Releases a protective or an emergency stop, as at the pendant."""
         self.do(self.unlock)
 
     def power_on(self) -> None:
@@ -152,11 +152,11 @@ class ur:
         self.do(self.switch_on)
 
     def stop_program(self) -> None:
-        """Stops the program as the pendant does."""
+        """Stops the program, as at the pendant."""
         self.do(self.end_program)
 
     def pause_program(self) -> None:
-        """Pauses the program as the pendant does; the arm stands."""
+        """Pauses the program, as at the pendant; the arm rests."""
 
         def pause() -> None:
             if self._program is not None:
@@ -166,7 +166,7 @@ class ur:
         self.do(pause)
 
     def press(self, force: Sequence[float]) -> None:
-        """Presses with a force (N) and, with six numbers, a torque (N.m) at its tool, in the frame of the base."""
+        """Applies a `force` (N) and, with six numbers, a torque (N.m) to its tool, in the frame of the base."""
         self.do(lambda: setattr(self, "force", [*map(float, force), 0.0, 0.0, 0.0][:6]))
 
     def set_input(self, number: int, level: bool) -> None:
@@ -182,7 +182,7 @@ class ur:
         return self.do(lambda: bool(self.digital_outputs >> number & 1))
 
     def off(self) -> None:
-        """Switches it off as if its power were cut: each connection is reset, and nothing answers."""
+        """Switches the controller off, as by a power failure: each connection is reset, and nothing answers."""
 
         def off() -> None:
             self.stop_by(NORMAL)
@@ -196,7 +196,7 @@ class ur:
         self.do(off)
 
     def on(self, *, powered: bool = True) -> None:
-        """Lets it answer again, its arm where it was, powered on or not."""
+        """Switches the controller on, with its arm at its previous position, `powered` or not."""
 
         def on() -> None:
             self.mode = RUNNING if powered else POWER_OFF
@@ -205,48 +205,49 @@ class ur:
         self.do(on)
 
     def close(self) -> None:
-        """Ends it."""
+        """Closes the emulated controller."""
         if not self._ends:
             self._ends = True
             self._wakes.send(b"\0")
             self._thread.join()
-            # Its thread may end before it is woken: it leaves this pair open.
+            # The thread may end before it is woken: it leaves this pair open.
             self._woken.close()
             self._wakes.close()
             if isinstance(self.arm, SimulatedArm):
                 self.arm.close()
 
     def do(self, order: Callable[[], Any]) -> Any:
-        """Carries something out between two of its cycles, and gives its result."""
+        """Executes `order` between two cycles, and returns its result."""
         answer: queue.Queue[Any] = queue.Queue()
         self._orders.put((order, answer))
         self._wakes.send(b"\0")
         return answer.get(timeout=60)
 
-    # What follows runs on its own thread.
+    # The following methods run on the controller's thread.
 
     def stop_by(self, safety: int, mode: int | None = None) -> None:
-        """Its safety system stops it."""
+        """Stops the arm by the safety system."""
         self.safety = safety
         self.mode = self.mode if mode is None else mode
         self.end_program()
 
     def unlock(self) -> None:
-        """Its safety system lets it go on."""
+        """Releases the safety stop."""
         self.safety = NORMAL
 
     def switch_on(self) -> None:
-        """Switches on power and brakes."""
+        """Switches on power and releases the brakes."""
         if self.safety == NORMAL:
             self.mode = RUNNING
 
     def end_program(self) -> None:
-        """Its program ends, its arm stands."""
+        """Ends the program and holds the arm."""
         self._program, self.runtime = None, STOPPED
         self.arm.rest()
 
     def begin_program(self, text: str) -> None:
-        """Begins a program in place of the one that runs; refused, as on a real one, in silence: its log says why."""
+        """Starts a program in place of the running one; an invalid one is refused silently, as on a real controller: the log has the
+        reason."""
         if not self.is_remote or self.safety != NORMAL or self.mode != RUNNING:
             self.log.append("a program was refused: the arm is not ready, or not in remote control")
             return
@@ -277,14 +278,14 @@ class ur:
         self.send_packages()
 
     def send_packages(self, to: Peer | None = None) -> None:
-        """Sends what each client of RTDE has asked for, or one of them."""
+        """Sends the requested outputs to each client of RTDE, or to one of them."""
         peers = [peer for peer in ([*self.peers] if to is None else [to]) if isinstance(peer, Rtde)]
         values = self.values(any(peer.asks_pose for peer in peers))
         for peer in peers:
             peer.send_package(values)
 
     def values(self, with_pose: bool) -> dict[str, Any]:
-        """Returns the outputs of RTDE."""
+        """Returns the RTDE outputs."""
         runs = self.runtime == PLAYING
         q, velocity, pose = [*self.arm.q], [*self.arm.velocity], self.arm.pose() if with_pose else None
         return {
@@ -299,12 +300,12 @@ class ur:
         }  # fmt: skip
 
     def felt(self) -> list[float]:
-        """Returns force and torque at its tool: what it touches, and what presses."""
+        """Returns force and torque at the tool: contact and applied forces."""
         touched = [*self.arm.touch(), 0.0, 0.0, 0.0]
         return [own + pressed for own, pressed in zip(touched, self.force, strict=True)]
 
     def take(self, values: dict[str, Any]) -> None:
-        """Takes the inputs of RTDE."""
+        """Stores the RTDE inputs."""
         mask = values.get("standard_digital_output_mask", 0)
         self.digital_outputs = self.digital_outputs & ~mask | values.get("standard_digital_output", 0) & mask
         self.inputs |= {name: value for name, value in values.items() if name.startswith("input_")}
@@ -333,7 +334,7 @@ class ur:
         return dict.fromkeys(_WITHOUT_EFFECT, nothing) | found
 
     def _listen_anywhere(self) -> str:
-        """Takes a free address of this host alone: the ports are those of a real one, which clients do not let one choose."""
+        """Binds a free address of this host only: the ports are fixed, since clients do not let the user choose them."""
         pid = os.getpid()
         for number in itertools.islice(_number, 200):
             try:
@@ -371,7 +372,7 @@ class ur:
             for key, _ in self._selector.select(left):
                 self._ready(key.fileobj, key.data)
             if not self.lockstep and time.monotonic() >= due:
-                # Cycles that this machine was too slow for are not made up for.
+                # Cycles missed by a slow machine are not made up for.
                 due = max(due + CYCLE, time.monotonic() - 10 * CYCLE)
                 self.cycle()
         for opened in [*self._listeners, *(peer.socket for peer in self.peers)]:
@@ -402,4 +403,4 @@ _WITHOUT_EFFECT = (
     "zero_ftsensor", "teach_mode", "end_teach_mode", "enter_critical_section", "force_mode_set_gain_scaling", "force_mode_set_damping",
     "set_gravity", "freedrive_mode", "end_freedrive_mode",
 )  # fmt: skip
-"""Functions of programs that are taken and do nothing here."""
+"""Functions of programs that are accepted without effect."""

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The ports of an emulated controller, and who is connected to them."""
+"""Ports of an emulated controller, and the connected clients."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ _VERSION = (5, 12, 0, 1101319)
 
 
 class Controller(Protocol):
-    """Functions of the controller that its ports need."""
+    """Functions of the controller used by its ports."""
 
     safety: int
     mode: int
@@ -27,7 +27,7 @@ class Controller(Protocol):
 
     @property
     def peers(self) -> Sequence[Peer]:
-        """All who are connected."""
+        """All connected clients."""
         ...
 
     def unlock(self) -> None: ...
@@ -53,7 +53,7 @@ class Peer:
         self._buffer = b""
 
     def receive(self) -> bool:
-        """Takes what has come in; false: the connection is gone."""
+        """Handles received data; returns False if the connection was closed."""
         try:
             more = self.socket.recv(1 << 16)
         except BlockingIOError:
@@ -68,13 +68,13 @@ class Peer:
         return True
 
     def taken(self) -> None:
-        """Notes that more is in the buffer."""
+        """Handles new data in the buffer."""
 
     def gone(self) -> None:
-        """Notes that the other end has closed it."""
+        """Handles a close by the other end."""
 
     def send(self, contents: bytes) -> None:
-        """Sends as much as the connection takes: who does not read loses packages, as with a real one."""
+        """Sends as much as the connection accepts: a client that does not read loses packages, as with a real controller."""
         with contextlib.suppress(OSError):
             self.socket.sendall(contents)
 
@@ -91,11 +91,11 @@ class Rtde(Peer):
 
     @property
     def asks_pose(self) -> bool:
-        """True if the pose of the tool must be computed for it."""
+        """True if the client requests the pose of the tool, which then must be computed."""
         return any("TCP_pose" in name for name in self._outputs)
 
     def send_package(self, values: dict[str, Any]) -> None:
-        """Sends the values that it has asked for, if it has started and is due."""
+        """Sends the requested values if the client has started and is due."""
         if self._runs and self.robot.cycles % self._every == 0:
             self.send(message("U", b"\x01" + packed(self._outputs, values)))
 
@@ -141,7 +141,7 @@ class Rtde(Peer):
 
 
 def _names(contents: bytes) -> list[str]:
-    """Returns the names that are asked for; one client that is in wide use ends them with a comma."""
+    """Returns the requested names; one widely used client ends the list with a comma."""
     return [name for name in contents.decode(errors="replace").split(",") if name]
 
 

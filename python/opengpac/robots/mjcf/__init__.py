@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""MJCF files of other people's arms: what keeps an arm from moving is put right, each with a note.
+"""MJCF files of third-party arms: corrects defects that keep an arm from moving, each with a note.
 
-A process of its own looks a file over (`survey`), for MuJoCo does not survive every file. A file that it cannot read is left as it is: the
-driver says what is wrong with it, but for XML that is none: MuJoCo names the line at which the element around the fault begins.
+A separate process checks a file (`survey`), since some files crash MuJoCo. A file that it cannot read is left unchanged: the driver
+reports the error, except for malformed XML: MuJoCo names the line at which the element around the error begins.
 """
 
 from __future__ import annotations
@@ -18,13 +18,13 @@ from ..urdf.source import Source, check_xml, parsed
 
 _SURVEY = Path(__file__).parent / "survey.py"
 SECONDS_MAX = 60.0
-"""Time that one survey may take."""
+"""Time limit of one survey."""
 
 
 def put_right(file: Path, is_whole: bool = False) -> tuple[str | None, tuple[str, ...], frozenset[str]]:
-    """Returns the model to simulate in place of a file, or nothing where the file is used as it is, the notes on what was
-    changed, and the joints that dry friction or followers hold back. With `is_whole` the model is returned in any case. Raises
-    `DeviceFailed` for a file that is not XML, and for one with a number that no joint or body can have."""
+    """Returns the model to simulate instead of a file, or None if the file is used unchanged, the notes on changes, and the joints with
+    dry friction or followers. With `is_whole` it always returns the model. Raises `DeviceFailed` for a file that is not XML, and for
+    one with a number that is impossible for a joint or body."""
     try:
         command = [sys.executable, _SURVEY, file, *(["--whole"] if is_whole else [])]
         run = subprocess.run(command, capture_output=True, timeout=SECONDS_MAX, check=False)
@@ -42,7 +42,7 @@ def put_right(file: Path, is_whole: bool = False) -> tuple[str | None, tuple[str
 
 
 def check_numbers(file: Path) -> None:
-    """Refuses an MJCF file, or one that it includes, for a number that nothing can have; one that is no XML is left to its reader."""
+    """Refuses an MJCF file, or one that it includes, because of an impossible number; leaves malformed XML to its reader."""
     seen: set[Path] = set()
     waiting = [file]
     while waiting:
@@ -52,12 +52,12 @@ def check_numbers(file: Path) -> None:
             continue
         plausible.check_mjcf(found)
         included = [include.get("file", "") for include in found.root.iter("include")]
-        # Older versions of MuJoCo look beside the whole file, newer ones beside the file that includes.
+        # Older versions of MuJoCo search next to the whole file, newer ones next to the including file.
         waiting += {folder / name for name in included for folder in (file.parent, one.parent)} - seen
 
 
 def _elements(file: Path) -> Source | None:
-    """Returns the elements of a file, nothing where it is not there or no XML."""
+    """Returns the elements of a file, or None if it does not exist or is not XML."""
     try:
         return parsed(file, file.read_bytes(), "MJCF or URDF")
     except (OSError, DeviceFailed):

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Looks an MJCF file over and prints, as JSON, the model to simulate in its place (null: the file itself) and what was changed.
+"""Checks an MJCF file and prints, as JSON, the model to simulate in its place (null: the file itself) and the changes.
 
-It runs as a program, `python survey.py FILE`, in a process of its own, and imports nothing of OpenGPAC.
+It runs as a program, `python survey.py FILE`, in a separate process, and imports nothing from OpenGPAC.
 """
 
 from __future__ import annotations
@@ -20,27 +20,27 @@ import numpy as np
 mujoco: Any = importlib.import_module("mujoco")
 
 POSES = 64
-"""Number of poses looked at besides the home pose."""
+"""Number of poses to check in addition to the home pose."""
 TURN, SLIDE = np.pi, 0.5
-"""The part of its range that is looked at where a joint has no limits, rad and m either way."""
+"""Range to check of a joint without limits, rad and m in both directions."""
 ACCELERATION = 5.0
-"""The acceleration that a motor without a limit of its own is made for, of all joints at once, rad/s^2 or m/s^2."""
+"""Design acceleration of a motor without a limit of its own, for all joints at once, rad/s^2 or m/s^2."""
 RESERVE = 2.0
-"""Effort of such a motor as a multiple of what it needs."""
+"""Effort of such a motor as a multiple of the required one."""
 DAMPING_MAX = 1e6
-"""A joint with more damping than this is locked: no motor moves it."""
+"""Damping above which a joint is locked: no motor moves it."""
 NUMBER_MAX = 1e10
-"""Numbers beyond this are taken for a failed simulation by MuJoCo itself."""
+"""Limit above which MuJoCo itself regards numbers as a failed simulation."""
 STOP = 1e-3
-"""How near its end a joint stands at a stop, rad or m."""
+"""Distance from its end at which a joint rests on a stop, rad or m."""
 _KINDS = (int(mujoco.mjtJoint.mjJNT_HINGE), int(mujoco.mjtJoint.mjJNT_SLIDE))
-"""Joints of an arm. As integers: a number of NumPy is in no tuple of MuJoCo's."""
+"""Joints of an arm. They are integers, since MuJoCo's tuples do not contain NumPy numbers."""
 
 
 def main(file: Path, is_whole: bool) -> None:
     """Prints `[text or null, notes, joints that dry friction or followers hold back]`; with `is_whole` the text in any case.
 
-    Where the model has a number that nothing can have, prints a sentence about it instead.
+    If the model has an impossible number, prints a sentence about it instead.
     """
     spec = mujoco.MjSpec.from_file(str(file))
     model = spec.compile()
@@ -57,7 +57,7 @@ def main(file: Path, is_whole: bool) -> None:
 
 
 def _impossible(spec: Any, model: Any) -> str | None:
-    """Returns a sentence about a mass or an inertia with which no simulation goes on, as it follows from sizes and densities."""
+    """Returns a sentence about a mass or an inertia, as computed from sizes and densities, that makes simulation impossible."""
     for body in spec.bodies:
         if not 0.0 <= model.body_mass[body.id] <= NUMBER_MAX:
             return f"body '{body.name}' has mass {model.body_mass[body.id]:g} kg: it is a number from 0"
@@ -67,14 +67,14 @@ def _impossible(spec: Any, model: Any) -> str | None:
 
 
 def _held_back(spec: Any, model: Any) -> list[str]:
-    """Names the joints with dry friction and those that others follow."""
+    """Returns the joints with dry friction and those with followers."""
     led = {equality.name2 for equality in spec.equalities if equality.type == mujoco.mjtEq.mjEQ_JOINT}
     rubs = {joint.name for joint in spec.joints if joint.type in _KINDS and model.dof_frictionloss[model.jnt_dofadr[joint.id]] > 0.0}
     return sorted(name for name in led | rubs if name)
 
 
 def _text(spec: Any, folder: Path) -> str:
-    """The model with the whole path of every file: it is read from another folder."""
+    """Returns the model with absolute file paths, since it is read from another folder."""
     spec.compile()
     root = ElementTree.fromstring(spec.to_xml())
     folders = {"texture": "", "other": ""}
@@ -91,7 +91,7 @@ def _text(spec: Any, folder: Path) -> str:
 
 
 def _give_motors(spec: Any, model: Any) -> list[str]:
-    """Gives every joint a motor, but those that follow another one or are locked. What leads a body by a mocap body is taken away."""
+    """Adds a motor to every joint, except followers and locked joints. Removes the constraints by which mocap bodies lead other bodies."""
     notes = []
     leaders = {body.name for body in spec.bodies if body.mocap}
     for equality in [equality for equality in spec.equalities if {equality.name1, equality.name2} & leaders]:
@@ -117,7 +117,7 @@ def _give_motors(spec: Any, model: Any) -> list[str]:
 
 
 def _efforts(model: Any) -> Any:
-    """For each joint, the effort that holds it against gravity, springs and friction and accelerates it, with a reserve."""
+    """Returns for each joint the effort that holds it against gravity, springs and friction and accelerates it, with a reserve."""
     data, most = mujoco.MjData(model), np.zeros(model.nv)
     inertia = np.zeros((model.nv, model.nv))
     for _ in _poses(model, data):
@@ -129,7 +129,7 @@ def _efforts(model: Any) -> Any:
 
 
 def _poses(model: Any, data: Any) -> Any:
-    """Puts the arm at its home, then at poses spread evenly over the ranges, and yields the number of each."""
+    """Moves the arm to its home, then to poses distributed evenly over the ranges, and yields the number of each."""
     home = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_KEY, "home")
     mujoco.mj_resetDataKeyframe(model, data, home)
     joints = [j for j in range(model.njnt) if model.jnt_type[j] in _KINDS]
@@ -141,7 +141,7 @@ def _poses(model: Any, data: Any) -> Any:
     is_limited = (model.jnt_limited[joints] != 0) & (limits[:, 0] <= limits[:, 1]) if joints else np.zeros(0, bool)
     start = np.where(is_limited, np.clip(start, limits[:, 0], limits[:, 1]), start)
     low, high = np.where(is_limited, limits[:, 0], low), np.where(is_limited, limits[:, 1], high)
-    # A fixed seed: a file is read alike each time.
+    # Fixed seed: a file gives the same result each time.
     shares = np.random.default_rng(1).random((POSES, len(joints)))
     for number, pose in enumerate([start, *(low + (high - low) * shares)]):
         data.qpos[places] = pose
@@ -150,12 +150,12 @@ def _poses(model: Any, data: Any) -> Any:
 
 
 def exclude_touching(spec: Any, model: Any) -> list[str]:
-    """Excludes the pairs of links that touch at home; MuJoCo excludes neighbours itself."""
+    """Excludes the pairs of links in contact at home; MuJoCo excludes neighbours itself."""
     driven = {int(model.actuator_trnid[a][0]) for a in range(model.nu) if model.actuator_trntype[a] == mujoco.mjtTrn.mjTRN_JOINT}
     trees = {int(model.body_treeid[model.jnt_bodyid[j]]) for j in driven}
     data = mujoco.MjData(model)
     next(_poses(model, data))
-    # A contact with an address pushes.
+    # Contacts with an address exert a force.
     touching = {
         tuple(sorted(int(model.geom_bodyid[geom]) for geom in contact.geom)) for contact in data.contact if contact.efc_address >= 0
     }
@@ -163,7 +163,7 @@ def exclude_touching(spec: Any, model: Any) -> list[str]:
     for pair in sorted(touching):
         of = {int(model.body_treeid[body]) for body in pair}
         first, second = (model.body(body).name for body in pair)
-        # Tree -1 is what stands still. An object that the arm touches is no part of the arm.
+        # Tree -1 is static. An object that the arm touches is not part of the arm.
         if of & trees and not of - trees - {-1} and first and second:
             spec.add_exclude(bodyname1=first, bodyname2=second)
             notes.append(f"'{first}' and '{second}' touch at the arm's home: they do not collide with each other")
@@ -171,16 +171,16 @@ def exclude_touching(spec: Any, model: Any) -> list[str]:
 
 
 def _limit_memory() -> None:
-    """Leaves this process at most 8 GiB and half of the machine's memory, as the driver does: a file's sizes may ask for any amount."""
+    """Limits this process to 8 GiB and half of the machine's memory, like the driver: sizes in a file may be arbitrary."""
     bytes_max = min(8 << 30, os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES") // 2)
     resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
     resource.setrlimit(resource.RLIMIT_AS, (bytes_max, bytes_max))
 
 
 def too_weak(model: Any) -> list[str]:
-    """Names the joints that cannot hold the arm at its home: gravity asks for more than their motor, and they stand at no stop.
+    """Returns notes on the joints that cannot hold the arm at its home: gravity exceeds their motor, and they are not at a stop.
 
-    Names those that cannot move, too: their dry friction takes all that their motor has.
+    Includes those that cannot move, since their dry friction is at least the full effort of their motor.
     """
     data = mujoco.MjData(model)
     next(_poses(model, data))
@@ -195,7 +195,7 @@ def too_weak(model: Any) -> list[str]:
             )
             continue
         needed = float(data.qfrc_bias[dof] - data.qfrc_passive[dof])
-        # What gravity presses against a stop needs no motor.
+        # Gravity against a stop needs no motor.
         stop = model.jnt_range[j][0 if needed > 0.0 else 1]
         if abs(needed) > most + model.dof_frictionloss[dof] and not (model.jnt_limited[j] and abs(position - stop) < STOP):
             notes.append(
@@ -206,7 +206,7 @@ def too_weak(model: Any) -> list[str]:
 
 
 def _strengths(model: Any) -> dict[int, float]:
-    """For each joint with a motor, the most effort that it gives."""
+    """Returns for each joint with a motor its maximum effort."""
     most: dict[int, float] = {}
     for a in range(model.nu):
         if model.actuator_trntype[a] != int(mujoco.mjtTrn.mjTRN_JOINT):

@@ -1,8 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Arms that are described in URDF, as MJCF models with motors.
+"""Converts arms described in URDF to MJCF models with motors.
 
-MuJoCo reads the file. Before, what other people's files have and MuJoCo refuses is put right, each with a note (`cleaning`, `meshes`).
-After, what URDF cannot say is added: a motor for each joint, a site `tool` at the flange, and what an SRDF file says (`srdf`).
+MuJoCo reads the file. First, common defects that MuJoCo refuses are corrected, each with a note (`cleaning`, `meshes`). Afterwards,
+data that URDF cannot express are added: a motor for each joint, a site `tool` at the flange, and the contents of an SRDF file
+(`srdf`).
 """
 
 from __future__ import annotations
@@ -25,20 +26,20 @@ from .source import Source as Source
 _logger = logging.getLogger("opengpac")
 
 MASS_MIN = 1e-3
-"""Mass of a moving link of which the file says none, and that has no shape to take it from, kg."""
+"""Mass of a moving link whose file states none, and that has no shape from which to compute it, kg."""
 INERTIA_MIN = 1e-6
-"""The least moment of inertia of a moving link, kg.m^2."""
+"""Minimum moment of inertia of a moving link, kg.m^2."""
 JOINTS_TOLD = 5
-"""How many joints a refusal names."""
+"""Maximum number of joints in a refusal."""
 
 
 @dataclass(frozen=True)
 class ConvertedArm:
     """An arm's URDF file, converted.
 
-    `text` is the MJCF model, `speeds` the maximum speed of each joint that has one (rad/s or m/s), `notes` what was put right, one
-    sentence each, `held_back` the joints with dry friction and those that others follow, `joints` those of the group that was chosen
-    (empty without one), `groups` and `states` those of the SRDF file, `interfaces` what `ros2_control` tags say of joints.
+    `text` is the MJCF model, `speeds` the maximum speed of each joint that has one (rad/s or m/s), `notes` the corrections, one
+    sentence each, `held_back` the joints with dry friction or followers, `joints` those of the selected group (empty without one),
+    `groups` and `states` those of the SRDF file, `interfaces` the declarations of joints in `ros2_control` tags.
     """
 
     text: str
@@ -52,7 +53,7 @@ class ConvertedArm:
 
 
 def is_urdf(file: Path) -> bool:
-    """Returns whether a file is called so, or begins as one."""
+    """Returns whether a file is URDF, by its name or its beginning."""
     return file.suffix in (".urdf", ".xacro") or root_tag(file) == "robot"
 
 
@@ -63,11 +64,11 @@ def convert(
     group: str | None = None,
     self_collision: bool = False,
 ) -> ConvertedArm:
-    """Converts a URDF file; packages are looked for in `package_paths` first.
+    """Converts a URDF file; searches for packages in `package_paths` first.
 
-    `semantic` is its SRDF file, or whether the one beside it is read, `group` the group of it whose joints make the arm,
-    `self_collision` whether its links collide with each other, but for neighbours and the pairs of the SRDF file. Raises
-    `DeviceFailed` where MuJoCo cannot read what is left, `UnknownName` for a group that the SRDF file lacks.
+    `semantic` is its SRDF file, or whether to read the one next to it, `group` the group of it whose joints form the arm,
+    `self_collision` whether its links collide with each other, except for neighbours and the pairs of the SRDF file. Raises
+    `DeviceFailed` if MuJoCo cannot read the result, `UnknownName` for a group that the SRDF file lacks.
     """
     try:
         mujoco: Any = importlib.import_module("mujoco")
@@ -100,7 +101,7 @@ def convert(
 
 
 def _refuse_still(source: Source) -> NoReturn:
-    """Refuses a file without a joint that a motor could move, with the reason of each joint."""
+    """Refuses a file without a joint that a motor could move, with the reason for each joint."""
     joints = source.root.findall("joint")
     if not joints:
         source.refuse(source.root, "the robot has no joint", "give it a revolute, continuous or prismatic one")
@@ -112,9 +113,9 @@ def _refuse_still(source: Source) -> NoReturn:
 
 
 def _semantics(source: Source, semantic: Path | bool, packages: packages.Packages) -> srdf.Semantics:
-    """Returns the semantics of the SRDF file that is given or lies beside the URDF file, with a line in the log.
+    """Returns the semantics of the SRDF file that is passed or found next to the URDF file, and logs it.
 
-    One that lies there and has no meaning is left out with a note: nobody asked for it.
+    An invalid file found there is ignored with a note, since it was not requested.
     """
     if isinstance(semantic, Path):
         return srdf.read(semantic, source, packages)
@@ -135,7 +136,7 @@ def _semantics(source: Source, semantic: Path | bool, packages: packages.Package
 
 
 def _balanced(text: str) -> str:
-    """The model, to be read with `balanceinertia`, which MuJoCo does not write: inertias of URDF files break A + B >= C by rounding."""
+    """Returns the model with `balanceinertia`, which MuJoCo does not write: inertias of URDF files violate A + B >= C by rounding."""
     root = ElementTree.fromstring(text)
     compiler = root.find("compiler")
     if compiler is None:
@@ -145,7 +146,7 @@ def _balanced(text: str) -> str:
 
 
 def _compiled(mujoco: Any, source: Source, selected: selection.Selection, pairs: list[tuple[str, str]] | None) -> Any:
-    """The model, compiled: meshes that MuJoCo cannot use are left out one by one."""
+    """Returns the compiled model; removes unusable meshes one by one."""
     while True:
         spec = mujoco.MjSpec.from_string(source.text())
         spec.compiler.fusestatic = False

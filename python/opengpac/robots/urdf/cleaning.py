@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Repair of robot files that MuJoCo refuses or misreads: they are put right as the URDF specification says, each time with a note."""
+"""Repair of robot files that MuJoCo refuses or misreads: they are corrected according to the URDF specification, each time with a note."""
 
 from __future__ import annotations
 
@@ -10,27 +10,27 @@ from .source import Source
 from .structure import MOVING
 
 _READ = ("link", "joint", "mujoco")
-"""What is taken from a file; materials, transmissions, plugins and `ros2_control` are not."""
+"""Elements used from a file; materials, transmissions, plugins and `ros2_control` are ignored."""
 _PRODUCTS = numbers.MOMENTS[3:]
 
 BALL_M = 0.05
-"""Radius of the ball whose inertia a link is given that has a mass alone, m."""
+"""Radius of the ball that defines the inertia of a link with only a mass, m."""
 _ONCE = ("origin", "parent", "child", "axis", "limit", "dynamics", "mimic", "inertial", "mass", "inertia", "geometry")
 RANGE_MAX = 1e6
-"""A range beyond this is none, rad or m."""
+"""Limit beyond which a range counts as unlimited, rad or m."""
 EFFORT_MAX = 1e9
-"""An effort beyond this is no limit, N.m or N."""
+"""Limit beyond which an effort counts as unlimited, N.m or N."""
 SPEEDS = (1e-6, 1e6)
-"""A maximum speed outside these is none, rad/s or m/s."""
+"""Bounds outside which a maximum speed is ignored, rad/s or m/s."""
 _SIZES = {"box": ("size",), "cylinder": ("radius", "length"), "capsule": ("radius", "length"), "sphere": ("radius",), "mesh": ()}
-"""The shapes, with the attributes that say how large they are."""
+"""Shapes, with the attributes that define their size."""
 _KINDS = (*MOVING, "fixed", "floating", "planar")
 
 
 def clean(source: Source) -> dict[str, float]:
-    """Puts the elements right, and gives the maximum speed of each joint that has one, rad/s (m/s).
+    """Corrects the elements, and returns the maximum speed of each joint that has one, rad/s (m/s).
 
-    Raises `DeviceFailed` where the file has no meaning.
+    Raises `DeviceFailed` if the file is invalid.
     """
     root = source.root
     for element in [element for element in root if element.tag not in _READ]:
@@ -57,7 +57,7 @@ def clean(source: Source) -> dict[str, float]:
 
 
 def _drop_second(source: Source, element: ElementTree.Element) -> None:
-    """Takes the first of two parts that an element has once."""
+    """Keeps the first of two parts that may occur only once in an element."""
     seen: set[str] = set()
     for part in list(element):
         if part.tag in seen:
@@ -69,7 +69,7 @@ def _drop_second(source: Source, element: ElementTree.Element) -> None:
 
 
 def _drop_second_shape(source: Source, geometry: ElementTree.Element) -> None:
-    """Takes the first of several shapes: a geometry is one."""
+    """Keeps the first of several shapes: a geometry has only one."""
     first, *more = [part for part in geometry if part.tag in _SIZES] or [None]
     for part in more:
         assert first is not None and part is not None
@@ -78,7 +78,7 @@ def _drop_second_shape(source: Source, geometry: ElementTree.Element) -> None:
 
 
 def _number_names(source: Source, tag: str) -> None:
-    """Refuses elements without a name; a second joint of one name gets a number, a second link has no meaning."""
+    """Refuses elements without a name; a second joint of one name gets a number, a second link is invalid."""
     known: set[str] = set()
     for element in source.root.findall(tag):
         name = element.get("name", "").strip()
@@ -98,7 +98,7 @@ def _number_names(source: Source, tag: str) -> None:
 
 
 def _clean_joint(source: Source, joint: ElementTree.Element, links: set[str]) -> float:
-    """Puts a joint right, and gives its maximum speed, 0 without one. `links` are those of the file."""
+    """Corrects a joint, and returns its maximum speed, 0 without one. `links` are those of the file."""
     name, kind = joint.get("name", ""), joint.get("type", "")
     if kind not in _KINDS:
         source.refuse(joint, f"joint '{name}' is of type '{kind}'", f"its type is one of {', '.join(_KINDS)}")
@@ -117,7 +117,7 @@ def _clean_joint(source: Source, joint: ElementTree.Element, links: set[str]) ->
 
 
 def _clean_limit(source: Source, joint: ElementTree.Element) -> float:
-    """Puts the limits of a joint right; its maximum speed, 0 without one."""
+    """Corrects the limits of a joint; returns its maximum speed, 0 without one."""
     name, kind, limit = joint.get("name", ""), joint.get("type"), joint.find("limit")
     if limit is None:
         if kind != "continuous":
@@ -152,7 +152,7 @@ def _clean_limit(source: Source, joint: ElementTree.Element) -> float:
 
 
 def _effort(source: Source, limit: ElementTree.Element, joint: str, effort: float) -> float:
-    """The limit of effort of a joint, 0 for none."""
+    """Returns the effort limit of a joint, 0 for none."""
     if 0.0 < effort <= EFFORT_MAX:
         return effort
     said = "no limit of effort" if effort == 0.0 else f"an effort of {effort:g}, which is no limit"
@@ -161,7 +161,7 @@ def _effort(source: Source, limit: ElementTree.Element, joint: str, effort: floa
 
 
 def _speed(source: Source, limit: ElementTree.Element, joint: str, speed: float) -> float:
-    """The maximum speed of a joint, 0 for none."""
+    """Returns the maximum speed of a joint, 0 for none."""
     low, high = SPEEDS
     if speed == 0.0 or low <= speed <= high:
         return speed
@@ -170,7 +170,7 @@ def _speed(source: Source, limit: ElementTree.Element, joint: str, speed: float)
 
 
 def _clean_dynamics(source: Source, joint: ElementTree.Element) -> None:
-    """Takes the absolute value of damping and dry friction: below zero they would drive the joint."""
+    """Takes the absolute value of damping and dry friction: negative values would drive the joint."""
     for dynamics in joint.findall("dynamics"):
         for word in ("damping", "friction"):
             value = source.numbers(dynamics, word, 1, "0")[0]
@@ -185,9 +185,9 @@ def _free(joint: ElementTree.Element) -> None:
 
 
 def _clean_link(source: Source, link: ElementTree.Element, moves: bool) -> None:
-    """Leaves out shapes that are none, and puts right an inertia that no body has.
+    """Removes invalid shapes, and corrects an impossible inertia.
 
-    MuJoCo takes it from the shapes where there is no mass, else it is that of a ball.
+    MuJoCo computes it from the shapes if there is no mass, otherwise it is that of a ball.
     """
     inertial, name = link.find("inertial"), link.get("name", "")
     for shape in [*link.findall("visual"), *link.findall("collision")]:
@@ -220,7 +220,7 @@ def _clean_link(source: Source, link: ElementTree.Element, moves: bool) -> None:
 
 
 def _flat(shape: ElementTree.Element) -> str:
-    """Returns the size of a shape that is not above 0, empty where all are."""
+    """Returns a size of a shape that is not above 0, or an empty text."""
     for word in _SIZES[shape.tag]:
         text = shape.get(word)
         if text is None:
@@ -231,7 +231,7 @@ def _flat(shape: ElementTree.Element) -> str:
 
 
 def _is_possible(moments: list[float]) -> bool:
-    """Returns whether a matrix of inertia is positive definite: Sylvester's criterion."""
+    """Returns whether an inertia matrix is positive definite: Sylvester's criterion."""
     xx, yy, zz, xy, xz, yz = moments
     determinant = xx * (yy * zz - yz * yz) - xy * (xy * zz - yz * xz) + xz * (xy * yz - yy * xz)
     return xx > 0.0 and xx * yy - xy * xy > 0.0 and determinant > 0.0

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Tags `ros2_control` of a URDF file: the interfaces that command and read its joints, and their limits there."""
+"""Tags `ros2_control` of a URDF file: the command and state interfaces of its joints, and their limits."""
 
 from __future__ import annotations
 
@@ -23,8 +23,8 @@ class Interfaces:
 class Control:
     """All joints of the tags `ros2_control`.
 
-    `limits` gives, for a joint and a command interface, its minimum and its maximum value (rad, rad/s, N.m, of sliding joints m, m/s, N),
-    `home` the initial positions of joints.
+    `limits` maps a joint and a command interface to its minimum and its maximum value (rad, rad/s, N.m, for sliding joints m, m/s,
+    N), `home` contains the initial positions of joints.
     """
 
     interfaces: dict[str, Interfaces]
@@ -33,7 +33,7 @@ class Control:
 
 
 def read(source: Source) -> Control:
-    """Reads the tags. A number that is none, and a joint that the file lacks, are left out with a note."""
+    """Reads the tags. Ignores malformed numbers and unknown joints with a note."""
     found = Control({}, {}, {})
     known = {joint.get("name", "") for joint in source.root.findall("joint")}
     for system in source.root.findall("ros2_control"):
@@ -50,7 +50,7 @@ def read(source: Source) -> Control:
 
 
 def _read_joint(source: Source, found: Control, element: ElementTree.Element, hardware: str) -> None:
-    """Takes the interfaces of a joint, and their limits."""
+    """Reads the interfaces of a joint, and their limits."""
     name = element.get("name", "")
     command, state = (element.findall(f"{kind}_interface") for kind in ("command", "state"))
     found.interfaces[name] = Interfaces(hardware, *(tuple(each.get("name", "") for each in kind) for kind in (command, state)))
@@ -66,7 +66,7 @@ def _read_joint(source: Source, found: Control, element: ElementTree.Element, ha
 
 
 def _param(source: Source, interface: ElementTree.Element, word: str, joint: str) -> float | None:
-    """A number of an interface, nothing where it is not said."""
+    """Returns a number of an interface, or None if it is not stated."""
     element = next((param for param in interface.findall("param") if param.get("name") == word), None)
     if element is None:
         return None
@@ -83,7 +83,7 @@ def _param(source: Source, interface: ElementTree.Element, word: str, joint: str
 
 
 def narrow(source: Source, control: Control, speeds: dict[str, float]) -> None:
-    """Narrows the limits of the joints, and their speeds, to those of `ros2_control`; one that leaves no range is left out with a note."""
+    """Narrows the limits of the joints, and their speeds, to those of `ros2_control`; ignores one that leaves no range, with a note."""
     for joint in source.root.findall("joint"):
         name, limit = joint.get("name", ""), joint.find("limit")
         if limit is None or joint.get("type") not in ("revolute", "prismatic", "continuous"):
@@ -115,7 +115,7 @@ def _narrow_range(source: Source, limit: ElementTree.Element, name: str, limits:
 
 
 def _greatest(limits: Mapping[tuple[str, str], tuple[float, float]], joint: str, interface: str) -> float:
-    """Returns the maximum absolute value of an interface both ways, 0 if none is given: a joint has one limit of speed and of effort."""
+    """Returns the larger absolute limit of an interface, 0 if there is none: a joint has one limit of speed and of effort."""
     low, high = limits.get((joint, interface), (0.0, 0.0))
     most = min(abs(low), abs(high)) if low and high else max(abs(low), abs(high))
     return most if most < float("inf") else 0.0

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Equipment that URDF cannot describe, added to the model that MuJoCo has made: motors, the flange, a home, pairs that do not collide."""
+"""Equipment that URDF cannot describe, added to MuJoCo's model: motors, the flange, a home, pairs that do not collide."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from .source import Source
 
 
 def stand_still(mujoco: Any, spec: Any, selected: Selection) -> None:
-    """Fixes the joints that stand still, at their home."""
+    """Fixes the stationary joints at their home."""
     for equality in [equality for equality in spec.equalities if equality.name1 in selected.still]:
         spec.delete(equality)
     for joint in [joint for joint in spec.joints if joint.name in selected.still]:
@@ -32,7 +32,7 @@ def stand_still(mujoco: Any, spec: Any, selected: Selection) -> None:
 
 
 def add_motors(mujoco: Any, spec: Any, selected: Selection) -> None:
-    """Adds a motor for each driven joint, and the site `tool` at the tip of the arm, without one at the flange of the last joint."""
+    """Adds a motor for each driven joint, and the site `tool` at the tip of the arm, by default at the flange of the last joint."""
     moving = [joint for joint in spec.joints if joint.name in selected.motors]
     for joint in moving:
         spec.add_actuator(name=joint.name, target=joint.name, trntype=mujoco.mjtTrn.mjTRN_JOINT)
@@ -44,7 +44,7 @@ def add_motors(mujoco: Any, spec: Any, selected: Selection) -> None:
 
 
 def add_home(mujoco: Any, spec: Any, model: Any, home: Mapping[str, float]) -> None:
-    """Adds the keyframe `home`: these positions, those of the joints that follow them, and else 0."""
+    """Adds the keyframe `home`: these positions, those of the joints that follow them, and otherwise 0."""
     positions = model.qpos0.copy()
     places = {model.joint(j).name: int(model.jnt_qposadr[j]) for j in range(model.njnt)}
     for name, position in home.items():
@@ -58,7 +58,8 @@ def add_home(mujoco: Any, spec: Any, model: Any, home: Mapping[str, float]) -> N
 
 
 def collide(spec: Any, source: Source, pairs: list[tuple[str, str]] | None) -> None:
-    """Says which shapes collide: with what is around the arm alone, or, where `pairs` says which links do not, with each other too.
+    """Sets the collisions of shapes: with the surroundings only, or, if `pairs` lists the links that do not collide, with each other
+    too.
 
     Shapes are convex hulls: those of links that never touch may overlap on the way.
     """
@@ -76,14 +77,14 @@ def collide(spec: Any, source: Source, pairs: list[tuple[str, str]] | None) -> N
 
 
 def tell_weak(source: Source, model: Any) -> None:
-    """Notes the joints whose motor cannot hold the arm at its home, before all else: a warning has the first notes."""
+    """Notes the joints whose motor cannot hold the arm at its home before other notes, since a warning shows the first ones."""
     from ..mjcf import survey  # it imports MuJoCo
 
     source.notes[:0] = [f"{source.file.name}: {note}" for note in survey.too_weak(model)]
 
 
 def _flange(body: Any) -> Any:
-    """The last link of a chain of fixed links behind the last joint; where it branches, the link of the joint itself."""
+    """Returns the last link of a chain of fixed links after the last joint; if it branches, the link of the joint itself."""
     last = body
     while len(last.bodies) == 1 and not last.bodies[0].joints:
         last = last.bodies[0]

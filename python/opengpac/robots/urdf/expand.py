@@ -47,7 +47,7 @@ def _answer_find(packages: Any) -> None:
 
 
 def _packages() -> Any:
-    """The module `packages` beside this one, which is not on the path: that would hide modules of Python."""
+    """Loads the module `packages` next to this one. Its folder is not on the path, where it would hide modules of Python."""
     spec = importlib.util.spec_from_file_location("packages", Path(__file__).with_name("packages.py"))
     assert spec is not None and spec.loader is not None
     module = importlib.util.module_from_spec(spec)
@@ -56,7 +56,7 @@ def _packages() -> Any:
 
 
 def _sentence(error: Exception, file: str, stack: list[str | None]) -> str:
-    """What an error says, in one line, with the included file that it is in."""
+    """Returns the message of an error in one line, with the included file in which it occurred."""
     lines = [line.strip() for line in str(error).splitlines() if line.strip()]
     cause = getattr(error, "exc", None) or error
     if not str(cause):

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The meshes of a URDF: found, brought into a form that MuJoCo reads, or left out. An arm moves without its skin."""
+"""Meshes of a URDF: finds them, and converts them to a form that MuJoCo reads, or removes them. An arm moves without its skin."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from .source import Source
 
 READ_BY_MUJOCO = (".stl", ".obj", ".msh")
 FACES_MAX = 200_000
-"""More faces than this are in no mesh that MuJoCo reads."""
+"""Maximum number of faces of a mesh that MuJoCo reads."""
 _STL_HEAD, _STL_FACE = 84, 50
 
 
@@ -46,7 +46,7 @@ def place(source: Source, packages: Packages) -> None:
 
 
 def leave_out(source: Source, problem: str) -> bool:
-    """Leaves out the meshes that a message of MuJoCo names; false where it names none."""
+    """Removes the meshes that a message of MuJoCo names; returns False if it names none."""
     words = set(re.findall(r"[^'\"\s,;:()]+", problem))
     named = {Path(word).stem for word in words} | words
     left_out: set[str] = set()
@@ -62,7 +62,7 @@ def leave_out(source: Source, problem: str) -> bool:
 
 
 def _usable(source: Source, mesh: ElementTree.Element, file: Path | None) -> str | None:
-    """The path of a file that MuJoCo reads, of another that it is converted to, or nothing, with a note."""
+    """Returns the path of a file that MuJoCo reads, possibly a converted one, or None, with a note."""
     name = mesh.get("filename", "")
     if file is None:
         source.note(f"mesh '{name}' was not found, and is left out; package_paths= says where packages are", mesh)
@@ -91,7 +91,7 @@ def _usable(source: Source, mesh: ElementTree.Element, file: Path | None) -> str
 
 
 def _is_ascii_stl(file: Path) -> bool:
-    """Returns whether an STL file is text: MuJoCo reads the binary form alone, whose length follows from its number of faces."""
+    """Returns whether an STL file is text: MuJoCo reads only the binary form, whose length follows from its number of faces."""
     if file.suffix.lower() != ".stl":
         return False
     with open(file, "rb") as opened:
@@ -101,7 +101,7 @@ def _is_ascii_stl(file: Path) -> bool:
 
 
 def _compiler(root: ElementTree.Element) -> ElementTree.Element:
-    """The element in which MuJoCo takes its settings from a URDF."""
+    """Returns the element from which MuJoCo takes its settings in a URDF."""
     mujoco = root.find("mujoco")
     if mujoco is None:
         mujoco = ElementTree.SubElement(root, "mujoco")

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Numbers of a URDF file's links and joints: written as the specification says, finite, and not beyond what anything has."""
+"""Checks of the numbers of a URDF file's links and joints: written according to the specification, finite, and plausible."""
 
 from __future__ import annotations
 
@@ -14,25 +14,25 @@ _NUMBERS: Mapping[tuple[str, str], tuple[int, Bounds]] = {
     ("origin", "xyz"): (3, LENGTH),
     ("origin", "rpy"): (3, ANGLE),
     ("axis", "xyz"): (3, RATIO),
-    # What is below zero and must not be is put right later: a mass, a size, a damping, a friction.
+    # Invalid negative values are corrected later: of a mass, a size, a damping, a friction.
     ("mass", "value"): (1, Bounds(-HUGE, MASS.high, "kg")),
     **{("inertia", moment): (1, INERTIA) for moment in MOMENTS},
     ("box", "size"): (3, LENGTH),
     **{(shape, size): (1, LENGTH) for shape in ("cylinder", "capsule") for size in ("radius", "length")},
     ("sphere", "radius"): (1, LENGTH),
     ("mesh", "scale"): (3, RATIO),
-    # So are infinite limits.
+    # Infinite limits are corrected later too.
     **{("limit", word): (1, Bounds(-float("inf"), float("inf"))) for word in ("lower", "upper", "velocity", "effort")},
     ("dynamics", "damping"): (1, Bounds()),
     ("dynamics", "friction"): (1, Bounds()),
     ("mimic", "multiplier"): (1, RATIO),
     ("mimic", "offset"): (1, ANGLE),
 }
-"""By element and attribute, how many numbers there are, and their bounds."""
+"""Number of values and their bounds, by element and attribute."""
 
 
 def clean(source: Source) -> None:
-    """Puts the numbers right that are separated by commas, or too many; refuses those that are none, or beyond their bounds."""
+    """Corrects numbers that are separated by commas, or too many; refuses malformed numbers, and those beyond their bounds."""
     for top in [*source.root.findall("link"), *source.root.findall("joint")]:
         for element in top.iter():
             for attribute in [word for word in element.attrib if (element.tag, word) in _NUMBERS]:
@@ -43,7 +43,7 @@ def clean(source: Source) -> None:
 
 
 def _tidy(source: Source, element: ElementTree.Element, attribute: str, count: int) -> None:
-    """Takes commas for blanks, the first of too many numbers, and one scale for three."""
+    """Replaces commas by blanks, drops surplus numbers, and expands one scale to three."""
     text = element.get(attribute, "")
     words = text.replace(",", " ").split()
     wrong = "separates its numbers by commas" if "," in text else ""
@@ -52,7 +52,7 @@ def _tidy(source: Source, element: ElementTree.Element, attribute: str, count: i
         wrong, words = f"has {len(words)} numbers, and the first {taken} taken", words[:count]
     if attribute == "scale" and len(words) == 1:
         wrong, words = "has one number, which is taken for all directions", words * 3
-    # One number with a comma may be a decimal comma.
+    # A comma in a single number may be a decimal comma.
     if wrong and (count > 1 or "," not in text):
         source.note(f'{attribute}="{text[:60]}" of {source.called(element)} {wrong}', element)
         element.set(attribute, " ".join(words))

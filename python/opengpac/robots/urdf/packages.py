@@ -13,11 +13,11 @@ from urllib.parse import unquote
 from xml.etree import ElementTree
 
 ABOVE = 2
-"""How many folders above a file a relative path is looked for in."""
+"""Number of folders above a file in which a relative path is searched for."""
 
 
 class Packages:
-    """The folders in which the files of a URDF are looked for.
+    """Folders in which the files of a URDF are searched for.
 
     In this order: `given` (folders of packages, or packages themselves), those of `ROS_PACKAGE_PATH`, `share` of those of
     `AMENT_PREFIX_PATH`, and the folders above the file.
@@ -30,14 +30,14 @@ class Packages:
         self.roots = [*given, *ros, *ament, *file.absolute().parents]
 
     def find(self, name: str) -> Path | None:
-        """The file of that name: in a package, by a URL, relative to the URDF or to a folder above it, else beside it."""
+        """Returns the file of that name: in a package, by a URL, relative to the URDF or to a folder above it, else next to it."""
         name = unquote(name.strip())
         if name.startswith("package://"):
             package, _, path = name.removeprefix("package://").partition("/")
             candidates = [folder / path for folder in self._folders(package)]
         else:
             path = name.removeprefix("file://")
-            # Some files count from the folder of their package, which is above their own.
+            # Paths in some files are relative to their package's folder, which is above their own.
             candidates = [folder / path for folder in (self._folder, *self._folder.absolute().parents[:ABOVE])]
         candidates += [self._folder / path, self._folder / Path(path).name]
         return next((found for found in candidates if found.is_file()), None)
@@ -57,7 +57,7 @@ class Packages:
 
 
 def _name(folder: Path) -> str | None:
-    """Returns the name of a folder in its `package.xml`."""
+    """Returns the name of a folder from its `package.xml`."""
     try:
         name = ElementTree.parse(folder / "package.xml").find("name")
     except (OSError, ElementTree.ParseError, LookupError, ValueError):

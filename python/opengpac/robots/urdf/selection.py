@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Selection of the joints of a URDF file: those that have a motor, make the arm or stand still, and where all of them begin."""
+"""Selection of the joints of a URDF file: those that have a motor, form the arm or are stationary, and their initial positions."""
 
 from __future__ import annotations
 
@@ -14,11 +14,11 @@ from .tree import Tree
 
 @dataclass(frozen=True)
 class Selection:
-    """The joints of a file by what becomes of them.
+    """Joints of a file by their role.
 
-    `motors` have a motor. `arm` are those of the group that was chosen, empty without one. `still` stand still at `home`, which gives
-    positions of joints, rad or m; `state` is the name of the SRDF state it is from. `tip` is the link at whose frame poses are given,
-    empty for the flange of the last joint.
+    `motors` have a motor. `arm` are those of the selected group, empty without one. `still` are stationary at `home`, which contains
+    positions of joints, rad or m; `state` is the name of its SRDF state. `tip` is the link whose frame is that of poses, empty for
+    the flange of the last joint.
     """
 
     motors: frozenset[str]
@@ -30,9 +30,9 @@ class Selection:
 
 
 def select(source: Source, semantics: srdf.Semantics, initial: Mapping[str, float], group: str | None) -> Selection:
-    """Chooses the joints of a group, or all. Without an SRDF state they begin at `initial`.
+    """Selects the joints of a group, or all. Without an SRDF state they start at `initial`.
 
-    Joints outside the group stand still, but those of its end effectors, which have motors, and those that have none in any case.
+    Joints outside the group are stationary, except those of its end effectors, which have motors, and those that never have one.
     """
     tree = Tree(source.root)
     moving = [name for name, joint in tree.joints.items() if joint.get("type") in MOVING]
@@ -52,7 +52,7 @@ def select(source: Source, semantics: srdf.Semantics, initial: Mapping[str, floa
 
 
 def _leader(tree: Tree, name: str) -> str:
-    """The joint that a joint follows at last, empty for none."""
+    """Returns the joint that a joint ultimately follows, empty for none."""
     found, seen = "", {name}
     while (mimic := tree.joints[found or name].find("mimic")) is not None:
         found = mimic.get("joint", "")
@@ -63,7 +63,7 @@ def _leader(tree: Tree, name: str) -> str:
 
 
 def _followed(tree: Tree, home: Mapping[str, float], still: set[str]) -> dict[str, float]:
-    """Positions with those of joints that follow one that stands still."""
+    """Returns positions including those of stationary followers."""
     found = dict(home)
     for name in still:
         mimic = tree.joints[name].find("mimic")
@@ -74,7 +74,7 @@ def _followed(tree: Tree, home: Mapping[str, float], still: set[str]) -> dict[st
 
 
 def _inside(source: Source, tree: Tree, home: Mapping[str, float], state: str) -> dict[str, float]:
-    """Positions within the ranges of their joints."""
+    """Returns positions, limited to the ranges of their joints."""
     found: dict[str, float] = {}
     for name, position in home.items():
         joint = tree.joints[name]
@@ -93,7 +93,7 @@ def _inside(source: Source, tree: Tree, home: Mapping[str, float], state: str) -
 
 
 def _hands(tree: Tree, semantics: srdf.Semantics, group: str, members: list[str]) -> set[str]:
-    """The joints of the end effectors that a group carries."""
+    """Returns the joints of the end effectors that a group carries."""
     found: set[str] = set()
     for effector in semantics.end_effectors:
         own = semantics.groups.get(effector.group, ())
@@ -105,7 +105,7 @@ def _hands(tree: Tree, semantics: srdf.Semantics, group: str, members: list[str]
 
 
 def _tip(tree: Tree, semantics: srdf.Semantics, group: str, members: list[str]) -> str:
-    """The last link of a group that is a chain, else the link of an end effector that its last joint moves."""
+    """Returns the last link of a group that is a chain, else the link of an end effector that its last joint moves."""
     if group in semantics.tips:
         return semantics.tips[group]
     last = max(members, key=lambda name: len(tree.moved(name)))

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A URDF file as a tree of elements that know their lines."""
+"""A URDF file as a tree of elements with line numbers."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from .packages import Packages
 
 
 class Source:
-    """A file that is being put right: its elements, and the notes on what was changed."""
+    """A file under correction: its elements, and the notes on the changes."""
 
     def __init__(self, file: Path, root: ElementTree.Element, places: dict[ElementTree.Element, tuple[int, str]]) -> None:
         self.file = file
@@ -26,12 +26,12 @@ class Source:
         self.followers: set[str] = set()
         """Joints that follow another one (`mimic`)."""
         self.fixed: dict[str, float] = {}
-        """Joints that cannot move, with the position at which they stand, rad or m."""
+        """Joints that cannot move, with their positions, rad or m."""
         self._places = places
 
     @classmethod
     def read(cls, file: Path, packages: Packages, kind: str = "URDF") -> Source:
-        """The file, a URDF or SRDF file, with the macros of xacro expanded. Raises `DeviceFailed` with the line of what is wrong."""
+        """Reads the file, a URDF or SRDF file, with the macros of xacro expanded. Raises `DeviceFailed` with the line of an error."""
         try:
             content = file.read_bytes()
         except OSError as error:
@@ -47,29 +47,29 @@ class Source:
         return found
 
     def line(self, element: ElementTree.Element) -> int:
-        """The line that an element begins at."""
+        """Returns the line at which an element begins."""
         return self._places.get(element, (1, ""))[0]
 
     def called(self, element: ElementTree.Element) -> str:
-        """The kind and name of an element; without a name, its tag and the nearest element around it that has one."""
+        """Returns the kind and name of an element; without a name, its tag and the nearest enclosing element that has one."""
         owner = self._places.get(element, (1, ""))[1]
         return owner if "name" in element.attrib else f"<{element.tag}>" + (f" of {owner}" if owner else "")
 
     def note(self, sentence: str, element: ElementTree.Element | None = None) -> None:
-        """Tells what was put right."""
+        """Notes a correction."""
         place = f"{self.file.name}:{self.line(element)}: " if element is not None else f"{self.file.name}: "
         self.notes.append(place + sentence)
 
     def refuse(self, element: ElementTree.Element, problem: str, remedy: str) -> NoReturn:
-        """Refuses the file for what stands at an element."""
+        """Refuses the file because of an element."""
         refuse(DeviceFailed, f"{self.file}:{self.line(element)}: {problem}", remedy)
 
     def refuse_number(self, element: ElementTree.Element, attribute: str, problem: str, remedy: str) -> NoReturn:
-        """Refuses the file for the value of an attribute."""
+        """Refuses the file because of the value of an attribute."""
         self.refuse(element, f'{attribute}="{element.get(attribute, "")[:60]}" of {self.called(element)} {problem}', remedy)
 
     def numbers(self, element: ElementTree.Element, attribute: str, count: int, default: str, is_finite: bool = True) -> list[float]:
-        """The numbers of an attribute; refused where they are none, or, with `is_finite`, infinite."""
+        """Returns the numbers of an attribute; refuses malformed numbers, and with `is_finite` infinite ones."""
         text = element.get(attribute, default)
         try:
             values = [float(word) for word in text.split()]
@@ -81,12 +81,12 @@ class Source:
         return values
 
     def text(self) -> str:
-        """The file as it is now."""
+        """Returns the present text of the file."""
         return ElementTree.tostring(self.root, encoding="unicode")
 
 
 def check_xml(file: Path, kinds: str) -> None:
-    """Refuses a file that is not XML with the line, and does nothing where it cannot be read."""
+    """Refuses a file that is not XML, with the line; does nothing if it cannot be read."""
     try:
         content = file.read_bytes()
     except OSError:
@@ -95,7 +95,7 @@ def check_xml(file: Path, kinds: str) -> None:
 
 
 def parsed(file: Path, content: bytes, kinds: str) -> Source:
-    """The elements, with their lines. Prefixes need no declaration: those of plugins and macros often have none."""
+    """Returns the elements, with their lines. Prefixes need no declaration: those of plugins and macros often have none."""
     content, encoding = decoded(file, content)
     parser = expat.ParserCreate(encoding)
     places: dict[ElementTree.Element, tuple[int, str]] = {}
@@ -114,7 +114,7 @@ def parsed(file: Path, content: bytes, kinds: str) -> Source:
         open_elements.append(element)
 
     def text(content: str) -> None:
-        # Only parameters of ros2_control say anything in words.
+        # Only parameters of ros2_control have text contents.
         if open_elements and open_elements[-1].tag == "param":
             open_elements[-1].text = (open_elements[-1].text or "") + content
 

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""SRDF files: which joints of a URDF file make an arm, where they are at home, which links do not collide, which joints have no motor.
+"""SRDF files: the joints of a URDF file that form an arm, its home, links that do not collide, and joints without a motor.
 
-Read as MoveIt reads them. A name that the URDF file lacks is left out with a note; where the file has no meaning it is refused.
+They are interpreted like in MoveIt. A name that the URDF file lacks is ignored with a note; an invalid file is refused.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ _MEMBERS = ("joint", "link", "chain", "group")
 
 @dataclass(frozen=True)
 class State:
-    """Named positions of joints, rad or m; `group` is that which they are of, empty for none."""
+    """Named positions of joints, rad or m; `group` is the group to which they belong, empty for none."""
 
     name: str
     group: str
@@ -31,7 +31,7 @@ class State:
 
 @dataclass(frozen=True)
 class EndEffector:
-    """A tool: the link that it is attached to, the group of its own joints, and the group of the arm, empty where it is not said."""
+    """A tool: the link to which it is attached, the group of its own joints, and the group of the arm, empty if not stated."""
 
     link: str
     group: str
@@ -40,10 +40,10 @@ class EndEffector:
 
 @dataclass
 class Semantics:
-    """Contents of an SRDF file about the joints and links that the URDF file has.
+    """Contents of an SRDF file about the joints and links of the URDF file.
 
-    `groups` gives the joints of each group in the order of the URDF file, fixed ones too, `lines` where each stands, `tips` the last
-    link of a group that is one chain, `pairs` the links that do not collide, each pair once.
+    `groups` contains the joints of each group in the order of the URDF file, including fixed ones, `lines` the line of each, `tips`
+    the last link of a group that is one chain, `pairs` the links that do not collide, each pair once.
     """
 
     file: Path | None = None
@@ -56,7 +56,7 @@ class Semantics:
     end_effectors: list[EndEffector] = field(default_factory=list)
 
     def states_of(self, joints: Collection[str]) -> dict[str, dict[str, float]]:
-        """The states that have one of these joints, by name: those of one name, of an arm and of its hand, are one."""
+        """Returns the states with any of these joints, by name: those of one name, of an arm and of its hand, are merged."""
         found: dict[str, dict[str, float]] = {}
         for state in self.states:
             if not set(joints).isdisjoint(state.positions):
@@ -64,16 +64,16 @@ class Semantics:
         return found
 
     def home_of(self, joints: Collection[str]) -> tuple[str, dict[str, float]]:
-        """The name and the positions of the state at which an arm of these joints begins: `home`, else the only one, else nothing."""
+        """Returns the name and the positions of the initial state of an arm with these joints: `home`, else the only one, else none."""
         states = self.states_of(joints)
         name = "home" if "home" in states else next(iter(states)) if len(states) == 1 else ""
         return name, states.get(name, {})
 
 
 def beside(urdf: Path) -> list[Path]:
-    """The SRDF files in the folder of a URDF file; where there is none, those in the folder `srdf` beside that folder.
+    """Returns the SRDF files in the folder of a URDF file; if there are none, those in the neighbouring folder `srdf`.
 
-    `.srdf.xacro` files count where a folder has no `.srdf` file: those of one name are often made of them.
+    `.srdf.xacro` files count only in a folder without `.srdf` files: those of the same name are often generated from them.
     """
     for folder in (urdf.parent, urdf.parent.parent / "srdf"):
         for pattern in ("*.srdf", "*.srdf.xacro"):
@@ -83,13 +83,13 @@ def beside(urdf: Path) -> list[Path]:
 
 
 def read(file: Path, arm: Source, packages: Packages) -> Semantics:
-    """Returns the contents of an SRDF file about a URDF file. Raises `DeviceFailed` with the line where it has no meaning."""
+    """Returns the contents of an SRDF file about a URDF file. Raises `DeviceFailed` with the line if it is invalid."""
     source = Source.read(file, packages, "SRDF")
     return _Reading(source, Tree(arm.root), arm).semantics()
 
 
 class _Reading:
-    """An SRDF file that is being read."""
+    """An SRDF file during reading."""
 
     def __init__(self, source: Source, tree: Tree, arm: Source) -> None:
         self.source, self.tree, self.arm = source, tree, arm
@@ -98,7 +98,7 @@ class _Reading:
         self.foreign: dict[str, ElementTree.Element] = {}
         """Names that the URDF file lacks."""
         self.lost: dict[str, ElementTree.Element] = {}
-        """What is told of groups that this file lacks."""
+        """Notes on groups that this file lacks."""
 
     def semantics(self) -> Semantics:
         root, found = self.source.root, Semantics(self.source.file)
@@ -134,7 +134,7 @@ class _Reading:
         return name
 
     def _has(self, kind: str, name: str, element: ElementTree.Element) -> bool:
-        """Returns whether the URDF file has a joint or link; what it lacks is remembered."""
+        """Returns whether the URDF file has a joint or link; records missing ones."""
         if name in (self.tree.joints if kind == "joint" else self.tree.links):
             return True
         if name not in self.virtual:
@@ -142,7 +142,7 @@ class _Reading:
         return False
 
     def _joints(self, group: ElementTree.Element, inside: tuple[str, ...]) -> list[str]:
-        """The joints of a group; `inside` are the groups that lead to it."""
+        """Returns the joints of a group; `inside` are the groups that lead to it."""
         found: list[str] = []
         for member in group:
             if member.tag == "chain":
@@ -181,7 +181,7 @@ class _Reading:
         positions: dict[str, float] = {}
         for member in element.findall("joint"):
             joint = self._named(member)
-            # A base that floats has several numbers, and its joint is mostly in no file.
+            # A floating base has several numbers, and its joint is in few files.
             if len(member.get("value", "").split()) > 1 and joint not in self.tree.joints:
                 continue
             if self._has("joint", joint, member) and self.tree.joints[joint].get("type") not in ("fixed", "floating", "planar"):
@@ -206,7 +206,7 @@ class _Reading:
         return (min(first, second), max(first, second)) if all(has_both) and first != second else None
 
     def _tell(self) -> None:
-        """Notes what is left out: names that the URDF file lacks, and elements that are none of SRDF's."""
+        """Notes ignored contents: names that the URDF file lacks, and elements that do not belong to SRDF."""
         name, robot = self.source.root.get("name", ""), self.arm.root.get("name", "")
         if name and robot and name != robot:
             self.source.note(f"it is of the robot '{name}', the URDF file of '{robot}'", self.source.root)
@@ -220,7 +220,7 @@ class _Reading:
 
 
 def chosen(semantics: Semantics, group: str, driven: Collection[str]) -> list[str]:
-    """The driven joints of a group that is asked for. Raises `UnknownName` where there is none of that name."""
+    """Returns the driven joints of the requested group. Raises `UnknownName` if it does not exist."""
     if semantics.file is None:
         refuse(UnknownName, f"there is no group '{group}': no SRDF file is read", "give its file: srdf=")
     if group not in semantics.groups:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Structure of a URDF file: its links are a tree, and a joint follows another one that moves."""
+"""Structure of a URDF file: its links form a tree, and a joint follows another one that moves."""
 
 from __future__ import annotations
 
@@ -8,11 +8,11 @@ from xml.etree import ElementTree
 from .source import Source
 
 MOVING = ("revolute", "continuous", "prismatic")
-"""The types of joints that have one position."""
+"""Types of joints that have one position."""
 
 
 def check_tree(source: Source) -> None:
-    """Refuses a file whose links are no tree: a link on itself, a link on two joints, a circle."""
+    """Refuses a file whose links are not a tree: a link on itself, a link on two joints, a circle."""
     carriers: dict[str, ElementTree.Element] = {}
     for joint in source.root.findall("joint"):
         name, parent, child = joint.get("name", ""), _end(joint, "parent"), _end(joint, "child")
@@ -39,9 +39,9 @@ def check_tree(source: Source) -> None:
 
 
 def resolve_followers(source: Source) -> None:
-    """Notes the joints that follow another one, and lets those stand still whose leader does, at their offset from it.
+    """Registers the joints that follow another one, and fixes those whose leader is stationary, at their offset from it.
 
-    One that follows a joint that the file lacks stands still, with a note. Refuses a joint that follows itself, or one of a circle.
+    A follower of a joint that the file lacks is fixed, with a note. Refuses a joint that follows itself, or one in a circle.
     """
     joints = {_name(joint): joint for joint in source.root.findall("joint")}
     leaders: dict[str, str] = {}
@@ -76,7 +76,7 @@ def resolve_followers(source: Source) -> None:
 
 
 def _follow(source: Source, joints: dict[str, ElementTree.Element], way: list[str]) -> None:
-    """Lets a joint stand still whose leader, the last of `way`, does."""
+    """Fixes a joint whose leader, the last of `way`, is stationary."""
     leader = way[-1]
     if leader in source.fixed:
         position = source.fixed[leader]
@@ -95,7 +95,7 @@ def _follow(source: Source, joints: dict[str, ElementTree.Element], way: list[st
 
 
 def _nearest_zero(joint: ElementTree.Element) -> float:
-    """The position within the range of a joint that is nearest to zero."""
+    """Returns the position within the range of a joint that is nearest to zero."""
     limit = joint.find("limit")
     if joint.get("type") == "continuous" or limit is None:
         return 0.0
@@ -103,7 +103,7 @@ def _nearest_zero(joint: ElementTree.Element) -> float:
 
 
 def _end(joint: ElementTree.Element, word: str) -> str:
-    """The link at an end of a joint."""
+    """Returns the link at an end of a joint."""
     link = joint.find(word)
     return "" if link is None else link.get("link", "")
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The links and joints of a URDF file as a tree: which joints lie between two links."""
+"""Links and joints of a URDF file as a tree, with the joints between two links."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from xml.etree import ElementTree
 
 
 class Tree:
-    """Joints by their names, in the order of the file, and how links hang on them."""
+    """Joints by name, in the order of the file, and the attachment of links to them."""
 
     def __init__(self, root: ElementTree.Element) -> None:
         self.links = {link.get("name", "") for link in root.findall("link")}
@@ -21,11 +21,11 @@ class Tree:
                 self._carrier.setdefault(child.get("link", ""), name)
 
     def carrier(self, link: str) -> str | None:
-        """The joint that a link hangs on; nothing for the root."""
+        """Returns the joint to which a link is attached, or None for the root."""
         return self._carrier.get(link)
 
     def above(self, link: str) -> list[str]:
-        """The joints between a link and the root, the nearest first."""
+        """Returns the joints between a link and the root, the nearest first."""
         found: list[str] = []
         joint = self.carrier(link)
         while joint is not None and joint not in found:
@@ -34,7 +34,7 @@ class Tree:
         return found
 
     def chain(self, base: str, tip: str) -> list[str]:
-        """The joints between two links, by way of the link that carries both where neither carries the other."""
+        """Returns the joints between two links, through their common ancestor if neither carries the other."""
         down, up = self.above(tip), self.above(base)
         while down and up and down[-1] == up[-1]:
             down.pop()
@@ -42,5 +42,5 @@ class Tree:
         return [*up, *reversed(down)]
 
     def moved(self, joint: str) -> list[str]:
-        """The joints between a joint and the root, itself first."""
+        """Returns the joints between a joint and the root, the joint itself first."""
         return [joint, *self.above(self._above.get(joint, ""))]
