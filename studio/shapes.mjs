@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-// Makes src/control/shapes.ts of the schemas of the control interface: `npm run shapes`. With --check it only says whether that is
-// what lies there; with --print it writes the types of the schemas that it reads from its standard input to its standard output.
+// Generates src/control/shapes.ts from the schemas of the control interface: `npm run shapes`. With --check it only reports whether the
+// present file is up to date; with --print it converts schemas from its standard input to types on its standard output.
 import { readFileSync, writeFileSync } from "node:fs";
 
 const SCHEMAS = new URL("../crates/control/schemas/control-v1.json", import.meta.url);
 const MADE = new URL("src/control/shapes.ts", import.meta.url);
 const PREFIX = "#/$defs/";
 
-/** A schema as a TypeScript type. */
+/** Converts a schema to a TypeScript type. */
 function type(schema, depth = 0) {
   if (schema === true) return "unknown";
   if (schema === false) return "never";
@@ -22,7 +22,7 @@ function type(schema, depth = 0) {
   return plain(schema, depth);
 }
 
-/** A schema without a type of its own (`properties` beside `$ref`, a description alone) adds nothing. */
+/** Returns the type of a schema; a schema without one of its own (`properties` beside `$ref`, a description alone) adds nothing. */
 function shaped(schema, depth) {
   return ["properties", "additionalProperties", "type"].some((word) => word in schema) ? [type(schema, depth)] : [];
 }
@@ -81,7 +81,7 @@ function object(schema, depth) {
     return more === false ? "Record<string, never>" : `{ [name: string]: ${type(more ?? true, depth)} }`;
   }
   const lines = members.map(([name, of]) => member(name, of, schema.required ?? [], depth + 1));
-  // What else a driver may say: of any type, so that the members above fit beside it.
+  // Further members from a driver: of any type, so that the members above are compatible.
   if (more !== undefined && more !== false) lines.push(`${indent(depth + 1)}[more: string]: unknown;`);
   return `{\n${lines.join("\n")}\n${indent(depth)}}`;
 }

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Presses by chance while messages come and go: each that commands hits what was under the finger 100 ms before, or is refused.
+// Random presses while messages appear and disappear: each commanding press hits the control that was under the finger 100 ms before, or is
+// refused.
 import { join } from "node:path";
 import type { Browser, Page } from "playwright-core";
 import { afterAll, beforeAll, expect, test } from "vitest";
@@ -7,7 +8,7 @@ import { Commander } from "./commander";
 import { randomOf } from "./randomActions";
 import { browse, goTo, type Opened, open, pressFreely, type Running, run, shoot } from "./running";
 
-/** Presses at each width. */
+/** Number of presses at each width. */
 const PRESSES = Number(process.env.OPENGPAC_PRESSES ?? 40);
 const SEED = Number(process.env.OPENGPAC_SEED ?? 1);
 
@@ -35,7 +36,7 @@ interface Target {
   y: number;
 }
 
-/** One control in sight, and where its middle is; what lies under something else is none. */
+/** Returns a visible control and its centre; `null` if it is covered by something else. */
 async function aimed(page: Page, part: number): Promise<Target | null> {
   return await page.evaluate((part) => {
     const seen = [...document.querySelectorAll<HTMLElement>("button, a[href], input, select, summary")].flatMap((control) => {
@@ -49,14 +50,17 @@ async function aimed(page: Page, part: number): Promise<Target | null> {
   }, part);
 }
 
-/** A press that has reached a control: which, whether that one commands, and what had been there when it was aimed, 100 to 250 ms before. */
+/**
+ * A press that reached a control: its name, whether it commands, and the controls at that point when it was aimed at, 100 to 250 ms
+ * before.
+ */
 interface Hit {
   name: string;
   commands: boolean;
   before: string[];
 }
 
-/** Presses are taken down and do nothing. In each picture it is noted what lies at the point that is aimed at. */
+/** Records presses and suppresses their effect. Also records, in each frame, the control at the aimed point. */
 async function takeDown(page: Page): Promise<void> {
   await page.evaluate(() => {
     const taken = window as unknown as { hit: Hit[]; aim: { x: number; y: number }; seen: { time: number; name: string }[] };
@@ -88,7 +92,7 @@ async function takeDown(page: Page): Promise<void> {
   });
 }
 
-/** Aims at a point. What was seen at another point is forgotten, and something has been seen at this one when it returns. */
+/** Aims at a point. Forgets observations of other points, and returns after the first one of this point. */
 async function aim(page: Page, at: Target): Promise<void> {
   await page.evaluate((at) => {
     const taken = window as unknown as { aim: Target; seen: unknown[] };
@@ -101,7 +105,7 @@ async function aim(page: Page, at: Target): Promise<void> {
   }, at);
 }
 
-/** Something happens in the system that the page tells of. */
+/** Causes an event in the system that the page shows. */
 async function happens(kind: number): Promise<void> {
   const known = () => undefined;
   if (kind < 0.3)
@@ -142,7 +146,7 @@ test.each([390, 800, 1440])(
     await page.reload();
     await goTo(page, "Devices");
     await page.getByRole("button", { name: "Jog wrist_3 forward while held" }).waitFor();
-    // What narrow windows fold is pressed too.
+    // Controls folded in narrow windows are pressed too.
     const fold = page.getByRole("button", { name: "More: command, mode and clock" });
     if (await fold.isVisible()) await fold.click();
     await takeDown(page);
@@ -167,7 +171,7 @@ test.each([390, 800, 1440])(
         `${changed} on another control that commands nothing\n`,
     );
     expect(commanding).toBeGreaterThan(PRESSES / 10);
-    // Most go where they are aimed: nothing moves.
+    // Most presses reach their target: nothing moves.
     expect(refused).toBeLessThan(PRESSES / 5);
     await shoot(page, `messages-${width}`);
     expect(errors).toEqual([]);

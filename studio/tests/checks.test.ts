@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Pressing a finding of the editor's checks leads to its place.
+// Pressing a finding of the editor's checks leads to the affected part.
 import type { Browser, Page } from "playwright-core";
 import { afterAll, beforeAll, expect, test } from "vitest";
 import { activate, add, begin, block, choose, enter, panelOf, parameter, wire } from "./drawing";
@@ -36,7 +36,7 @@ test("a constant of another unit and a field that cannot be read are found, and 
   await choose(page, "wave");
   await enter(panelOf(page, "wave"), "frequency (Hz)", "3 rad");
   await finding(page, "cannot take '3 rad' where the unit is Hz").click();
-  // From elsewhere: the block is chosen, and the field of the constant has the focus.
+  // From another view: the block is selected, and the field of the constant has the focus.
   const focused = () => page.evaluate(() => document.activeElement?.closest("[data-place]")?.getAttribute("data-place"));
   await standsStill(page.locator('[data-box="second"]'));
   await choose(page, "second");
@@ -48,11 +48,11 @@ test("a constant of another unit and a field that cannot be read are found, and 
   await finding(page, "cannot take '3 rad'").waitFor({ state: "detached" });
   await page.getByRole("button", { name: "Command lists" }).click();
   await activate(page, "start", ["wave", "second"], "20 ms");
-  // As installation finds it: it leads from the lists to one of the two.
+  // As in the checks at installation: leads from the lists to one of the two.
   await finding(page, "'joint.commanded' has two active writers in command list 'start'").click();
   await page.locator('[data-box="wave"]').waitFor();
   await panelOf(page, "wave").waitFor();
-  // What cannot be read is found too, and nothing is installed meanwhile.
+  // Unreadable input is reported too, and nothing is installed meanwhile.
   await page.getByRole("button", { name: "Command lists" }).click();
   await page.locator('[data-list="start"]').click();
   const command = panelOf(page, "Command list start").getByRole("group", { name: "Command 2", exact: true });

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** Who commands the system beside the page: a session of the control interface. */
+/** A client that commands the system in addition to the page: a session of the control interface. */
 export class Commander {
   readonly #base: string;
   readonly #token: string;
@@ -11,19 +11,19 @@ export class Commander {
     this.#token = token;
   }
 
-  /** `url`: the page's address, with its token. */
+  /** Opens a session that commands. `url` is the page's address, with its token. */
   static async open(url: string, force = false): Promise<Commander> {
     const { origin, hash } = new URL(url);
     const made = new Commander(origin, decodeURIComponent(hash.replace("#token=", "")));
     const { session } = await made.#ask<{ session: string }>("POST", "/v1/sessions", { name: "commander", lost_after_ms: 60_000 });
     made.#session = session;
     await made.take(force);
-    // Where one is lost, the next call says that the session is.
+    // If a heartbeat is lost, the next call reports the lost session.
     made.#alive = setInterval(() => made.#ask("POST", "/v1/heartbeat").catch(() => {}), 2000);
     return made;
   }
 
-  /** One that only looks: it takes no command. */
+  /** Opens a session that only observes, without command. */
   static async look(url: string): Promise<Commander> {
     const { origin, hash } = new URL(url);
     const made = new Commander(origin, decodeURIComponent(hash.replace("#token=", "")));
@@ -37,24 +37,24 @@ export class Commander {
     return this.#ask("GET", "/v1/sessions");
   }
 
-  /** All verb instances. */
+  /** Returns all verb instances. */
   async instances(): Promise<{ id: number; name: string; verb: string; state: string }[]> {
     return (await this.call<{ instances: { id: number; name: string; verb: string; state: string }[] }>("statistics", {})).instances;
   }
 
-  /** How often something has started so far. */
+  /** Returns the number of starts so far. */
   async starts(): Promise<number> {
     const log = await this.call<{ kind: string }[]>("log", { since: 0 });
     return log.filter((entry) => entry.kind === "start").length;
   }
 
-  /** Times at which instances whose name begins so have started, ms of the system's clock. */
+  /** Returns the start times of instances whose name begins with this, ms of the system's clock. */
   async startsOf(name: string): Promise<number[]> {
     const log = await this.call<{ kind: string; about: string; time_s: number }[]>("log", { since: 0 });
     return log.filter((entry) => entry.kind === "start" && entry.about.startsWith(name)).map((entry) => entry.time_s * 1000);
   }
 
-  /** Time of the system's clock, ms. */
+  /** Returns the time of the system's clock, ms. */
   async now_ms(): Promise<number> {
     return (await this.call<number>("now", {})) / 1e6;
   }
@@ -75,7 +75,7 @@ export class Commander {
     await this.call("halt", { instance: await this.#instance(verb) });
   }
 
-  /** The present value of an SVV that is a number. */
+  /** Returns the present value of a numeric SVV. */
   async value(name: string): Promise<number> {
     const { values } = await this.call<{ values: Record<string, { value: number }> }>("read", { names: [name] });
     return values[name]?.value ?? Number.NaN;
@@ -85,7 +85,7 @@ export class Commander {
     return this.#ask<T>("POST", `/v1/call/${name}`, args);
   }
 
-  /** Who commands the system. */
+  /** Returns the name of the session that commands, or `null`. */
   async holder(): Promise<string | null> {
     return (await this.#ask<{ holder: string } | null>("GET", "/v1/command"))?.holder ?? null;
   }

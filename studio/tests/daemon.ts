@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-// A daemon with a token, for the page: its files are in one folder.
+// A daemon with a token, for the page, with all its files in one folder.
 import { type ChildProcess, execFileSync, spawn } from "node:child_process";
 import { createServer } from "node:net";
 import { join } from "node:path";
 import { BUILT, PYTHON, SURROUNDINGS } from "./running";
 
-/** A port that nothing listens on. */
+/** Returns an unused port. */
 export function freePort(): Promise<number> {
   return new Promise((found) => {
     const server = createServer();
@@ -16,18 +16,18 @@ export function freePort(): Promise<number> {
   });
 }
 
-/** A new token of role `configure` in the folder. */
+/** Creates a token of role `configure` in the folder. */
 export function tokenIn(folder: string, name = "page"): string {
   const made = ["token", "new", "--tokens", join(folder, "tokens.json"), "--role", "configure", "--name", name];
   return /gpac_\S+/.exec(execFileSync(PYTHON, ["-m", "opengpac", ...made], { env: SURROUNDINGS }).toString())?.[0] ?? "";
 }
 
-/** Starts a daemon with the tokens and recordings of the folder, of a system that blinks; resolves when it listens. */
+/** Starts a daemon with the tokens and recordings of the folder, for a system that blinks; resolves when it listens. */
 export function serve(folder: string, port: number, ...options: string[]): Promise<ChildProcess> {
   return serveProgram([join(import.meta.dirname, "restarted.py")], folder, port, ...options);
 }
 
-/** The same of the system that a program, with its arguments, leaves open. */
+/** Does the same for the system that a program, run with these arguments, leaves open. */
 export function serveProgram(program: string[], folder: string, port: number, ...options: string[]): Promise<ChildProcess> {
   const address = ["--listen", `127.0.0.1:${port}`, "--tokens", join(folder, "tokens.json"), "--socket", join(folder, "cell.sock")];
   const command = ["-m", "opengpac", "rts", ...address, "--page", BUILT, "--records", folder, ...options, ...program];

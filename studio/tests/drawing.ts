@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What somebody does in the editor: blocks, wires, parameters, lists.
+// Actions of a user in the editor: blocks, wires, parameters, lists.
 import type { Locator, Page } from "playwright-core";
 
 export async function enter(of: Page | Locator, label: string, text: string): Promise<void> {
@@ -11,7 +11,7 @@ export async function enter(of: Page | Locator, label: string, text: string): Pr
 export const panelOf = (page: Page, title: string) =>
   page.locator("section.panel").filter({ has: page.getByRole("heading", { name: title, exact: true }) });
 
-/** Adds a block under a label, with constants. */
+/** Adds a block with this label and these constants. */
 export async function block(page: Page, component: string, label: string, constants: Record<string, string> = {}): Promise<void> {
   await page.locator(`[data-component="${component}"]`).click();
   const panel = panelOf(page, component.split(".")[1] ?? "");
@@ -25,14 +25,14 @@ export async function choose(page: Page, box: string): Promise<void> {
   await panelOf(page, box).waitFor();
 }
 
-/** The way from one box to another, in widths of the first: the same at each zoom. */
+/** Returns the displacement between two boxes, in widths of the first: the same at each zoom. */
 export async function apart(page: Page, from: string, to: string): Promise<string> {
   const [one, other] = await Promise.all([from, to].map((box) => page.locator(`[data-box="${box}"]`).boundingBox()));
   if (!one || !other) return "one is out of sight";
   return [other.x - one.x, other.y - one.y].map((way) => (way / one.width).toFixed(1)).join(" ");
 }
 
-/** Draws a wire by the keyboard; `from` and `to` are ports or boundaries: the panel of the block has them. */
+/** Draws a wire with the keyboard; `from` and `to` are ports or boundaries in the panel of the block. */
 export async function wire(page: Page, label: string, field: string, other: string): Promise<void> {
   await choose(page, label);
   const choice = page.getByLabel(field, { exact: true });
@@ -41,7 +41,7 @@ export async function wire(page: Page, label: string, field: string, other: stri
   await choice.selectOption(other);
 }
 
-/** Names the cell of a wire that is chosen. */
+/** Names the cell of the selected wire. */
 export async function nameCell(page: Page, before: string, to: string): Promise<void> {
   await page.locator(`.react-flow__edge[aria-label^="${before}: "]`).first().focus();
   await page.keyboard.press("Enter");
@@ -55,7 +55,7 @@ export async function parameter(page: Page, name: string): Promise<void> {
   await panelOf(page, name).waitFor();
 }
 
-/** Adds one of what a verb has several of, and fills its fields. */
+/** Adds an entry to one of the verb's lists, and fills its fields. */
 export async function add(
   page: Page,
   title: string,
@@ -72,7 +72,7 @@ export async function add(
   for (const [label, text] of Object.entries(fields)) await enter(named, label, text);
 }
 
-/** The commands of the list that is chosen: all of them are activated at an interval. */
+/** Fills the selected list with commands: all blocks are activated at an interval. */
 export async function activate(page: Page, list: string, blocks: string[], every: string): Promise<void> {
   await page.locator(`[data-list="${list}"]`).click();
   const panel = panelOf(page, `Command list ${list}`);

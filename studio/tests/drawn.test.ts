@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Verbs of the docs are drawn in the editor from nothing, in forms and without a word of JSON, and are equal to those of Python.
+// Verbs of the docs are drawn in the editor from scratch, with forms and without any JSON, and equal those of Python.
 import { execFileSync } from "node:child_process";
 import { copyFileSync, mkdtempSync, rmSync } from "node:fs";
 import { tmpdir } from "node:os";
@@ -133,7 +133,7 @@ test("press, made of a verb of a file and one of the system, as superstates", as
   await page.locator('[data-part="approach"]').waitFor();
   await page.getByLabel("Add a verb of the system").focus();
   await page.getByLabel("Add a verb of the system").selectOption("insert");
-  // From part to part with the mouse; the arrow has the condition that ends the first one.
+  // Drawn from part to part with the mouse; the arrow gets the condition that ends the first one.
   const port = (part: string, side: string) => page.locator(`[data-part="${part}"] > .react-flow__handle.${side}:not(.back)`);
   await page.locator('[data-list="insert.start"]').waitFor();
   await port("approach", "source").dragTo(port("insert", "target"));
@@ -212,7 +212,7 @@ test("a graph in which a block runs once in five invocations", async () => {
   await block(page, "library.lowpass", "slow");
   await wire(page, "wave", "Wire wave.y to", "slow.u");
   await nameCell(page, "y", "raw");
-  // What is added while places are computed stays.
+  // Boxes added while the layout is computed stay in place.
   const before = await apart(page, "wave", "slow");
   await page.evaluate(() => {
     const buttons = [...document.querySelectorAll("button")];

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// 200 definitions that `save` wrote go through the editor's open and save, and mean the same to `gpac.load`. No browser takes part.
+// 200 definitions written by `save` pass through the editor's open and save, and mean the same to `gpac.load`. Runs without a browser.
 import { execFileSync } from "node:child_process";
 import { mkdtempSync, readdirSync, readFileSync, rmSync, writeFileSync } from "node:fs";
 import { tmpdir } from "node:os";
@@ -30,7 +30,7 @@ test("200 definitions are opened and saved, unchanged byte for byte, changed and
     const draft = draftsOf(text).find((one) => one.of.name === wanted);
     if (!draft) throw new Error(`${name} has no '${wanted}'`);
     expect(savedFile(draft, { name, text }).text, name).toBe(text);
-    // A file without a memory of the one that was opened: everything is written anew.
+    // Saved without knowledge of the opened file: everything is rewritten.
     writeFileSync(join(folder, `${name}.saved.json`), savedFile(draft, null).text);
   }
   expect(python("compare")).toContain("200 definitions");

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The data flow of a running system, and a graph that is drawn, mended, installed and looked at.
+// The data flow of a running system, and a graph that is drawn, corrected, installed and viewed.
 import { readFileSync } from "node:fs";
 import { join } from "node:path";
 import type { Browser, Page } from "playwright-core";
@@ -46,7 +46,7 @@ test("what is installed is drawn, with values that move on its wires", { timeout
   await expect.poll(() => value.textContent(), { timeout: PATIENCE_MS }).not.toBe(before);
   await page.locator('[data-box="wave"]').first().click();
   await page.getByText("library.signal_generator").waitFor();
-  // A box can be dragged, and stays where it was put.
+  // A box can be dragged, and stays where it is dropped.
   const box = page.locator('[data-box="wave"]').first();
   await standsStill(box);
   const from = await box.boundingBox();
@@ -103,7 +103,7 @@ test("what is hidden is found and shown; instances have a region each", { timeou
   expect(errors).toEqual([]);
 });
 
-/** Whether a box lies in the middle of the drawing's part that is seen. */
+/** Returns true if a box lies in the middle of the visible part of the drawing. */
 async function isSeen(page: Page, id: string): Promise<boolean> {
   const [box, canvas] = await Promise.all([
     page.locator(`.react-flow__node[data-id="${id}"]`).boundingBox(),
@@ -157,7 +157,7 @@ test("a graph is drawn, a wire refused and mended, installed, and its output see
   await page.getByText("drawn.output").locator("visible=true").first().waitFor();
   await page.waitForFunction(() => /received\s*[1-9]/i.test(document.body.textContent ?? ""));
   await shoot(page, "drawn-in-the-scope");
-  // The trial is found again where it was left.
+  // The trial is still in the same state.
   await goTo(page, "Data flow");
   await page.getByRole("button", { name: "Edit", exact: true }).click();
   await page.getByRole("button", { name: "Halt and remove drawn" }).click();
@@ -173,7 +173,7 @@ test("Ctrl+Z takes back one change of the draft, wherever the focus is, and brin
   await page.getByRole("button", { name: "New verb" }).click();
   await page.locator('[data-component="library.gain"]').click();
   await page.locator('[data-box="gain"]').waitFor();
-  // A click moves nothing: it is no step.
+  // A click moves nothing, so it adds no undo step.
   await chosen(page, "gain");
   await page.getByRole("button", { name: "Command lists" }).click();
   await page.locator("section").filter({ hasText: "Command lists" }).getByRole("button", { name: "Add" }).first().click();
@@ -207,7 +207,7 @@ test("a wire is drawn by the keyboard, to what the system says fits", { timeout:
   await wire.selectOption("gain.u");
   await chosen(page, "gain");
   await page.getByRole("button", { name: "Unwire gain.u" }).waitFor();
-  // Back to the draft that was there before.
+  // Back to the previous draft.
   await page.locator("h1").click();
   for (let step = 0; step < 5; step += 1) await page.keyboard.press("Control+z");
   expect(await page.getByLabel("Graph", { exact: true }).inputValue()).toBe("drawn");
@@ -302,7 +302,7 @@ test("a graph as a block is drawn within, and a port that disappears there is na
   await wired(page, "Wire gain.u from", "graph.output");
   await page.locator('.react-flow__edge[aria-label^="output: "]').waitFor({ state: "attached" });
 
-  // Enter chooses, and opens what is chosen.
+  // Enter selects, and opens the selection.
   await page.locator('.react-flow__node[data-id="graph"]').focus();
   await page.keyboard.press("Enter");
   await page.getByRole("button", { name: "Open graph", exact: true }).waitFor();
@@ -366,7 +366,7 @@ test("a wire that is dropped on nothing offers what fits; what is drawn is found
   const offer = page.getByRole("dialog");
   const field = offer.getByRole("combobox");
   await field.fill("logic");
-  // Of a bool nothing is offered for a double.
+  // Items of a bool are not offered for a double.
   await expect
     .poll(() => offer.getByRole("option").allTextContents(), { timeout: PATIENCE_MS })
     .not.toContainEqual(expect.stringContaining("logic_not.u"));
@@ -376,7 +376,7 @@ test("a wire that is dropped on nothing offers what fits; what is drawn is found
   await field.press("Enter");
   await page.locator('[data-box="lowpass"]').waitFor();
   await page.locator('.react-flow__edge[aria-label*="from y to u"]').waitFor({ state: "attached" });
-  // By the keyboard alone: from the port of the chosen block.
+  // With the keyboard alone: from the port of the selected block.
   await page.getByRole("button", { name: "New block at lowpass.y" }).press("Enter");
   await field.fill("gain.u");
   await offer.getByRole("option").first().getByText("gain.u").waitFor();
@@ -433,7 +433,7 @@ test("a block is placed on an interrupt source by dragging it there, or at its s
   expect(errors).toEqual([]);
 });
 
-/** Draws a wire by the keyboard, to what the system says fits. */
+/** Draws a wire with the keyboard, to a port that the system offers. */
 async function wired(page: Page, field: string, other: string): Promise<void> {
   const choice = page.getByLabel(field, { exact: true });
   await choice.focus();
@@ -459,7 +459,7 @@ async function wire(page: Page, from: string, to: string): Promise<void> {
   await page.mouse.up();
 }
 
-/** Where a port lies, once the drawing has come to rest. */
+/** Returns the centre of a port, after the drawing has settled. */
 async function middle(page: Page, port: string): Promise<{ x: number; y: number }> {
   const handle = page.locator(`[data-port="${port}"]`).first();
   let box = await handle.boundingBox();

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A verb of 200 blocks, installed and in the editor. How long the page is busy with it is asserted nowhere here: see faults/.
+// A verb of 200 blocks, installed and in the editor. For the time the page takes, see faults/.
 import { join } from "node:path";
 import type { Browser } from "playwright-core";
 import { afterAll, beforeAll, expect, test } from "vitest";
@@ -35,7 +35,7 @@ test.each([1440, 800, 390])("what is seen of 200 blocks at %i pixels can be read
     if (grouping) await page.locator(".region").first().waitFor();
     else await openAnew(page);
     await expect.poll(() => illegible(page)).toEqual([]);
-    // In groups an arm is checked, in flow.test.ts.
+    // The checks of an arm in groups are in flow.test.ts.
     if (grouping === null) expect(await axeFindings(page)).toEqual([]);
     await shoot(page, `flow-200-${width}-${grouping ?? "whole"}`);
     if (grouping) await page.getByRole("button", { name: grouping }).click();

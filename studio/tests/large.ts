@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a person does with a data flow of 200 blocks (blocks.py): looks at it as a whole, closer, elsewhere, at one block.
+// Actions of a user on a data flow of 200 blocks (blocks.py): viewing the whole, zooming, panning, selecting a block.
 import type { Page } from "playwright-core";
 import { expect } from "vitest";
 import { goTo } from "./running";
 
 export const BOXES = 200;
-/** Each wire has a value of its own. */
+/** Number of wires, each with its own value. */
 export const WIRES = 180;
 
-/** Opens the data flow, and waits until all of it is there. */
+/** Opens the data flow, and waits until it is complete. */
 export async function openFlow(page: Page): Promise<void> {
   await goTo(page, "Data flow");
   await drawnAll(page);
@@ -19,16 +19,16 @@ export async function drawnAll(page: Page): Promise<void> {
   await page.waitForFunction((boxes) => document.querySelectorAll("[data-box]").length === boxes, BOXES);
 }
 
-/** Opens the data flow again: in the window as it is now. */
+/** Reopens the data flow in the window's present size. */
 export async function openAnew(page: Page): Promise<void> {
   await goTo(page, "Log");
   await openFlow(page);
 }
 
-/** The least height of letters on the screen, px. */
+/** Minimum height of text on the screen, px. */
 const LETTERS_PX = 9;
 
-/** Titles of boxes in sight that cannot be read: letters too small, or not all of them to be seen. Where no box is in sight, that. */
+/** Returns the titles of visible boxes that cannot be read, because the text is too small or cut off. Reports it if no box is visible. */
 export async function illegible(page: Page): Promise<string[]> {
   return await page.evaluate((least) => {
     const ground = document.querySelector(".canvas")?.getBoundingClientRect();
@@ -48,7 +48,7 @@ export async function illegible(page: Page): Promise<string[]> {
   }, LETTERS_PX);
 }
 
-/** Waits until every value on a wire is another one than it was. */
+/** Waits until every value on a wire has changed. */
 export async function valuesChange(page: Page): Promise<void> {
   const shown = () => [...document.querySelectorAll(".wire-label [data-live]")].map((one) => one.textContent);
   await page.waitForFunction(() => [...document.querySelectorAll(".wire-label [data-live]")].every((one) => one.textContent !== "–"));
@@ -60,7 +60,7 @@ export async function valuesChange(page: Page): Promise<void> {
   );
 }
 
-/** How the drawing lies: moved by so much, so large. */
+/** Returns the translation and the scale of the drawing. */
 async function view(page: Page): Promise<{ x: number; y: number; scale: number }> {
   return await page.evaluate(() => {
     const { m41, m42, a } = new DOMMatrix(getComputedStyle(document.querySelector(".react-flow__viewport") as Element).transform);
@@ -68,7 +68,7 @@ async function view(page: Page): Promise<{ x: number; y: number; scale: number }
   });
 }
 
-/** Closer and back with the wheel. */
+/** Zooms in and out with the wheel. */
 export async function zoom(page: Page): Promise<void> {
   const before = await view(page);
   await page.locator(".canvas").hover();
@@ -78,7 +78,7 @@ export async function zoom(page: Page): Promise<void> {
   await drawnAll(page);
 }
 
-/** Drags the ground. */
+/** Drags the background. */
 export async function pan(page: Page): Promise<void> {
   const before = await view(page);
   const ground = await page.locator(".canvas").boundingBox();
@@ -96,7 +96,7 @@ export async function pan(page: Page): Promise<void> {
     .toEqual([120, 60, before.scale]);
 }
 
-/** Chooses a block of what is installed: it is told at the side, with values that change. */
+/** Selects an installed block: the side panel shows it, with changing values. */
 export async function choose(page: Page, block: string): Promise<void> {
   await page.locator(`[data-box="${block}"]`).click();
   await page
@@ -114,7 +114,7 @@ export async function edit(page: Page): Promise<void> {
   await page.getByText("all hold").waitFor();
 }
 
-/** Drags a block of the editor elsewhere. */
+/** Drags a block in the editor. */
 export async function move(page: Page, block: string): Promise<void> {
   const box = page.locator(`[data-box="${block}"]`);
   const before = await box.boundingBox();

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A network that freezes, delays, drops and cuts, between an operator's page and its system; and a page that is closed.
+// A network between an operator's page and its system that freezes, delays, drops and cuts; and a page that is closed.
 import { connect } from "node:net";
 import { join } from "node:path";
 import type { Browser, Page } from "playwright-core";
@@ -8,7 +8,7 @@ import { Commander } from "./commander";
 import { Link } from "./link";
 import { browse, command, type Opened, open, type Running, run, shoot, show, standsStill } from "./running";
 
-/** Presses of the emergency stop; a campaign on a quiet machine gives their number, and judges times. */
+/** Number of presses of the emergency stop; a campaign on a quiet machine sets it, and checks times. */
 const STOPS = Number(process.env.OPENGPAC_STOPS ?? 18);
 const IS_CAMPAIGN = process.env.OPENGPAC_STOPS !== undefined;
 
@@ -18,7 +18,7 @@ let link: Link;
 let operator: Opened;
 let watch: Commander;
 
-/** The page's address through the link. */
+/** Returns the page's address through the link. */
 function linked(): string {
   const url = new URL(running.url);
   url.port = String(link.port);
@@ -57,7 +57,7 @@ test("an instance of the program outlives the page that started it", async () =>
   await command(button(page, "Home").getByRole("button", { name: "Home", exact: true }), button(page, "Home").getByText(/running|ended/));
   await context.close();
   await expect.poll(async () => (await watch.sessions()).find((one) => one.name === session)?.alive ?? false).toBe(false);
-  // Whoever opens a session has what lost ones have left looked after first.
+  // Opening a session first handles the instances of lost ones.
   const again = await open(browser, running.url);
   await show(again.page, "#/panel/joint");
   const home = button(again.page, "Home");
@@ -66,7 +66,7 @@ test("an instance of the program outlives the page that started it", async () =>
   await again.context.close();
 });
 
-/** Whether the page shows what it shows as of now. */
+/** Waits until the page shows current data. */
 const isHeard = (page: Page) => page.locator('.shell[data-heard="yes"]').waitFor();
 const isUnheard = (page: Page) => page.locator('.shell[data-heard="no"]').waitFor();
 
@@ -78,7 +78,7 @@ test.each([
 ])("a network that %s is seen within a second, and what is shown is grey with its age", async (how, begin, end) => {
   const { page } = operator;
   await isHeard(page);
-  // What the page itself says is the age of the newest when it notices, and not how quick this machine is.
+  // The page's own figure is the age of the newest data when it notices, independent of this machine's speed.
   await page.evaluate(() => {
     const noticed = window as unknown as { noticed: Promise<string> };
     noticed.noticed = new Promise((found) => {
@@ -119,7 +119,7 @@ test("a press that is held up moves nothing when the network goes on", async () 
   const before = await watch.starts();
   await standsStill(home);
   link.freeze();
-  // It is pressed before the page can know that nothing arrives.
+  // Pressed before the page can know that nothing arrives.
   await home.click();
   await isUnheard(page);
   link.thaw();
@@ -127,7 +127,7 @@ test("a press that is held up moves nothing when the network goes on", async () 
     .getByText(/came \d+ ms after it was given/)
     .waitFor();
   expect(await watch.starts()).toBe(before);
-  // Pressed while the page knows that there is no connection, it is not even sent.
+  // If pressed when the page knows that there is no connection, it is not even sent.
   link.freeze();
   await isUnheard(page);
   await standsStill(home);
@@ -187,11 +187,11 @@ test("the emergency stop says at once whether it was heard, and shouts when not"
     await shout.waitFor({ state: "detached" });
     const [what] = await told();
     if (!isLost) await after();
-    // An answer that comes too late, as on a machine that has other things to do, is told as none, and then as heard.
+    // An answer that is too late, as on a busy machine, is first reported as missing, then as heard.
     expect(isLost ? ["unheard"] : ["heard", "unheard"], how).toContain(what?.[0]);
     first.set(how, [...(first.get(how) ?? []), what?.[1] ?? Infinity]);
     await isHeard(page);
-    // Messages come and go just now, and move no reset: the first press is taken.
+    // Messages appear and disappear at this time without moving the reset button: the first press is accepted.
     await command(page.getByRole("button", { name: "Reset", exact: true }), page.locator(".stopped"), "detached");
     await page.locator("button.stop.none").waitFor();
     await told();
@@ -200,7 +200,7 @@ test("the emergency stop says at once whether it was heard, and shouts when not"
   process.stdout.write(
     `emergency stop: ${STOPS} presses, told at the latest (ms): ${longest.map(([how, ms]) => `${how} ${ms.toFixed(0)}`).join(", ")}\n`,
   );
-  // A page that computes says it when it has the time, and so does one on a machine that has other things to do.
+  // A busy page reports it when it has time, as does one on a busy machine.
   if (!IS_CAMPAIGN) return;
   for (const [how, ms] of longest) if (how !== "is busy") expect(ms, how).toBeLessThanOrEqual(300);
 });
@@ -216,7 +216,7 @@ test("a stop is heard while no answer comes to what the page has asked for", asy
   }
   await expect.poll(() => link.held).toBeGreaterThanOrEqual(3);
   await page.getByRole("button", { name: "Emergency stop" }).click();
-  // Were there no room for it, it would wait for a minute, until the browser gives up one of those that are held.
+  // Without a free connection it would wait for a minute, until the browser gives up one of the held ones.
   await page.locator("button.stop.heard").waitFor({ timeout: 10_000 });
   await page.locator(".stopped").getByText("pressed in the studio").waitFor();
   link.hold(false);
@@ -224,7 +224,7 @@ test("a stop is heard while no answer comes to what the page has asked for", asy
   await command(page.getByRole("button", { name: "Reset", exact: true }), page.locator(".stopped"), "detached");
 });
 
-/** Something between page and system answers the stop: it is overloaded, or has no room. Returns what ends that. */
+/** Makes something between page and system answer the stop: it is overloaded, or has no capacity. Returns a function that ends this. */
 async function answered(page: Page): Promise<() => Promise<void>> {
   let status = 503;
   await page.route("**/emergency_stop", (route) => {
@@ -234,7 +234,7 @@ async function answered(page: Page): Promise<() => Promise<void>> {
   return () => page.unroute("**/emergency_stop");
 }
 
-/** All 64 connections that a caller may have are open, and more are asked for. Returns what closes them. */
+/** Opens all 64 connections that a caller may have, and tries more. Returns a function that closes them. */
 async function crowded(): Promise<() => Promise<void>> {
   const { host, hash, port } = new URL(running.url);
   const token = decodeURIComponent(hash.replace("#token=", ""));
@@ -251,7 +251,7 @@ async function crowded(): Promise<() => Promise<void>> {
   };
 }
 
-/** The page computes for 50 ms of each 60. Returns what ends that. */
+/** Makes the page compute for 50 ms of each 60. Returns a function that ends this. */
 async function busy(page: Page): Promise<() => Promise<void>> {
   const beat = await page.evaluate(() =>
     Number(

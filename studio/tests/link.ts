@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The network between a page and its system, as a test wants it: it freezes, delays, drops and cuts.
+// The network between a page and its system, controlled by a test: it freezes, delays, drops and cuts.
 import { connect, createServer, type Server, type Socket } from "node:net";
 
 export class Link {
@@ -17,7 +17,7 @@ export class Link {
     this.port = port;
   }
 
-  /** A link to a port of this machine. */
+  /** Creates a link to a port of this machine. */
   static to(target: number): Promise<Link> {
     return new Promise((made) => {
       let link: Link | null = null;
@@ -32,36 +32,36 @@ export class Link {
     });
   }
 
-  /** Nothing arrives, on either side; nobody is told. New connections are taken, and are as silent. */
+  /** Stops all data in both directions, without notice. New connections are accepted and are just as silent. */
   freeze(): void {
     this.#isFrozen = true;
     for (const pair of this.#pairs) for (const socket of pair) socket.pause();
   }
 
-  /** What was held up arrives. */
+  /** Delivers everything that was held up. */
   thaw(): void {
     this.#isFrozen = false;
     for (const pair of this.#pairs) for (const socket of pair) socket.resume();
   }
 
-  /** Everything arrives so much later. */
+  /** Delays everything by `ms`. */
   delay(ms: number): void {
     this.#delay_ms = ms;
   }
 
-  /** Loses all that is sent, for as long as it is so; connections stay. */
+  /** Drops all data while set; connections stay. */
   drop(drops: boolean): void {
     this.#drops = drops;
   }
 
-  /** No request of the page comes on but a stop of everything and a sign of life; `false`: those that were held come on now. */
+  /** Holds every request of the page except a stop of everything and a heartbeat; `false` delivers the held ones. */
   hold(holds: boolean): void {
     const held = this.#held ?? [];
     this.#held = holds ? [] : null;
     for (const send of held) send();
   }
 
-  /** How many requests are held. */
+  /** Number of held requests. */
   get held(): number {
     return this.#held?.length ?? 0;
   }
@@ -112,7 +112,7 @@ export class Link {
   }
 }
 
-/** Any request other than a stop of everything or a sign of life. */
+/** Returns true for any request other than a stop of everything or a heartbeat. */
 function isHeld(bytes: Buffer): boolean {
   const line = bytes.subarray(0, 60).toString("latin1");
   return /^(GET|POST) \/v1\//.test(line) && !/emergency_stop|heartbeat/.test(line);

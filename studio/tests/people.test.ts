@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Two people at one system: who commands, alarms one by one, workspaces that both see, and the operator's panel on a tablet.
+// Two people at one system: command, individual alarms, shared workspaces, and the operator's panel on a tablet.
 import { readFileSync } from "node:fs";
 import { join } from "node:path";
 import type { Browser, Page } from "playwright-core";
@@ -45,7 +45,7 @@ test("the operator's panel of a program fits a tablet, is touched with a finger,
   expect(await page.locator("[data-button] .start").allTextContents()).toEqual(["Home", "Reach out", "Sway"]);
   expect(await page.getByRole("navigation").count()).toBe(0);
   expect(await page.getByRole("link").allTextContents(), "it leads nowhere else").toEqual(["Leave the panel"]);
-  // The emergency stop begins where it always does, and is the largest thing that can be pressed.
+  // The emergency stop begins at its usual place, and is the largest control.
   for (const width of [360, 390, 600, 800, 1000, 1024, 1280, 1440, 1920]) {
     await page.setViewportSize({ width, height: 900 });
     const [stop, ...others] = await page.evaluate(() =>
@@ -132,7 +132,7 @@ test("a panel leads back from an emergency stop: reset, enable, and its own butt
     .waitFor();
   const acknowledge = page.getByRole("button", { name: /^Acknowledge emergency_stop/ }).first();
   await command(acknowledge, acknowledge, "detached");
-  // As the test before has left it.
+  // State left by the previous test.
   await command(page.getByRole("button", { name: "Sway", exact: true }), button(page, "Sway").getByText(/^running/));
   await page.setViewportSize({ width: 1024, height: 768 });
 });
@@ -154,7 +154,7 @@ test("command is asked for by name, declined with a reason, handed over; stoppin
   expect(await stopRectangles(other), "it waits").toEqual([STOP]);
   expect(await axeFindings(holder)).toEqual([]);
   expect(await axeFindings(other)).toEqual([]);
-  // Who waits for command stops all the same.
+  // A session that waits for command can still stop.
   await show(other, "#/panel/joint");
   await command(other.getByRole("button", { name: "Halt Sway" }), button(other, "Sway").getByText("ended: halted"));
   await asked.getByLabel(/^Why/).fill("in a minute");
@@ -220,7 +220,7 @@ test("an alarm is shelved with a reason and a time, is told of, and comes back",
   await other.take();
   await other.call("clear_alarm", { code: "E102" });
   await other.call("acknowledge_alarms", {});
-  // Nothing else is raised: the place of messages says that one is shelved, and where.
+  // No other alarm is raised: the message area states that one is shelved, with a link to it.
   await page.getByRole("link", { name: "1 alarm is shelved" }).waitFor();
   await command(shelved.getByRole("button", { name: "Unshelve E101 of elbow" }), list.locator('[data-alarm="E101"]'));
   const { current } = await other.call<{ current: { shelvings: { who: string; reason: string; ended_by: string }[] }[] }>("alarms", {});
@@ -241,7 +241,7 @@ async function write(page: Page, kind: string, fill: (form: ReturnType<Page["get
   await form.waitFor({ state: "detached" });
 }
 
-/** Where a panel stands, by its heading. */
+/** Returns the bounding box of a panel, found by its heading. */
 async function place(page: Page, heading: string) {
   const box = await page
     .locator(".docked")
@@ -276,13 +276,13 @@ test("a workspace is composed with the mouse and the keyboard, kept, and seen by
     .locator(".react-flow__node")
     .first()
     .waitFor();
-  // By the keyboard: what divides two panels, and where a panel stands.
+  // With the keyboard: the divider between two panels, and the position of a panel.
   const before = await place(page, "Elbow");
   await page.getByRole("separator", { name: "Width of the panels beside it" }).press("ArrowRight");
   await expect.poll(async () => (await place(page, "Elbow")).width).toBeGreaterThan(before.width + 5);
   await page.getByLabel("Move Verb sway", { exact: true }).selectOption({ label: "to its left edge" });
   await expect.poll(async () => (await place(page, "Verb sway")).x).toBeLessThan((await place(page, "Elbow")).x);
-  // With the mouse: by its heading to the lower side of another one.
+  // With the mouse: dragged by its heading to the lower side of another panel.
   const target = await place(page, "Curve");
   await page.getByRole("tab", { name: "Verb sway" }).hover();
   await page.mouse.down();
@@ -305,7 +305,7 @@ test("a workspace is composed with the mouse and the keyboard, kept, and seen by
     layout: { row: [{ panel: "values", title: "Elbow" }, { column: [{ panel: "plot" }, { panel: "verb" }] }] },
   });
 
-  // Another person, and what a program has shipped is not theirs to change.
+  // A different person may not change a workspace that a program has shipped.
   await show(anna.page, "#/workspaces/mine");
   await anna.page.getByRole("tab", { name: "Curve" }).waitFor();
   await anna.page.setViewportSize({ width: 390, height: 844 });

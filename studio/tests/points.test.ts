@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Taught points in the page: seen, taught, gone to, renamed, deleted and put back, in the file that the program reads and writes too.
+// Taught points in the page: shown, taught, approached, renamed, deleted and restored, in the file that the program also reads and writes.
 import { readFileSync, writeFileSync } from "node:fs";
 import { join } from "node:path";
 import type { Browser, Page } from "playwright-core";

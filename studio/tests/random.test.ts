@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Anything is done in the editor, by chance: no exception comes of it, and Undo leads exactly back to the start. A share of it, with another
-// seed each day; `npm run test:random` does 10,000 actions. OPENGPAC_SEED, OPENGPAC_ACTIONS: another seed, or so many actions.
+// Random actions in the editor: none raises an exception, and Undo leads exactly back to the start. A part of the campaign runs each day
+// with a new seed; `npm run test:random` runs 10,000 actions. OPENGPAC_SEED sets the seed, OPENGPAC_ACTIONS the number of actions.
 import { join } from "node:path";
 import type { Browser, Page } from "playwright-core";
 import { afterAll, beforeAll, expect, test } from "vitest";
@@ -10,7 +10,7 @@ import { browse, goTo, type Opened, open, type Running, run } from "./running";
 const DAY_MS = 86_400_000;
 const SEED = Number(process.env.OPENGPAC_SEED ?? Math.floor(Date.now() / DAY_MS));
 const ACTIONS = Number(process.env.OPENGPAC_ACTIONS ?? 160);
-/** In one round: each may be two changes, and 200 can be taken back. */
+/** Number of actions in one round: each may be two changes, and 200 can be undone. */
 const ROUND = 80;
 
 let running: Running;
@@ -34,7 +34,7 @@ afterAll(async () => {
 
 const keptText = (page: Page) => page.evaluate(() => sessionStorage.getItem("opengpac.draft") ?? "");
 
-/** Begins a round, with nothing before it that could be taken back: what Undo leaves behind, and a change then replaces, is gone for good. */
+/** Begins a round with an empty undo history, since a change after Undo permanently discards the undone states. */
 async function begin(page: Page, kind: number): Promise<string> {
   const start = await opened(page, kind);
   await page.reload();
@@ -48,7 +48,7 @@ async function begin(page: Page, kind: number): Promise<string> {
   return start;
 }
 
-/** Opens what a round begins with, a verb, a graph with one within, or a composition, and waits until it lies where it is to lie. */
+/** Opens the initial draft of a round, a verb, a nested graph, or a composition, and waits until its layout has settled. */
 async function opened(page: Page, kind: number): Promise<string> {
   if (kind === 2) {
     await page.getByRole("button", { name: "New composition" }).click();
@@ -73,7 +73,7 @@ async function opened(page: Page, kind: number): Promise<string> {
   return await keptText(page);
 }
 
-/** Takes back until the draft is that text; how many steps it were. Errors: `Error` where that never comes. */
+/** Undoes until the draft equals this text; returns the number of steps. Throws an `Error` if it never does. */
 async function undoTo(page: Page, text: string): Promise<number> {
   return await page.evaluate(async (wanted) => {
     const button = () =>
@@ -92,7 +92,7 @@ const rounds = Array.from({ length: Math.ceil(ACTIONS / ROUND) }, (_, round) => 
 
 test.each(rounds)("seed %i: no exception, and Undo leads exactly back to the start", { timeout: 900_000 }, async (seed) => {
   const { page, errors } = studio;
-  // What an earlier round found is told there.
+  // Errors of an earlier round have been reported already.
   errors.length = 0;
   const start = await begin(page, seed % 3);
   const random = randomOf(seed);
@@ -102,7 +102,7 @@ test.each(rounds)("seed %i: no exception, and Undo leads exactly back to the sta
     const isBroken = (await page.getByText("This draft cannot be shown").count()) > 0;
     expect([...errors, ...(isBroken ? ["the draft cannot be shown"] : [])], `seed ${seed}:\n${done.join("\n")}`).toEqual([]);
   }
-  // What was begun is let go of: a wire, a field.
+  // Abandons an unfinished wire or field.
   await page.keyboard.press("Escape");
   const back = await undoTo(page, start).catch((why: Error) => why.message);
   expect(back, `seed ${seed}:\n${done.join("\n")}`).toBeTypeOf("number");

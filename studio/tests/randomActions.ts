@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// What somebody may do in the editor who does anything: buttons, fields, choices, keys, boxes and wires with the mouse. Which, a seed says.
+// Random actions in the editor: buttons, fields, choices, keys, boxes and wires with the mouse, chosen by a seed.
 import type { Page } from "playwright-core";
 
-/** Numbers from 0 up to 1, the same for the same seed. */
+/** Returns pseudo-random numbers from 0 up to 1, the same for the same seed. */
 export function randomOf(seed: number): () => number {
   let state = seed >>> 0;
   return () => {
@@ -13,7 +13,7 @@ export function randomOf(seed: number): () => number {
   };
 }
 
-/** What is typed: names, numbers, times, lists, and what no field wants. */
+/** Texts to type: names, numbers, times, lists, and values that no field accepts. */
 const TEXTS = [
   "",
   "x",
@@ -52,18 +52,18 @@ const KEYS = [
 ];
 const COPYING = ["Control+a", "Control+c", "Control+v", "Control+x", "Control+d"];
 
-/** Where something is that was chosen; null: there is none, or it lies under something else. */
+/** Location of a selected element; null if there is none or it is covered. */
 interface Spot {
   what: string;
   x: number;
   y: number;
 }
 
-/** Finds one of the elements, brings it into sight, and tells where it is; `part` from 0 up to 1 says which. */
+/** Selects one of the elements by `part`, from 0 up to 1, scrolls it into view, and returns its location. */
 async function spot(page: Page, selector: string, part: number): Promise<Spot | null> {
   return await page.evaluate(
     ([selector, part]) => {
-      // What changes the running system, and what asks the person for a file, is not the draft's.
+      // Controls that change the running system or ask for a file do not belong to the draft.
       const isOthers = (element: Element) =>
         element.closest("section")?.querySelector("h2")?.textContent === "Install" || (element as HTMLInputElement).type === "file";
       const all = [...document.querySelectorAll<HTMLElement>(selector)].filter(
@@ -85,7 +85,7 @@ async function spot(page: Page, selector: string, part: number): Promise<Spot | 
 
 const EDITOR = ".flow.editing";
 
-/** Does one thing; tells what it was. */
+/** Performs one action; returns its description. */
 export async function act(page: Page, random: () => number): Promise<string> {
   const pick = <T>(of: readonly T[]): T => of[Math.floor(random() * of.length)] as T;
   const [kind, part, other] = [random(), random(), random()];
@@ -141,7 +141,7 @@ export async function act(page: Page, random: () => number): Promise<string> {
     return `press ${key}`;
   }
   if (kind < 0.75) return await click(`${EDITOR} .react-flow__node`);
-  // Into a graph, and the way back; what a wire that leads to nothing is offered; what was sought.
+  // Into a graph and back; the offers for a wire that ends nowhere; the search results.
   if (kind < 0.77) return await click(`${EDITOR} .box .opens`);
   if (kind < 0.79) return await click(`${EDITOR} .way button, ${EDITOR} .offer [role="option"], ${EDITOR} .find-corner button`);
   if (kind < 0.82) return await click(`${EDITOR} .react-flow__edge-interaction`);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A recording in the same views as the running system: everything stands at one cursor, with the values of gpac.open_recording.
+// A recording in the views of the running system: all views show the time of one cursor, with the values of gpac.open_recording.
 import { type ChildProcess, execFileSync } from "node:child_process";
 import { mkdtempSync, readFileSync, rmSync } from "node:fs";
 import { tmpdir } from "node:os";
@@ -15,7 +15,7 @@ interface Said {
   min: number;
   max: number;
   conditions: { time_s: number; about: string; text: string }[];
-  /** Times, s, and the value then. */
+  /** Times, s, and the values at them. */
   at: [number, number][];
 }
 
@@ -40,12 +40,12 @@ afterAll(async () => {
   rmSync(folder, { recursive: true, force: true });
 });
 
-/** The time at which the views stand, s. */
+/** Returns the time at which the views stand, s. */
 async function cursor(page: Page): Promise<number> {
   return Number.parseFloat((await page.getByTestId("cursor").textContent()) ?? "");
 }
 
-/** Presses and waits until the cursor is another one. */
+/** Presses a button and waits until the cursor has moved. */
 async function press(page: Page, name: string): Promise<[number, number]> {
   const before = await cursor(page);
   await page.getByRole("region", { name: "Time", exact: true }).getByRole("button", { name, exact: true }).click();
@@ -90,7 +90,7 @@ test("the path of the tool, a ghost of what is commanded and frames are drawn at
   await beside.getByLabel("frames").check();
   const stage = page.locator('.stage[data-ghost="commanded"]');
   await stage.waitFor();
-  // The joint sways by 0.4 rad within these 10 s: the tool has been at many places.
+  // The joint sways by 0.4 rad within these 10 s: the tool has been in many positions.
   await expect.poll(async () => Number(await stage.getAttribute("data-path"))).toBeGreaterThan(20);
   await press(page, "Next condition");
   await expect.poll(async () => Number(await stage.getAttribute("data-path"))).toBeGreaterThan(20);
@@ -109,7 +109,7 @@ test("at every time the views have the values of gpac.open_recording", async () 
   const shown = page.locator(`[data-live="${said.name}"]`).first();
   const slider = page.getByLabel("Time in the recording");
   for (const [moment, value] of said.at) {
-    // The nearest step of the slider, and from there by firings to the time itself.
+    // The nearest step of the slider, and from there by firings to the exact time.
     await slider.evaluate(
       (element, [time]) => {
         const of = element as HTMLInputElement;
@@ -176,7 +176,7 @@ test("the scope shows the whole recording, measured over all its values", async 
     await page.mouse.click(box.x + box.width * 0.75, box.y + box.height / 2);
     return await cursor(page);
   };
-  // The values are told before they are drawn, and where nothing is drawn no place is a time: pressed until there is.
+  // The values are listed before they are drawn, and until then a position on the screen has no time: repeats the press.
   await expect.poll(pressed, { interval: 1000 }).not.toBe(before);
   expect(await cursor(page)).toBeGreaterThan(8);
   await shoot(page, "recorded-scope");
@@ -194,7 +194,7 @@ test("a formula over traces is a trace, and one that is not understood is refuse
   const cell = (name: string) => page.locator(`tr[data-trace="${text}"] [data-cell="${name}"]`);
   await expect.poll(async () => Number(await cell("max").textContent())).toBeCloseTo(2 * said.max + 1, 3);
   expect(Number(await cell("min").textContent())).toBeCloseTo(2 * said.min + 1, 3);
-  // What is computed is not counted among the values of the recording.
+  // Computed values are not counted among those of the recording.
   expect(((await page.getByTestId("values").textContent()) ?? "").replace(/\D/g, "")).toBe(String(said.count));
   await shoot(page, "recorded-formula");
   expect(await axeFindings(page)).toEqual([]);
@@ -202,7 +202,7 @@ test("a formula over traces is a trace, and one that is not understood is refuse
   await cell("max").waitFor({ state: "detached" });
 });
 
-/** What a press saves. */
+/** Returns the text that a press saves. */
 async function saved(page: Page, name: string): Promise<string> {
   const coming = page.waitForEvent("download");
   await page.getByRole("toolbar", { name: "Scope" }).getByRole("button", { name, exact: true }).click();
@@ -240,7 +240,7 @@ test("two runs lie over each other, aligned at a condition", async () => {
     const [here, there] = await at("a");
     return here === undefined || there === undefined ? Number.NaN : Math.abs(here - there);
   };
-  // From the beginning one is 0.7 s behind the other.
+  // Initially, one is 0.7 s behind the other.
   await expect.poll(apart).toBeGreaterThan(0.05);
   await tools.getByLabel("Aligned at").selectOption("sway: rose");
   await tools.getByLabel("here", { exact: true }).selectOption({ label: "1 of 3" });
@@ -299,9 +299,9 @@ test("the running system can be held still, and goes on", async () => {
     const now = await clock();
     await expect.poll(clock).not.toBe(now);
   };
-  // All lines that there are: how many of them are drawn goes by what is in sight.
+  // All existing lines: the number drawn depends on the visible part.
   const lines = () => page.getByRole("group", { name: "Lines of the log" }).evaluate((box) => box.firstElementChild?.clientHeight ?? 0);
-  // The system goes on: its clock at the top does, the lines do not.
+  // The system continues: its clock at the top advances, the lines do not.
   await passes();
   const held = await lines();
   await passes();

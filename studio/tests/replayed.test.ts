@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A recording is run again from the page: equal runs say so, the first difference is marked on the axis. Spectra and plots of it.
+// A recording is replayed from the page: equal runs are reported, and the first difference is marked on the axis. Also its spectra and
+// plots.
 import type { ChildProcess } from "node:child_process";
 import { mkdtempSync, readFileSync, rmSync } from "node:fs";
 import { tmpdir } from "node:os";
@@ -40,7 +41,7 @@ test("equal runs say so, and the first difference of other code is marked on the
   await replay.getByRole("button", { name: "Replay" }).click();
   await replay.getByText("first difference").waitFor();
   expect(await replay.getByRole("status").textContent()).toContain("bench.n: recorded 1000, now 1001");
-  // Half of the 2 s, on the slider; a press goes there.
+  // Half of the 2 s, on the slider; a press moves the cursor there.
   const [slider, mark] = [await page.getByLabel("Time in the recording").boundingBox(), await page.getByTestId("difference").boundingBox()];
   expect(((mark?.x ?? 0) + 1.5 - (slider?.x ?? 0)) / (slider?.width ?? 1)).toBeCloseTo(0.5, 1);
   await replay.getByRole("status").getByRole("button").click();
@@ -61,7 +62,7 @@ test("traces in two plots have one time axis, and the spectrum has the frequency
   await page.getByRole("button", { name: "More for bench.y" }).click();
   await page.getByLabel("Plot", { exact: true }).selectOption({ label: "2" });
   await expect.poll(() => page.locator(".one-plot").count()).toBe(2);
-  // They are built anew when the second one comes.
+  // They are rebuilt when the second one appears.
   const [upper, lower] = [page.locator('[data-plot="1"] .u-over'), page.locator('[data-plot="2"] .u-over')];
   const wide = async (over: typeof upper) => {
     const box = await over.boundingBox();
@@ -77,7 +78,7 @@ test("traces in two plots have one time axis, and the spectrum has the frequency
   await tools.getByLabel("Along x").selectOption("frequency");
   await tools.getByLabel("Window").selectOption("flat top");
   await expect.poll(async () => Number(await cell("hz").textContent())).toBeCloseTo(50, 0);
-  // The table has what the window before gave until it is computed anew.
+  // Until it is recomputed, the table shows the values of the previous window.
   await expect.poll(async () => Number(await cell("peak").textContent())).toBeCloseTo(0.5, 2);
   await page.getByTestId("axis").getByText("at 1000 Hz").waitFor();
   for (const look of LOOKS) {
@@ -88,7 +89,7 @@ test("traces in two plots have one time axis, and the spectrum has the frequency
     const wide = () => page.evaluate(() => document.documentElement.scrollWidth - document.documentElement.clientWidth);
     await expect.poll(wide, { message: `wider than ${look.width} pixels` }).toBeLessThanOrEqual(0);
   }
-  // Closer by the keyboard and by drag, and back; the file is of what is seen.
+  // Zoomed in with the keyboard and by drag, and back; the file contains the visible range.
   await page.setViewportSize({ width: 1440, height: 900 });
   const screen = page.getByRole("group", { name: /^Screen\./ });
   await screen.focus();

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A daemon that is killed and started again under a page that is open: nothing of the earlier run counts as present.
+// A daemon that is killed and restarted under an open page: no data of the earlier run is shown as present.
 import type { ChildProcess } from "node:child_process";
 import { mkdtempSync, rmSync, statSync } from "node:fs";
 import { tmpdir } from "node:os";
@@ -43,7 +43,7 @@ afterAll(async () => {
 test("a recording is begun from the page, seen to grow, and stopped", async () => {
   const { page, errors } = studio;
   await goTo(page, "Recordings");
-  // The ending is the page's to add: a file without it would not be listed, and could not be stopped.
+  // The page must add the extension: a file without it would not be listed, and could not be stopped.
   await page.getByLabel("File").fill("run");
   await page.getByText("is run.mcap, in the system's folder").waitFor();
   await page.getByRole("button", { name: "Record", exact: true }).click();
@@ -53,7 +53,7 @@ test("a recording is begun from the page, seen to grow, and stopped", async () =
   await row.getByText("complete").waitFor();
   expect(await row.locator("td.number").last().textContent()).toMatch(/[1-9].* (B|KiB|MiB)$/);
   expect(statSync(join(folder, "run.mcap")).size).toBeGreaterThan(0);
-  // A name with a folder in it is refused: the words of the system stand beside the button.
+  // A name with a folder in it is refused, and the system's message appears next to the button.
   await page.getByLabel("File").fill("no/such.mcap");
   await page.getByRole("button", { name: "Record", exact: true }).click();
   await page.getByText("a recording cannot be named").waitFor();
@@ -84,7 +84,7 @@ test("what the log has of the earlier run says so, and the new run's entries com
   const earlier = page.locator(".line.earlier");
   await earlier.first().waitFor();
   expect(await earlier.first().textContent()).toContain("earlier run");
-  // All lines of the earlier run stand before those of the present one.
+  // All lines of the earlier run precede those of the present one.
   const kinds = await page.locator(".line").evaluateAll((lines) => {
     const sorted = lines.sort(
       (one, other) => Number.parseFloat((one as HTMLElement).style.top) - Number.parseFloat((other as HTMLElement).style.top),
@@ -106,6 +106,6 @@ test("the history of an instance is of the present run alone", async () => {
   expect(times.length).toBeGreaterThan(0);
   expect(Math.max(...times)).toBeLessThanOrEqual((now ?? 0) + 1);
   expect([...times].sort((a, b) => b - a)).toEqual(times);
-  // What failed while nobody answered is no error of the page.
+  // Requests that failed while nothing answered are not errors of the page.
   expect(errors.filter((error) => !/ERR_CONNECTION|WebSocket|Failed to load resource/.test(error))).toEqual([]);
 });

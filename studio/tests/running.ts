@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A running system with its page, and a browser that looks at it.
+// A running system with its page, and a browser that views it.
 import { type ChildProcess, spawn } from "node:child_process";
 import { copyFileSync, existsSync, mkdirSync, mkdtempSync } from "node:fs";
 import { tmpdir } from "node:os";
@@ -9,12 +9,12 @@ import { type Browser, type BrowserContext, chromium, type Locator, type Page } 
 import { afterEach, expect } from "vitest";
 
 export const ROOT = resolve(import.meta.dirname, "../..");
-/** Where screenshots are kept. */
+/** Folder of the screenshots. */
 export const OUT = join(ROOT, "out/studio");
-/** The page that is served. */
+/** Folder of the served page. */
 export const BUILT = join(ROOT, "python/opengpac/studio_page");
 export const PYTHON = process.env.OPENGPAC_PYTHON ?? join(ROOT, ".venv/bin/python");
-/** Recordings that no folder is named for lie in one of the test's own. */
+/** Recordings without a named folder go to the test's own. */
 const DATA = mkdtempSync(join(tmpdir(), "opengpac-studio-"));
 export const SURROUNDINGS = {
   ...process.env,
@@ -22,13 +22,13 @@ export const SURROUNDINGS = {
   PYTHONUNBUFFERED: "1",
   XDG_DATA_HOME: DATA,
 };
-/** How long anything that is waited for may take, ms: the machines of tests are slow. */
+/** Limit of any wait, ms: test machines are slow. */
 export const PATIENCE_MS = Number(process.env.OPENGPAC_PATIENCE_MS ?? 90_000);
 
 export interface Running {
-  /** The page's address, with its token. */
+  /** Address of the page, with its token. */
   url: string;
-  /** What the program and the system have said. */
+  /** Returns the output of the program and the system. */
   said: () => string;
   stop: () => Promise<void>;
 }
@@ -59,24 +59,24 @@ function stop(process_: ChildProcess): Promise<void> {
   });
 }
 
-/** `graphics`: with a computed graphics card, which 3-D needs; without, everything else is several times as fast. */
+/** Starts a browser. `graphics` enables software rendering, which 3-D needs; everything else is several times faster without it. */
 export async function browse(graphics = true): Promise<Browser> {
   const fetched = new URL("../../.venv/browser/chromium", import.meta.url).pathname;
   const known = [process.env.CHROMIUM, "/usr/bin/chromium", "/usr/bin/chromium-browser", "/usr/bin/google-chrome", fetched];
   const executablePath = known.find((path) => path !== undefined && existsSync(path));
   if (!executablePath) throw new Error("there is no browser: install Debian's chromium, or name one with CHROMIUM=");
-  // The sandbox needs rights that containers and root lack; the graphics are computed, for there is no card.
+  // The sandbox needs privileges that containers lack and does not work as root; rendering is in software, as there is no graphics card.
   return await chromium.launch({
     executablePath,
     args: ["--no-sandbox", ...(graphics ? ["--use-angle=swiftshader", "--enable-unsafe-swiftshader"] : ["--disable-gpu"])],
   });
 }
 
-/** A page of the studio, with everything that went wrong in it. */
+/** A page of the studio, with the errors that occurred in it. */
 export interface Opened {
   page: Page;
   context: BrowserContext;
-  /** Errors of the console, and exceptions that nobody caught. */
+  /** Console errors and uncaught exceptions. */
   errors: string[];
 }
 
@@ -102,7 +102,7 @@ export async function open(browser: Browser, url: string, look: Look = LOOKS[0] 
   const page = await context.newPage();
   const errors: string[] = [];
   page.on("console", (message) => {
-    // The browser tells of each call and each request for command that was refused: the page shows it where it was asked, and that is no error.
+    // The browser reports each refused call and request for command: the page shows the refusal in place, so this is not an error.
     const isRefused = /\/v1\/(call\/|command$)/.test(message.location().url) && message.text().startsWith("Failed to load resource");
     if (message.type() === "error" && !isRefused) errors.push(`${message.text()} (${message.location().url})`);
   });
@@ -117,7 +117,7 @@ export async function goTo(page: Page, view: string): Promise<void> {
   await page.getByRole("main", { name: view }).waitFor();
 }
 
-/** The pictures of the docs, by the names of screenshots: renewed with OPENGPAC_WRITE_PICTURES=1. */
+/** Pictures of the docs, by the names of screenshots; updated with OPENGPAC_WRITE_PICTURES=1. */
 const PICTURES: Record<string, string> = { "verbs-1440-light": "studio-verbs", "scope-trigger": "studio-scope" };
 
 export async function shoot(page: Page, name: string): Promise<void> {
@@ -128,7 +128,7 @@ export async function shoot(page: Page, name: string): Promise<void> {
   if (picture && process.env.OPENGPAC_WRITE_PICTURES) copyFileSync(shot, join(ROOT, "docs/pictures", `${picture}.png`));
 }
 
-/** What axe finds wrong, in words. */
+/** Returns a description of each violation that axe finds. */
 export async function axeFindings(page: Page): Promise<string[]> {
   if (!(await page.evaluate(() => "axe" in window))) await page.evaluate(axe.source);
   const found = await page.evaluate(async () => {
@@ -142,12 +142,12 @@ export async function axeFindings(page: Page): Promise<string[]> {
   return found.map((one) => `${one.id}: ${one.help}: ${one.where.join(" | ")}`);
 }
 
-/** How long a control stands still before a person presses it, ms. */
+/** Time that a control stands still before a person presses it, ms. */
 const AIMED_MS = 200;
 
-/** Names of controls that command and were pressed by a test that had not aimed: the page may refuse such a press on a slow machine. */
+/** Names of commanding controls that a test pressed without aiming: the page may refuse such a press on a slow machine. */
 const unaimed: string[] = [];
-/** Pages whose test presses anything at any time, and expects refusals. */
+/** Pages whose test presses any control at any time, and expects refusals. */
 const pressingFreely = new WeakSet<Page>();
 
 afterEach(() => {
@@ -159,7 +159,7 @@ export function pressFreely(page: Page): void {
   pressingFreely.add(page);
 }
 
-/** Runs in the page, before its own scripts: tells of each press of a control that commands and was not aimed at. */
+/** Runs in the page, before its own scripts: reports each press of a commanding control that was not aimed at. */
 function watchForUnaimed(): void {
   const told = window as unknown as { aimed?: string; tellUnaimed: (name: string) => void };
   const press = (event: PointerEvent) => {
@@ -171,8 +171,8 @@ function watchForUnaimed(): void {
 }
 
 /**
- * Presses a control that commands, as a person does: once it stands still, and again where the page says that the press came too late or
- * that something else was there when it was aimed. Waits for what it leads to.
+ * Presses a commanding control as a person does: after it stands still, and again if the page reports that the press was too late or
+ * that something else was there when it was aimed at. Waits for the result.
  */
 export async function command(control: Locator, led: Locator, state: "visible" | "detached" = "visible"): Promise<void> {
   const page = control.page();
@@ -193,12 +193,12 @@ export async function command(control: Locator, led: Locator, state: "visible" |
   }
 }
 
-/** Waits until an element has kept its place for as long as a person looks before a press. */
+/** Waits until an element has kept its position for as long as a person aims. */
 export async function standsStill(element: Locator): Promise<void> {
   await element.evaluate(standStill, AIMED_MS);
 }
 
-/** Runs in the page. */
+/** Runs in the page: resolves when the element has stood still for this time. */
 function standStill(element: Element, for_ms: number): Promise<void> {
   return new Promise((over) => {
     let place = "";
@@ -215,20 +215,23 @@ function standStill(element: Element, for_ms: number): Promise<void> {
   });
 }
 
-/** From the narrowest window to the widest. */
+/** Window widths, from the narrowest to the widest. */
 const WIDTHS = [360, 390, 800, 1000, 1280, 1440, 1920];
 
-/** Where the emergency stop stands, in every view, state and width; and nothing may be wider than the window. */
+/** Rectangle of the emergency stop in every view, state and width; nothing may be wider than the window. */
 export const STOP = JSON.stringify({ x: 8, y: 4, width: 140, height: 44 });
 
-/** On an operator's panel it begins at the same point, and is the largest thing that can be pressed: narrow, middle, wide. */
+/** Rectangles on an operator's panel, where the stop begins at the same point and is the largest control: narrow, middle, wide. */
 export const PANEL_STOPS = [
   [152, 94],
   [200, 94],
   [200, 102],
 ].map(([width, height]) => JSON.stringify({ x: 8, y: 4, width, height }));
 
-/** The rectangles of the emergency stop over all widths, by what the page shows: each is STOP. What stands beyond the window is told too. */
+/**
+ * Returns the distinct rectangles of the emergency stop over all widths of the present page: each must be STOP. Also reports content
+ * wider than the window.
+ */
 export async function stopRectangles(page: Page): Promise<string[]> {
   const before = page.viewportSize();
   const found = new Set<string>();
@@ -243,7 +246,7 @@ export async function stopRectangles(page: Page): Promise<string[]> {
   return [...found];
 }
 
-/** Waits until a text is another one than it was. */
+/** Waits until a text has changed; returns both texts. */
 export async function changes(page: Page, selector: string): Promise<[string, string]> {
   const element = page.locator(selector).first();
   await element.waitFor();
@@ -255,7 +258,7 @@ export async function changes(page: Page, selector: string): Promise<[string, st
   return [before, (await handle.textContent()) ?? ""];
 }
 
-/** Opens a view by its address, also one that the navigation does not lead to. */
+/** Opens a view by its address, even one without a navigation link. */
 export async function show(page: Page, address: string): Promise<void> {
   await page.evaluate((hash) => {
     window.location.hash = hash;

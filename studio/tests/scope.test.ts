@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The scope against 64 SVVs at 1 kHz: what is stored is counted end to end; trigger, cursors, export.
+// The scope with 64 SVVs at 1 kHz: stored values are counted end to end; trigger, cursors, export.
 import { readFileSync } from "node:fs";
 import { join } from "node:path";
 import type { Browser } from "playwright-core";
@@ -30,7 +30,7 @@ afterAll(async () => {
   await running?.stop();
 });
 
-/** The counts under the screen. */
+/** Returns the counts under the screen. */
 async function counted(): Promise<{ received: number; lost: number }> {
   const read = async (id: string) => Number(((await studio.page.getByTestId(id).textContent()) ?? "").replaceAll(/\D/g, ""));
   return { received: await read("received"), lost: await read("lost") };
@@ -117,7 +117,7 @@ test("no axis has two equal labels, however closely a large value is looked at",
     window.location.hash = `#/scope?setup=${encodeURIComponent(JSON.stringify(setup))}`;
   });
   const texts = () => page.evaluate(() => (window as unknown as { texts: string[] }).texts);
-  // Each of these would read 1234.6.
+  // Each of these would otherwise read 1234.6.
   await until("the labels have the digits that they need", async () => (await texts()).includes("×10⁻³ + 1234.567"));
   expect(await texts()).toEqual(expect.arrayContaining(["0.80", "0.85", "0.90", "0.95", "1.00", "1.05", "1.10", "1.15", "1.20"]));
   await shoot(page, "scope-labels");

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A joint that slides is told in m and N everywhere, though the blocks that serve it serve turning joints alike.
+// A prismatic joint is shown in m and N everywhere, although the same blocks also serve revolute joints.
 import { join } from "node:path";
 import type { Browser } from "playwright-core";
 import { afterAll, beforeAll, expect, test } from "vitest";

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The first minutes with a page: an arm and not a line of program more, what to try, help, keys.
+// The first minutes with a page: an arm without a line of program, suggestions, help, keys.
 import { join } from "node:path";
 import type { Browser } from "playwright-core";
 import { afterAll, beforeAll, expect, test } from "vitest";
@@ -63,7 +63,7 @@ test("bars take at most 15 % of the height of a telephone and of a tablet, and w
         .boundingBox()
         .then((box) => box?.y),
     ).toBe(begins);
-    // Of more links than there is room for, the present one is in sight.
+    // If there are more links than fit, the present one is visible.
     await goTo(page, "Workspaces");
     const link = await page.getByRole("navigation", { name: "Views" }).getByRole("link", { name: "Workspaces" }).boundingBox();
     expect((link?.x ?? width) + (link?.width ?? 0)).toBeLessThanOrEqual(width);
@@ -94,7 +94,7 @@ test("what is offered works: a joint is jogged, and the arm moves to a position"
   await present.click();
   await expect.poll(() => goal.getByLabel("wrist_3").inputValue()).not.toBe("");
   await goal.getByLabel("wrist_3").fill("-20 deg");
-  // The form is longer than the window, and its button is in view.
+  // The form is longer than the window, but its button is visible.
   const start = form.getByRole("button", { name: "Start" });
   expect(await form.evaluate((one) => one.getBoundingClientRect().bottom > window.innerHeight)).toBe(true);
   const box = await start.boundingBox();

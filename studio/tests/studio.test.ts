@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The page against a running arm: open it, see it live, start a move from the form, halt it.
+// The page with a running arm: open it, see live values, start a move from the form, halt it.
 import { join } from "node:path";
 import type { Browser, Page } from "playwright-core";
 import { afterAll, beforeAll, expect, test } from "vitest";
@@ -19,7 +19,7 @@ import {
   show,
 } from "./running";
 
-/** Every view, with what stands in it once it is there. */
+/** Every view, with a selector of its loaded content. */
 const VIEWS: [string, string][] = [
   ["System", "table.sources tbody tr"],
   ["Data flow", "[data-box]"],
@@ -59,7 +59,7 @@ test("values move: SVVs of the arm, firings of the sources, the present command 
   await page.locator(".verb-list").getByRole("link", { name: /^sway/ }).click();
   await page.locator('.list.lit[data-list="near"]').waitFor();
   await page.locator('.list.lit[data-list="far"]').waitFor();
-  // A straight arrow has no width: to the browser it is there, and not seen.
+  // A straight arrow has no width: for the browser it is attached but not visible.
   await page.locator(".arrow.taken").waitFor({ state: "attached" });
 });
 
@@ -80,7 +80,7 @@ test.each(VIEWS)("the view %s passes the check of axe and fits into the window, 
 
 const JOINTS = ["shoulder_pan", "shoulder_lift", "elbow", "wrist_1", "wrist_2", "wrist_3"];
 
-/** Chooses these joints, and no others, in the form. */
+/** Selects exactly these joints in the form. */
 async function choose(page: Page, joints: string[]): Promise<void> {
   for (const joint of JOINTS) await page.locator("form.start").getByRole("checkbox", { name: joint }).setChecked(joints.includes(joint));
 }
@@ -128,7 +128,7 @@ test("two that need the same joint: the second is refused, and the holder is nam
     .getByRole("link", { name: /^move_absolute/ })
     .click();
   const form = page.locator("form.start");
-  // What was written before is still there.
+  // The earlier input is still there.
   expect(await form.getByRole("group", { name: "speed" }).getByLabel("wrist_3").inputValue()).toBe("0.2");
   await command(form.getByRole("button", { name: "Clear" }), form.locator(".clear:disabled"));
   await choose(page, ["shoulder_pan", "wrist_3"]);

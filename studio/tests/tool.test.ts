@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Jogging the tool of an arm: held and by steps, in the axes of the base and of the tool; whose link is lost, its tool stands.
+// Jogging the tool of an arm: held and by steps, in the axes of the base and of the tool; the tool stops if the page's link is lost.
 import { join } from "node:path";
 import type { Browser, Locator, Page } from "playwright-core";
 import { afterAll, afterEach, beforeAll, expect, test } from "vitest";
@@ -23,7 +23,10 @@ import {
   stopRectangles,
 } from "./running";
 
-/** Time from the last sign of a page, on the system's clock, within which a jog has begun to stop, ms; and by which its tool stands. */
+/**
+ * Time after the last heartbeat of a page, on the system's clock, within which a jog has begun to stop, ms; the next constant is the
+ * time by which its tool stands still.
+ */
 const SILENT_MS = 250;
 const STANDS_MS = 1000;
 
@@ -59,12 +62,14 @@ const panel = (page: Page) => page.getByRole("region", { name: /^Tool of ur5e/ }
 const told = (page: Page) => panel(page).getByRole("status");
 const jogs = async () => (await watch.instances()).filter((one) => one.verb === "jog_linear").length;
 
-/** A figure of the pose that the page shows, mm or degrees; NaN where it shows none. */
+/** Returns a figure of the displayed pose, mm or degrees; NaN if the page shows none. */
 async function figure(page: Page, axis: string): Promise<number> {
   return Number.parseFloat((await panel(page).locator(`[data-pose="${axis}"]`).textContent()) ?? "");
 }
 
-/** Presses and holds a control that stands still, as a person does: again where the page says that something else was there before. */
+/**
+ * Presses and holds a control that stands still, as a person does; repeats it if the page reports that something else was there before.
+ */
 async function hold(page: Page, button: Locator): Promise<void> {
   const again = page.getByText(/Press again/);
   for (;;) {
@@ -83,7 +88,7 @@ async function press(page: Page, name: string): Promise<void> {
   await hold(page, panel(page).getByRole("button", { name, exact: true }));
 }
 
-/** Makes one step, and returns how far a figure went. One that the page cut short, as a busy machine makes it, is made again. */
+/** Makes one step, and returns the change of a figure. Repeats a step that the page cut short, as on a busy machine. */
 async function step(page: Page, name: string, axis: string): Promise<number> {
   for (;;) {
     const before = await figure(page, axis);
@@ -93,7 +98,7 @@ async function step(page: Page, name: string, axis: string): Promise<number> {
     await expect.poll(said).toMatch(/The step is done|heard nothing of this page/);
     await expect.poll(jogs).toBe(0);
     if (!(await said()).includes("The step is done.")) continue;
-    // The figures follow ten times a second.
+    // The figures are updated ten times a second.
     const ended_ms = await watch.now_ms();
     await expect.poll(async () => (await watch.now_ms()) - ended_ms).toBeGreaterThan(500);
     return (await figure(page, axis)) - before;
@@ -104,7 +109,7 @@ async function choose(page: Page, of: string, value: string): Promise<void> {
   await panel(page).getByRole("group", { name: of }).getByText(value, { exact: true }).click();
 }
 
-/** Runs in the page: what stands beyond the right edge of a panel. */
+/** Runs in the page: returns the elements beyond the right edge of a panel. */
 function beyond(of: Element): string[] {
   const edge = of.getBoundingClientRect().right;
   const inside = [...of.querySelectorAll("button, label, input, dd")];
@@ -166,7 +171,7 @@ test("one press is one step of the length that is chosen, along the axes of the 
   await choose(page, "Moves", "10");
   expect(await step(page, "Step the tool along +X by 10 mm", "X")).toBeCloseTo(10, 0);
   await choose(page, "Axes of", "tool");
-  // The tool of this arm looks down: forward along its axis is down.
+  // The tool of this arm points down: forward along its axis is down.
   expect(await step(page, "Step the tool along +Z by 10 mm", "Z")).toBeCloseTo(-10, 0);
   await choose(page, "Axes of", "base");
   expect(Math.round((await step(page, "Step the tool about +Z by 10 degrees", "RZ")) + 360) % 360).toBe(10);
@@ -198,7 +203,7 @@ test("a link that is lost ends the jog within the time that the verb declares", 
 test("who commands is asked: another session's command is not taken", async () => {
   const { page } = operator;
   const other = await Commander.open(running.url, false).catch(() => null);
-  // The page commands since its first press: nobody takes that by the way.
+  // The page has commanded since its first press: command is not taken implicitly.
   expect(other).toBe(null);
   await press(page, "Jog the tool along +Y while held");
   await expect.poll(jogs).toBe(1);

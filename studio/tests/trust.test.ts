@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What nobody may be deceived in: where the emergency stop stands, who commands, what is of now, what was typed, what a button does.
+// Displays that must never deceive: the position of the emergency stop, the commanding session, the age of values, typed input, the effect
+// of a button.
 import { join } from "node:path";
 import type { Browser, Page, WebSocketRoute } from "playwright-core";
 import { afterAll, beforeAll, expect, test } from "vitest";
@@ -35,7 +36,7 @@ afterAll(async () => {
   await running?.stop();
 });
 
-/** Fills the form of the verb that moves the joint: far and slow. */
+/** Fills the form of the verb that moves the joint: far and slowly. */
 async function fillMove(page: Page, limit: string): Promise<void> {
   await goTo(page, "Verbs");
   await page
@@ -89,7 +90,7 @@ test("the right mouse button moves no joint", async () => {
   const forward = page.getByRole("button", { name: "Jog wrist_3 forward while held" });
   await forward.click({ button: "right" });
   await forward.click({ button: "middle" });
-  // What a press does comes before what follows it.
+  // The effects of a press come before those of the following action.
   await page.getByRole("button", { name: "Front" }).click();
   await page.evaluate(() => fetch("/v1/version"));
   page.off("request", hear);
@@ -153,7 +154,7 @@ test("the emergency stop stands at one place in every state and width, and says 
   const failed = page.getByText("The emergency stop was not heard.");
   await failed.waitFor();
   expect(await stopRectangles(page), "a press was not heard").toEqual([STOP]);
-  // It is sent again until it is heard.
+  // It is resent until it is heard.
   await page.unroute("**/v1/call/emergency_stop");
   await page.locator(".stopped").getByText("pressed in the studio").waitFor();
   await failed.waitFor({ state: "detached" });
@@ -211,7 +212,7 @@ test("no machine is drawn in a pose that nobody has told", async () => {
   const context = await browser.newContext({ viewport: { width: 1440, height: 900 } });
   context.setDefaultTimeout(PATIENCE_MS);
   const page = await context.newPage();
-  // The stream is held back: the shape is known, the joints are not.
+  // The stream is held back: the shape is known, the joint positions are not.
   let let_through: () => void = () => undefined;
   const held = new Promise<void>((go) => {
     let_through = go;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A system with a virtual clock, moved from the page: a firing, until a condition, at a rate.
+// A system with a virtual clock, advanced from the page: by a firing, until a condition, at a rate.
 import { join } from "node:path";
 import type { Browser, Page } from "playwright-core";
 import { afterAll, beforeAll, expect, test } from "vitest";
@@ -33,7 +33,7 @@ afterAll(async () => {
   await running?.stop();
 });
 
-/** The time of the system, s, as the top of the page has it. */
+/** Returns the system time at the top of the page, s. */
 async function now(page: Page): Promise<number> {
   return Number.parseFloat((await page.locator(".bar .clock .figures").textContent()) ?? "");
 }
@@ -52,7 +52,7 @@ test("the clock stands until it is moved: a firing, and to the condition that is
   await command(clock.getByRole("button", { name: "To condition" }), clock.getByRole("status").getByText("blink#1"));
   expect(await clock.getByRole("status").textContent()).toContain("fell");
   await expect.poll(() => now(page)).toBeCloseTo(2.02, 3);
-  // The log has nothing behind it: the clock stands at that very firing.
+  // The log has no later entry: the clock stands at that very firing.
   await goTo(page, "Log");
   await page.locator(".line").last().getByText("command list 'low' after 'high'").waitFor();
 });

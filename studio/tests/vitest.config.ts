@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 import { defineConfig } from "vitest/config";
 
-/** The page in a real browser, against a running system: one file after the other, for each has a system of its own. */
+/** The page in a real browser, against a running system: the files run one after the other, because each has its own system. */
 export default defineConfig({
   root: import.meta.dirname,
   test: {

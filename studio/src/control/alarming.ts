@@ -6,10 +6,10 @@ import { WatchedValue } from "./watched";
 /** Period at which the alarms are read, ms. */
 const LOOK_MS = 1000;
 
-/** The alarms of the system, for all views: looked at once a second. */
+/** The alarms of the system, shared by all views and read once a second. */
 export class Alarming {
   readonly latest = new WatchedValue<Alarms | null>(null);
-  /** Reason why they are not known. */
+  /** Reason why the alarms could not be read; empty if they could. */
   readonly trouble = new WatchedValue<Refusal[]>([]);
   readonly #ask: () => Promise<Alarms>;
   #said = "";
@@ -20,7 +20,7 @@ export class Alarming {
     this.#ask = ask;
   }
 
-  /** Looks now. */
+  /** Reads the alarms now. */
   async look(): Promise<void> {
     try {
       const found = await this.#ask();

@@ -6,7 +6,7 @@ beforeEach(() => {
   vi.spyOn(performance, "now").mockReturnValue(0);
 });
 
-/** The daemon's clock is this far ahead. */
+/** Lead of the daemon's clock over the local one, ms. */
 const AHEAD = 5_000_000_000;
 
 test("the daemon's time is that of the quickest beat, and never ahead of the daemon", () => {
@@ -29,7 +29,7 @@ test("beats that were held up make nothing new", () => {
   beats.hear(AHEAD + 0, 10);
   beats.hear(AHEAD + 250, 260);
   expect(beats.age_ms(300)).toBeCloseTo(40, 0);
-  // The link stands still from 300 to 4300 ms; then the beats of that time come, one after the other.
+  // The link stalls from 300 to 4300 ms; then the delayed beats arrive one after the other.
   expect(beats.age_ms(4300)).toBeCloseTo(4040, -1);
   beats.hear(AHEAD + 500, 4300);
   expect(beats.age_ms(4300)).toBeGreaterThan(3700);

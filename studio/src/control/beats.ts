@@ -1,21 +1,21 @@
 // SPDX-License-Identifier: Apache-2.0
 
-/** The drift between the clocks of a browser and a daemon at the most, ms in each ms. */
+/** Maximum drift between the clocks of a browser and a daemon, ms per ms. */
 const DRIFT = 0.0002;
 
 /**
- * The daemon's clock, as its heartbeats tell it. A beat takes its time on the way, so the estimate is never ahead of the daemon: a
- * command looks older than it is, never younger. All local times are those of `performance.now()`.
+ * Estimate of the daemon's clock from its heartbeats. Beats arrive with a delay, so the estimate is never ahead of the daemon: a command
+ * may look older than it is, never younger. All local times are those of `performance.now()`.
  */
 export class Beats {
-  /** Lead of the daemon's clock over the local one, ms, by the quickest beat; null: none came. */
+  /** Lead of the daemon's clock over the local one, ms, from the beat with the least delay; null before the first beat. */
   #ahead: number | null = null;
-  /** The local time for which that holds. */
+  /** Local time at which `#ahead` holds. */
   #at = 0;
-  /** The local time at which the last beat was sent. */
+  /** Local time at which the newest beat was sent. */
   #sent = performance.now();
 
-  /** Forgets the clock: another connection begins, which may lead to another run. What is known stays as old as it is. */
+  /** Forgets the clock, because a new connection may lead to another run. The age of the known state is not reset. */
   forget(): void {
     this.#ahead = null;
   }
@@ -27,12 +27,12 @@ export class Beats {
     this.#sent = Math.max(this.#sent, beat_ms - this.#ahead);
   }
 
-  /** Returns the age of the newest state that is known of the system, ms. Beats that come late make nothing new. */
+  /** Returns the age of the newest known state of the system, ms. A delayed beat counts from when it was sent. */
   age_ms(local_ms: number): number {
     return Math.max(0, local_ms - this.#sent);
   }
 
-  /** The daemon's time at a local time, in whole ms; null: no beat came yet. */
+  /** Returns the daemon's time at a local time, in whole ms; null before the first beat. */
   daemon_ms(local_ms: number): number | null {
     return this.#ahead === null ? null : Math.floor(local_ms + this.#ahead - DRIFT * Math.max(0, local_ms - this.#at));
   }

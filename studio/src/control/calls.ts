@@ -2,7 +2,7 @@
 import { type Asker, answer } from "./requests";
 import { type Calls, LASTING } from "./shapes";
 
-/** The calls that the role `observe` may make, or those that it may not. Each: its arguments, its result. */
+/** Calls that the role `observe` may make, or those that it may not: the arguments and the result of each. */
 type Of<Looking extends boolean> = {
   [Name in keyof Calls as (Calls[Name]["role"] extends "observe" ? true : false) extends Looking ? Name : never]: [
     Calls[Name]["arguments"],
@@ -10,18 +10,18 @@ type Of<Looking extends boolean> = {
   ];
 };
 
-/** Calls that only look. */
+/** Calls that only read. */
 export type Looks = Of<true>;
-/** Calls that command: they take command first. */
+/** Calls that command. The page takes command before it makes one. */
 export type Orders = Of<false>;
 
-/** Time limit of one slice of a call that lasts, ms. */
+/** Time limit of one slice of a long-running call, ms. */
 const SLICE_MS = 1000;
 
-/** Calls that stop something. They need no command, and have stopped it when their first answer comes. */
+/** Calls that stop something. They do not need command, and take effect before their first answer. */
 export type Stops = Pick<Orders, "halt" | "suspend" | "disable" | "pause">;
 
-/** Calls that neither need command nor take it, for they leave the machine alone: a replay beside it, what is kept for people, alarms. */
+/** Calls that neither need command nor take it because they do not affect the machine: replays, stored workspaces, alarms. */
 export type Asides = Pick<
   Orders,
   "replay" | "stop_replay" | "keep_workspace" | "forget_workspace" | "acknowledge_alarms" | "shelve_alarm" | "unshelve_alarm"
@@ -32,7 +32,7 @@ interface WaitingAnswer {
   go_on: { call: string; arguments: Record<string, unknown> };
 }
 
-/** Makes a call by its name; one that lasts is asked for slice by slice, until it is over or `signal` ends it. */
+/** Makes a call by name. A long-running call is repeated in slices until it finishes or `signal` aborts it. */
 export async function call<T>(asker: Asker, name: string, args: object, signal?: AbortSignal): Promise<T> {
   let asked = { call: name, arguments: args as Record<string, unknown> };
   let by = asker;
@@ -41,12 +41,15 @@ export async function call<T>(asker: Asker, name: string, args: object, signal?:
     const said = await answer<{ result: T } | WaitingAnswer>(by, "POST", `/v1/call/${asked.call}`, body, signal);
     if (!("waiting" in said)) return said.result;
     asked = said.go_on;
-    // What goes on has begun in time.
+    // Only the first slice carries the time of the command: it has begun in time.
     by = { token: asker.token, session: asker.session };
   }
 }
 
-/** Makes a call that stops something: one request. What it stops has begun to stop then; its end is told by what comes by itself. */
+/**
+ * Makes a call that stops something, as a single request. The stop has begun when the request returns; topics report when it is
+ * complete.
+ */
 export async function stop<N extends keyof Stops>(asker: Asker, name: N, args: Stops[N][0]): Promise<void> {
   const body = LASTING.has(name) ? { ...args, slice_ms: SLICE_MS } : args;
   await answer(asker, "POST", `/v1/call/${name}`, body);

@@ -7,17 +7,17 @@ import { WatchedValue } from "./watched";
 /** Period at which the holder of command is read, ms. */
 const LOOK_MS = 1000;
 
-/** Nobody commands, and nobody asks for it. */
+/** State in which no session holds command or requests it. */
 const NOBODY: Holder = { holder: null, who: null, person: null, requests: [], settled: [] };
 
 /**
- * Command of the system, which one session holds at a time. The page takes it when a person presses a command, and not before; where another
- * session holds it, the page asks for it, and that session hands over or declines.
+ * Command of the system, which one session holds at a time. The page takes it only when a person presses a command. If another session
+ * holds it, the page requests it, and that session hands over or declines.
  */
 export class Command {
-  /** Holder of command, requests for it, and the outcomes of the last ones. */
+  /** Holder of command, pending requests, and the outcomes of the latest requests. */
   readonly state = new WatchedValue<Holder>(NOBODY);
-  /** The name of the session that commands; null: nobody. */
+  /** Name of the session that holds command; null if none does. */
   readonly holder = new WatchedValue<string | null>(null);
   readonly #asker: Asker;
   readonly #name: () => string | null;
@@ -34,7 +34,7 @@ export class Command {
     return name !== null && this.holder.get() === name;
   }
 
-  /** Takes command. `force`: from its holder (role `configure`). Errors: `RefusalError`, naming the holder. */
+  /** Takes command; `force` takes it even from its holder (role `configure`). Throws a `RefusalError` that names the holder. */
   take(force = false): Promise<void> {
     return this.#ask("POST", "/v1/command", force ? { force: true } : {});
   }
@@ -43,12 +43,12 @@ export class Command {
     return this.#ask("DELETE", "/v1/command");
   }
 
-  /** Asks the holder for command; granted at once where there is none. */
+  /** Requests command from its holder; granted at once if there is none. */
   request(reason: string): Promise<void> {
     return this.#ask("POST", "/v1/command/request", { reason });
   }
 
-  /** Takes the request back. */
+  /** Withdraws the request. */
   withdraw(): Promise<void> {
     return this.#ask("DELETE", "/v1/command/request", {});
   }
@@ -61,7 +61,7 @@ export class Command {
     return this.#ask("POST", "/v1/command/decline", { name, reason });
   }
 
-  /** Makes an order, with command. Where it was lost meanwhile, it is asked for once more. */
+  /** Executes an order with command. If command was lost in the meantime, takes it again and retries once. */
   async with<T>(order: () => Promise<T>): Promise<T> {
     if (!this.ours) await this.take();
     try {
@@ -78,13 +78,13 @@ export class Command {
     return this.#ask("GET", "/v1/command", undefined, AbortSignal.timeout(2 * LOOK_MS));
   }
 
-  /** Looks once a second who commands. */
+  /** Polls the holder of command once a second. */
   follow(): void {
     clearTimeout(this.#looking);
     const again = () => {
       this.#looking = setTimeout(() => this.follow(), LOOK_MS);
     };
-    // A system that does not answer is told of by the stream.
+    // The stream reports a system that does not answer.
     this.look().then(again, again);
   }
 
@@ -101,14 +101,14 @@ export class Command {
   }
 }
 
-/** A person by name, or else the caller: who stands behind a session. */
+/** Returns the name of the person behind a session, or else of the caller. */
 export function personOf(of: { who?: string | null; person?: string | null }): string {
   return of.person ?? of.who ?? "";
 }
 
 const RANKS: Role[] = ["observe", "operate", "configure", "download"];
 
-/** Returns whether the role `has` may do all that the role `needs` may. */
+/** Returns whether the role `has` includes the rights of the role `needs`. */
 export function may(has: Role, needs: Role): boolean {
   return RANKS.indexOf(has) >= RANKS.indexOf(needs);
 }

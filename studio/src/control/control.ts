@@ -13,11 +13,11 @@ import { Stream } from "./stream";
 import { Topics } from "./topics";
 import { WatchedValue } from "./watched";
 
-/** The real-time system, as the page sees it: looking, commanding, and what comes by itself. */
+/** The real-time system as the page sees it: reads, commands, and topics. */
 export class Control implements Source {
-  /** Version of the system that answers; another one when the system was started again. */
+  /** Version of the system that answers; changes when the system restarts. */
   readonly met: WatchedValue<Version>;
-  /** Number of times that the system was started again since the page was opened. */
+  /** Number of restarts of the system since the page was opened. */
   readonly restarts = new WatchedValue(0);
   readonly session: Session;
   readonly command: Command;
@@ -64,7 +64,7 @@ export class Control implements Source {
     void this.session.open();
     this.command.follow();
     this.alarms.follow();
-    // Where the system was started again, it knows nothing of the session.
+    // A restarted system does not know the session.
     this.stream.connection.watch(() => {
       if (this.stream.connection.get() === "open" && this.session.name.get() === null) void this.session.open();
     });
@@ -76,20 +76,20 @@ export class Control implements Source {
     this.alarms.stop();
   }
 
-  /** Makes a call that only looks. Errors: `RefusalError`. */
+  /** Makes a call that only reads. Throws `RefusalError`. */
   look<N extends keyof Looks>(name: N, args: Looks[N][0], signal?: AbortSignal): Promise<Looks[N][1]> {
     return this.#sure(() => call<Looks[N][1]>(this.#asker, name, args, signal));
   }
 
-  /** When the person gave the command that is being made: the time of the event that is handled now, or now. */
+  /** Returns when the person gave the present command: the time of the event that is being handled, or else the current time. */
   pressed(): PressTime {
     const event = window.event;
     return this.stream.daemon_ms(event?.isTrusted ? event.timeStamp : performance.now());
   }
 
   /**
-   * Makes a call that commands; takes command first. The daemon refuses it where it comes later than half a second after `pressed`, which
-   * is the beginning of the call where nothing else is given. Errors: `RefusalError`.
+   * Takes command, then makes a call that commands. The daemon refuses the call if it arrives more than half a second after `pressed`,
+   * by default the beginning of the call. Throws `RefusalError`.
    */
   async order<N extends keyof Orders>(
     name: N,
@@ -106,23 +106,23 @@ export class Control implements Source {
     return done;
   }
 
-  /** Makes a call that leaves the machine alone: it neither needs command nor takes it. Errors: `RefusalError`. */
+  /** Makes a call that does not affect the machine: it neither needs command nor takes it. Throws `RefusalError`. */
   async aside<N extends keyof Asides>(name: N, args: Asides[N][0]): Promise<Asides[N][1]> {
     await this.session.open();
     return this.#sure(() => call<Asides[N][1]>(this.#asker, name, args));
   }
 
-  /** Stops something. It neither needs command nor takes it: who may operate may stop. Errors: `RefusalError`. */
+  /** Makes a call that stops something. It neither needs command nor takes it: the role `operate` suffices. Throws `RefusalError`. */
   stop<N extends keyof Stops>(name: N, args: Stops[N][0]): Promise<void> {
     return this.#sure(() => stop({ ...this.#asker, isFirst: true }, name, args));
   }
 
-  /** Stops everything at once: needs the role `operate`, and no command. */
+  /** Stops everything at once. It needs the role `operate`, but not command. */
   async emergencyStop(reason: string, signal?: AbortSignal): Promise<null> {
     try {
       return await call<null>({ ...this.#asker, isUrgent: true }, "emergency_stop", { reason }, signal);
     } catch (why) {
-      // It needs no session: none is opened before it.
+      // An emergency stop needs no session, so none is opened for it.
       if (!(why instanceof RefusalError && why.is("SessionLost"))) throw why;
       return await call<null>({ token: this.#asker.token, session: null, isUrgent: true }, "emergency_stop", { reason }, signal);
     }
@@ -132,7 +132,7 @@ export class Control implements Source {
     return this.#sure(() => request<T>(this.#asker, "GET", path));
   }
 
-  /** Asks which run of the system answers. Of another one than before nothing is known yet, and what was known is of an earlier run. */
+  /** Reads which run of the system answers. If it is a new one, forgets the state of the previous run. */
   async #meet(): Promise<void> {
     const version = await answer<Version>(this.#asker, "GET", "/v1/version");
     const isAnother = version.run !== this.version.run;
@@ -144,7 +144,7 @@ export class Control implements Source {
     this.restarts.set(this.restarts.get() + 1);
   }
 
-  /** A session that was lost is opened again, once. */
+  /** Makes a call; if the session was lost, opens another one and retries once. */
   async #sure<T>(asked: () => Promise<T>): Promise<T> {
     try {
       return await asked();
@@ -156,7 +156,7 @@ export class Control implements Source {
   }
 }
 
-/** Asks who is there, with this token. Errors: `RefusalError`; 401 where the token is not known. */
+/** Connects to the system with this token. Throws `RefusalError`, with status 401 if the token is unknown. */
 export async function connect(token: string | null): Promise<Control> {
   const asker: Asker = { token, session: null };
   const version = await answer<Version>(asker, "GET", "/v1/version");

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 import type { PressTime, Source } from "./source";
 
-/** The oldest command that the daemon obeys, ms. */
+/** Maximum age at which the daemon obeys a command, ms. */
 const AGE_MAX_MS = 500;
 
 /**
- * Returns whether a command that was given at `pressed` is too old by now. To make an instance may take longer than that: it is kept for the next
- * press, which starts it at once.
+ * Returns whether a command that was given at `pressed` is too old by now. Creating an instance may take longer than that; the instance
+ * is then kept for the next press, which starts it at once.
  */
 export function isLate(control: Pick<Source, "pressed">, pressed: PressTime): boolean {
   const now = control.pressed();

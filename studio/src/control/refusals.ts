@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 import { worded } from "./wording";
 
-/** One error of the real-time system: what is wrong, about what, where it was defined, and what to do. */
+/** An error of the real-time system: its message, its subjects, where they were defined, and a remedy. */
 export interface Refusal {
   class: string;
   message: string;
@@ -15,10 +15,10 @@ export interface Place {
   line: number;
 }
 
-/** The system refused. Its words are for the person: show `refusals`, each with its remedy. */
+/** Thrown if the system refuses a request. The words are for the person: show `refusals`, each with its remedy. */
 export class RefusalError extends Error {
   readonly refusals: Refusal[];
-  /** HTTP status; 0 where no answer came. */
+  /** HTTP status; 0 if there was no answer. */
   readonly status: number;
 
   constructor(refusals: Refusal[], status: number) {
@@ -33,14 +33,14 @@ export class RefusalError extends Error {
   }
 }
 
-/** Any error as refusals, so that each can be shown in the same way. */
+/** Converts any error to refusals, so that all are shown in the same way. */
 export function refusalsOf(error: unknown): Refusal[] {
   if (error instanceof RefusalError) return error.refusals;
   if (error instanceof Error) return [{ class: error.name, message: error.message }];
   return [{ class: "Error", message: String(error) }];
 }
 
-/** The system did not answer at all. */
+/** Returns the error for a system that does not answer. */
 export function unreachable(why: unknown): RefusalError {
   const message = `the real-time system does not answer (${why instanceof Error ? why.message : String(why)})`;
   return new RefusalError(
@@ -49,7 +49,7 @@ export function unreachable(why: unknown): RefusalError {
   );
 }
 
-/** There is no connection: a command is not even sent, for it could arrive at any time. */
+/** Returns the error for a command without a connection: it is not even sent, because it could arrive at any time. */
 export function unconnected(): RefusalError {
   return new RefusalError(
     [
@@ -63,19 +63,19 @@ export function unconnected(): RefusalError {
   );
 }
 
-/** A refusal whose message and remedy are in the page's words. */
+/** Returns the refusal with its message and remedy in the page's words. */
 export function inWords<R extends { message: string; remedy?: string | null }>(refusal: R): R {
   const { message, remedy } = refusal;
   return { ...refusal, message: worded(message), ...(remedy ? { remedy: worded(remedy) } : {}) };
 }
 
-/** Returns the refusal in an answer that is no success. */
+/** Returns the error for an unsuccessful answer. */
 export function refusedBy(status: number, body: string): RefusalError {
   try {
     const { errors } = JSON.parse(body) as { errors?: Refusal[] };
     if (errors && errors.length > 0) return new RefusalError(errors.map(inWords), status);
   } catch {
-    // Not JSON: whatever stands between the page and the system has answered. Its words are told below.
+    // Not JSON: the answer is from something between the page and the system, and its text is shown.
   }
   const said = body.trim().slice(0, 200);
   return new RefusalError([{ class: "Error", message: `status ${status}${said ? `: ${said}` : ""}` }], status);

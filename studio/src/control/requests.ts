@@ -2,28 +2,28 @@
 import { RefusalError, refusedBy, unreachable } from "./refusals";
 import { inTurn } from "./room";
 
-/** Sender of a request: the token that lets it in, and the session that it has opened. */
+/** Sender of a request: its token for authentication, and its session. */
 export interface Asker {
   token: string | null;
   session: string | null;
-  /** The daemon's time at which what is asked was given, ms: the daemon refuses it where it comes late. */
+  /** Daemon's time at which the command was given, ms. The daemon refuses a command that arrives late. */
   asOf?: number;
-  /** Does not wait for its turn among the page's requests: it stops or moves something. */
+  /** True if the request stops or moves something: it does not queue behind the page's other requests. */
   isFirst?: boolean;
-  /** Neither waits for room in the system: the answer that there is none comes back at once. */
+  /** True if the request does not wait for capacity of the system either: a refusal for lack of capacity is returned at once. */
   isUrgent?: boolean;
 }
 
-/** Number of tries of a request for which there is no room, and the longest time between, s. */
+/** Maximum number of tries if the system has no capacity, and the longest wait between two, s. */
 const TRIES = 3;
 const AGAIN_MAX_S = 2;
 
-/** One request of the control interface; its `result`. Errors: `RefusalError`. */
+/** Sends one request to the control interface and returns its `result`. Throws `RefusalError`. */
 export async function request<T>(asker: Asker, method: string, path: string, body?: unknown, signal?: AbortSignal): Promise<T> {
   return (await answer<{ result: T }>(asker, method, path, body, signal)).result;
 }
 
-/** One request; the whole answer. Errors: `RefusalError`, or `AbortError` where `signal` says so. */
+/** Sends one request and returns the whole answer. Throws `RefusalError`, or `AbortError` if `signal` aborts it. */
 export async function answer<T>(asker: Asker, method: string, path: string, body?: unknown, signal?: AbortSignal): Promise<T> {
   const headers: Record<string, string> = {};
   if (asker.token) headers.Authorization = `Bearer ${asker.token}`;
@@ -46,7 +46,7 @@ export async function answer<T>(asker: Asker, method: string, path: string, body
       if (signal?.aborted) throw why;
       throw unreachable(why);
     }
-    // Where there was no room for it, nothing was done: it is asked again when the system says.
+    // Without capacity, nothing was done: the request is repeated after the time that the system states.
     if (status !== 429 || asker.isUrgent || tries + 1 === TRIES) break;
     await new Promise((wait) => setTimeout(wait, 1000 * Math.min(Number(again) || 1, AGAIN_MAX_S)));
   }

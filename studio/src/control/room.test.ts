@@ -2,7 +2,7 @@
 import { afterEach, expect, test, vi } from "vitest";
 import { request } from "./requests";
 
-/** Answers of the system that are still to come, in the order in which they were asked for. */
+/** Pending answers of the system, in the order of the requests. */
 const open: { path: string; answer: () => void }[] = [];
 
 vi.stubGlobal(

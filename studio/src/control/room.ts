@@ -1,15 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 
 /**
- * Maximum number of requests under way at once that no hand waits for. A browser has six connections to a host, for all of its pages: this leaves one
- * for the sign of life and two for what stops or moves something, which never wait here.
+ * Maximum number of concurrent background requests. A browser has six connections to a host, for all of its pages: this leaves one for
+ * the heartbeat and two for requests that stop or move something, which never queue here.
  */
 const PLACES = 3;
 
 let free = PLACES;
 const waiting: (() => void)[] = [];
 
-/** Does `work` as soon as there is a place. Errors: those of `work`; the signal's reason where it is given up before that. */
+/** Calls `work` as soon as a slot is free. Throws the errors of `work`, or the signal's reason if it aborts the wait. */
 export async function inTurn<T>(work: () => Promise<T>, signal?: AbortSignal): Promise<T> {
   await place(signal);
   try {

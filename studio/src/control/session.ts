@@ -4,7 +4,7 @@ import { type Asker, request } from "./requests";
 import { WatchedValue } from "./watched";
 
 const KEY = "opengpac.session";
-/** Key of the name of the person at this browser. */
+/** Storage key of the name of the person at this browser. */
 const PERSON = "opengpac.person";
 
 interface OpenedSession {
@@ -14,13 +14,15 @@ interface OpenedSession {
   returned: boolean;
 }
 
-/** The session of this page: opened at once, kept alive, opened again when it was lost. Verb instances that it starts are its own. */
+/**
+ * The session of this page: opened at once, kept alive, and reopened if it is lost. The session owns the verb instances that it starts.
+ */
 export class Session {
-  /** The name that others see, or null while there is no session. */
+  /** Name of the session that others see; null while there is no session. */
   readonly name = new WatchedValue<string | null>(null);
-  /** Reason why there is none. */
+  /** Reason why there is no session; empty if there is one. */
   readonly trouble = new WatchedValue<Refusal[]>([]);
-  /** Name of the person at this page, for others to read; empty: it was not given. */
+  /** Name of the person at this page, shown to others; empty if it was not entered. */
   readonly person = new WatchedValue<string>(localStorage.getItem(PERSON) ?? "");
   readonly #asker: Asker;
   readonly #heartbeat: Worker;
@@ -32,7 +34,7 @@ export class Session {
     this.#heartbeat.onmessage = () => void this.renew();
   }
 
-  /** Opens it, if there is none. Errors stand in `trouble`. */
+  /** Opens a session, if there is none. Errors are stored in `trouble`. */
   open(): Promise<void> {
     this.#opening ??= this.#open().finally(() => {
       this.#opening = null;
@@ -46,7 +48,7 @@ export class Session {
     return this.open();
   }
 
-  /** Says what the person at this page is called: the session goes on under that name. Errors: `RefusalError`. */
+  /** Sets the name of the person at this page; the session continues under it. Throws `RefusalError`. */
   async introduce(person: string): Promise<void> {
     const said = person.trim();
     if (said === "" || said === this.person.get()) return;
@@ -56,7 +58,7 @@ export class Session {
     this.person.set(said);
   }
 
-  /** Closes it in order: what it has started goes on. */
+  /** Closes the session in order: the instances that it has started continue to run. */
   async close(): Promise<void> {
     if (this.#asker.session === null) return;
     await request(this.#asker, "DELETE", "/v1/sessions");
@@ -85,7 +87,7 @@ export class Session {
     const person = this.person.get() === "" ? {} : { person: this.person.get() };
     const before = sessionStorage.getItem(KEY);
     try {
-      // A page that is loaded again goes on with its session: what it commands and has started stays its own.
+      // A reloaded page resumes its session: it keeps its command and the instances that it has started.
       return await request<OpenedSession>(this.#asker, "POST", "/v1/sessions", {
         ...(before ? { name: before, take_up: true } : { name: newName() }),
         ...person,

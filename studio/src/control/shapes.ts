@@ -3,123 +3,129 @@
 
 /** One alarm. */
 export interface Alarm {
-  /** Counts the alarms of the system. */
+  /** Number of the alarm, counted over the system. */
   number: number;
   code: string;
-  /** The verb, device or channel that it comes from. */
+  /** Verb, device or channel that raised the alarm. */
   source: string;
-  /** The block that reported it, if one did. */
+  /** Block that reported the alarm, if any. */
   block: string | null;
   text: string;
   remedy: string;
   severity: Severity;
   active: boolean;
   acknowledged: boolean;
-  /** Number of times that it came. */
+  /** Number of occurrences. */
   count: number;
-  /** When it came last, on the system's clock and on the wall (ns since 1970; under the virtual clock the system's own). */
+  /**
+   * Time of the last occurrence, on the system's clock and on the wall clock (ns since 1970; under the virtual clock the system's
+   * own).
+   */
   time_ns: number;
   wall_ns: number;
   returned_ns: number | null;
   acknowledged_ns: number | null;
-  /** True if it can be shelved. An emergency stop, a loss and a critical alarm stay in the list; so does one of an earlier life. */
+  /** True if the alarm can be shelved. Emergency stops, losses, critical alarms, and alarms of an earlier run stay in the list. */
   shelvable: boolean;
-  /** Shelvings of it, the latest last. */
+  /** Shelvings of the alarm, latest last. */
   shelvings: Shelving[];
 }
 
 /** One alarm. */
 export interface AlarmRequest {
-  /** Counts the alarms of the system. */
+  /** Number of the alarm, counted over the system. */
   number: number;
   code: string;
-  /** The verb, device or channel that it comes from. */
+  /** Verb, device or channel that raised the alarm. */
   source: string;
-  /** The block that reported it, if one did. */
+  /** Block that reported the alarm, if any. */
   block?: string | null;
   text: string;
   remedy: string;
   severity: Severity;
   active: boolean;
   acknowledged: boolean;
-  /** Number of times that it came. */
+  /** Number of occurrences. */
   count: number;
-  /** When it came last, on the system's clock and on the wall (ns since 1970; under the virtual clock the system's own). */
+  /**
+   * Time of the last occurrence, on the system's clock and on the wall clock (ns since 1970; under the virtual clock the system's
+   * own).
+   */
   time_ns: number;
   wall_ns: number;
   returned_ns?: number | null;
   acknowledged_ns?: number | null;
-  /** True if it can be shelved. An emergency stop, a loss and a critical alarm stay in the list; so does one of an earlier life. */
+  /** True if the alarm can be shelved. Emergency stops, losses, critical alarms, and alarms of an earlier run stay in the list. */
   shelvable?: boolean;
-  /** Shelvings of it, the latest last. */
+  /** Shelvings of the alarm, latest last. */
   shelvings?: ShelvingRequest[];
 }
 
-/** Text of an alarm of one code. */
+/** Text of an alarm code. */
 export interface AlarmText {
   text: string;
   remedy: string;
   severity: Severity;
 }
 
-/** Text of an alarm of one code. */
+/** Text of an alarm code. */
 export interface AlarmTextRequest {
   text: string;
   remedy?: string;
   severity?: Severity;
 }
 
-/** The alarms of a system, as a call tells them. */
+/** The alarms of a system, as returned by a call. */
 export interface Alarms {
   /** Alarms that are active or not acknowledged, newest last. */
   current: Alarm[];
-  /** Alarms that an operator has taken out of that list for a time. */
+  /** Alarms that an operator has removed from that list for a limited time. */
   shelved: Alarm[];
   /** Alarms of the past, oldest first. */
   history: Alarm[];
   /** Text of each code. */
   texts: { [name: string]: AlarmText };
-  /** Alarms that had to leave before they were over, because there was no place for another. */
+  /** Number of alarms that were dropped before they were over because the list was full. */
   dropped: number;
 }
 
-/** A verb applied to arguments: what makes a verb instance. */
+/** A verb applied to arguments: the definition of a verb instance. */
 export interface Application {
-  /** Name of a verb that was defined in the system. */
+  /** Name of a verb defined in the system. */
   verb: string;
-  /** Instance name, or absent: `verb#n`. */
+  /** Name of the instance; absent: `verb#n`. */
   name: string | null;
   arguments: { [name: string]: Argument };
-  /** Pattern over flat block labels (`planner`, `pid.*`, `*`) → source (`rtp0.fast`); the first that fits counts. */
+  /** Pattern over flat block labels (`planner`, `pid.*`, `*`) → source (`rtp0.fast`); the first match wins. */
   placement: { [name: string]: string };
   /** Intervals changed at application: label → ns. */
   every: { [name: string]: number };
-  /** Values of a start, where a check is to look at them too. */
+  /** Values of a start, if they are to be checked too. */
   values?: { [name: string]: Value };
-  /** The logical device whose own verb this is. */
+  /** Logical device whose own verb this is. */
   owner: string | null;
   place: SourceLocation | null;
 }
 
-/** A verb applied to arguments: what makes a verb instance. */
+/** A verb applied to arguments: the definition of a verb instance. */
 export interface ApplicationRequest {
-  /** Name of a verb that was defined in the system. */
+  /** Name of a verb defined in the system. */
   verb: string;
-  /** Instance name, or absent: `verb#n`. */
+  /** Name of the instance; absent: `verb#n`. */
   name?: string | null;
   arguments?: { [name: string]: Argument };
-  /** Pattern over flat block labels (`planner`, `pid.*`, `*`) → source (`rtp0.fast`); the first that fits counts. */
+  /** Pattern over flat block labels (`planner`, `pid.*`, `*`) → source (`rtp0.fast`); the first match wins. */
   placement?: { [name: string]: string };
   /** Intervals changed at application: label → ns. */
   every?: { [name: string]: number };
-  /** Values of a start, where a check is to look at them too. */
+  /** Values of a start, if they are to be checked too. */
   values?: { [name: string]: Value };
-  /** The logical device whose own verb this is. */
+  /** Logical device whose own verb this is. */
   owner?: string | null;
   place?: SourceLocation | null;
 }
 
-/** Arbitration of a start that needs something of a logical device which another verb holds. */
+/** Arbitration of a start that needs an item of a logical device that another verb holds. */
 export type Arbitration = "refuse" | "queue" | "abort";
 
 /** Argument of an instantiation parameter or object. */
@@ -170,24 +176,24 @@ export interface ArmDescriptionRequest {
 
 /** `POST /v1/command/request`. */
 export interface AskForCommand {
-  /** Purpose, for the holder to read. */
+  /** Purpose, shown to the holder. */
   reason?: string;
-  /** Time for which it waits for an answer, ms, 1,000 to 600,000. */
+  /** Time for which the request waits for an answer, ms, 1,000 to 600,000. */
   wait_ms?: number;
 }
 
-/** A session that asks for command. */
+/** A session that requests command. */
 export interface AskingSession {
-  /** Counts the requests of the system. */
+  /** Number of the request, counted over the system. */
   number: number;
-  /** The session that asks. */
+  /** Session that made the request. */
   name: string;
-  /** Its caller. */
+  /** Caller of that session. */
   who: string;
   person: string | null;
   /** Purpose, for people. */
   reason: string;
-  /** Time for which it still waits, ms. */
+  /** Remaining waiting time, ms. */
   left_ms: number;
 }
 
@@ -197,15 +203,15 @@ export interface BlockAbout {
   label: string;
   /** `module.block`. */
   block: string;
-  /** The interrupt source that runs it, `rtp.source`. */
+  /** Interrupt source that runs the block, `rtp.source`. */
   source: string;
 }
 
-/** Block that begins again. */
+/** A block that restarts. */
 export interface BlockAnew {
-  /** Its label. */
+  /** Label of the block. */
   block: string;
-  /** Reason for it. */
+  /** Reason for the restart. */
   why: string;
 }
 
@@ -223,64 +229,64 @@ export type BlockSourceRequest = {
   graph: GraphRequest;
 };
 
-/** Durations of a block's invocations, as far as a probe has measured them. */
+/** Durations of a block's invocations, as measured by a probe. */
 export interface BlockTimes {
-  /** The verb instance. */
+  /** Verb instance. */
   instance: string;
   /** A block of a nested graph: `outer.inner.block`. */
   label: string;
   /** `module.block`. */
   block: string;
-  /** Invocations that were measured. */
+  /** Number of invocations measured. */
   samples: number;
-  /** The last of them, ns. */
+  /** Duration of the last of them, ns. */
   last_ns: number;
-  /** Their mean, ns. */
+  /** Mean duration, ns. */
   mean_ns: number;
-  /** The longest of them, ns. */
+  /** Maximum duration, ns. */
   max_ns: number;
-  /** Number of the invocation that was measured last. */
+  /** Number of the last measured invocation. */
   number: number;
 }
 
-/** One occurrence of a block in a graph or verb. */
+/** One use of a block in a graph or verb. */
 export interface BlockUse {
   block: WrittenBlockSource;
-  /** Constants for parameters, presets, sizes and inputs of this occurrence (`code.biquad(b0=0.1)`). */
+  /** Constants for parameters, presets, sizes and inputs of this use (`code.biquad(b0=0.1)`). */
   constants: { [name: string]: Value };
   place: SourceLocation | null;
 }
 
-/** One occurrence of a block in a graph or verb. */
+/** One use of a block in a graph or verb. */
 export interface BlockUseRequest {
   block: WrittenBlockSourceRequest;
-  /** Constants for parameters, presets, sizes and inputs of this occurrence (`code.biquad(b0=0.1)`). */
+  /** Constants for parameters, presets, sizes and inputs of this use (`code.biquad(b0=0.1)`). */
   constants?: { [name: string]: Value };
   place?: SourceLocation | null;
 }
 
-/** An end of the range of an input parameter. JSON: a number, `"arm.max_speed"` or `"-arm.max_speed"`. */
+/** Bound of the range of an input parameter. JSON: a number, `"arm.max_speed"` or `"-arm.max_speed"`. */
 export type Bound = number | string;
 
 /** A button that starts a verb, and halts it while it runs. */
 export interface Button {
   label: string;
-  /** Makes an instance of a verb and starts it with these values. Its name, where it has none, is `WORKSPACE.LABEL`. */
+  /** Creates an instance of a verb and starts it with these values. If it has no name, it is called `WORKSPACE.LABEL`. */
   start?: Application | null;
-  /** The instance that is started instead: a program has made it. */
+  /** Instance to start instead, created by a program. */
   instance?: string | null;
-  /** Values of the start of that instance: input parameter to value. */
+  /** Start values of that instance: input parameter → value. */
   values?: { [name: string]: Value };
 }
 
 /** A button that starts a verb, and halts it while it runs. */
 export interface ButtonRequest {
   label: string;
-  /** Makes an instance of a verb and starts it with these values. Its name, where it has none, is `WORKSPACE.LABEL`. */
+  /** Creates an instance of a verb and starts it with these values. If it has no name, it is called `WORKSPACE.LABEL`. */
   start?: ApplicationRequest | null;
-  /** The instance that is started instead: a program has made it. */
+  /** Instance to start instead, created by a program. */
   instance?: string | null;
-  /** Values of the start of that instance: input parameter to value. */
+  /** Start values of that instance: input parameter → value. */
   values?: { [name: string]: Value };
 }
 
@@ -308,7 +314,7 @@ export interface ChainDescription {
 export interface Channel {
   /** `part.channel` or a plain name. */
   name: string;
-  /** False: it is read; true: it is written. */
+  /** True: the channel is written; false: it is read. */
   write: boolean;
   type_text: string;
   unit: string;
@@ -331,7 +337,7 @@ export type Command = {
   command: "activate";
   block: string;
   every_ns: number | null;
-  /** The interval may be changed while it runs. */
+  /** True if the interval may be changed while the verb runs. */
   tunable: boolean;
   budget_ns: number | null;
 } | {
@@ -366,7 +372,7 @@ export type CommandRequest = {
   command: "activate";
   block: string;
   every_ns?: number | null;
-  /** The interval may be changed while it runs. */
+  /** True if the interval may be changed while the verb runs. */
   tunable?: boolean;
   budget_ns?: number | null;
 } | {
@@ -380,30 +386,30 @@ export type CommandRequest = {
   command: "ready";
 };
 
-/** A command list, or its commands alone. */
+/** A command list, or just its commands. */
 export type Commands = WrittenCommand[];
 
-/** A command list, or its commands alone. */
+/** A command list, or just its commands. */
 export type CommandsRequest = WrittenCommandRequest[];
 
 /** Definition of a composed verb. */
 export interface Composition {
   name: string;
   doc?: string;
-  /** Label → verb, in the order of the calls' parameters. */
+  /** Label → verb, in the order of the parameters of a call. */
   parts: { [name: string]: VerbRequest };
   transitions?: Step[];
-  /** A part or list; absent: the first part. */
+  /** Part or list to begin with; absent: the first part. */
   initial?: string | null;
-  /** `part.name` → the name that it has in the composed verb: of a parameter, object, output or condition. */
+  /** `part.name` → name in the composed verb, for a parameter, object, output or condition. */
   rename?: { [name: string]: string };
-  /** `part.input` → the value that it always has there. */
+  /** `part.input` → fixed value of the input. */
   preset?: { [name: string]: Value };
-  /** Labels of blocks that are one instance in all parts that have them. */
+  /** Labels of blocks of which all parts use one instance. */
   share?: string[];
-  /** The initial lists of all parts are one list. */
+  /** True if the initial lists of all parts are merged into one. */
   together?: boolean;
-  /** End of parts that run together. */
+  /** Ending rule of parts that run together. */
   until?: TogetherUntil;
   place?: SourceLocation | null;
 }
@@ -413,29 +419,29 @@ export interface Configuration {
   processors: { [name: string]: ProcessorAbout };
   /** Interrupt sources, `rtp.source`. */
   sources: { [name: string]: Source };
-  /** Physical devices as their drivers describe them. */
+  /** Physical devices as described by their drivers. */
   physical_devices: { [name: string]: PhysicalDevice };
-  /** Device types of the logical devices. */
+  /** Logical devices with their device types. */
   logical_devices: { [name: string]: string };
   device_types: { [name: string]: DeviceType };
 }
 
-/** A part of a recording that cannot be read. */
+/** An unreadable part of a recording. */
 export type DamagedPart = {
-  /** Its place in the file: the first byte, and the first one behind it. */
+  /** First byte of the part in the file; `ends` is the first byte after it. */
   begins: number;
   ends: number;
   what: string;
-  /** Times between which what is lost lies, ns on the system's clock, as far as the file says so. */
+  /** Bounds on the times of the lost messages, ns on the system's clock, as far as the file contains them. */
   from_ns: number | null;
   to_ns: number | null;
-  /** Number of messages that are lost, by channel; empty where none is, nothing where the file does not say it. */
+  /** Number of lost messages by channel: empty if there are none, `None` if the file does not contain the numbers. */
   lost: { [name: string]: number } | null;
 };
 
 /** `POST /v1/command/decline`. */
 export interface DeclineRequest {
-  /** The session that asks. */
+  /** Session that made the request. */
   name: string;
   /** Reason, for people. */
   reason?: string;
@@ -445,9 +451,9 @@ export interface DeviceParameter {
   default: Value;
   unit: string;
   tunable: boolean;
-  /** The values that it may have. */
+  /** Values that the parameter may have. */
   within?: Within | null;
-  /** The PS keeps its value over a warm restart; absent: that of a tunable one. */
+  /** True if the PS keeps the value over a warm restart; absent: true for a tunable parameter. */
   keep?: boolean | null;
 }
 
@@ -455,9 +461,9 @@ export interface DeviceParameterRequest {
   default: Value;
   unit?: string;
   tunable?: boolean;
-  /** The values that it may have. */
+  /** Values that the parameter may have. */
   within?: Within | null;
-  /** The PS keeps its value over a warm restart; absent: that of a tunable one. */
+  /** True if the PS keeps the value over a warm restart; absent: true for a tunable parameter. */
   keep?: boolean | null;
 }
 
@@ -467,22 +473,25 @@ export interface DevicePart {
   [more: string]: unknown;
 }
 
-/** A logical device as it is asked for. */
+/** Request for a logical device. */
 export interface DeviceRequest {
   device_type: string;
   /** Parameters that differ from the type's. */
   parameters?: { [name: string]: Value };
-  /** The verb that keeps it going, where that is another than its type's: its drive is commanded in another way. Members meet it alike. */
+  /**
+   * Verb that operates the device, if it differs from the type's because its drive is commanded in another way. Members match its
+   * parameters by name.
+   */
   verb?: string | null;
-  /** Further arguments of its verb (`drive`). */
+  /** Further arguments of the verb (`drive`). */
   arguments?: { [name: string]: Argument };
-  /** Where its verb runs, `rtp.name`. */
+  /** `rtp.name` of the source on which the verb runs. */
   source?: string | null;
-  /** Intervals of its verb's blocks that differ from the command list's, ns. */
+  /** Intervals of the verb's blocks that differ from the command list's, ns. */
   every?: { [name: string]: number };
-  /** Parts of units that are others for this device than its type says, in order. */
+  /** Parts of units that this device replaces, in order. */
   units?: [string, string][];
-  /** Arbitration of a second verb that commands it, if it is not as its type says. */
+  /** Arbitration for a second verb that commands the device, if it differs from the type's. */
   arbitration?: Arbitration | null;
   place?: SourceLocation | null;
 }
@@ -494,7 +503,7 @@ export type DeviceState = "disabled" | "enabling" | "standstill" | "moving" | "s
 export interface DeviceType {
   name: string;
   doc: string;
-  /** Name of the verb that keeps the device going; members meet its parameters by name. */
+  /** Name of the verb that operates the device; members match its parameters by name. */
   verb: string | null;
   svvs: { [name: string]: SvvSpecification };
   parameters: { [name: string]: DeviceParameter };
@@ -506,7 +515,7 @@ export interface DeviceType {
 export interface DeviceTypeRequest {
   name: string;
   doc?: string;
-  /** Name of the verb that keeps the device going; members meet its parameters by name. */
+  /** Name of the verb that operates the device; members match its parameters by name. */
   verb?: string | null;
   svvs?: { [name: string]: SvvSpecificationRequest };
   parameters?: { [name: string]: DeviceParameterRequest };
@@ -514,7 +523,7 @@ export interface DeviceTypeRequest {
   place?: SourceLocation | null;
 }
 
-/** Drawing that is checked: one of the two. */
+/** Drawing to check: either a graph or a verb. */
 export interface Drawing {
   graph?: GraphRequest | null;
   verb?: VerbRequest | null;
@@ -523,7 +532,7 @@ export interface Drawing {
 /** A counter of a driver. */
 export interface DriverCounter {
   name: string;
-  /** Empty for a mere number. */
+  /** Unit, or empty for a plain number. */
   unit: string;
   doc: string;
 }
@@ -533,11 +542,11 @@ export interface DriverOption {
   name: string;
   /** "text", "number", "whole", "bool", "list" or "table". */
   kind: string;
-  /** Empty for none. */
+  /** Unit, or empty if none. */
   unit: string;
-  /** Range of a number, or of each number of a list, `(0, 10]`: a round bracket excludes its end. Left out: every number. */
+  /** Range of a number, or of each number of a list, `(0, 10]`: a round bracket excludes its end. Omitted if every number is valid. */
   range?: string | null;
-  /** Default in words; null: it must be given. */
+  /** Default in words; null: the option is required. */
   default: string | null;
   doc: string;
 }
@@ -546,9 +555,9 @@ export interface DriverOption {
 export interface DriverSafeState {
   /** Description of the state. */
   doc: string;
-  /** Agents that bring it about: "driver", "guard", "device". */
+  /** Agents that bring it about: "driver", "guard", "device", "end of process". */
   by: string[];
-  /** Time from the request until it holds, ns. */
+  /** Maximum time from the request until it holds, ns. */
   within_ns: number;
 }
 
@@ -557,24 +566,24 @@ export interface DriverService {
   name: string;
   doc: string;
   arguments: DriverOption[];
-  /** The kind of its answer; null: it answers nothing. */
+  /** Kind of its answer; null: there is no answer. */
   answer: string | null;
-  /** True if it moves the device: it is refused while an emergency stop is latched. */
+  /** True if the service moves the device: it is refused while an emergency stop is latched. */
   moves: boolean;
 }
 
-/** Reason for which an active block is due: its interval or trigger, the blocks that drive it, or values from other sources and instances. */
+/** Reason why an active block becomes due: its interval or trigger, the blocks that drive it, or values from other sources and instances. */
 export type DueBy = "interval" | "driven" | "queued";
 
 /** One end of one start. */
 export interface End {
-  /** Counted from 0 over the life of the system. */
+  /** Number of the end, counted from 0 over the life of the system. */
   number: number;
   instance: number;
   report: Report;
 }
 
-/** An argument that an instance is made with. */
+/** An argument for creating an instance. */
 export interface FormArgument {
   name: string;
   kind: ArgumentKind;
@@ -584,70 +593,70 @@ export interface FormArgument {
   type_text: string;
   unit: string;
   doc: string;
-  /** Channels of a part that are used. */
+  /** Channels of the part that are used. */
   members: string[];
 }
 
-/** A value that a start is given. */
+/** A value passed to a start. */
 export interface FormInput {
   name: string;
   type_text: string;
   unit: string;
   doc: string;
   default: Value | null;
-  /** A number, or a parameter of an object, `arm.max_speed`, before which a minus may stand. */
+  /** Number, or parameter of an object, `arm.max_speed`, optionally preceded by a minus sign. */
   minimum: Bound | null;
   maximum: Bound | null;
-  /** The SVV of an object that the range is counted from. */
+  /** SVV of an object to which the range is relative. */
   counted_from: string | null;
-  /** True if it has no default. */
+  /** True if the input has no default. */
   required: boolean;
-  /** True if it may be changed while the verb runs. */
+  /** True if the value may be changed while the verb runs. */
   tunable: boolean;
 }
 
 /** Groups of fused blocks, and blocks that are not fused. */
 export interface FusedBlocks {
-  /** Tables get the entries that there are, also those of instances that come. */
+  /** True if tables use the available entries, including those of future instances. */
   on: boolean;
-  /** Groups that nobody has compiled so far: `fuse` goes on with them. */
+  /** Number of groups not compiled yet, with which `fuse` continues. */
   waiting: number;
-  /** Groups of blocks, by their sources. */
+  /** Groups of blocks, identified by their sources. */
   groups: FusedGroup[];
   /** Blocks that cannot be fused. */
   single: SingleBlock[];
 }
 
-/** Blocks that stand behind each other and are always due together, of which some read what others store. */
+/** Consecutive blocks that are always due together and of which some read values stored by others. */
 export interface FusedGroup {
-  /** The interrupt source that fires them. */
+  /** Interrupt source that fires them. */
   source: string;
-  /** `instance.label`, in the order in which they run. */
+  /** `instance.label`, in execution order. */
   blocks: string[];
-  /** True if they run by one entry. */
+  /** True if the group runs by one entry. */
   fused: boolean;
-  /** Reason why they have none. */
+  /** Reason why the group has no entry. */
   why: string | null;
 }
 
-/** Bodies of a machine for drawing. Metres; quaternions w x y z; places are those on the parent. */
+/** Bodies of a machine for drawing. Metres; quaternions w x y z; poses are relative to the parent. */
 export interface Geometry {
   /** Bodies in the order of the model; the first is the world. */
   bodies: GeometryBody[];
   meshes: GeometryMesh[];
-  /** The name by which contacts are read, six numbers each: place, m, and force, N, in the world; null: none are told. */
+  /** Name by which contacts are read, six numbers each: position, m, and force, N, in the world; null: contacts are not reported. */
   contacts: string | null;
 }
 
-/** A body: where it is on its parent, how it moves, its shapes. */
+/** A body: its pose on its parent, its joint, its shapes. */
 export interface GeometryBody {
   name: string;
-  /** Null of the world. */
+  /** Parent; null for the world. */
   parent: string | null;
   position: [number, number, number];
   /** w x y z. */
   quaternion: [number, number, number, number];
-  /** The first of its joints. */
+  /** First joint of the body. */
   joint: GeometryJoint | null;
   joints: GeometryJoint[];
   geoms: GeometryGeom[];
@@ -657,14 +666,14 @@ export interface GeometryBody {
 export interface GeometryGeom {
   /** `plane`, `hfield`, `sphere`, `capsule`, `ellipsoid`, `cylinder`, `box`, `mesh`, `sdf`. */
   kind: string;
-  /** Size as MuJoCo counts it: half lengths, radii. */
+  /** Size in MuJoCo's convention: half lengths, radii. */
   size: [number, number, number];
   position: [number, number, number];
   /** w x y z. */
   quaternion: [number, number, number, number];
   /** Red, green, blue, opacity, 0 to 1. */
   rgba: [number, number, number, number];
-  /** Index into the meshes; null: it is drawn as its kind says. */
+  /** Index into the meshes; null: the shape is drawn according to its kind. */
   mesh: number | null;
 }
 
@@ -674,17 +683,17 @@ export interface GeometryJoint {
   kind: JointKind;
   axis: [number, number, number];
   position: [number, number, number];
-  /** Position of a hinge or slide as the model is drawn, rad or m. A page turns by position - reference. */
+  /** Position of a hinge or slide in the drawn model, rad or m. A viewer turns by position - reference. */
   reference: number | null;
-  /** The name by which its position is read; null: no channel tells it. */
+  /** Name by which its position is read; null: no channel reports it. */
   svv: string | null;
 }
 
-/** Triangles. */
+/** Mesh of triangles. */
 export interface GeometryMesh {
-  /** Three numbers a vertex. */
+  /** Coordinates, three per vertex. */
   vertices: number[];
-  /** Three vertices a face. */
+  /** Vertex indices, three per face. */
   faces: number[];
 }
 
@@ -698,7 +707,7 @@ export interface Graph {
   cells: { [name: string]: NameList };
   /** Relaxed modes: port → mode. */
   modes: { [name: string]: PortMode };
-  /** `divide={"estimator": 5}`: this block at 5 T where the graph is activated at T. */
+  /** `divide={"estimator": 5}`: the block runs at 5 T if the graph is activated at T. */
   divide: { [name: string]: number };
   place: SourceLocation | null;
 }
@@ -713,7 +722,7 @@ export interface GraphRequest {
   cells?: { [name: string]: NameList };
   /** Relaxed modes: port → mode. */
   modes?: { [name: string]: PortMode };
-  /** `divide={"estimator": 5}`: this block at 5 T where the graph is activated at T. */
+  /** `divide={"estimator": 5}`: the block runs at 5 T if the graph is activated at T. */
   divide?: { [name: string]: number };
   place?: SourceLocation | null;
 }
@@ -724,33 +733,33 @@ export interface HandOver {
   to: string;
 }
 
-/** Holder of command, those who ask for it, and the outcomes of the last requests. */
+/** Holder of command, pending requests, and the outcomes of the last requests. */
 export interface Holder {
-  /** Name of the session that commands; null: none does. */
+  /** Name of the session that has command; null if none does. */
   holder: string | null;
-  /** Its caller: a user, a token or a certificate. */
+  /** Caller of that session: a user, a token or a certificate. */
   who: string | null;
-  /** Name of its person, if it was given. */
+  /** Name of its person, if provided. */
   person: string | null;
-  /** Requests for command that wait, oldest first. */
+  /** Pending requests for command, oldest first. */
   requests: AskingSession[];
-  /** The last requests that have ended, oldest first. */
+  /** Last completed requests, oldest first. */
   settled: SettledRequest[];
 }
 
 /**
- * `set`, a bool input or parameter, becomes true; when the condition `until` comes, the verb stops. Going on clears `set`. It
- * counts in the command lists in which the block of `until` is active.
+ * Sets `set`, a bool input or parameter, to true; the verb stops when the condition `until` occurs. Resuming clears `set`. Applies in
+ * the command lists in which the block of `until` is active.
  */
 export interface Holding {
   set: string;
   until: string;
 }
 
-/** Action of a running verb instance when the programming system that started it dies or can no longer be reached. */
+/** Reaction of a running verb instance when the programming system that started it dies or becomes unreachable. */
 export type IfCutOff = "continue" | "halt" | "safe";
 
-/** Process of a processor, as a call names it. */
+/** Process of a processor, as passed in a call. */
 export type InProcess = boolean | string;
 
 /** Initial value of an SVV of a logical device. */
@@ -765,16 +774,16 @@ export interface InputParameter {
   targets: NameList;
   default: Value | null;
   tunable: boolean;
-  /** Its default is its value at every start; no call gives another (`preset=` of a composition). */
+  /** True if the default is the value at every start and no call can override it (`preset=` of a composition). */
   preset: boolean;
   unit: string;
-  /** Minimum and maximum value, checked before a start. */
+  /** Minimum and maximum, checked before a start. */
   within: [Bound, Bound] | null;
-  /** The range is that of this SVV of an object plus the value (`arm.commanded`, for a relative goal). */
+  /** SVV of an object to which the value is relative: the range applies to their sum (`arm.commanded`, for a relative goal). */
   counted_from: string | null;
-  /** Where a call leaves it out: this attribute of an object, `arm.chain`, which the PS looks up. */
+  /** Attribute of an object, `arm.chain`, that the PS looks up if a call omits the input. */
   member?: string | null;
-  /** The function of the PS that makes the value of what people write, by its name. */
+  /** Name of the PS function that converts user input to the value. */
   form?: string | null;
   place: SourceLocation | null;
 }
@@ -784,32 +793,32 @@ export interface InputParameterRequest {
   targets: NameList;
   default?: Value | null;
   tunable?: boolean;
-  /** Its default is its value at every start; no call gives another (`preset=` of a composition). */
+  /** True if the default is the value at every start and no call can override it (`preset=` of a composition). */
   preset?: boolean;
   unit?: string;
-  /** Minimum and maximum value, checked before a start. */
+  /** Minimum and maximum, checked before a start. */
   within?: [Bound, Bound] | null;
-  /** The range is that of this SVV of an object plus the value (`arm.commanded`, for a relative goal). */
+  /** SVV of an object to which the value is relative: the range applies to their sum (`arm.commanded`, for a relative goal). */
   counted_from?: string | null;
-  /** Where a call leaves it out: this attribute of an object, `arm.chain`, which the PS looks up. */
+  /** Attribute of an object, `arm.chain`, that the PS looks up if a call omits the input. */
   member?: string | null;
-  /** The function of the PS that makes the value of what people write, by its name. */
+  /** Name of the PS function that converts user input to the value. */
   form?: string | null;
   place?: SourceLocation | null;
 }
 
-/** Activation of a block, and when it is due. */
+/** Activation of a block, and the reason why it becomes due. */
 export interface InstalledActivation {
-  /** True while it is active. */
+  /** True while the activation is on. */
   on: boolean;
   due: DueBy;
-  /** Labels of the blocks that drive it. */
+  /** Labels of the blocks that drive the activation. */
   by: string[];
-  /** Its rate in each command list in which it is active. */
+  /** Rate in each command list in which the activation is on. */
   rates: { [name: string]: Rate };
-  /** Time that one invocation may take, ns. */
+  /** Time budget of one invocation, ns. */
   budget_ns: number | null;
-  /** Its interval may be changed while it runs. */
+  /** True if the interval may be changed at run time. */
   tunable: boolean;
 }
 
@@ -820,13 +829,13 @@ export interface InstalledBlock {
   /** `module.block`. */
   block: string;
   doc: string;
-  /** The interrupt source that runs it, `rtp.source`. */
+  /** Interrupt source that runs the block, `rtp.source`. */
   source: string;
   /** Number of elements of its sized ports. */
   size: number | null;
-  /** The file that it was written in; empty: not known. */
+  /** Source file of the block; empty if not known. */
   file: string;
-  /** The interval while it is active, else that of the first list in which it is, ns; null where no timer says. */
+  /** Current interval if the block is active, otherwise that of the first list that activates it, ns; null if no timer determines it. */
   every_ns: number | null;
   ports: InstalledPort[];
   activation: InstalledActivation;
@@ -838,9 +847,9 @@ export interface InstalledCell {
   kind: CellKind;
   type_text: string;
   unit: string;
-  /** Label and port of what writes it. */
+  /** Labels and ports of the writers. */
   writers: [string, string][];
-  /** Label and port of what reads it. */
+  /** Labels and ports of the readers. */
   readers: [string, string][];
   /** Value of a constant. */
   value?: Value | null;
@@ -849,15 +858,15 @@ export interface InstalledCell {
 /** A termination condition. */
 export interface InstalledCondition {
   name: string;
-  /** The block conditions that it stands for, `label.condition`. */
+  /** Block conditions that it consists of, `label.condition`. */
   of: string[];
-  /** True if it is one of every verb: `halted`, `time_limit`. */
+  /** True if every verb has the condition: `halted`, `time_limit`. */
   system: boolean;
   /** Output values that it returns. */
   returns: string[];
-  /** Its end is an exception. */
+  /** True if it ends the verb with an exception. */
   raises: boolean;
-  /** The command lists in which it counts; empty: all. */
+  /** Command lists in which it holds; empty: all. */
   during: string[];
   priority: number;
   /** Code of the alarm that it raises. */
@@ -870,21 +879,21 @@ export interface InstalledInstance {
   name: string;
   verb: string;
   state: InstanceState;
-  /** The command list that runs, or ran last. */
+  /** Command list that is running, or ran last. */
   list: string;
-  /** Number of the wait in its list at which it is. */
+  /** Index of the current wait in the list. */
   stage: number;
-  /** The logical device whose own verb it is. */
+  /** Logical device whose own verb it is. */
   owner: string | null;
-  /** Number of its starts. */
+  /** Number of starts. */
   starts: number;
-  /** Its owner, or the first of the logical devices that it acts on. */
+  /** Owner of the instance, or the first of the logical devices that it acts on. */
   device: string | null;
-  /** The logical devices that it acts on. */
+  /** Logical devices that the instance acts on. */
   devices: string[];
   /**
-   * The present values of its input parameters: those of its latest start with what was changed since; before the first one the
-   * defaults. Null: it has none yet.
+   * Current values of the input parameters: those of the latest start with later changes, or the defaults before the first start. Null
+   * if there is no value yet.
    */
   inputs: { [name: string]: Value | null };
   blocks: InstalledBlock[];
@@ -892,9 +901,9 @@ export interface InstalledInstance {
   lists: InstalledList[];
   conditions: InstalledCondition[];
   transitions: InstalledTransition[];
-  /** The list that a start begins with. */
+  /** List that a start begins with. */
   initial: string;
-  /** The list that runs at its end. */
+  /** List that runs at the end. */
   ending: string | null;
 }
 
@@ -906,32 +915,32 @@ export interface InstalledInstances {
 /** A command list. */
 export interface InstalledList {
   name: string;
-  /** Commands as a program would write them, for people to read. */
+  /** Commands in the syntax of a program, for people to read. */
   commands: string[];
 }
 
-/** A port, parameter, condition or device item of a block, and what it is bound to. */
+/** A port, parameter, condition or device item of a block, and its binding. */
 export interface InstalledPort {
   name: string;
   direction: PortDirection;
-  /** The block writes it. */
+  /** True if the block writes it. */
   writes: boolean;
   type_text: string;
   unit: string;
-  /** The mode in force: `synchronous`, `ratio 5`, `asynchronous`. */
+  /** Effective mode: `synchronous`, `ratio 5`, `asynchronous`. */
   mode: string;
   doc: string;
-  /** The SVV, private cell, channel or constant that it is bound to: what `read`, `svv_about` and the stream call it. */
+  /** SVV, private cell, channel or constant that it is bound to, by the name used in `read`, `svv_about` and the stream. */
   cell: string | null;
-  /** An input without a default. */
+  /** True for an input without a default. */
   required: boolean;
-  /** Cells of an array port that is bound to one cell for each element. */
+  /** Cells of an array port that is bound to one cell per element. */
   cells?: string[] | null;
-  /** Value of a parameter, and of an input that nothing is bound to: the one that it was made with. */
+  /** Value of a parameter or an unbound input, as set at creation. */
   value?: PortValue | null;
 }
 
-/** A transition: on this condition the list `to` follows the list `from`. */
+/** A transition: on this condition, the list `to` follows the list `from`. */
 export interface InstalledTransition {
   from: string;
   condition: string;
@@ -944,43 +953,43 @@ export interface InstanceAbout {
   verb: string;
   state: InstanceState;
   blocks: BlockAbout[];
-  /** Names of its command lists. */
+  /** Names of the command lists. */
   lists: string[];
-  /** The command list that runs, or ran last. */
+  /** Command list that is running, or ran last. */
   list: string;
-  /** Names of its termination conditions, those of every verb too. */
+  /** Names of the termination conditions, including those of every verb. */
   conditions: string[];
   /**
-   * The present values of its input parameters: those of its latest start with what was changed since; before the first one the
-   * defaults. Null: it has none yet.
+   * Current values of the input parameters: those of the latest start with later changes, or the defaults before the first start. Null
+   * if there is no value yet.
    */
   inputs: { [name: string]: Value | null };
-  /** Names of its output values. */
+  /** Names of the output values. */
   outputs: string[];
-  /** The logical device whose own verb it is. */
+  /** Logical device whose own verb it is. */
   owner: string | null;
-  /** Number of its starts. */
+  /** Number of starts. */
   starts: number;
-  /** Time for which it has run since its start, without the time that it was suspended, s. */
+  /** Running time since the start, excluding suspensions, s. */
   running_s: number;
-  /** Arguments that were filled in when it was made, and other remarks. */
+  /** Arguments that were added implicitly at creation, and other remarks. */
   remarks: string[];
 }
 
 /** State of a verb instance: created → (queued →) running ⇄ suspended → ended (→ running again by `start`) → deleted. */
 export type InstanceState = "created" | "running" | "suspended" | "ended" | "queued" | "deleted";
 
-/** A verb instance, in one line. */
+/** A one-line summary of a verb instance. */
 export interface InstanceStatistics {
   id: number;
   name: string;
   verb: string;
   state: InstanceState;
-  /** The command list that runs, or ran last. */
+  /** Command list that is running, or ran last. */
   list: string;
-  /** The logical device whose own verb it is. */
+  /** Logical device whose own verb it is. */
   owner: string | null;
-  /** Time for which it has run since its start, without the time that it was suspended, s. */
+  /** Running time since the start, excluding suspensions, s. */
   running_s: number;
 }
 
@@ -1004,10 +1013,13 @@ export interface Item {
   /** C type as declared; empty for a condition without a value. */
   type_text: string;
   unit: string;
-  /** Items whose units make its own: declared as `=u`, the unit of u, or `=k.u`, that of their product. `unit` is empty then. */
+  /**
+   * Items whose units determine the unit of this item: declared as `=u`, the unit of u, or `=k.u`, the product of both units. `unit`
+   * is empty then.
+   */
   unit_of?: string[];
   /**
-   * The numbers that it may be, of an array each element: declared behind the unit, `rad/s (0, 10]`. If it is absent, any finite number is
+   * Allowed numbers, for an array those of each element: declared after the unit, `rad/s (0, 10]`. If absent, any finite number is
    * allowed.
    */
   range?: Range | null;
@@ -1015,14 +1027,11 @@ export interface Item {
   /** An input that may stay unbound. */
   has_default: boolean;
   nonfinite: boolean;
-  /** Number of elements is the block's size. */
+  /** True if the number of elements is the block's size. */
   sized: boolean;
-  /**
-   * Number of last values that an input reads, oldest first; 0 if it reads the present one. `type_text` is that of
-   * one value.
-   */
+  /** Number of last values that an input reads, oldest first; 0 if it reads only the current one. `type_text` is the type of one value. */
   history: number;
-  /** Default of a parameter, preset, defaulted input, in bytes of the type (from the descriptor's image); size: unused. */
+  /** Default of a parameter, preset or defaulted input, as bytes of the type (from the descriptor's image); unused for a size. */
   default: number[];
   /** Size item: minimum and maximum n. */
   least: number;
@@ -1034,20 +1043,20 @@ export type ItemKind = "input" | "output" | "device_read" | "device_write" | "co
 /** Kind of a joint's motion. */
 export type JointKind = "free" | "ball" | "slide" | "hinge";
 
-/** An end report that waits for its session. */
+/** An end report that is kept for its session. */
 export interface KeptReport {
-  /** Counts the ends of the system. */
+  /** Number of the end, counted over the system. */
   number: number;
-  /** The verb instance. */
+  /** Verb instance. */
   instance: number;
   report: Report;
 }
 
-/** The end reports that wait for a session. */
+/** End reports kept for a session. */
 export interface KeptReports {
-  /** Oldest first. */
+  /** Reports, oldest first. */
   reports: KeptReport[];
-  /** Number of reports that are gone, because too many waited. */
+  /** Number of reports dropped because too many were waiting. */
   lost: number;
 }
 
@@ -1056,13 +1065,13 @@ export type KindOfSource = "timer" | "trigger" | "software";
 
 /** Limits of one start. */
 export interface Limits {
-  /** Running time after which `time_limit` comes, ns. */
+  /** Running time after which `time_limit` occurs, ns. */
   time_limit_ns?: number | null;
-  /** Overruns of its sources after which `overrun` comes. */
+  /** Overruns of its sources after which `overrun` occurs. */
   overruns?: number | null;
   /**
-   * Age of a value from another source beyond which `late` (of a ratio input) or `link_lost` (of what a timer publishes in each
-   * firing) comes, ns.
+   * Age of a value from another source, ns, above which `late` (for a ratio input) or `link_lost` (for a value that a timer publishes
+   * in each firing) occurs.
    */
   age_max_ns?: number | null;
 }
@@ -1072,30 +1081,30 @@ export interface LogEntry {
   time_s: number;
   /** `start`, `admission`, `exchange`, `end`, `condition`, `transition`, `ending`, `fault`, `overrun`, `late`, `device`, `processor_lost`, `emergency_stop`, `lost`, `journal`, `control`, `recorder`, `module`, `command`. */
   kind: string;
-  /** The verb instance, device or source it is about. */
+  /** Verb instance, device or source that the entry is about. */
   about: string;
   text: string;
   /**
-   * Caller of a command: `program`, the program that this system is part of, or a session or caller of the control interface;
-   * else empty.
+   * Caller of a command: `program` for the program that this system is part of, or a session or caller of the control interface;
+   * otherwise empty.
    */
   who: string;
 }
 
-/** Mode of operation: it limits what may be started. */
+/** Mode of operation, which limits the actions that may be started. */
 export type Mode = "automatic" | "manual";
 
 /** A code module: its blocks and struct types. */
 export type ModuleAbout = {
   name: string;
   blocks: Interface[];
-  /** Declarations of its struct types by name. */
+  /** Declarations of the struct types by name. */
   types: { [name: string]: string } | null;
   /** Remark about the module. */
   note?: string | null;
 };
 
-/** One name or several, as JSON may have them. */
+/** One or several names, as JSON allows. */
 export type NameList = string | string[];
 
 /** A work frame, or a tool in the frame of the flange. */
@@ -1107,12 +1116,12 @@ export interface NamedFrame {
   rpy_deg: [number, number, number];
 }
 
-/** The names of what there is. */
+/** Names of all existing items. */
 export interface Names {
   processors: string[];
-  /** Processors by the process that they run in, of those that do not run in the supervisor's. */
+  /** Processors outside the supervisor's process, by the process in which they run. */
   processes: { [name: string]: string[] };
-  /** The processor that the supervisor runs on. */
+  /** Processor on which the supervisor runs. */
   supervisor: string | null;
   /** Interrupt sources, `rtp.source`. */
   sources: string[];
@@ -1122,7 +1131,7 @@ export interface Names {
   logical_devices: string[];
   verbs: string[];
   device_types: string[];
-  /** Code modules that were downloaded. */
+  /** Downloaded code modules. */
   modules: string[];
   /** Function blocks, `module.block`. */
   blocks: string[];
@@ -1130,13 +1139,13 @@ export interface Names {
   instances: string[];
 }
 
-/** An object of a verb: one logical device, or (`each`) several of the type. */
+/** An object of a verb: one logical device, or (`each`) several of the same type. */
 export interface Object {
   device_type: string;
   each: boolean;
 }
 
-/** An object of a verb: one logical device, or (`each`) several of the type. */
+/** An object of a verb: one logical device, or (`each`) several of the same type. */
 export interface ObjectRequest {
   device_type: string;
   each?: boolean;
@@ -1144,17 +1153,17 @@ export interface ObjectRequest {
 
 /** `POST /v1/sessions`. */
 export interface OpenSession {
-  /** The caller's own: letters, digits, `.`, `_` and `-`, at most 64. */
+  /** Name chosen by the caller: letters, digits, `.`, `_` and `-`, at most 64. */
   name: string;
-  /** Time without a sign of life after which it counts as lost, ms, 1,000 to 60,000. */
+  /** Time without a sign of life after which the session counts as lost, ms, 1,000 to 60,000. */
   lost_after_ms?: number;
-  /** Takes up a session of that name that is alive, as the same caller. */
+  /** True to take over a live session of that name, as the same caller. */
   take_up?: boolean;
-  /** Name of the person, for others to see; at most 64 characters. Left out: as before, if the session was there before. */
+  /** Name of the person, shown to others; at most 64 characters. If omitted, an existing session keeps its person. */
   person?: string | null;
 }
 
-/** Another condition that came in the firing that ended the verb, or while it was moving. */
+/** A further condition that occurred in the firing that ended the verb, or while it was moving. */
 export interface Other {
   condition: string;
   block: string;
@@ -1169,55 +1178,58 @@ export type PanelKind = "plot" | "scene" | "values" | "verb" | "alarms" | "butto
 
 /** A part of a composed verb. */
 export interface Part {
-  /** Name of the verb that it was made from. */
+  /** Name of the verb that the part was made from. */
   verb: string;
-  /** The command list of the composed verb with which it begins. */
+  /** Command list of the composed verb with which the part begins. */
   initial: string;
 }
 
-/** A command list that a condition led on from. */
+/** A command list that the verb left by a condition. */
 export interface PassedList {
   command_list: string;
   condition: string;
-  /** The block that reported it, if one did. */
+  /** Block that reported the condition, if any. */
   block: string | null;
   time_s: number;
 }
 
-/** Pauses in force: true: all actions; false: none; a list: the actions on these logical devices. */
+/** Pauses in force: true for all actions, false for none, or a list of logical devices whose actions are paused. */
 export type PausesInForce = boolean | string[];
 
-/** A physical device as its driver describes it. */
+/** A physical device as described by its driver. */
 export interface PhysicalDevice {
-  /** The interrupt source that reads and writes it; absent in the answer of the call that makes it. */
+  /** Interrupt source that reads and writes the device; absent in the answer of the call that opens it. */
   source?: string | null;
   channels: Channel[];
-  /** The joints of its machine, for which logical devices can be made. */
+  /** Joints of the machine, for which logical devices can be created. */
   parts?: DevicePart[] | null;
-  /** Time without a command after which it goes to its safe state, ns. */
+  /** Time without a command after which the device enters its safe state, ns. */
   watchdog_ns?: number | null;
-  /** True if it goes on under its last commands when the process of its driver is gone or hangs: it has no watchdog, and no guard can reach it. */
+  /**
+   * True if the device continues under its last commands when its driver's process exits or hangs: it has no watchdog, and no guard
+   * can reach it.
+   */
   unguarded?: boolean;
-  /** The same in words, with the remedy; absent where something makes it safe. */
+  /** Explanation of `unguarded`, with the remedy; absent if something makes the device safe. */
   unguarded_why?: string | null;
-  /** Where its driver exchanges: "inline", "worker" or "process". */
+  /** Place of the driver's exchange: "inline", "worker" or "process". */
   class?: string | null;
-  /** Agents that bring its outputs to their safe state, and the time that they take. */
+  /** Agents that bring the outputs to their safe state, and the time that this takes. */
   safe_state?: DriverSafeState | null;
-  /** Services of its driver, off the cycle. */
+  /** Acyclic services of the driver. */
   services?: DriverService[];
-  /** Counters of its driver. */
+  /** Counters of the driver. */
   counters?: DriverCounter[];
   [more: string]: unknown;
 }
 
 /** Statistics of a physical device. */
 export interface PhysicalDeviceStatistics {
-  /** Cause of its loss; null: it is not lost. */
+  /** Cause of the loss; null if the device is not lost. */
   lost: string | null;
-  /** Number of commands that were held back by the limit of their slope. */
+  /** Number of commands held back by their slew limit. */
   slew_limited: number;
-  /** Counters of its driver, by name. */
+  /** Counters of the driver, by name. */
   counters: { [name: string]: number };
 }
 
@@ -1228,8 +1240,8 @@ export interface Plan {
   cells: PlannedCell[];
   activations: PlannedActivation[];
   /**
-   * Blocks of each source in the order of a firing: synchronous edges, then asynchronous ones where that makes no cycle,
-   * then declaration order. (`rtp.name`, blocks).
+   * Blocks of each source in firing order: by synchronous edges, then by asynchronous ones unless they form a cycle, then by
+   * declaration order. (`rtp.name`, blocks).
    */
   order: [string, number[]][];
   lists: PlannedList[];
@@ -1237,34 +1249,34 @@ export interface Plan {
   initial: number;
   ending: PlannedEnding;
   suspend: PlannedSuspend;
-  /** Action when the programming system that started it is cut off, if its verb declares one. */
+  /** Reaction when the programming system that started it is cut off, if its verb declares one. */
   if_cut_off: IfCutOff | null;
   conditions: PlannedCondition[];
   inputs: PlannedInput[];
   requirements: PlannedRequirement[];
   outputs: PlannedOutput[];
   claims: PlannedClaim[];
-  /** Arbitration with another instance that holds it, claim by claim: as the logical device that it belongs to declares. */
+  /** Arbitration with another holder, for each claim, as declared by the logical device that the claimed object belongs to. */
   arbitration: Arbitration[];
   /** Logical devices that must be enabled. */
   devices: string[];
-  /** True if it may be started in manual mode. */
+  /** True if the verb may be started in manual mode. */
   manual: boolean;
   remarks: Remark[];
 }
 
 /**
- * Blocks of one source that are always active together at one rate: the largest such sets, so that a chain that is
- * activated as one runs as one.
+ * Blocks of one source that are always active together at one rate. The sets are maximal, so that a chain that is activated as one also
+ * runs as one.
  */
 export interface PlannedActivation {
   source: string;
   due: PlannedDue;
   blocks: number[];
   budget_ns: number | null;
-  /** Its interval may be changed while it runs. */
+  /** True if the interval may be changed while the activation is on. */
   tunable: boolean;
-  /** Rate in each command list in which it is on (list index, rate), for the relations of later instances. */
+  /** Rates in the command lists in which the activation is on (list index, rate), for the relations of later instances. */
   rates: [number, Rate][];
 }
 
@@ -1288,13 +1300,13 @@ export interface PlannedBlock {
   /** Values of parameters, presets and sizes that differ from the block's defaults: item → bytes. */
   values: [number, number[]][];
   bindings: PlannedPort[];
-  /** Blocks of this plan in the same source whose outputs it takes synchronously. */
+  /** Blocks of this plan in the same source that drive its synchronous inputs. */
   drivers: number[];
-  /** SVVs that it takes synchronously (or by ratio) from writers outside this plan: (item, SVV name). */
+  /** SVVs from writers outside this plan that drive its synchronous or ratio inputs: (item, SVV name). */
   external_drivers: [number, string][];
-  /** Blocks of this plan in other sources whose outputs it takes synchronously. */
+  /** Blocks of this plan in other sources that drive its synchronous inputs. */
   remote_drivers: number[];
-  /** The activation it belongs to (every block has one; of a block that is only executed it is never on). */
+  /** Activation that the block belongs to. Every block has one; the activation of a block that is only executed is never on. */
   activation: number;
   place: SourceLocation | null;
 }
@@ -1317,9 +1329,9 @@ export interface PlannedCell {
   size: number;
   align: number;
   unit: string;
-  /** First value at each start (private, constant), in bytes. */
+  /** Value at each start (private, constant), in bytes. */
   initial: number[];
-  /** The blocks and items of this plan that write and read it. */
+  /** Blocks and items of this plan that write and read the cell. */
   writers: [number, number][];
   readers: [number, number][];
 }
@@ -1346,7 +1358,7 @@ export type PlannedCellKind = {
   };
 };
 
-/** Object that a start claims. */
+/** An object that a start claims. */
 export type PlannedClaim = {
   Svv: {
     id: SvvId;
@@ -1373,23 +1385,23 @@ export type PlannedCommand = "Ready" | {
   Off: number;
 };
 
-/** A termination condition, resolved. The eight system conditions are there after those of the verb, if the verb does not name them. */
+/** A termination condition, resolved. The eight system conditions follow those of the verb unless the verb names them. */
 export interface PlannedCondition {
   name: string;
-  /** (block, item) of the block conditions that it stands for; empty for a system condition. */
+  /** Block conditions that it consists of, as (block, item); empty for a system condition. */
   on: [number, number][];
   /** ν: indices into `outputs`. */
   returns: number[];
-  /** Its end is normal: no exception (`completed`; `returns` and no `raises`). */
+  /** True if the end is normal: no exception (`completed`; `returns` and no `raises`). */
   normal: boolean;
   priority: number;
-  /** Lists to which it is limited; empty: all. Conditions of one name have no list in common. */
+  /** Lists in which it holds; empty: all. Conditions of the same name have no list in common. */
   during: number[];
   /** Code of the alarm that it raises. */
   alarm: string | null;
 }
 
-/** Reason for which an activation is due, while it is on. */
+/** Reason for which an activation that is on becomes due. */
 export type PlannedDue = "Interval" | {
   Driven: {
     by: [number, number][];
@@ -1400,15 +1412,15 @@ export type PlannedDue = "Interval" | {
   };
 };
 
-/** Course of an end, resolved. */
+/** Ending of the verb, resolved. */
 export interface PlannedEnding {
-  /** Index of the list that runs at the end. */
+  /** Index of the ending list. */
   list: number | null;
-  /** Running time that it may take. */
+  /** Limit of its running time. */
   limit_ns: number;
 }
 
-/** Port that becomes true, and the condition (block, item) that is waited for if its block is active. */
+/** Port that is set to true, and the condition (block, item) that is awaited if its block is active. */
 export interface PlannedHolding {
   set: PlannedTarget;
   until: [number, number];
@@ -1418,13 +1430,13 @@ export interface PlannedHolding {
 export interface PlannedInput {
   name: string;
   origin: PlannedOrigin;
-  /** Normalised type, and the declarations it needs are resolved in it. */
+  /** Normalised type, with all struct declarations expanded. */
   type_text: string;
   unit: string;
   default: Value | null;
   tunable: boolean;
   range: PlannedRange | null;
-  /** The ranges of the items that it goes to. */
+  /** Ranges of the items that the value is stored in. */
   item_ranges: Range[];
   targets: PlannedTarget[];
 }
@@ -1432,7 +1444,7 @@ export interface PlannedInput {
 export interface PlannedList {
   name: string;
   stages: PlannedStage[];
-  /** τ(this, condition) = list: indices. */
+  /** τ(this list, condition) = list, as indices. */
   transitions: [number, number][];
 }
 
@@ -1465,9 +1477,9 @@ export interface PlannedOutput {
 export interface PlannedPort {
   item: number;
   binding: PlannedBinding;
-  /** Mode in force. */
+  /** Effective mode. */
   mode: PortMode;
-  /** Number of values that a history input reads; else 0. */
+  /** Number of values that a history input reads; otherwise 0. */
   history: number;
 }
 
@@ -1475,15 +1487,15 @@ export interface PlannedPort {
 export interface PlannedRange {
   least: PlannedBound;
   most: PlannedBound;
-  /** SVVs that the value is counted from, one for each device. */
+  /** SVVs that the value is relative to, one per device. */
   counted_from: string[];
 }
 
-/** Property that one device must have at a start. */
+/** A property that one device must have at a start. */
 export interface PlannedRequirement {
   device: string;
   member: PlannedMember;
-  /** Member that must be true for it to hold. */
+  /** Member that must be true for the requirement to apply. */
   when: PlannedMember | null;
   raises: Class;
   remedy: string;
@@ -1492,7 +1504,7 @@ export interface PlannedRequirement {
 /** Section of a command list up to a wait. */
 export interface PlannedStage {
   commands: PlannedCommand[];
-  /** `None`: the list is through; the process goes on until a condition comes or nothing is active. */
+  /** `None` at the end of the list: the process continues until a condition occurs or nothing is active. */
   wait: PlannedWait | null;
   /** Activations that are on after the commands of this stage: (activation, every). */
   active: [number, number][];
@@ -1503,7 +1515,7 @@ export type PlannedSuspend = "Idle" | "Hold" | "HoldLast" | "Safe" | {
   Holding: PlannedHolding[];
 };
 
-/** A place that a value is stored in or read from. */
+/** Storage that a value is written to or read from. */
 export type PlannedTarget = {
   Cell: number;
 } | {
@@ -1535,52 +1547,52 @@ export type PortMode = "synchronous" | "asynchronous" | {
   ratio: number;
 };
 
-/** A port as who draws it knows it: of a block, or, `block` empty, of the graph itself. */
+/** A port as identified by a drawing editor: of a block, or, if `block` is empty, of the graph itself. */
 export interface PortName {
   block: string;
   port: string;
 }
 
-/** The value of a port that nothing is bound to, or the number of elements of a block; null where it has none. */
+/** Value of an unbound port, or number of elements of a block; null if there is none. */
 export type PortValue = Value | number | null;
 
-/** Reason why two ports cannot be wired; of one port and all others, a list. */
+/** Reason why two ports cannot be wired; for one port and all others, a list. */
 export type PortVerdicts = string | null | Verdict[];
 
-/** Result for one processor in a process of its own, or for those that share one. */
+/** Result for one processor in a process of its own, or for several that share one. */
 export interface ProcessTakenOver {
-  /** Its name; of a process that may be shared, that of the process. */
+  /** Name of the processor, or of the process if it may be shared. */
   name: string;
-  /** The processors in that process. */
+  /** Processors in the process. */
   processors: string[];
-  /** True if something of it ran, and has been taken over now; else its process was started for this system. */
+  /** True if its running blocks have been taken over; false if the process was started for this system. */
   is_adopted: boolean;
-  /** Blocks that go on where they were, by label. */
+  /** Labels of blocks that continue from their state. */
   carried: string[];
-  /** Blocks that begin again, with the reason. */
+  /** Blocks that restart, with the reason. */
   anew: BlockAnew[];
-  /** Blocks that ran, and that this system has not started: they have ended. */
+  /** Labels of blocks that were running but that this system has not started: they have ended. */
   ended: string[];
-  /** The longest time for which a device was not written, ns; none where there is none. */
+  /** Longest time for which a device was not written, ns; null if there is no device. */
   gap_ns: number | null;
 }
 
 /** A real-time processor. */
 export interface ProcessorAbout {
-  /** The core that it is bound to. */
+  /** CPU core that the processor is bound to. */
   core: number | null;
-  /** The supervisor runs on it. */
+  /** True if the supervisor runs on the processor. */
   supervisor: boolean;
-  /** The process that it runs in; null: the supervisor's. */
+  /** Process that the processor runs in; null: the supervisor's. */
   process: string | null;
-  /** The host that it runs on; null: the supervisor's. */
+  /** Host that the processor runs on; null: the supervisor's. */
   host: string | null;
 }
 
-/** Mark of a condition that raises: a bool, or the name of the class, which the programming system knows. */
+/** `raises` mark of a condition: a bool, or the name of the exception class, which only the programming system resolves. */
 export type RaiseMark = boolean | string;
 
-/** The values that an item may have. As text `[0, 1]`, `(0, inf)`, `[pose]`: a round bracket excludes its end. */
+/** Values that an item may have. As text `[0, 1]`, `(0, inf)`, `[pose]`; a round bracket excludes its bound. */
 export type Range = string;
 
 /** Rate at which a writer updates, in one command list. */
@@ -1597,31 +1609,31 @@ export type Rate = {
 
 /** A value with its number and time. */
 export interface Reading {
-  /** The value, where bytes are not asked for. */
+  /** The value, unless bytes are requested. */
   value?: Value | null;
-  /** The memory of its C type in base64, little endian, where that is asked for. */
+  /** Memory of its C type in base64, little endian, if requested. */
   bytes?: string | null;
   number: number;
   time_ns: number;
 }
 
-/** State at a time of a recording. */
+/** State of a recording at a time. */
 export interface RecordedAt {
-  /** Values that were stored last; null: there was none yet. */
+  /** Last stored values; null if there was none yet. */
   values: { [name: string]: Reading | null };
-  /** Messages of other channels that came last, with their times; null: there was none yet. What is known is left out. */
+  /** Last messages of other channels, with their times; null if there was none yet. Messages that the caller already has are omitted. */
   messages: { [name: string]: RecordedMessage | null };
 }
 
-/** An SVV or private cell of a recording. */
+/** An SVV or private cell in a recording. */
 export interface RecordedChannel {
-  /** Name `INSTANCE:CELL` of a cell. */
+  /** Name; that of a cell is `INSTANCE:CELL`. */
   name: string;
-  /** `svv` or `cell`. */
+  /** Kind: `svv` or `cell`. */
   kind: string;
   type_text: string;
   unit: string;
-  /** Numbers that one value has. */
+  /** Number of numbers in one value. */
   components: number;
 }
 
@@ -1633,84 +1645,84 @@ export interface RecordedEnd {
   time_s: number;
 }
 
-/** A message of a channel that has no values. */
+/** A message of a channel without values. */
 export interface RecordedMessage {
   /** Time on the system's clock. */
   time_ns: number;
   message: unknown;
 }
 
-/** Messages of a channel in their order. */
+/** Messages of a channel, in order. */
 export interface RecordedMessages {
   messages: RecordedMessage[];
-  /** The number of the next one, where there may be more: to be asked for with `since`. */
+  /** Number of the next message if there may be more; pass it as `since`. */
   next: number | null;
 }
 
-/** Some channels over a span. */
+/** Channels over a span. */
 export interface RecordedSpan {
   channels: RecordedTrace[];
-  /** Where this is not all, `since` of the call that goes on: what that returns follows what is here, and its sums are more. */
+  /** If the answer is incomplete, `since` for the call that continues it: its samples follow these, and its sums are to be added. */
   next: number | null;
 }
 
 /** Digest of one number of a channel over a span; every finite value counts once. */
 export interface RecordedSums {
   count: number;
-  /** 0 where there is no value. */
+  /** Minimum; 0 if there is no value. */
   min: number;
   max: number;
   sum: number;
-  /** The sum of squares. */
+  /** Sum of squares. */
   squares: number;
-  /** The sum of the squared differences from the mean: not lost among large values, as the sum of squares less that of the mean is. */
+  /** Sum of the squared differences from the mean: unlike the sum of squares less that of the mean, it is not lost among large values. */
   spread: number;
 }
 
 /** One channel over a span. */
 export interface RecordedTrace {
   /**
-   * Value stored last before the span; of each column the first value, the last, and of each number the minimum and the maximum,
-   * whole values with their own times. In base64, little endian: (i64 time in ns, u64 number) of all, then the numbers as f64.
+   * Last value stored before the span, then for each column the first and last values and the minimum and maximum of each number, all
+   * as complete values with their own times. In base64, little endian: (i64 time in ns, u64 number) of all, then the numbers as f64.
    */
   samples: string;
   /** Sums of each number, over all values of the span. */
   sums: RecordedSums[];
 }
 
-/** A recording that has begun. */
+/** A started recording. */
 export interface RecordingBegun {
-  /** Its number. */
+  /** Number of the recording. */
   recording: number;
 }
 
-/** A recording. */
+/** Contents of a recording. */
 export interface RecordingContents {
   /** Name of the system. */
   system: string;
-  /** Version of OpenGPAC that wrote it. */
+  /** Version of OpenGPAC that wrote the recording. */
   version: string;
   /** `virtual` or `monotonic`. */
   clock: string;
-  /** Time at which the clock of the system stood at 0, s since 1970. */
+  /** Time at which the system's clock was 0, s since 1970. */
   epoch_unix_s: number;
-  /** First and last time in it, ns on the system's clock. */
+  /** First and last time in the recording, ns on the system's clock. */
   begins_ns: number;
   ends_ns: number;
-  /** False where the file has no end: it is under way, or its recorder was killed, or the disk was full. */
+  /** False if the file has no end: it is still being recorded, or its recorder was killed, or the disk was full. */
   complete: boolean;
-  /** True if it can be run again: `opengpac replay`. */
+  /** True if the recording can be replayed: `opengpac replay`. */
   replay: boolean;
   channels: RecordedChannel[];
   /** Topics of other channels: `/log`, `/ends`, … */
   topics: string[];
-  /** Verbs that were installed, in the order of their names; of a long recording those of its beginning. */
+  /** Installed verbs in the order of their names; of a long recording those at its beginning. */
   verbs: string[];
   /** Ends of verb instances; of a long recording the first ones. */
   ends: RecordedEnd[];
-  /** Messages that are not in it, by channel, where there are any. */
+  /** Number of lost messages by channel; channels without losses are omitted. */
   lost: { [name: string]: number };
-  /** Parts of the file that cannot be read, as far as they are known: the content of a chunk is checked when it is read first. */
+  /** Unreadable parts of the file, as far as they are known: the content of a chunk is checked when it is first read. */
   damage: DamagedPart[];
   /** Description of the system in the file: `configuration` is the answer of the call of that name as JSON. */
   metadata: { [name: string]: string };
@@ -1718,48 +1730,48 @@ export interface RecordingContents {
 
 /** A file in a folder of recordings. */
 export interface RecordingFile {
-  /** Its plain name. */
+  /** Plain name of the file. */
   name: string;
-  /** Its size in bytes. */
+  /** Size of the file, bytes. */
   bytes: number;
-  /** Time at which it was written last, s since 1970. */
+  /** Time of the last write, s since 1970. */
   written_unix_s: number;
 }
 
-/** State of a recording, or its end. */
+/** State of a recording, also after its end. */
 export interface RecordingSummary {
-  /** The file; of a recording that is split the first one. */
+  /** Path of the file; if the recording is split, of the first one. */
   path: string;
-  /** The files that are there, the oldest first; the last one is written. */
+  /** Existing files, oldest first; the last one is being written. */
   files: string[];
   running: boolean;
-  /** Messages that were written, by channel; while it runs, in whole chunks. */
+  /** Number of written messages by channel; while the recording runs, only those in complete chunks. */
   counts: { [name: string]: number };
-  /** Messages that could not be written, by channel, where there are any. */
+  /** Number of messages by channel that could not be written; channels without losses are omitted. */
   lost: { [name: string]: number };
-  /** Bytes of the files that are there. */
+  /** Total size of the existing files, bytes. */
   bytes: number;
-  /** Bytes that were free on their disk when it was written to last, where that is known. */
+  /** Free space of their disk at the last write, bytes, if it is known. */
   free_bytes: number | null;
   /** Failure that ended the recording, if one did. */
   failure: string | null;
 }
 
-/** One thing that is wrong. */
+/** A single mistake. */
 export interface Refusal {
   class: Class;
-  /** Lower case, both ends named: `cannot bind output 'a.y' (double, N.m) to input 'b.u' (float): types differ`. */
+  /** Message in lower case that names both ends: `cannot bind output 'a.y' (double, N.m) to input 'b.u' (float): types differ`. */
   message: string;
   ends?: RefusalEnd[];
-  /** The next step if it is known; printed after the message, behind a semicolon. */
+  /** Next step, if known; printed after the message, following a semicolon. */
   remedy?: string;
-  /** Place to look at first: the definition that is at fault. */
+  /** Location to check first: the faulty definition. */
   place?: SourceLocation | null;
-  /** The parts of the definition that it is about, the first one first. */
+  /** Parts of the definition concerned, the main one first. */
   where?: Where[];
 }
 
-/** One of the ends that a refusal is about. */
+/** End of the binding that a refusal is about. */
 export interface RefusalEnd {
   /** Name in the message, for example `output 'servo.effort' (double, N.m)`. */
   what: string;
@@ -1768,21 +1780,21 @@ export interface RefusalEnd {
 
 /** A part of a layout: a row or a column of regions, tabs, or one panel. */
 export interface Region {
-  /** Its share of the row or column, relative to its neighbours'; 1 where it is left out. */
+  /** Share of the row or column, relative to its neighbours; 1 if omitted. */
   share?: number | null;
   /** Regions side by side. */
   row?: Region[];
   /** Regions one above the other. */
   column?: Region[];
-  /** Panels in one place, of which one is seen. */
+  /** Panels in the same position, only one of which is visible. */
   tabs?: Region[];
   /** Content of the panel. */
   panel?: PanelKind | null;
-  /** Heading of the panel; what it shows, where it is empty. */
+  /** Heading of the panel; derived from its content if empty. */
   title?: string;
   /** SVVs and private cells of a plot, each at its full rate. */
   names?: string[];
-  /** Time that a plot looks back, s, 0.1 to 600; 10 by default. */
+  /** Time span of a plot, s, 0.1 to 600; 10 by default. */
   seconds?: number | null;
   /** Rows of a table of values. */
   values?: ShownValue[];
@@ -1790,27 +1802,27 @@ export interface Region {
   device?: string | null;
   /** Verb of a state diagram. */
   verb?: string | null;
-  /** Actions that buttons start, one each. */
+  /** Buttons, each of which starts one action. */
   buttons?: Button[];
 }
 
 /** A part of a layout: a row or a column of regions, tabs, or one panel. */
 export interface RegionRequest {
-  /** Its share of the row or column, relative to its neighbours'; 1 where it is left out. */
+  /** Share of the row or column, relative to its neighbours; 1 if omitted. */
   share?: number | null;
   /** Regions side by side. */
   row?: RegionRequest[];
   /** Regions one above the other. */
   column?: RegionRequest[];
-  /** Panels in one place, of which one is seen. */
+  /** Panels in the same position, only one of which is visible. */
   tabs?: RegionRequest[];
   /** Content of the panel. */
   panel?: PanelKind | null;
-  /** Heading of the panel; what it shows, where it is empty. */
+  /** Heading of the panel; derived from its content if empty. */
   title?: string;
   /** SVVs and private cells of a plot, each at its full rate. */
   names?: string[];
-  /** Time that a plot looks back, s, 0.1 to 600; 10 by default. */
+  /** Time span of a plot, s, 0.1 to 600; 10 by default. */
   seconds?: number | null;
   /** Rows of a table of values. */
   values?: ShownValue[];
@@ -1818,99 +1830,99 @@ export interface RegionRequest {
   device?: string | null;
   /** Verb of a state diagram. */
   verb?: string | null;
-  /** Actions that buttons start, one each. */
+  /** Buttons, each of which starts one action. */
   buttons?: ButtonRequest[];
 }
 
-/** Remark about something that was filled in or is worth knowing: an implied cell, an edge that is a delay. */
+/** A remark about an implicit addition or another noteworthy fact: an implied cell, an edge that is a delay. */
 export interface Remark {
   text: string;
   place: SourceLocation | null;
 }
 
-/** A replay that has begun. */
+/** A started replay. */
 export interface ReplayBegun {
-  /** Its number. */
+  /** Number of the replay. */
   replay: number;
 }
 
 /** A difference, for people. */
 export interface ReplayDifference {
-  /** Source. */
+  /** Source in which it occurred. */
   source: string;
   /** Number of the firing. */
   number: number;
-  /** Its release, ns. */
+  /** Release of the firing, ns. */
   time_ns: number;
-  /** True if it came between two firings. */
+  /** True if it occurred between two firings. */
   between: boolean;
-  /** Label of the block, with its instance; empty where it is not known. */
+  /** Label of the block, with its instance; empty if unknown. */
   block: string;
-  /** Port; empty where it is not known. */
+  /** Port; empty if unknown. */
   port: string;
-  /** The SVV in which it is stored; empty of a private cell, and where it is not known. */
+  /** SVV in which the value is stored; empty for a private cell, and if unknown. */
   svv: string;
   /** Type of the port. */
   type_text: string;
-  /** The elements of the recorded value; hexadecimal digits of what has no numbers. */
+  /** Elements of the recorded value; hexadecimal digits if it has no numbers. */
   recorded: string[];
-  /** The same of the value now. */
+  /** Elements of the present value, in the same form. */
   replayed: string[];
-  /** Difference in the way that the source went, where there is one. */
+  /** Difference in the path of the source, if there is one. */
   how: string;
-  /** SVVs that blocks of the source store, with their values now, where the block is not known. */
+  /** SVVs that blocks of the source store, with their present values, if the block is unknown. */
   stored: ReplayShown[];
 }
 
-/** Place at which a replay stopped, and its findings. */
+/** Position at which a replay stopped, and its findings. */
 export interface ReplayFound {
   stopped: ReplayStopped;
-  /** Firings that were run again. */
+  /** Number of firings that were replayed. */
   firings: number;
-  /** One number for all that happened so far: records of the same run have the same. */
+  /** Fingerprint of the run so far: all records of the same run have the same one. */
   fingerprint: string;
-  /** True where every value so far is that of the record, bit for bit. */
+  /** True if every value so far equals that of the record, bit for bit. */
   same: boolean;
   /** Source of the last moment. */
   source: string;
-  /** Number of its firing. */
+  /** Number of the source's firing. */
   number: number;
-  /** Its release, ns. */
+  /** Release of the firing, ns. */
   time_ns: number;
   /** The first difference. */
   difference: ReplayDifference | null;
-  /** Cause that keeps the record from being run on, and other notes. */
+  /** Reason why the record cannot be continued, and other notes. */
   message: string;
-  /** The SVVs that were asked for. */
+  /** SVVs that were requested. */
   svvs: ReplayShown[];
 }
 
 /** An SVV at the end of a run. */
 export interface ReplayShown {
-  /** Its name. */
+  /** Name. */
   name: string;
-  /** Its C type. */
+  /** C type. */
   type_text: string;
-  /** Its unit. */
+  /** Unit. */
   unit: string;
-  /** Its elements. */
+  /** Elements of the value. */
   value: string[];
 }
 
-/** Reason why a run went no further. */
+/** Reason why a run stopped. */
 export type ReplayStopped = "end" | "condition" | "time" | "difference" | "unplayable";
 
 /** State of a replay. */
 export interface Replaying {
-  /** True while it goes on. */
+  /** True while the replay runs. */
   running: boolean;
-  /** Firings that were run again. */
+  /** Number of firings that were replayed. */
   firings: number;
-  /** Release of the last of them, ns on the recording's clock; null: there was none yet. */
+  /** Release of the last replayed firing, ns on the recording's clock; null before the first. */
   time_ns: number | null;
-  /** Findings, once it is over. */
+  /** Findings, after the end of the replay. */
   found: ReplayFound | null;
-  /** Reason why it could not be run, or not to its end. */
+  /** Reason why the replay could not be run, or not to its end. */
   failure: string | null;
 }
 
@@ -1918,68 +1930,68 @@ export interface Replaying {
 export interface Report {
   instance: string;
   verb: string;
-  /** The number of this start of the instance, from 1. */
+  /** Number of this start of the instance, from 1. */
   start: number;
-  /** The termination condition. */
+  /** Termination condition. */
   condition: string;
   /** True for a normal end, which raises no exception in the programming system. */
   normal: boolean;
-  /** The list that was running. */
+  /** List that was running. */
   command_list: string;
-  /** The block that reported it, if one did. */
+  /** Block that reported the condition, if any. */
   block: string | null;
   /** Time of the end and of the start, s on the system's clock. */
   time_s: number;
   started_s: number;
-  /** The value that the condition reported, if it has one. */
+  /** Value that the condition reported, if it has one. */
   value: Value | null;
-  /** The cause in words. */
+  /** Cause in words. */
   message: string;
   /**
-   * Output values of the conditions on its way and of the last one: of one name, the latest. Nothing for a condition that was not reported in
-   * this start.
+   * Output values of all conditions on the way and of the last one; for each name, the latest. Null for a value that was not reported
+   * in this start.
    */
   outputs: { [name: string]: Value | null };
   others: Other[];
-  /** The transitions that it took, in order: at most the last 64. */
+  /** Transitions taken, in order; at most the last 64. */
   way: PassedList[];
 }
 
-/** Property that each device of an object must have when a verb starts. */
+/** A property that each device of an object must have when a verb starts. */
 export interface Requirement {
-  /** Parameter (or SVV), `arm.needs_home`, that must be true for the requirement to hold of a device. */
+  /** Parameter or SVV, such as `arm.needs_home`: the requirement applies only to devices for which it is true. */
   when: string | null;
-  /** Class of the refusal. */
+  /** Class of the refusal that is raised. */
   raises: Class;
   remedy: string;
   place: SourceLocation | null;
 }
 
-/** Property that each device of an object must have when a verb starts. */
+/** A property that each device of an object must have when a verb starts. */
 export interface RequirementRequest {
-  /** Parameter (or SVV), `arm.needs_home`, that must be true for the requirement to hold of a device. */
+  /** Parameter or SVV, such as `arm.needs_home`: the requirement applies only to devices for which it is true. */
   when?: string | null;
-  /** Class of the refusal. */
+  /** Class of the refusal that is raised. */
   raises: Class;
   remedy?: string;
   place?: SourceLocation | null;
 }
 
-/** An opened session with the instances that are still there of those that it has started. */
+/** An opened session, with the still existing instances that it has started. */
 export interface Returned {
-  /** Its ID, for the header `OpenGPAC-Session`. */
+  /** ID of the session, for the header `OpenGPAC-Session`. */
   session: string;
   name: string;
   role: Role;
-  /** Period at which it has to give a sign of life, ms. */
+  /** Required period of its signs of life, ms. */
   heartbeat_ms: number;
-  /** Time without one after which it counts as lost, ms. */
+  /** Time without a sign of life after which the session counts as lost, ms. */
   lost_after_ms: number;
-  /** True if it was there before, and lost. */
+  /** True if the session existed before and was lost. */
   returned: boolean;
-  /** End reports that wait for it. */
+  /** Number of end reports that are kept for the session. */
   kept_reports: number;
-  /** End reports that are gone, because too many waited. */
+  /** Number of end reports dropped because too many were waiting. */
   lost_reports: number;
   instances: SessionInstance[];
 }
@@ -1992,30 +2004,30 @@ export interface ScopeChannel {
   name: string;
   type_text: string;
   unit: string;
-  /** Numbers of one value: elements of an array, members of a struct. */
+  /** Number of numbers in one value: elements of an array, members of a struct. */
   components: number;
 }
 
-/** The channels of a scope. */
+/** Channels of a scope. */
 export interface ScopeHead {
   /** Channels, in the order of the runs of its binary frames. */
   channels: ScopeChannel[];
 }
 
-/** One line of the list of sessions. */
+/** A line of the list of sessions. */
 export interface SessionInfo {
   name: string;
-  /** Its caller: a user, a token or a certificate. */
+  /** Caller of the session: a user, a token or a certificate. */
   who: string;
-  /** Name of the person who opened it, if it was given. */
+  /** Name of the person who opened the session, if provided. */
   person: string | null;
   role: Role;
-  /** Address from which it calls. */
+  /** Address of the caller. */
   from: string;
-  /** True if it has command. */
+  /** True if the session has command. */
   commands: boolean;
   alive: boolean;
-  /** A connection holds it: where that breaks it is lost at once. */
+  /** True if a connection holds the session: if the connection breaks, the session is lost at once. */
   held: boolean;
   kept_reports: number;
 }
@@ -2027,14 +2039,14 @@ export interface SessionInstance {
   state: InstanceState;
 }
 
-/** A request for command that has ended. */
+/** A completed request for command. */
 export interface SettledRequest {
-  /** Counts the requests of the system. */
+  /** Number of the request, counted over the system. */
   number: number;
-  /** The session that asked. */
+  /** Session that made the request. */
   name: string;
   outcome: Outcome;
-  /** The session that granted, declined or withdrew it; null: nobody did, as where its time has passed. */
+  /** Session that granted, declined or withdrew the request; null if none did, for example after a timeout. */
   by: string | null;
   /** Reason, for people. */
   reason: string;
@@ -2043,39 +2055,39 @@ export interface SettledRequest {
 /** Urgency of an alarm. */
 export type Severity = "low" | "medium" | "high" | "critical";
 
-/** Shelving of an alarm: a time that it is out of the list. */
+/** A shelving of an alarm: a period for which it is removed from the list. */
 export interface Shelving {
-  /** Person or session that shelved it. */
+  /** Person or session that shelved the alarm. */
   who: string;
   reason: string;
-  /** Time at which it began, on the system's clock and on the wall (ns since 1970; under the virtual clock the system's own). */
+  /** Time of the shelving, on the system's clock and on the wall clock (ns since 1970; under the virtual clock the system's own). */
   time_ns: number;
   wall_ns: number;
-  /** Time at which it is over at the latest. */
+  /** Time at which the shelving expires. */
   until_ns: number;
-  /** Time at which it ended; null while it lasts. */
+  /** Time at which the shelving ended; null while it lasts. */
   ended_ns: number | null;
-  /** Person or session that ended it; empty: its time was over, or the alarm became one that cannot be shelved. */
+  /** Person or session that ended the shelving; empty if it expired, or if the alarm became one that cannot be shelved. */
   ended_by: string;
 }
 
-/** Shelving of an alarm: a time that it is out of the list. */
+/** A shelving of an alarm: a period for which it is removed from the list. */
 export interface ShelvingRequest {
-  /** Person or session that shelved it. */
+  /** Person or session that shelved the alarm. */
   who: string;
   reason: string;
-  /** Time at which it began, on the system's clock and on the wall (ns since 1970; under the virtual clock the system's own). */
+  /** Time of the shelving, on the system's clock and on the wall clock (ns since 1970; under the virtual clock the system's own). */
   time_ns: number;
   wall_ns: number;
-  /** Time at which it is over at the latest. */
+  /** Time at which the shelving expires. */
   until_ns: number;
-  /** Time at which it ended; null while it lasts. */
+  /** Time at which the shelving ended; null while it lasts. */
   ended_ns?: number | null;
-  /** Person or session that ended it; empty: its time was over, or the alarm became one that cannot be shelved. */
+  /** Person or session that ended the shelving; empty if it expired, or if the alarm became one that cannot be shelved. */
   ended_by: string;
 }
 
-/** A command in short: its name is the key of what it acts on. */
+/** A command in short form: the name of the command is the key of its argument. */
 export type ShortCommand = {
   install: NameList;
 } | {
@@ -2093,7 +2105,7 @@ export type ShortCommand = {
   ready: boolean;
 };
 
-/** A command in short: its name is the key of what it acts on. */
+/** A command in short form: the name of the command is the key of its argument. */
 export type ShortCommandRequest = {
   install: NameList;
 } | {
@@ -2114,19 +2126,19 @@ export type ShortCommandRequest = {
 /** A value of a table: an SVV, a private cell or a channel. */
 export interface ShownValue {
   name: string;
-  /** Text for people; the name if it is empty. */
+  /** Label for people; the name if empty. */
   label?: string;
-  /** The lower limit, in the unit of the value: below it the value is marked. */
+  /** Lower limit, in the unit of the value; a value below it is highlighted. */
   minimum?: number | null;
-  /** The upper limit: above it the value is marked. */
+  /** Upper limit; a value above it is highlighted. */
   maximum?: number | null;
 }
 
-/** A block that runs by itself. */
+/** A block that runs on its own. */
 export interface SingleBlock {
   /** `instance.label`. */
   block: string;
-  /** Reason why it cannot be fused. */
+  /** Reason why the block cannot be fused. */
   why: string;
 }
 
@@ -2156,56 +2168,56 @@ export interface SourceLocation {
 }
 
 /**
- * Statistics of an interrupt source. Bin i of a histogram counts times from 2^i to 2^(i+1) ns; the first also shorter ones, the last also
- * longer ones.
+ * Statistics of an interrupt source. Bin i of a histogram counts times from 2^i to 2^(i+1) ns; the first bin includes shorter times, the
+ * last one longer times.
  */
 export interface SourceStatistics {
-  /** Steps of its firing table. */
+  /** Number of steps in its firing table. */
   steps: number;
-  /** Firings, without those of `execute`. */
+  /** Number of firings, excluding those of `execute`. */
   firings: number;
-  /** Releases that were skipped because the firing before was not over. */
+  /** Number of releases that were skipped because the previous firing had not finished. */
   overruns: number;
-  /** Ratio values that were absent when their reader asked for them. */
+  /** Number of ratio values that were absent when their reader needed them. */
   late: number;
-  /** Invocations that faulted. */
+  /** Number of invocations that faulted. */
   faults: number;
-  /** Conditions and other events that found no place and were lost. */
+  /** Number of conditions and other events that were lost for lack of space. */
   lost: number;
-  /** A fault stopped it. */
+  /** True if the source was stopped by a fault. */
   stopped: boolean;
-  /** Rights that its thread asked of the operating system and did not get. */
+  /** Rights that its thread requested from the operating system but did not get. */
   rights_missing: string[];
-  /** Start of the last firing behind its release, ns. */
+  /** Delay of the last firing's start after its release, ns. */
   jitter_last_ns: number;
   /** Maximum jitter, ns. */
   jitter_max_ns: number;
   /** Histogram of the jitter. */
   jitter_bins: number[];
-  /** Upper end of the bin that the median jitter lies in, ns; 0 before the first firing. */
+  /** Upper bound of the bin that contains the median jitter, ns; 0 before the first firing. */
   jitter_median_ns: number;
-  /** Duration of all firings together, ns. */
+  /** Total duration of all firings, ns. */
   duration_sum_ns: number;
   /** Duration of the last firing, ns. */
   duration_last_ns: number;
-  /** Longest duration, ns. */
+  /** Maximum duration, ns. */
   duration_max_ns: number;
   /** Histogram of the duration. */
   duration_bins: number[];
-  /** Upper end of the bin that the median duration lies in, ns; 0 before the first firing. */
+  /** Upper bound of the bin that contains the median duration, ns; 0 before the first firing. */
   duration_median_ns: number;
   processor?: string;
-  /** The core that its processor is bound to. */
+  /** CPU core that its processor is bound to. */
   core?: number | null;
   kind?: KindOfSource;
   /** Period of a timer, ns. */
   period_ns?: number | null;
   priority?: number;
-  /** Rights that its thread asked of the operating system; none under the virtual clock. */
+  /** Rights that its thread requested from the operating system; empty under the virtual clock. */
   rights_asked?: string[];
   /** True while a probe measures its blocks. */
   probed: boolean;
-  /** Times of the blocks that a probe has measured since they were installed. */
+  /** Times of the blocks that a probe has measured since their installation. */
   blocks: BlockTimes[];
 }
 
@@ -2215,54 +2227,57 @@ export interface Statistics {
   now_s: number;
   /** Interrupt sources by name, `rtp.source`. */
   sources: { [name: string]: SourceStatistics };
-  /** Verb instances in the order in which they were created. */
+  /** Verb instances in order of creation. */
   instances: InstanceStatistics[];
   /** States of the logical devices. */
   devices: { [name: string]: DeviceState };
   physical_devices: { [name: string]: PhysicalDeviceStatistics };
-  /** Processors by the process that they run in, of those that do not run in the supervisor's. */
+  /** Processors outside the supervisor's process, by the process in which they run. */
   processes: { [name: string]: string[] };
-  /** Cause of the latched emergency stop; null: it is not latched. */
+  /** Cause of the latched emergency stop; null if it is not latched. */
   emergency: string | null;
   paused: PausesInForce;
   mode: Mode;
-  /** Rights that the supervisor's thread asked of the operating system and did not get. */
+  /** Rights that the supervisor's thread requested from the operating system but did not get. */
   supervisor_rights_missing: string[];
 }
 
 /** A line of the augmented τ. */
 export interface Step {
-  /** A part, which stands for every list of it that the condition ends, or one list: `approach`, `approach.back_off`; or several. */
+  /**
+   * Part, which denotes each of its lists that the condition ends, or a single list: `approach`, `approach.back_off`; or several of
+   * these.
+   */
   from: NameList;
-  /** A condition, by its name in the composed verb or in the part; absent: every normal end, but a halt. */
+  /** Condition, by its name in the composed verb or in the part; absent: every normal end except a halt. */
   condition?: string | null;
-  /** A part, which stands for its initial list, or one list. */
+  /** Part, which denotes its initial list, or a single list. */
   to: string;
   place?: SourceLocation | null;
 }
 
-/** A file that is there. */
+/** A stored file. */
 export interface StoredFile {
-  /** Its size. */
+  /** Size in bytes. */
   bytes: number;
 }
 
-/** A text frame of the stream: what a subscription has to say, or why a frame of the client was refused. */
+/** A text frame of the stream: news of a subscription, or the reason for refusing a frame of the client. */
 export interface StreamAnswer {
-  /** The subscription, as its client named it. */
+  /** Subscription, by the name that its client chose. */
   id?: string | null;
-  /** The heartbeat of a stream opened with `?beat=true`: what the daemon's clock says, ms. `OpenGPAC-As-Of` counts from it. */
+  /** Heartbeat of a stream opened with `?beat=true`: the daemon's clock, ms. `OpenGPAC-As-Of` counts from it. */
   beat?: number | null;
   svvs?: Snapshot | null;
   statistics?: Statistics | null;
   installed?: InstalledInstances | null;
   log?: LogEntry[] | null;
   ends?: End[] | null;
-  /** The first frame of a scope: what the binary ones after it carry. */
+  /** First frame of a scope, which describes the content of the binary frames that follow. */
   scope?: ScopeHead | null;
-  /** Frames, or entries, that the reader was too slow for since the last frame of this subscription. */
+  /** Number of frames, or entries, since the last frame of this subscription for which the reader was too slow. */
   dropped?: number | null;
-  /** Reason why the subscription ended, or the frame was refused. */
+  /** Reason why the subscription ended or the frame was refused. */
   errors?: Refusal[] | null;
 }
 
@@ -2270,17 +2285,17 @@ export interface StreamAnswer {
 export interface StreamFrame {
   /** Topic of the subscription. */
   subscribe?: Topic | null;
-  /** The client's name of the subscription. */
+  /** Client's name for the subscription. */
   id?: string | null;
-  /** The subscription that is over. */
+  /** Subscription that ends. */
   unsubscribe?: string | null;
   /** Names of `svvs` and `scope`. */
   names?: string[];
   /** Period of observation, ms of the wall clock, at least 10; of `statistics` and `installed` at least 100, of `scope` at most 1,000. */
   every_ms?: number;
-  /** True for bytes in base64 instead of values, of `svvs`. */
+  /** True if `svvs` are sent as bytes in base64 instead of values. */
   raw?: boolean;
-  /** First number of `log` and `ends`. */
+  /** First number of `log` and `ends` to send. */
   since?: number;
 }
 
@@ -2297,42 +2312,42 @@ export interface SvvAbout {
   type_text: string;
   /** Declarations of the struct types that it needs, by name. */
   types: { [name: string]: string };
-  /** The type with its layout. */
+  /** Type with its layout. */
   type: TypeTree;
   unit: string;
-  /** Number of its values that are kept. */
+  /** Number of values kept. */
   history: number;
-  /** The logical device that it belongs to. */
+  /** Logical device that it belongs to. */
   device: string | null;
   /** Ports that write it, `instance.label.port`. */
   writers: string[];
   /** Ports that read it. */
   readers: string[];
-  /** Verb instances with a port bound to it. */
+  /** Number of verb instances with a port bound to it. */
   bound: number;
-  /** Number of this SVV among those that have had its name; `NAME@ID` is this one and no other. */
+  /** Number of this SVV among all SVVs of the same name over time; `NAME@ID` refers to exactly this one. */
   id?: number;
-  /** Minimum and maximum that a programming system may write, where both are finite. */
+  /** Minimum and maximum that a programming system may write, if both are finite. */
   within?: [number, number] | null;
-  /** The interrupt source in which its present value was computed; null: a programming system wrote it. */
+  /** Interrupt source that computed the current value; null if a programming system wrote it. */
   source?: string | null;
 }
 
 export type SvvId = number;
 
-/** An SVV as it is asked for: its specification, and the struct types that its type needs. */
+/** A requested SVV: its specification, and the struct types that its type needs. */
 export interface SvvRequest {
   /** C type. */
   type_text: string;
   unit?: string;
   initial?: Initial | null;
-  /** Number of earlier values that are kept for Python. */
+  /** Number of earlier values kept for Python. */
   history?: number;
-  /** The values that the PS may store. */
+  /** Values that the PS may store. */
   within?: Within | null;
-  /** The PS keeps its value over a warm restart. */
+  /** True if the PS keeps the value over a warm restart. */
   keep?: boolean | null;
-  /** Name of the system's SVV that the devices of a type share: they have none of their own. */
+  /** Name of the system's SVV that all devices of the type share instead of having their own. */
   shared?: string | null;
   types?: { [name: string]: string };
 }
@@ -2342,13 +2357,13 @@ export interface SvvSpecification {
   type_text: string;
   unit: string;
   initial: Initial | null;
-  /** Number of earlier values that are kept for Python. */
+  /** Number of earlier values kept for Python. */
   history: number;
-  /** The values that the PS may store. */
+  /** Values that the PS may store. */
   within: Within | null;
-  /** The PS keeps its value over a warm restart. */
+  /** True if the PS keeps the value over a warm restart. */
   keep?: boolean | null;
-  /** Name of the system's SVV that the devices of a type share: they have none of their own. */
+  /** Name of the system's SVV that all devices of the type share instead of having their own. */
   shared: string | null;
 }
 
@@ -2357,25 +2372,25 @@ export interface SvvSpecificationRequest {
   type_text: string;
   unit?: string;
   initial?: Initial | null;
-  /** Number of earlier values that are kept for Python. */
+  /** Number of earlier values kept for Python. */
   history?: number;
-  /** The values that the PS may store. */
+  /** Values that the PS may store. */
   within?: Within | null;
-  /** The PS keeps its value over a warm restart. */
+  /** True if the PS keeps the value over a warm restart. */
   keep?: boolean | null;
-  /** Name of the system's SVV that the devices of a type share: they have none of their own. */
+  /** Name of the system's SVV that all devices of the type share instead of having their own. */
   shared?: string | null;
 }
 
 /** `POST /v1/command`. */
 export interface TakeCommand {
-  /** Takes it from the holder; needs the role `configure`. */
+  /** True to take command from the holder; requires the role `configure`. */
   force?: boolean;
 }
 
-/** Result for each process of processors. */
+/** Results of a takeover, one per process of processors. */
 export interface TakenOver {
-  /** Results, in the order of their names. */
+  /** Results, in the order of the process names. */
   processors: ProcessTakenOver[];
 }
 
@@ -2439,32 +2454,32 @@ export interface TaughtPoints {
 
 /** A termination condition: an element of t_V with its ν. */
 export interface Termination {
-  /** Block conditions (`label.item`) it stands for; empty: the system condition of its own name. */
+  /** Block conditions (`label.item`) that it consists of; empty: the system condition of the same name. */
   on: NameList;
-  /** ν: outputs it returns. Absent: none declared. */
+  /** ν: outputs that it returns. Absent: none declared. */
   returns: NameList | null;
-  /** True if it raises on the PS (the PS knows which class): so, or by the name of the class. */
+  /** True if it raises an exception on the PS. May also be set to the name of the exception class, which only the PS resolves. */
   raises: RaiseMark;
-  /** Command lists to which it is limited; empty: all. In JSON one name, or several. */
+  /** Command lists in which it holds; empty: all. In JSON one name, or several. */
   during: NameList;
   priority: number;
-  /** Code of the alarm that it raises whenever it acts, whether the verb ends or goes on. */
+  /** Code of the alarm that it raises whenever it occurs, whether or not the verb ends. */
   alarm: string | null;
   place: SourceLocation | null;
 }
 
 /** A termination condition: an element of t_V with its ν. */
 export interface TerminationRequest {
-  /** Block conditions (`label.item`) it stands for; empty: the system condition of its own name. */
+  /** Block conditions (`label.item`) that it consists of; empty: the system condition of the same name. */
   on?: NameList;
-  /** ν: outputs it returns. Absent: none declared. */
+  /** ν: outputs that it returns. Absent: none declared. */
   returns?: NameList | null;
-  /** True if it raises on the PS (the PS knows which class): so, or by the name of the class. */
+  /** True if it raises an exception on the PS. May also be set to the name of the exception class, which only the PS resolves. */
   raises?: RaiseMark;
-  /** Command lists to which it is limited; empty: all. In JSON one name, or several. */
+  /** Command lists in which it holds; empty: all. In JSON one name, or several. */
   during?: NameList;
   priority?: number;
-  /** Code of the alarm that it raises whenever it acts, whether the verb ends or goes on. */
+  /** Code of the alarm that it raises whenever it occurs, whether or not the verb ends. */
   alarm?: string | null;
   place?: SourceLocation | null;
 }
@@ -2472,12 +2487,12 @@ export interface TerminationRequest {
 /** A time with its unit: `20 ms`. */
 export type Time = string;
 
-/** End of parts that run together. */
+/** Ending rule of parts that run together. */
 export type TogetherUntil = "any" | "all";
 
 /**
- * Topic of a stream. `scope`: every value of some SVVs and private cells, in binary frames; `installed`: at first, and whenever it
- * has changed.
+ * Topic of a stream. `scope` sends every value of some SVVs and private cells in binary frames; `installed` is sent at the start and
+ * whenever it changes.
  */
 export type Topic = "svvs" | "log" | "ends" | "scope" | "statistics" | "installed";
 
@@ -2505,9 +2520,9 @@ export type TypeTree = ({
 } | {
   struct: [string, TypeTree, number][];
 }) & {
-  /** The normalised declaration. */
+  /** Normalised declaration. */
   text: string;
-  /** Bytes of a value, padding included. */
+  /** Size of a value in bytes, including padding. */
   size: number;
   /** Alignment, bytes. */
   align: number;
@@ -2516,19 +2531,19 @@ export type TypeTree = ({
 /** End of a wait. */
 export type Until = boolean | NameList;
 
-/** A value of a parameter, preset, SVV or output. In JSON it is what it looks like. */
+/** A value of a parameter, preset, SVV or output. JSON uses the corresponding native form. */
 export type Value = boolean | number | string | Value[] | { [name: string]: Value } | null;
 
 /**
  * A verb (f_V, p_V, o_V, inst_V, χ, ψ, ω, c_V, t_V, τ, ν).
  *
  * In a composed verb, one with `parts`, blocks, cells and lists carry the label of their part (`close.start`). So do the keys of
- * `conditions` and `output_values`, which may then hold one line for each part; what reports and τ call them is [`Verb::reported`].
+ * `conditions` and `output_values`, which may then have one line per part; [`Verb::reported`] returns their names in reports and τ.
  */
 export interface Verb {
   name: string;
   doc: string;
-  /** True if it may be started in manual mode. */
+  /** True if the verb may be started in manual mode. */
   manual: boolean;
   blocks: { [name: string]: WrittenBlockUse };
   objects: { [name: string]: WrittenObject };
@@ -2537,7 +2552,7 @@ export interface Verb {
   /** Private SVVs of each instance; part of χ. */
   cells: { [name: string]: NameList };
   input_parameters: { [name: string]: WrittenInputParameter };
-  /** Members of objects, SVVs or parameters of type bool, that must be true at a start: `arm.homed`. */
+  /** Bool members of objects (SVVs or parameters) that must be true at a start: `arm.homed`. */
   requires: { [name: string]: WrittenRequirement };
   /** ω. */
   output_values: { [name: string]: string };
@@ -2547,19 +2562,19 @@ export interface Verb {
   transitions: Transition[];
   /** Relaxed modes: port → mode. */
   modes: { [name: string]: PortMode };
-  /** Parts of a composed verb by label, and those of its parts (`pick.approach`). Empty in one that is written whole. */
+  /** Parts of a composed verb by label, including nested parts (`pick.approach`). Empty in a verb that is not composed. */
   parts: { [name: string]: Part };
-  /** The command list that runs at every end, but at an emergency stop, a lost processor and a second halt (brakes, a ramp down). */
+  /** Command list that runs at every end (brakes, a ramp down), except after an emergency stop, a lost processor or a second halt. */
   ending: string | null;
   /**
-   * Running time after which an ending list, what τ leads to from a disabled device or an abort, and a suspension that waits for
-   * its condition are cut short, ns; absent: [`ENDING_LIMIT_NS`].
+   * Time limit, ns, of an ending list, of the lists to which τ leads from a disabled device or an abort, and of a suspension that
+   * waits for its condition; absent: [`ENDING_LIMIT_NS`].
    */
   ending_limit_ns: number | null;
   suspend: Suspend;
   /**
-   * Action of a running instance when the programming system that started it is cut off; absent: an action is halted, the own verb
-   * of a logical device continues.
+   * Reaction of a running instance when the programming system that started it is cut off; absent: an action is halted, and a logical
+   * device's own verb continues.
    */
   if_cut_off: IfCutOff | null;
   place: SourceLocation | null;
@@ -2568,17 +2583,17 @@ export interface Verb {
 /** The paper's two classes of verbs. */
 export type VerbClass = "acts on devices" | "supports devices";
 
-/** The inputs that a start of the verb asks for. */
+/** Inputs requested for starting a verb. */
 export interface VerbForm {
   name: string;
   doc: string;
-  /** True if it may be started in manual mode. */
+  /** True if the verb may be started in manual mode. */
   manual: boolean;
-  /** Arguments with which an instance is made. */
+  /** Arguments for creating an instance. */
   arguments: FormArgument[];
-  /** The values that a start may be given. */
+  /** Values that may be passed to a start. */
   inputs: FormInput[];
-  /** The definition itself. */
+  /** Definition of the verb. */
   defined: Verb;
 }
 
@@ -2586,12 +2601,12 @@ export interface VerbForm {
  * A verb (f_V, p_V, o_V, inst_V, χ, ψ, ω, c_V, t_V, τ, ν).
  *
  * In a composed verb, one with `parts`, blocks, cells and lists carry the label of their part (`close.start`). So do the keys of
- * `conditions` and `output_values`, which may then hold one line for each part; what reports and τ call them is [`Verb::reported`].
+ * `conditions` and `output_values`, which may then have one line per part; [`Verb::reported`] returns their names in reports and τ.
  */
 export interface VerbRequest {
   name: string;
   doc?: string;
-  /** True if it may be started in manual mode. */
+  /** True if the verb may be started in manual mode. */
   manual?: boolean;
   blocks: { [name: string]: WrittenBlockUseRequest };
   objects?: { [name: string]: WrittenObjectRequest };
@@ -2600,7 +2615,7 @@ export interface VerbRequest {
   /** Private SVVs of each instance; part of χ. */
   cells?: { [name: string]: NameList };
   input_parameters?: { [name: string]: WrittenInputParameterRequest };
-  /** Members of objects, SVVs or parameters of type bool, that must be true at a start: `arm.homed`. */
+  /** Bool members of objects (SVVs or parameters) that must be true at a start: `arm.homed`. */
   requires?: { [name: string]: WrittenRequirementRequest };
   /** ω. */
   output_values?: { [name: string]: string };
@@ -2610,32 +2625,32 @@ export interface VerbRequest {
   transitions?: TransitionRequest[];
   /** Relaxed modes: port → mode. */
   modes?: { [name: string]: PortMode };
-  /** Parts of a composed verb by label, and those of its parts (`pick.approach`). Empty in one that is written whole. */
+  /** Parts of a composed verb by label, including nested parts (`pick.approach`). Empty in a verb that is not composed. */
   parts?: { [name: string]: Part };
-  /** The command list that runs at every end, but at an emergency stop, a lost processor and a second halt (brakes, a ramp down). */
+  /** Command list that runs at every end (brakes, a ramp down), except after an emergency stop, a lost processor or a second halt. */
   ending?: string | null;
   /**
-   * Running time after which an ending list, what τ leads to from a disabled device or an abort, and a suspension that waits for
-   * its condition are cut short, ns; absent: [`ENDING_LIMIT_NS`].
+   * Time limit, ns, of an ending list, of the lists to which τ leads from a disabled device or an abort, and of a suspension that
+   * waits for its condition; absent: [`ENDING_LIMIT_NS`].
    */
   ending_limit_ns?: number | null;
   suspend?: Suspend;
   /**
-   * Action of a running instance when the programming system that started it is cut off; absent: an action is halted, the own verb
-   * of a logical device continues.
+   * Reaction of a running instance when the programming system that started it is cut off; absent: an action is halted, and a logical
+   * device's own verb continues.
    */
   if_cut_off?: IfCutOff | null;
   place?: SourceLocation | null;
 }
 
-/** A verb in one line. */
+/** A one-line summary of a verb. */
 export interface VerbSummary {
   name: string;
   doc: string;
   class: VerbClass;
-  /** The device types that it supports. */
+  /** Device types that the verb supports. */
   supports: string[];
-  /** True if it has one command list. */
+  /** True if the verb has only one command list. */
   simple: boolean;
   /** Names of its command lists. */
   lists: string[];
@@ -2643,33 +2658,36 @@ export interface VerbSummary {
   parts: { [name: string]: Part };
 }
 
-/** A port, and why it cannot be wired; no reason: it can. */
+/** A port, and the reason why it cannot be wired; without a reason, it can be. */
 export interface Verdict {
   block: string;
   port: string;
   reason: string | null;
 }
 
-/** Version of the server, and the caller as it sees it. */
+/** Version of the server, and the caller as the server sees it. */
 export interface Version {
   /** Version of OpenGPAC. */
   opengpac: string;
   /** Version of the control interface. */
   interface: number;
-  /** Version of the block interface, for shared objects. */
+  /** Version of the block interface for shared objects. */
   abi: number;
-  /** The machine, for shared objects: `x86_64-linux`. */
+  /** Target of the machine for shared objects, such as `x86_64-linux`. */
   target: string;
   /** Name of the real-time system. */
   system: string;
-  /** Identifier of this life of the system: a system that was started again has another, and its log and its numbers begin again. */
+  /** Identifier of this run of the system: a restarted system has another, and its log and its numbers restart. */
   run: string;
   clock: ClockName;
   /** Role of the caller. */
   role: Role;
 }
 
-/** A part of a definition, as who draws it knows it. JSON: `{"block": "filter", "port": "u"}`, `{"transition": ["start", "contact"]}`, … */
+/**
+ * A part of a definition, as identified by a drawing editor. JSON: `{"block": "filter", "port": "u"}`, `{"transition": ["start",
+ * "contact"]}`, …
+ */
 export type Where = {
   block: string;
   port: string;
@@ -2701,7 +2719,7 @@ export interface WithdrawRequest {
 }
 
 /**
- * The range of a member of a device type, or of an SVV. JSON: `"(0, inf)"`, or two ends, each a number or the name of a parameter of the
+ * Range of a member of a device type, or of an SVV. JSON: `"(0, inf)"`, or two bounds, each a number or the name of a parameter of the
  * device, `["position_min", "position_max"]`, `["-max_effort", "max_effort"]`.
  */
 export type Within = Range | [Bound, Bound];
@@ -2710,23 +2728,23 @@ export type Within = Range | [Bound, Bound];
 export interface Workspace {
   /** Name among the workspaces of the system. */
   name: string;
-  /** Text for people; the name if it is empty. */
+  /** Title for people; the name if empty. */
   title?: string;
   /** Purpose of the workspace. */
   doc?: string;
-  /** True if it is a panel for operators: large buttons and values, and nothing can be changed in it. */
+  /** True if it is a panel for operators: it has large buttons and values, and nothing in it can be edited. */
   operator?: boolean;
   layout: Region;
 }
 
-/** A workspace in one line. */
+/** A one-line summary of a workspace. */
 export interface WorkspaceAbout {
   name: string;
   title: string;
   doc: string;
   /** True if it is a panel for operators. */
   operator: boolean;
-  /** A program has shipped it: people do not change it. */
+  /** True if a program has shipped it; people cannot change it. */
   shipped: boolean;
   /** Number that changes with every change. */
   revision: number;
@@ -2736,11 +2754,11 @@ export interface WorkspaceAbout {
 export interface WorkspaceRequest {
   /** Name among the workspaces of the system. */
   name: string;
-  /** Text for people; the name if it is empty. */
+  /** Title for people; the name if empty. */
   title?: string;
   /** Purpose of the workspace. */
   doc?: string;
-  /** True if it is a panel for operators: large buttons and values, and nothing can be changed in it. */
+  /** True if it is a panel for operators: it has large buttons and values, and nothing in it can be edited. */
   operator?: boolean;
   layout: RegionRequest;
 }
@@ -2753,14 +2771,14 @@ export type WrittenBlockUse = string | BlockUse;
 
 export type WrittenBlockUseRequest = string | BlockUseRequest;
 
-/** A command, long or short. */
+/** A command in long or short form. */
 export type WrittenCommand = Command | ShortCommand;
 
 export type WrittenCommandList = Commands | CommandList;
 
 export type WrittenCommandListRequest = CommandsRequest | CommandListRequest;
 
-/** A command, long or short. */
+/** A command in long or short form. */
 export type WrittenCommandRequest = CommandRequest | ShortCommandRequest;
 
 export type WrittenInputParameter = NameList | InputParameter;
@@ -2781,52 +2799,52 @@ export type WrittenTerminationRequest = NameList | TerminationRequest;
 
 /** The calls: the least role that may make each, its arguments, its answer. */
 export interface Calls {
-  /** Makes a real-time processor. */
+  /** Creates a real-time processor. */
   processor: {
     role: "configure";
     arguments: {
       name: string;
-      /** The core that it is bound to. */
+      /** CPU core that the processor is bound to. */
       core?: number | null;
-      /** true: the supervisor is there; if no processor says so, it is on the first one. */
+      /** true if the supervisor runs on the processor; by default it runs on the first one. */
       supervisor?: boolean;
-      /** true: in a process of its own; a text: in the process of that name. */
+      /** true: a process of its own; a text: the process of that name. */
       process?: InProcess;
-      /** A host that has joined. */
+      /** Name of a host that has joined the system. */
       host?: string | null;
-      /** Time for which a process may stand still until it counts as lost. */
+      /** Maximum time for which the process may hang before it counts as lost. */
       lost_after_ns?: number | null;
-      /** Time for which a process may miss its supervisor. */
+      /** Maximum time for which the process may be without its supervisor. */
       patience_ns?: number | null;
     };
     result: null;
   };
-  /** Lets other hosts join. */
+  /** Allows other hosts to join the system. */
   listen: {
     role: "download";
     arguments: {
       /** "tcp/HOST:PORT" or "tls/HOST:PORT". */
       endpoint: string;
-      /** The name of this host. */
+      /** Name of this host. */
       name: string;
-      /** The file of the authority that signs the others' certificates. */
+      /** File of the authority that signs the other hosts' certificates. */
       authority?: string | null;
       certificate?: string | null;
       key?: string | null;
-      /** The text that a host must know to join. */
+      /** Secret that a host must present to join. */
       token?: string | null;
-      /** Maximum difference of the clocks. */
+      /** Maximum difference between the clocks. */
       clock_limit_ns?: number | null;
     };
     result: null;
   };
-  /** Lets go on what runs in processes that lost a system of this name; the system is opened with "adopt": true. */
+  /** Takes over processes that lost a system of this name, and continues what runs in them; the system must be opened with "adopt": true. */
   take_over: {
     role: "configure";
     arguments: Record<string, never>;
     result: TakenOver;
   };
-  /** Makes an interrupt source of a processor. */
+  /** Creates an interrupt source of a processor. */
   source: {
     role: "configure";
     arguments: {
@@ -2842,7 +2860,7 @@ export interface Calls {
     };
     result: null;
   };
-  /** Requests a software source: it fires once. */
+  /** Requests one firing of a software source. */
   request: {
     role: "operate";
     arguments: {
@@ -2857,7 +2875,7 @@ export interface Calls {
     arguments: {
       processor: string;
       name: string;
-      /** The driver: "mujoco", "loopback", "scripted", ... */
+      /** Driver: "mujoco", "loopback", "scripted", ... */
       kind: string;
       /** Options of the driver. */
       options?: { [name: string]: unknown } | null;
@@ -2866,12 +2884,12 @@ export interface Calls {
     };
     result: PhysicalDevice;
   };
-  /** Lets the driver of a device carry out a service, off the cycle. Returns what that answers. */
+  /** Calls an acyclic service of a device's driver. Returns the answer of the service. */
   device_service: {
     role: "operate";
     arguments: {
       device: string;
-      /** Service that the driver declares: `configuration` lists them. */
+      /** Service declared by the driver, as listed by `configuration`. */
       service: string;
       /** Arguments of the service. */
       arguments?: { [name: string]: unknown } | null;
@@ -2880,20 +2898,20 @@ export interface Calls {
     };
     result: Value | null;
   };
-  /** Looks on the host of the system for devices that a driver could open; nothing moves. Returns what each is, and the options that open it. */
+  /** Searches the host of the system for devices that a driver could open, without moving anything. Returns a description of each, and the options that open it. */
   scan_devices: {
     role: "configure";
     arguments: {
-      /** The driver. */
+      /** Name of the driver. */
       kind: string;
-      /** Options of the driver that say where to look. */
+      /** Options of the driver that define the search. */
       options?: { [name: string]: unknown } | null;
       /** How long this request may last, ms. */
       slice_ms?: number;
     };
     result: Value | null;
   };
-  /** Waits for a service or a search that goes on. Returns what it answers, once. */
+  /** Waits for a service or search in progress. Returns the answer, only once. */
   device_served: {
     role: "operate";
     arguments: {
@@ -2903,7 +2921,7 @@ export interface Calls {
     };
     result: Value | null;
   };
-  /** Opens a device that was lost again, with everything that is bound to it. */
+  /** Reopens a lost device with all its bindings. */
   reopen_physical_device: {
     role: "operate";
     arguments: {
@@ -2919,7 +2937,7 @@ export interface Calls {
     };
     result: null;
   };
-  /** Lets a channel of a device request a source. */
+  /** Lets a channel of a device raise a source. */
   raises: {
     role: "configure";
     arguments: {
@@ -2930,37 +2948,37 @@ export interface Calls {
     };
     result: null;
   };
-  /** Says on which sources blocks run that nothing else places: source by pattern of labels. */
+  /** Sets the sources for blocks that are not placed otherwise: source by label pattern. */
   place: {
     role: "configure";
     arguments: { [name: string]: string };
     result: null;
   };
-  /** Enters a verb. */
+  /** Defines a verb. */
   define_verb: {
     role: "configure";
     arguments: VerbRequest;
     result: null;
   };
-  /** Refuses a data flow graph that is wrong; nothing is entered. */
+  /** Checks a data flow graph and refuses it if it is wrong; nothing is entered. */
   check_graph: {
     role: "observe";
     arguments: GraphRequest;
     result: null;
   };
-  /** Returns all that is wrong with a graph or a verb, each with "where"; nothing is entered. */
+  /** Returns all mistakes of a graph or a verb, each with "where"; nothing is entered. */
   check_definition: {
     role: "observe";
     arguments: Drawing;
     result: Refusal[];
   };
-  /** Returns all that is wrong with a graph or a verb, as `check_definition` does, and what installing it would refuse whatever it is given: constants, defaults, members of objects, second writers in a list. Nothing is entered. */
+  /** Returns all mistakes of a graph or a verb, as `check_definition` does, and everything that an installation would refuse for any arguments: constants, defaults, members of objects, second writers in a list. Nothing is entered. */
   check_drawing: {
     role: "observe";
     arguments: Drawing;
     result: Refusal[];
   };
-  /** Returns why two ports of a graph or a verb cannot be wired, or null; without `to`, why each other one cannot. */
+  /** Returns why two ports of a graph or a verb cannot be wired, or null; without `to`, the reason for each other port. */
   compatible: {
     role: "observe";
     arguments: ({
@@ -2969,19 +2987,19 @@ export interface Calls {
     }) & Drawing;
     result: PortVerdicts;
   };
-  /** Enters a type of logical devices. */
+  /** Defines a type of logical devices. */
   define_device_type: {
     role: "configure";
     arguments: DeviceTypeRequest;
     result: null;
   };
-  /** Returns the verb that a composition of verbs is; nothing is entered. */
+  /** Returns the verb that a composition of verbs defines; nothing is entered. */
   compose: {
     role: "observe";
     arguments: Composition;
     result: Verb;
   };
-  /** Makes an SVV. */
+  /** Creates an SVV. */
   svv: {
     role: "configure";
     arguments: ({
@@ -2998,28 +3016,28 @@ export interface Calls {
     };
     result: null;
   };
-  /** Returns every block: of the library, of code modules. */
+  /** Returns all blocks of the library and of code modules. */
   library: {
     role: "observe";
     arguments: Record<string, never>;
     result: Interface[];
   };
-  /** Fuses blocks in C that are always due together, for a second; with groups `waiting` it is to be called again. Returns what is fused. */
+  /** Fuses C blocks that are always due together, for up to a second; call again while groups are `waiting`. Returns the fused blocks. */
   fuse: {
     role: "configure";
     arguments: {
-      /** False undoes it. */
+      /** False to undo the fusing. */
       on?: boolean | null;
     };
     result: FusedBlocks;
   };
-  /** Returns what is fused, and what is not and why. */
+  /** Returns the fused blocks, and the others with the reasons. */
   fused: {
     role: "observe";
     arguments: Record<string, never>;
     result: FusedBlocks;
   };
-  /** Makes a logical device, with its own verb instance. */
+  /** Creates a logical device with its own verb instance. */
   device: {
     role: "configure";
     arguments: {
@@ -3027,7 +3045,7 @@ export interface Calls {
     } & DeviceRequest;
     result: null;
   };
-  /** Starts the verb that keeps a device going. Returns that instance, 0 where there is none. It is enabled when it is ready. */
+  /** Starts a device's own verb. Returns the instance, or 0 if there is none. The device is enabled when the verb is ready. */
   enable: {
     role: "operate";
     arguments: {
@@ -3035,21 +3053,21 @@ export interface Calls {
     };
     result: number;
   };
-  /** Waits until a device is enabled. Returns whether it is. */
+  /** Waits until a device is enabled. Returns true if it is. */
   wait_enabled: {
     role: "observe";
     arguments: {
       name: string;
-      /** Time limit from now, on the system's clock. */
+      /** Timeout relative to the call, on the system's clock. */
       timeout_ns?: number | null;
-      /** Time of the limit, instead. */
+      /** Absolute time of the timeout, as an alternative. */
       until_ns?: number | null;
       /** How long this request may last, ms. */
       slice_ms?: number;
     };
     result: boolean;
   };
-  /** Ends the verbs that use a device, then its own; waits until that is done. */
+  /** Ends the verbs that use a device, then its own; waits for their ends. */
   disable: {
     role: "operate";
     arguments: {
@@ -3059,7 +3077,7 @@ export interface Calls {
     };
     result: null;
   };
-  /** Replaces the verb that keeps a device going by another one, within one firing where it is enabled. */
+  /** Replaces a device's own verb by another one, within one firing if the device is enabled. */
   exchange_verb: {
     role: "configure";
     arguments: {
@@ -3152,13 +3170,13 @@ export interface Calls {
     };
     result: TaughtPoint;
   };
-  /** Plans an application without making anything. Returns the plan. */
+  /** Plans an application without creating anything. Returns the plan. */
   check: {
     role: "observe";
     arguments: ApplicationRequest;
     result: Plan;
   };
-  /** Calls a verb: makes an instance, starts it with the values of the application, waits until it has ended and deletes it. Returns its end report. */
+  /** Calls a verb: creates an instance, starts it with the values of the application, waits until it has ended and deletes it. Returns its end report. */
   perform: {
     role: "operate";
     arguments: {
@@ -3168,7 +3186,7 @@ export interface Calls {
     } & ApplicationRequest;
     result: Report | null;
   };
-  /** Goes on with the call of a verb: waits until its instance has ended and deletes it. Returns its end report. */
+  /** Continues the call of a verb: waits until its instance has ended and deletes it. Returns its end report. */
   performed: {
     role: "operate";
     arguments: {
@@ -3178,7 +3196,7 @@ export interface Calls {
     };
     result: Report | null;
   };
-  /** Makes an instance. Returns its number. */
+  /** Creates an instance. Returns its number. */
   create: {
     role: "operate";
     arguments: ApplicationRequest;
@@ -3189,41 +3207,41 @@ export interface Calls {
     role: "operate";
     arguments: {
       instance: number;
-      /** Input parameter to value. */
+      /** Input parameter → value. */
       values?: { [name: string]: Value };
       limits?: Limits;
     };
     result: null;
   };
-  /** Waits until an instance has ended. Returns its end report, null after the timeout. */
+  /** Waits until an instance has ended. Returns its end report, or null after the timeout. */
   wait: {
     role: "observe";
     arguments: {
       instance: number;
-      /** Time limit from now, on the system's clock. */
+      /** Timeout relative to the call, on the system's clock. */
       timeout_ns?: number | null;
-      /** Time of the limit, instead. */
+      /** Absolute time of the timeout, as an alternative. */
       until_ns?: number | null;
       /** How long this request may last, ms. */
       slice_ms?: number;
     };
     result: Report | null;
   };
-  /** Ends an instance and waits until it has ended: a transition on `halted` may lie between, a second halt is immediate. Returns its end report. */
+  /** Ends an instance and waits until it has ended: first follows a transition on `halted`, if there is one; a second halt is immediate. Returns its end report. */
   halt: {
     role: "operate";
     arguments: {
       instance: number;
-      /** Time limit from now, on the system's clock. */
+      /** Timeout relative to the call, on the system's clock. */
       timeout_ns?: number | null;
-      /** Time of the limit, instead. */
+      /** Absolute time of the timeout, as an alternative. */
       until_ns?: number | null;
       /** How long this request may last, ms. */
       slice_ms?: number;
     };
     result: Report | null;
   };
-  /** Lets what an instance is doing run dry, then holds it. */
+  /** Suspends an instance after its running step is complete. */
   suspend: {
     role: "operate";
     arguments: {
@@ -3231,7 +3249,7 @@ export interface Calls {
     };
     result: null;
   };
-  /** Lets a suspended instance go on. */
+  /** Resumes a suspended instance. */
   resume: {
     role: "operate";
     arguments: {
@@ -3255,7 +3273,7 @@ export interface Calls {
     };
     result: InstanceState;
   };
-  /** Returns what an instance is: its name, verb, state, blocks, conditions and lists. */
+  /** Returns the name, verb, state, blocks, conditions and lists of an instance. */
   instance: {
     role: "observe";
     arguments: {
@@ -3263,7 +3281,7 @@ export interface Calls {
     };
     result: InstanceAbout;
   };
-  /** Returns the end report of the latest start, null while it lasts. */
+  /** Returns the end report of the latest start, null while it runs. */
   report: {
     role: "observe";
     arguments: {
@@ -3276,9 +3294,9 @@ export interface Calls {
     role: "operate";
     arguments: {
       instance: number;
-      /** Input parameter to value. */
+      /** Input parameter → value. */
       values?: { [name: string]: Value };
-      /** Label of a block to interval. */
+      /** Label of a block → interval. */
       every_ns?: { [name: string]: number };
     };
     result: null;
@@ -3287,9 +3305,12 @@ export interface Calls {
   read: {
     role: "observe";
     arguments: {
-      /** Names of SVVs, of private cells, "move#1:coefficients", and of channels, "plant.elbow.position". */
+      /** Names of SVVs, of private cells, "move#1:coefficients", or of channels, "plant.elbow.position". */
       names: string[];
-      /** Instead of "value", which cannot say NaN or infinity in JSON: "bytes", the memory of the C type in base64, little endian. */
+      /**
+       * True to return "bytes", the memory of the C type in base64, little endian, instead of "value", which cannot represent NaN
+       * or infinity in JSON.
+       */
       raw?: boolean;
     };
     result: Snapshot;
@@ -3310,12 +3331,12 @@ export interface Calls {
       name: string;
       /** Maximum number of values. */
       count: number;
-      /** "bytes" instead of "value", as of `read`. */
+      /** True to return "bytes" instead of "value", as in `read`. */
       raw?: boolean;
     };
     result: Reading[];
   };
-  /** Returns what is known of an SVV, a private cell or a channel: its type, unit, history, writers. */
+  /** Returns the properties of an SVV, a private cell or a channel: its type, unit, history, writers. */
   svv_about: {
     role: "observe";
     arguments: {
@@ -3329,7 +3350,7 @@ export interface Calls {
     arguments: Record<string, never>;
     result: number;
   };
-  /** Under the virtual clock: runs the firings in (now, now + duration]. */
+  /** Runs the firings in (now, now + duration] under the virtual clock. */
   advance: {
     role: "operate";
     arguments: {
@@ -3339,7 +3360,7 @@ export interface Calls {
     };
     result: null;
   };
-  /** Under the virtual clock: runs the next firing, whenever that is. Returns false where nothing is ever going to happen. */
+  /** Runs the next firing under the virtual clock, however far ahead. Returns false if nothing will ever happen. */
   step: {
     role: "operate";
     arguments: Record<string, never>;
@@ -3353,24 +3374,24 @@ export interface Calls {
     };
     result: null;
   };
-  /** Lets a channel of a device stop everything that moves. */
+  /** Lets a channel of a device trip the emergency stop. */
   emergency_stop_input: {
     role: "configure";
     arguments: {
       device: string;
       channel: string;
-      /** True if it stops at zero, not at one. */
+      /** True if it trips at zero rather than at one. */
       at_zero?: boolean;
     };
     result: null;
   };
-  /** Ends the emergency stop, and opens devices again that were lost. Returns those that are lost still, each with why. */
+  /** Resets the emergency stop, and reopens lost devices. Returns the devices that are still lost, with the reasons. */
   reset: {
     role: "operate";
     arguments: Record<string, never>;
     result: { [name: string]: string };
   };
-  /** Suspends what is done with these logical devices, or with all, and waits until it is. Returns the names of these instances. */
+  /** Suspends all actions on these logical devices, or on all devices, and waits until they are suspended. Returns the names of these instances. */
   pause: {
     role: "operate";
     arguments: {
@@ -3391,7 +3412,7 @@ export interface Calls {
     };
     result: string[];
   };
-  /** Takes a pause back. Returns the names of the instances that go on or begin. */
+  /** Ends a pause. Returns the names of the instances that resume or begin. */
   resume_program: {
     role: "operate";
     arguments: {
@@ -3413,7 +3434,7 @@ export interface Calls {
     };
     result: null;
   };
-  /** Names the channel of the enabling switch, without which nothing moves in manual mode. */
+  /** Sets the channel of the enabling switch, without which nothing moves in manual mode. */
   enabling_switch: {
     role: "configure";
     arguments: {
@@ -3422,7 +3443,7 @@ export interface Calls {
     };
     result: null;
   };
-  /** Says what the alarms of a code mean. */
+  /** Defines the text of an alarm code. */
   define_alarm: {
     role: "configure";
     arguments: {
@@ -3441,7 +3462,7 @@ export interface Calls {
     };
     result: null;
   };
-  /** Says that the cause of an alarm is gone. Returns whether there was one. */
+  /** Clears the cause of an alarm. Returns true if the alarm was active. */
   clear_alarm: {
     role: "operate";
     arguments: {
@@ -3450,13 +3471,13 @@ export interface Calls {
     };
     result: boolean;
   };
-  /** Returns all alarms, those that are shelved, and their history. */
+  /** Returns the current alarms, the shelved ones, and the history. */
   alarms: {
     role: "observe";
     arguments: Record<string, never>;
     result: Alarms;
   };
-  /** Acknowledges one alarm, or all that are not shelved. Returns how many. */
+  /** Acknowledges one alarm, or all that are not shelved. Returns the number of newly acknowledged alarms. */
   acknowledge_alarms: {
     role: "operate";
     arguments: {
@@ -3464,31 +3485,31 @@ export interface Calls {
     };
     result: number;
   };
-  /** Takes an alarm out of the list for a time. Emergency stops, what is lost, and the severity critical stay in it. */
+  /** Removes an alarm from the list for a limited time. Emergency stops, losses, and alarms of the severity critical cannot be shelved. */
   shelve_alarm: {
     role: "operate";
     arguments: {
       number: number;
-      /** Reason for it. */
+      /** Reason for the shelving. */
       reason: string;
-      /** Duration on the system's clock: 24 h at most. */
+      /** Duration on the system's clock; at most 24 h. */
       for_ns: number;
-      /** Person or session that shelves it: the control interface enters its caller. */
+      /** Person or session that shelves the alarm; set by the control interface to its caller. */
       who?: string | null;
     };
     result: null;
   };
-  /** Puts a shelved alarm back into the list. Returns whether it was shelved. */
+  /** Returns a shelved alarm to the list. Returns true if it was shelved. */
   unshelve_alarm: {
     role: "operate";
     arguments: {
       number: number;
-      /** Person or session that does it: the control interface enters its caller. */
+      /** Person or session that unshelves the alarm; set by the control interface to its caller. */
       who?: string | null;
     };
     result: boolean;
   };
-  /** Enters the history of an earlier life. */
+  /** Restores the alarm history of an earlier run. */
   restore_alarms: {
     role: "configure";
     arguments: {
@@ -3496,31 +3517,31 @@ export interface Calls {
     };
     result: null;
   };
-  /** Returns the names of what there is. */
+  /** Returns the names of all items. */
   names: {
     role: "observe";
     arguments: Record<string, never>;
     result: Names;
   };
-  /** Returns processors, sources, devices as their drivers describe them, device types. */
+  /** Returns processors, sources, devices as described by their drivers, device types. */
   configuration: {
     role: "observe";
     arguments: Record<string, never>;
     result: Configuration;
   };
-  /** Returns every instance with its blocks, ports, cells, command lists, conditions and transitions. */
+  /** Returns all instances with their blocks, ports, cells, command lists, conditions and transitions. */
   installed: {
     role: "observe";
     arguments: Record<string, never>;
     result: InstalledInstances;
   };
-  /** Returns the verbs that are entered. */
+  /** Returns the defined verbs. */
   verbs: {
     role: "observe";
     arguments: Record<string, never>;
     result: VerbSummary[];
   };
-  /** Returns what a form that starts a verb needs: its arguments and input parameters. */
+  /** Returns the contents of a form that starts a verb: its arguments and input parameters. */
   verb_form: {
     role: "observe";
     arguments: {
@@ -3536,38 +3557,38 @@ export interface Calls {
     };
     result: Geometry;
   };
-  /** Returns how sources, instances and devices run. */
+  /** Returns run-time data of sources, instances and devices. */
   statistics: {
     role: "observe";
     arguments: Record<string, never>;
     result: Statistics;
   };
-  /** Visits the blocks of a source, or of all, one a firing: then `statistics` tells how long they take. */
+  /** Probes the blocks of a source, or of all sources, one per firing: `statistics` then includes their durations. */
   probe: {
     role: "observe";
     arguments: {
       source?: string | null;
-      /** Amount of real time, an hour at most. */
+      /** Duration in real time, at most an hour. */
       for_ns: number;
     };
     result: null;
   };
-  /** Returns commands, conditions, faults, transitions and ends. */
+  /** Returns the log: commands, conditions, faults, transitions and ends. */
   log: {
     role: "observe";
     arguments: {
-      /** The number of the first one. */
+      /** Number of the first entry. */
       since?: number;
     };
     result: LogEntry[];
   };
-  /** Enters a workspace that a program ships, in the place of the one that it shipped before under that name. */
+  /** Enters a workspace shipped by a program, replacing a shipped one of the same name. */
   ship_workspace: {
     role: "configure";
     arguments: WorkspaceRequest;
     result: null;
   };
-  /** Removes a workspace that a program has shipped. */
+  /** Removes a workspace shipped by a program. */
   withdraw_workspace: {
     role: "configure";
     arguments: {
@@ -3575,13 +3596,13 @@ export interface Calls {
     };
     result: null;
   };
-  /** Keeps a workspace for all who look at the system. One that a program has shipped is not replaced. */
+  /** Saves a workspace for all users of the system. Cannot replace one shipped by a program. */
   keep_workspace: {
     role: "operate";
     arguments: WorkspaceRequest;
     result: null;
   };
-  /** Removes a workspace that a person keeps. */
+  /** Removes a workspace saved by a person. */
   forget_workspace: {
     role: "operate";
     arguments: {
@@ -3589,7 +3610,7 @@ export interface Calls {
     };
     result: null;
   };
-  /** Returns the workspaces, each in one line. */
+  /** Returns one-line summaries of the workspaces. */
   workspaces: {
     role: "observe";
     arguments: Record<string, never>;
@@ -3603,38 +3624,41 @@ export interface Calls {
     };
     result: Workspace;
   };
-  /** Returns all that is wrong with a workspace here and now: its form, and what it names and is not there. */
+  /** Returns all mistakes of a workspace in the current system: in its form, and names of missing items. */
   check_workspace: {
     role: "observe";
     arguments: WorkspaceRequest;
     result: Refusal[];
   };
-  /** Begins to record into a new MCAP file. Returns its number. */
+  /** Starts recording into a new MCAP file. Returns its number. */
   record: {
     role: "configure";
     arguments: {
       path: string;
-      /** Names of SVVs, with * and ?; all where they are left out. */
+      /** Names of SVVs, with * and ?; all if omitted. */
       svvs?: string[] | null;
-      /** The private cells of all verb instances too. */
+      /** True to include the private cells of all verb instances. */
       cells?: boolean;
-      /** Everything that comes from outside too, so that the run can be run again. */
+      /** True to include all external inputs, so that the run can be replayed. */
       replay?: boolean;
-      /** Bytes of a file, about, from which on the next one begins: run.mcap, run-2.mcap and so on. A recording for a replay has none. */
+      /**
+       * Approximate size of a file, bytes, at which the next one begins: run.mcap, run-2.mcap and so on. A recording for a replay
+       * cannot be split.
+       */
       split_bytes?: number | null;
-      /** Files that stay where the recording is split; the oldest goes. All where it is left out. */
+      /** Number of files kept when the recording is split; the oldest is deleted. All are kept if omitted. */
       keep?: number | null;
-      /** Identity of the recording, which its files have in their metadata. Over the control interface the daemon gives it one. */
+      /** Identity of the recording, stored in the metadata of its files. Over the control interface the daemon sets it. */
       identity?: string | null;
       /**
-       * true: goes on behind the files of that path that are there, and those of this identity count for `keep`. Over the control
-       * interface it is the daemon's own, and is left out.
+       * true: continues after the existing files of that path, and those with this identity count for `keep`. Over the control
+       * interface the daemon sets it, and it must be omitted.
        */
       resumes?: boolean;
     };
     result: RecordingBegun;
   };
-  /** Returns how a recording stands. */
+  /** Returns the state of a recording. */
   recording: {
     role: "observe";
     arguments: {
@@ -3642,7 +3666,7 @@ export interface Calls {
     };
     result: RecordingSummary;
   };
-  /** Ends a recording. Returns how it stands; where it still runs, it is to be called again. */
+  /** Ends a recording. Returns its state; if it still runs, call again. */
   stop_recording: {
     role: "configure";
     arguments: {
@@ -3650,19 +3674,22 @@ export interface Calls {
     };
     result: RecordingSummary;
   };
-  /** Begins to run a recording again, in a process of its own beside the system, which it does not touch, and compares every value. Returns its number. Code modules that the recording brings run only where their SHA-256 digests are those of modules that the system has had, or are in `trust`. */
+  /** Starts the replay of a recording in a separate process, without affecting the system, and compares every value. Returns its number. Code modules in the recording run only if their SHA-256 digests are those of modules that the system has had, or are in `trust`. */
   replay: {
     role: "configure";
     arguments: {
       path: string;
-      /** Digests of code modules that may run. Over the control interface they are the daemon's own, and are left out. */
+      /** Digests of code modules that may run. Over the control interface the daemon sets them, and they must be omitted. */
       trust?: string[];
-      /** true: the modules of the same names that the system has now take the place of the recording's; then the first difference is of them. */
+      /**
+       * true: the system's current modules replace those of the same names in the recording; the first difference is then due to
+       * them.
+       */
       present?: boolean;
     };
     result: ReplayBegun;
   };
-  /** Returns how a replay stands. */
+  /** Returns the state of a replay. */
   replaying: {
     role: "observe";
     arguments: {
@@ -3670,7 +3697,7 @@ export interface Calls {
     };
     result: Replaying;
   };
-  /** Ends a replay where it is, and forgets it. Returns how it stood. */
+  /** Stops a replay at its current position and deletes it. Returns its last state. */
   stop_replay: {
     role: "configure";
     arguments: {
@@ -3678,16 +3705,16 @@ export interface Calls {
     };
     result: Replaying;
   };
-  /** Returns the recordings of a folder, the newest first. */
+  /** Returns the recordings in a folder, newest first. */
   recordings: {
     role: "observe";
     arguments: {
-      /** Over the control interface it is the daemon's own, and is left out. */
+      /** Folder; over the control interface it is the daemon's own and must be omitted. */
       folder?: string;
     };
     result: RecordingFile[];
   };
-  /** Returns what a recording is: when, of what, how it ended. One that is under way is told as far as it is on the disk. */
+  /** Returns a description of a recording: its time, its contents and its end. A recording in progress is described as far as it is on disk. */
   recorded: {
     role: "observe";
     arguments: {
@@ -3695,7 +3722,7 @@ export interface Calls {
     };
     result: RecordingContents;
   };
-  /** Returns what was at a time of a recording. */
+  /** Returns the state of a recording at a time. */
   recorded_at: {
     role: "observe";
     arguments: {
@@ -3706,23 +3733,23 @@ export interface Calls {
       names?: string[];
       /** Names of other channels, `/installed`, `/statistics`, `/alarms`, … */
       topics?: string[];
-      /** Times of the messages that the caller has, by channel: they are not told again. */
+      /** Times of the messages that the caller already has, by channel: these messages are omitted. */
       known?: { [name: string]: number };
     };
     result: RecordedAt;
   };
-  /** Returns messages of a channel that has no values, `/log`, `/ends`, … */
+  /** Returns messages of a channel without values, `/log`, `/ends`, … */
   recorded_messages: {
     role: "observe";
     arguments: {
       path: string;
       topic: string;
-      /** The number of the first one. */
+      /** Number of the first message. */
       since?: number;
     };
     result: RecordedMessages;
   };
-  /** Returns SVVs and cells over a span of a recording, drawn together into columns, with exact sums. */
+  /** Returns SVVs and cells over a span of a recording, condensed into columns, with exact sums. */
   recorded_span: {
     role: "observe";
     arguments: {
@@ -3730,20 +3757,20 @@ export interface Calls {
       names: string[];
       from_ns: number;
       to_ns: number;
-      /** Columns of each channel, at most 10,000: as many values as lie in one are drawn together. */
+      /** Number of columns per channel, at most 10,000; the values within a column are condensed. */
       columns: number;
-      /** The `next` of the part before. */
+      /** `next` of the previous answer. */
       since?: number;
     };
     result: RecordedSpan;
   };
-  /** Returns the time of the next firing of a recording that stored a value, or of the one before; null where there is none. */
+  /** Returns the time of the next firing of a recording that stored a value, or of the previous one; null if there is none. */
   recorded_firing: {
     role: "observe";
     arguments: {
       path: string;
       time_ns: number;
-      /** The one before. */
+      /** True for the previous firing. */
       back?: boolean;
     };
     result: number | null;

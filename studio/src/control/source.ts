@@ -7,66 +7,66 @@ import type { Stream } from "./stream";
 import type { KeptEntries } from "./topics";
 import type { WatchedValue } from "./watched";
 
-/** Something that comes by itself. */
+/** A topic to which the page subscribes. */
 export interface Topic<T> {
   readonly latest: WatchedValue<T | null>;
   readonly trouble: WatchedValue<Refusal[]>;
-  /** Looks at it, until the answer is called. */
+  /** Watches the topic until the returned function is called. */
   readonly watch: (watcher: () => void) => () => void;
   readonly get: () => T | null;
 }
 
-/** Watcher of a value: told at most once in an animation frame. `missing`: why there is none. */
+/** Watcher of a value, called at most once per animation frame. `missing` is the reason why there is no value. */
 export type Watcher = (reading: Reading | null, missing: Refusal[] | null) => void;
 
 export interface Values {
-  /** Watches a value; the answer ends it. `every_ms`: how often it is wanted at the most. */
+  /** Watches a value until the returned function is called. `every_ms` is the shortest period of updates. */
   watch(name: string, watcher: Watcher, every_ms?: number): () => void;
-  /** The last value that came, where anybody watches it. */
+  /** Returns the latest value received, if it is watched. */
   latest(name: string): Reading | undefined;
-  /** Asks again for what was not known. */
+  /** Requests names again that were unknown. */
   renew(): void;
 }
 
-/** The first value that is not as it was recorded. */
+/** The first value that differs from the recording. */
 export interface Differs {
   time_ns: number;
   /** Block and port, firing, and kind of the write. */
   where: string;
-  /** The SVV or private cell that it is stored in; null: it is not known. */
+  /** SVV or private cell that stores the value; null if unknown. */
   signal: string | null;
   recorded: string;
   replayed: string;
 }
 
-/** Times that can be asked for: those of a recording. */
+/** The past of a recording, which can be read at any time in it. */
 export interface Past {
   readonly name: string;
-  /** All of its log, whatever the cursor. */
+  /** The whole log, independent of the cursor. */
   readonly log: readonly LogEntry[];
   readonly begins_ns: number;
   readonly ends_ns: number;
-  /** Where the views stand, ns on the system's clock. */
+  /** Time that the views show, ns on the system's clock. */
   readonly cursor: WatchedValue<number>;
-  /** The first value that its replay found to be other than it was recorded; null: none is known. */
+  /** The first value for which a replay differed from the recording; null if none is known. */
   readonly differs: WatchedValue<Differs | null>;
   go(time_ns: number): void;
-  /** SVVs and cells over a span, part by part: each part follows the one before. */
+  /** Returns SVVs and cells over a span in consecutive parts. */
   span(names: string[], from_ns: number, to_ns: number, columns: number, signal: AbortSignal): AsyncIterable<RecordedSpan>;
-  /** Returns a channel: type, unit, number of elements; undefined if it was not recorded. */
+  /** Returns type, unit and number of elements of a channel; undefined if it was not recorded. */
   channel(name: string): { name: string; type_text: string; unit: string; components: number } | undefined;
-  /** The names of all recordings beside which it can be laid, the newest first; its own too. Errors: `RefusalError`. */
+  /** Returns the names of all recordings with which it can be compared, the newest first, including itself. Throws `RefusalError`. */
   others(): Promise<string[]>;
-  /** Another recording, with a cursor of its own that nobody sees. Errors: `RefusalError`. */
+  /** Opens another recording for comparison, with a hidden cursor of its own. Throws `RefusalError`. */
   beside(name: string): Promise<Past>;
 }
 
-/** When a command was given, by the daemon's clock, ms; null: there was no connection. */
+/** Time at which a command was given, ms on the daemon's clock; null without a connection. */
 export type PressTime = number | null;
 
 /**
- * Source of the views: the running system, the same standing still, or a recording. A view reads this and asks for nothing else, so that
- * it knows neither which it is nor what time it is.
+ * Source of the views: the running system, the paused system, or a recording. Views read only this, so they depend neither on the kind
+ * of source nor on its time.
  */
 export interface Source {
   readonly version: Version;
@@ -82,18 +82,18 @@ export interface Source {
   readonly values: Values;
   readonly alarms: { readonly latest: WatchedValue<Alarms | null>; readonly trouble: WatchedValue<Refusal[]>; look(): Promise<void> };
   readonly started: StartedInstances;
-  /** Past that can be asked for; null: there is only the present. */
+  /** Past that can be read; null if there is only the present. */
   readonly past: Past | null;
-  /** Source that it is a standing picture of; itself if it moves. */
+  /** The source that was paused to make this one; itself if it is not paused. */
   readonly origin: Source;
   may(role: Role): boolean;
-  /** Makes a call that only looks. Errors: `RefusalError`. */
+  /** Makes a call that only reads. Throws `RefusalError`. */
   look<N extends keyof Looks>(name: N, args: Looks[N][0], signal?: AbortSignal): Promise<Looks[N][1]>;
-  /** Makes a call that commands. Errors: `RefusalError`: what is past cannot be commanded. */
+  /** Makes a call that commands. Throws `RefusalError`, always if the source is in the past. */
   order<N extends keyof Orders>(name: N, args: Orders[N][0], signal?: AbortSignal, pressed?: PressTime): Promise<Orders[N][1]>;
-  /** Makes a call that leaves the machine alone: it needs its role and no command. Errors: `RefusalError`. */
+  /** Makes a call that does not affect the machine: it needs its role, but not command. Throws `RefusalError`. */
   aside<N extends keyof Asides>(name: N, args: Asides[N][0]): Promise<Asides[N][1]>;
-  /** Returns when the person gave the command that is being made. For one of several calls: read before the first, and given to each. */
+  /** Returns when the person gave the present command. For several calls of one command, read it before the first and pass it to each. */
   pressed(): PressTime;
   stop<N extends keyof Stops>(name: N, args: Stops[N][0]): Promise<void>;
 }

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 import type { Statistics } from "./shapes";
 
-/** The verb instances that this page has started, and those among them that it has made. */
+/** The verb instances that this page has started, and those that it has created. */
 export class StartedInstances {
   readonly #instances = new Set<number>();
   readonly #made = new Set<number>();
@@ -14,18 +14,18 @@ export class StartedInstances {
     this.#made.add(instance);
   }
 
-  /** Forgets all of them: they are of another run of the system. */
+  /** Forgets all instances, because another run of the system answers. */
   forget(): void {
     this.#instances.clear();
     this.#made.clear();
   }
 
-  /** Returns whether this page made the instance: it may delete it. An instance of the program, or of another page, is left alone. */
+  /** Returns whether this page created the instance and so may delete it. Instances of the program or of another page are left alone. */
   made(instance: number): boolean {
     return this.#made.has(instance);
   }
 
-  /** Returns whether one of them runs or is suspended. */
+  /** Returns whether one of the started instances is running or suspended. */
   running(now: Statistics | null): boolean {
     return now?.instances.some((one) => this.#instances.has(one.id) && (one.state === "running" || one.state === "suspended")) ?? false;
   }

@@ -4,7 +4,7 @@ import type { Reading } from "./shapes";
 import type { Source, Topic, Values } from "./source";
 import { WatchedValue } from "./watched";
 
-/** A topic that does not change. */
+/** Returns a topic that stays as it is now. */
 function stillTopic<T>(of: Topic<T>): Topic<T> {
   const latest = new WatchedValue(of.get());
   return { latest, trouble: new WatchedValue(of.trouble.get()), watch: () => () => undefined, get: latest.get };
@@ -31,7 +31,10 @@ class StillValues implements Values {
   renew(): void {}
 }
 
-/** The running system as it was when the page was paused. What stops something goes through; nothing else commands what one does not see. */
+/**
+ * Returns the running system as it was when the page was paused. Stops are passed on; all other commands are refused, because the page
+ * does not show the present state.
+ */
 export function stillOf(source: Source, readings: ReadonlyMap<string, Reading>): Source {
   const { topics } = source;
   return {
@@ -59,7 +62,7 @@ export function stillOf(source: Source, readings: ReadonlyMap<string, Reading>):
   };
 }
 
-/** Returns the refusal of a command to what is past. */
+/** Returns the refusal of a command to the past. */
 export function notNow(why: string): RefusalError {
   return new RefusalError([{ class: "InvalidState", message: `${why}: nothing can be commanded`, remedy: "go back to 'Live'" }], 0);
 }

@@ -5,7 +5,7 @@ import { RefusalError } from "./refusals";
 import { Stream } from "./stream";
 import { Topics } from "./topics";
 
-/** A socket that a test speaks for. */
+/** A mock of the socket, driven by the test. */
 class Socket {
   static OPEN = 1;
   static made: Socket[] = [];
@@ -88,7 +88,7 @@ test("a connection is open once a beat has told the daemon's time: a command has
   expect([stream.connection.get(), stream.daemon_ms(performance.now())]).toEqual(["connecting", null]);
   made().says({ beat: 5000 });
   expect([stream.connection.get(), stream.daemon_ms(performance.now())]).toEqual(["open", 5000]);
-  // The next connection may lead to another run: its clock is not the one that was known.
+  // The next connection may lead to another run, with a different clock.
   made().onclose?.();
   vi.advanceTimersByTime(300);
   opened();
@@ -113,13 +113,13 @@ test("a page whose token a restarted daemon does not know says so, and does not 
     () => Promise.reject(new RefusalError([{ class: "Unauthorized", message: "no" }], status)),
   );
   stream.open();
-  // Not there: it is tried again.
+  // The system is unreachable: the connection is retried.
   made().onclose?.({ code: 1006 });
   await vi.advanceTimersByTimeAsync(300);
   expect(stream.connection.get()).toBe("broken");
   const before = Socket.made.length;
   expect(before).toBe(3);
-  // There again, with other tokens: the browser says no more than before.
+  // The system is back, with other tokens. The browser reports the same error as before.
   status = 401;
   made().onclose?.({ code: 1006 });
   await vi.advanceTimersByTimeAsync(60_000);

@@ -3,7 +3,7 @@ import { Beats } from "./beats";
 import { type Refusal, RefusalError } from "./refusals";
 import { WatchedValue } from "./watched";
 
-/** Request of a subscription; `id` is given by the stream. */
+/** Request of a subscription, without its `id`, which the stream assigns. */
 export type Topic =
   | { subscribe: "svvs"; names: string[]; every_ms: number }
   | { subscribe: "log"; since: number }
@@ -14,38 +14,38 @@ export type Topic =
 
 /** Receiver of a subscription. */
 export interface Subscriber {
-  /** A text frame of it, as it came. */
+  /** Receives a text frame, as sent. */
   text(frame: Record<string, unknown>): void;
-  /** A binary frame of it (topic `scope`): the whole frame, and where its body begins. */
+  /** Receives a binary frame (topic `scope`): the whole frame, and the offset of its body. */
   binary?(frame: DataView, body: number): void;
-  /** The system refused it: it is over. */
+  /** Called if the system refuses the subscription, which ends it. */
   refused(refusals: Refusal[]): void;
-  /** Where the connection broke and was made again, what to ask for now; else the same as before. */
+  /** Returns the topic to request after a reconnection; by default the same as before. */
   again?(): Topic;
 }
 
 /**
- * `silent`: nothing new has come for longer than the heartbeat allows, though no end of the connection was seen.
- * `out`: the system does not know this page's token, or no longer; it does not try again.
+ * `silent`: nothing new has arrived for longer than the heartbeat allows, although the connection was not closed. `out`: the system does
+ * not accept this page's token, or no longer does; the page does not retry.
  */
 export type Connection = "connecting" | "open" | "silent" | "broken" | "out";
 
 const PROTOCOL = "opengpac.v1";
 /** The first four bytes of a binary frame. */
 export const MAGIC = 0x47534331;
-/** The code with which a stream is closed whose caller is let in no longer: its token was revoked or has expired, its role has changed. */
+/** Close code of a stream whose caller is no longer authenticated: its token was revoked or has expired, or its role has changed. */
 const SHUT_OUT = 4401;
 const AGAIN_MS = [250, 500, 1000, 2000, 4000];
-/** Period at which arrivals are checked, and maximum age of the newest, ms: a beat comes every 250 ms. */
+/** Period at which the age of the newest beat is checked, and its maximum, ms. A beat is sent every 250 ms. */
 const LOOK_MS = 100;
 const SILENT_MS = 750;
-/** The age from which a silent connection is given up and made again, ms. */
+/** Age at which a silent connection is closed and reopened, ms. */
 const GIVE_UP_MS = 4000;
 
 /**
- * The stream of the system: one WebSocket, made again whenever it breaks, with all that is subscribed.
+ * The stream of the system: one WebSocket, reopened with all subscriptions whenever it breaks.
  *
- * At most 16 subscriptions: views share what they can (`topics.ts`, `live/values.ts`).
+ * The system allows 16 subscriptions, so views share theirs where possible (`topics.ts`, `live/values.ts`).
  */
 export class Stream {
   readonly connection = new WatchedValue<Connection>("connecting");
@@ -53,7 +53,7 @@ export class Stream {
   readonly #met: (() => Promise<void>) | null;
   readonly #subscriptions = new Map<string, { topic: Topic; subscriber: Subscriber }>();
   #socket: WebSocket | null = null;
-  /** The socket of which it is known who answers: what is said before waits for that. */
+  /** The socket whose run of the system is known. Frames are sent only on it. */
   #known: WebSocket | null = null;
   #last = 0;
   #failures = 0;
@@ -62,16 +62,16 @@ export class Stream {
   readonly #beats = new Beats();
   #looking: ReturnType<typeof setInterval> | undefined;
   #looked = 0;
-  /** The local time at which the present socket was opened: it is given as long as a silent connection. */
+  /** Local time at which the present socket was opened. A new socket gets as much time as a silent one. */
   #opened = 0;
 
-  /** `met`: what is done whenever a connection is open, before anything is subscribed: it is found out which run answers. */
+  /** `met` is called whenever a connection opens, before any subscription; it identifies the run that answers. */
   constructor(url: () => { url: string; token: string | null }, met: (() => Promise<void>) | null = null) {
     this.#url = url;
     this.#met = met;
   }
 
-  /** Subscribes; the answer ends it. */
+  /** Subscribes until the returned function is called. */
   subscribe(topic: Topic, subscriber: Subscriber): () => void {
     this.#last += 1;
     const id = `${topic.subscribe}-${this.#last}`;
@@ -82,12 +82,12 @@ export class Stream {
     };
   }
 
-  /** Returns the age of the newest state that is known of the system, ms. */
+  /** Returns the age of the newest known state of the system, ms. */
   age_ms(): number {
     return this.#beats.age_ms(performance.now());
   }
 
-  /** The daemon's time at a local time (`performance.now()`), ms; null: there is no connection that would tell. */
+  /** Returns the daemon's time at a local time (`performance.now()`), ms; null without an open connection. */
   daemon_ms(local_ms: number): number | null {
     return this.connection.get() === "open" ? this.#beats.daemon_ms(local_ms) : null;
   }
@@ -112,7 +112,7 @@ export class Stream {
       }
       this.#heard(performance.now());
     };
-    // Where it went again before it was known who answers, the next connection asks anew.
+    // If the socket closes before the run is identified, the next connection identifies it again.
     socket.onopen = () => void (this.#met ? this.#met().then(begin, () => socket.close()) : begin());
     socket.onmessage = (message: MessageEvent<string | ArrayBuffer>) => {
       if (this.#socket !== socket) return;
@@ -135,7 +135,7 @@ export class Stream {
     this.#socket?.close();
   }
 
-  /** Finds out by a plain request whether the system refuses this page's token, because a browser does not tell why a WebSocket failed. */
+  /** Checks by a plain request whether the system refuses this page's token, because a browser does not report why a WebSocket failed. */
   #askWhy(refused: WebSocket): void {
     this.#met?.().catch((why) => {
       if (!(why instanceof RefusalError && why.status === 401) || this.#socket !== refused) return;
@@ -144,7 +144,7 @@ export class Stream {
     });
   }
 
-  /** Looks how old the newest is. A browser that was busy itself is given the time to take what lies there. */
+  /** Checks the age of the newest beat. If the browser itself was busy, it first gets the time to process pending frames. */
   #look(): void {
     const now = performance.now();
     const wasBusy = now - this.#looked > 3 * LOOK_MS;
@@ -166,7 +166,10 @@ export class Stream {
     this.#heard(now);
   }
 
-  /** It is open once it is known who answers, and once a beat has told the daemon's time: from then on a command can say when it was given. */
+  /**
+   * Sets the connection open when the run is identified and a beat has given the daemon's time: from then on, a command can state when
+   * it was given.
+   */
   #heard(now: number): void {
     const isHeard = this.#known === this.#socket && this.#beats.daemon_ms(now) !== null && this.#beats.age_ms(now) <= SILENT_MS;
     if (isHeard && this.connection.get() !== "open") this.connection.set("open");

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 const KEY = "opengpac.token";
 
-/** Takes the token out of the address (`#token=…`), keeps it for this tab, and leaves the rest of the fragment as the route. */
+/** Removes the token from the address (`#token=…`), stores it for this tab, and leaves the rest of the fragment as the route. */
 export function takeToken(): string | null {
   const found = tokenIn(window.location.hash);
   if (found) {
@@ -19,7 +19,7 @@ export function forgetToken(): void {
   sessionStorage.removeItem(KEY);
 }
 
-/** The token in a fragment such as `#token=abc` or `#/scope&token=abc`, and the fragment without it. */
+/** Returns the token in a fragment such as `#token=abc` or `#/scope&token=abc`, and the fragment without it. */
 export function tokenIn(fragment: string): { token: string; rest: string } | null {
   const parts = fragment.replace(/^#/, "").split("&");
   const token = parts.find((part) => part.startsWith("token="))?.slice("token=".length);

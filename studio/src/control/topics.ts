@@ -6,10 +6,10 @@ import { WatchedValue } from "./watched";
 
 /** Period of statistics, ms. */
 const STATISTICS_MS = 500;
-/** Entries of the log, and ends, that the page keeps. */
+/** Maximum number of log entries, and of ends, that the page keeps. */
 export const KEPT_MAX = 20_000;
 
-/** A topic that several views share: one subscription, as long as anybody looks. */
+/** A topic that several views share: one subscription, as long as there are watchers. */
 class SharedTopic<T> {
   readonly latest = new WatchedValue<T | null>(null);
   readonly trouble = new WatchedValue<Refusal[]>([]);
@@ -25,7 +25,7 @@ class SharedTopic<T> {
     this.#take = take;
   }
 
-  /** Looks at it, until the answer is called. */
+  /** Watches the topic until the returned function is called. */
   readonly watch = (watcher: () => void): (() => void) => {
     const ends = [this.latest.watch(watcher), this.trouble.watch(watcher)];
     this.#users += 1;
@@ -56,13 +56,13 @@ class SharedTopic<T> {
   }
 }
 
-/** Entries with what was lost before they could be read. */
+/** Entries, and the number that was dropped before they could be read. */
 export interface KeptEntries<T> {
   entries: T[];
   dropped: number;
-  /** Entries of earlier runs: the system was started again since. Nothing of it is present. */
+  /** Entries of earlier runs, before the system restarted. */
   earlier: T[];
-  /** Of a recording: what comes behind the cursor. */
+  /** In a recording, the entries after the cursor. */
   later?: readonly T[];
 }
 
@@ -75,7 +75,7 @@ export class Topics {
   readonly log: SharedTopic<KeptEntries<LogEntry>>;
   readonly ends: SharedTopic<KeptEntries<End>>;
 
-  /** Begins again: another run of the system answers than before. */
+  /** Starts over, because another run of the system answers. */
   renew(): void {
     this.statistics.latest.set(null);
     this.installed.latest.set(null);
@@ -112,7 +112,7 @@ function kept<T>(before: KeptEntries<T> | null, more: T[], dropped: number): Kep
   return { entries: entries.slice(-KEPT_MAX), dropped: (before?.dropped ?? 0) + (dropped || 0), earlier: before?.earlier ?? [] };
 }
 
-/** Returns the same after the system was started again: what there is becomes an earlier run, and the count begins again. */
+/** Returns the entries after a restart of the system: the present ones become earlier ones, and counting restarts. */
 export function aged<T>(before: KeptEntries<T> | null): KeptEntries<T> | null {
   return before && { entries: [], dropped: 0, earlier: [...before.earlier, ...before.entries].slice(-KEPT_MAX) };
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** A value that others watch: what `useSyncExternalStore` needs, and nothing more. */
+/** A value with watchers: just what `useSyncExternalStore` needs. */
 export class WatchedValue<T> {
   #value: T;
   readonly #watchers = new Set<() => void>();

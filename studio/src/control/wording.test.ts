@@ -6,7 +6,7 @@ import { worded } from "./wording";
 
 const CRATES = join(import.meta.dirname, "../../../crates");
 
-/** The texts of a crate's refusals that have an option of Python in them: `name=`. */
+/** Returns the texts of a crate's refusals that contain a Python option, `name=`. */
 function optionsIn(crate: string): string[] {
   const files = readdirSync(join(CRATES, crate, "src"), { recursive: true, encoding: "utf8" }).filter((file) => file.endsWith(".rs"));
   return files.flatMap((file) => {

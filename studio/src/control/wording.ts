@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// The core's remedies show what to write in Python; a page has no line to write it into. These are the page's words for the same remedies.
+// The core's remedies show Python code, which a user of the page cannot enter. This file has the page's texts for the same remedies.
 
 type Wording = [RegExp, string];
 
-/** The first that fits an expression counts; the longer ones stand first. */
+/** The first match counts, so longer patterns come first. */
 const WORDINGS: Wording[] = [
   // The editor: modes, lists, intervals.
   [/gpac\.ratio\((\w+)\)/g, "ratio $1"],
@@ -30,7 +30,7 @@ const WORDINGS: Wording[] = [
   [/ with rename=/g, ""],
   [/conditions=\{\{?'([^']+)': on\('([^']+)', returns=\[\]\)\}\}?/g, "a condition '$1' that is '$2' and returns nothing"],
   [/returns=/g, "return values"],
-  // Sizes, histories, ranges, units.
+  // Sizes, histories, ranges and units.
   [/\bk='2 N\.m\/rad'/g, "2 N.m/rad"],
   [/give for example n=6/g, "give for example 6"],
   [/declare it with each\(\) to take several/g, "let the object take several of them"],
@@ -47,13 +47,13 @@ const WORDINGS: Wording[] = [
   [/(replay it) with trust=True \(opengpac replay --trust\)/g, "$1 as trusted"],
   [/process="([^"]+)"/g, "process '$1'"],
   [/add process=True/g, "give it a process of its own"],
-  // What is left of options: `speed=` is the input or parameter of that name.
+  // The remaining options: `speed=` is the input or parameter of that name.
   [/\b([a-z]\w*)='([^']*)'/g, "'$1' of $2"],
   [/\b([a-z]\w*)=(\d\S*)/g, "'$1' of $2"],
   [/\b([a-z]\w*)=(?=[\s,.;)]|$)/g, "'$1'"],
 ];
 
-/** A message or remedy of the core in the page's words: none that only a program could follow. */
+/** Returns a message or remedy of the core in the page's words, without instructions that only a program could follow. */
 export function worded(text: string): string {
   return WORDINGS.reduce((said, [python, page]) => said.replace(python, page), text);
 }

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 import { type ReactNode, useId } from "react";
 
-/** One of several, with its name beside it. */
+/** One of several options, with its label. */
 export function Choice(props: {
   label: string;
   value: string;

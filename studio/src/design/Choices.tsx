@@ -5,14 +5,14 @@ import { score } from "./fuzzy";
 export interface Choice {
   key: string;
   text: string;
-  /** Description in a few words; it is found by them too. */
+  /** Short description, which is also searched. */
   about: string;
 }
 
-/** Rows that are shown at the most; more are found by typing. */
+/** Maximum number of rows shown; others are found by typing. */
 const SHOWN_MAX = 60;
 
-/** A field, and what is found by what stands in it, the best first. Arrow keys walk, Enter or a click takes, Escape closes. */
+/** A search field with its matches, best first. Arrow keys move, Enter or a click selects, Escape closes. */
 export function Choices(props: { label: string; choices: Choice[]; empty: string; take: (choice: Choice) => void; close: () => void }) {
   const { choices, take, close } = props;
   const [typed, setTyped] = useState("");
@@ -24,7 +24,7 @@ export function Choices(props: { label: string; choices: Choice[]; empty: string
     field.current?.focus({ preventScroll: true });
   }, []);
   useEffect(() => {
-    // Where it answers with a promise, that is no end of the effect.
+    // A promise that it may return must not become the cleanup of the effect.
     document.getElementById(`${list}-${at}`)?.scrollIntoView({ block: "nearest" });
   }, [list, at]);
   const press = (event: KeyboardEvent) => {
@@ -85,11 +85,11 @@ export function Choices(props: { label: string; choices: Choice[]; empty: string
   );
 }
 
-/** The choices that `typed` finds, best first; all in their order where nothing is typed. */
+/** Returns the choices that match `typed`, best first; all in their order if nothing is typed. */
 export function foundChoices(typed: string, choices: readonly Choice[]): Choice[] {
   if (typed.trim() === "") return [...choices];
   const scored = choices.flatMap((choice) => {
-    // A name counts more than what stands beside it.
+    // A match of the name ranks above one of the description.
     const [own, beside] = [score(typed, choice.text), score(typed, `${choice.text} ${choice.about}`)];
     return own === null && beside === null ? [] : [{ choice, score: own ?? (beside ?? 0) - 1000 }];
   });

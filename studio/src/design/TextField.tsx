@@ -2,7 +2,9 @@
 import { useContext, useEffect, useId, useState } from "react";
 import { Unread } from "./unread";
 
-/** A field whose text counts when it is left, or with Enter. What `commit` returns is why it does not: it stays, with the sentence. */
+/**
+ * A field whose text is committed on leaving it, or with Enter. If `commit` returns a reason, the text is kept and the reason is shown.
+ */
 export function TextField(props: {
   label: string;
   value: string;
@@ -10,7 +12,7 @@ export function TextField(props: {
   commit: (text: string) => string | null | void;
   placeholder?: string;
   list?: string | undefined;
-  /** It is as wide as its place. */
+  /** True if the field fills the available width. */
   wide?: boolean;
 }) {
   const [text, setText] = useState<string | null>(null);
@@ -34,7 +36,7 @@ export function TextField(props: {
       </span>
       <input
         id={field}
-        // The sentence about what is wrong is within the label, and is no part of the name.
+        // The error text is inside the label, but not part of the name.
         aria-labelledby={name}
         aria-invalid={wrong !== null}
         aria-describedby={wrong === null ? undefined : id}

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Colours of the tokens, for what is drawn on a canvas.
+// Colours of the tokens, for drawing on a canvas.
 
-/** A token such as `--series-1` as the colour that it is now: "rgb(29, 90, 168)". */
+/** Returns the present colour of a token such as `--series-1`: "rgb(29, 90, 168)". */
 export function colour(token: string): string {
   const probe = document.createElement("span");
   probe.style.color = `var(${token})`;
@@ -11,7 +11,7 @@ export function colour(token: string): string {
   return found;
 }
 
-/** Calls when light became dark or dark became light: draw again. The answer ends it. */
+/** Calls `changed` when the theme switches between light and dark, until the returned function is called. */
 export function onThemeChange(changed: () => void): () => void {
   const dark = window.matchMedia("(prefers-color-scheme: dark)");
   const switched = new MutationObserver(changed);

@@ -3,14 +3,14 @@ import type { ELK } from "elkjs/lib/elk-api";
 
 let made: Promise<ELK> | null = null;
 
-/** The layout of drawings, loaded when it is first needed. */
+/** Returns the layout engine of drawings, loaded on first use. */
 export function elk(): Promise<ELK> {
-  // The page ships one of the two: what is not of a production build is left out of it.
+  // A production build includes only one of the two.
   made ??= import.meta.env.PROD ? inWorker() : inPlace();
   return made;
 }
 
-// In a worker of its own: a graph of hundreds of blocks does not hold up the page.
+// Runs in its own worker, so that a graph of hundreds of blocks does not block the page.
 async function inWorker(): Promise<ELK> {
   const [{ default: Elk }, worker] = await Promise.all([
     import("elkjs/lib/elk-api"),

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 
 /**
- * Returns how well `typed` finds `name`, greater is better; null: not at all. All letters of it must stand in the name in their order; those at the
- * beginning of a word, and those side by side, count more, and short names come first: `shse` finds `shoulder.sensed`.
+ * Returns how well `typed` matches `name`, greater is better; null if it does not match. The name must contain all letters in their
+ * order. Letters at the beginning of a word and adjacent letters count more, and short names rank first: `shse` finds `shoulder.sensed`.
  */
 export function score(typed: string, name: string): number | null {
   const letters = typed.toLowerCase().replaceAll(/\s+/g, "");
@@ -33,7 +33,7 @@ function bestFrom(letters: string, text: string, letter: number, from: number, k
   return best;
 }
 
-/** The names that `typed` finds, best first. */
+/** Returns the names that match `typed`, best first, `most` at most. */
 export function found(typed: string, names: readonly string[], most: number): string[] {
   return names
     .map((name) => ({ name, score: score(typed, name) }))

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// Numbers as people read them: as many figures as carry meaning, units from the system.
+// Readable numbers: only significant digits, with units from the system.
 import type { Value } from "../control/shapes";
 
-/** A duration in the unit that suits it: "850 ns", "12.4 µs", "1.00 ms", "2.50 s". */
+/** Formats a duration in a suitable unit: "850 ns", "12.4 µs", "1.00 ms", "2.50 s". */
 export function duration(ns: number | null | undefined): string {
   if (ns === null || ns === undefined || !Number.isFinite(ns)) return "–";
   const size = Math.abs(ns);
@@ -17,7 +17,7 @@ function three(value: number): string {
   return value.toFixed(size < 10 ? 2 : size < 100 ? 1 : 0);
 }
 
-/** A period, exactly: "1 ms", "20 ms", "0.5 ms". */
+/** Formats a period exactly: "1 ms", "20 ms", "0.5 ms". */
 export function period(ns: number): string {
   if (ns >= 1e9) return `${ns / 1e9} s`;
   if (ns >= 1e6) return `${ns / 1e6} ms`;
@@ -25,7 +25,7 @@ export function period(ns: number): string {
   return `${ns} ns`;
 }
 
-/** A count with thin spaces between thousands. */
+/** Formats a count with thin spaces between thousands. */
 export function count(value: number): string {
   return Math.trunc(value)
     .toString()
@@ -37,25 +37,25 @@ export function percent(part: number): string {
   return `${(part * 100).toFixed(part < 0.1 ? 1 : 0)} %`;
 }
 
-/** A time of the system's clock, in s with ms: "12.345 s". */
+/** Formats a time of the system's clock in s, to 1 ms: "12.345 s". */
 export function seconds(time_s: number): string {
   return `${time_s.toFixed(3)} s`;
 }
 
-/** The least time of a wall clock, ns since 1970: under the virtual clock a wall has the system's own, from 0 on. */
+/** Minimum of a wall-clock time, ns since 1970. Under the virtual clock, wall-clock times are those of the system, which begin at 0. */
 const WALL_MIN_NS = 1e17;
 
-/** A time of day on the wall, from ns since 1970: "14:03:22". Under the virtual clock it is empty. */
+/** Formats a time of day from ns since 1970: "14:03:22". Returns an empty string under the virtual clock. */
 export function clockText(wall_ns: number): string {
   return wall_ns < WALL_MIN_NS ? "" : new Date(wall_ns / 1e6).toLocaleTimeString("en-GB");
 }
 
-/** The same with its day: "2026-11-29 14:03:22". */
+/** Formats a date and time of day from ns since 1970: "2026-11-29 14:03:22". */
 export function dayText(wall_ns: number): string {
   return wall_ns < WALL_MIN_NS ? "" : `${new Date(wall_ns / 1e6).toLocaleDateString("sv-SE")} ${clockText(wall_ns)}`;
 }
 
-/** A number of a live value: always of one width, so that figures do not dance. */
+/** Formats a live number with about constant width, so that the digits do not jump. */
 export function figure(value: number): string {
   if (!Number.isFinite(value)) return String(value);
   if (Number.isInteger(value) && Math.abs(value) < 1e9) return value.toString();
@@ -64,14 +64,17 @@ export function figure(value: number): string {
   return value.toFixed(size >= 1e3 ? 1 : size >= 100 ? 2 : 4);
 }
 
-/** A number that is read off: whole as it is, else with seven digits. */
+/** Formats a number for a readout: integers exactly, others with seven digits. */
 export function reading(value: number): string {
   if (!Number.isFinite(value) || (Number.isInteger(value) && Math.abs(value) < 1e15)) return String(value);
   const size = Math.abs(value);
   return size >= 1e7 || size < 1e-4 ? value.toExponential(6) : value.toPrecision(7);
 }
 
-/** Any value as text; arrays in brackets, structs with their members. Floats stay floats: pass the type where it is known. */
+/**
+ * Formats any value: arrays in brackets, structs with their members. Pass `float` if the type is known, so that floats keep their
+ * decimals.
+ */
 export function valueText(value: Value | undefined, float = false): string {
   if (value === undefined || value === null) return "–";
   if (typeof value === "number") return float ? floatFigure(value) : figure(value);
@@ -83,7 +86,7 @@ export function valueText(value: Value | undefined, float = false): string {
     .join(", ")}}`;
 }
 
-// What is smaller than any unit resolves is rounding: it would only dance.
+// Smaller values than any unit resolves are rounding errors, and would only flicker.
 const NOTHING = 1e-9;
 
 function floatFigure(value: number): string {
@@ -95,7 +98,7 @@ export function isFloat(type_text: string | undefined): boolean {
   return type_text !== undefined && /double|float/.test(type_text);
 }
 
-/** A value with its unit. */
+/** Appends the unit to a value. */
 export function withUnit(text: string, unit: string | null | undefined): string {
   return unit ? `${text}\u202f${unit}` : text;
 }

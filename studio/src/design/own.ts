@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 
-/** Returns the value of a map under a name that a person gave; what every object inherits, `constructor` and `__proto__`, is not of the map. */
+/**
+ * Returns the entry of a map under a name entered by a person. Properties that every object inherits, `constructor` and `__proto__`, do
+ * not count.
+ */
 export function own<T>(map: Readonly<Record<string, T>> | undefined, name: string): T | undefined {
   return map !== undefined && Object.hasOwn(map, name) ? map[name] : undefined;
 }

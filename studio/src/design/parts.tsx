@@ -3,7 +3,7 @@ import { type ReactNode, useId } from "react";
 import { type Refusal, refusalsOf } from "../control/refusals";
 import "./parts.css";
 
-/** A part of a view, with its heading. `end`: what stands at the right of the heading. */
+/** A panel of a view with a heading; `end` is shown to the right of the heading. */
 export function Panel(props: { title: ReactNode; end?: ReactNode; children: ReactNode; className?: string; flush?: boolean }) {
   const heading = useId();
   return (
@@ -27,13 +27,13 @@ export function Tag(props: { tone?: Tone; children: ReactNode; title?: string })
   );
 }
 
-/** A name of a program, which is divided only where its words begin: after `_`, `.` and `/`. */
+/** A name from a program, which wraps only after `_`, `.` and `/`. */
 export function Name(props: { of: string }) {
   // biome-ignore lint/suspicious/noArrayIndexKey: a part is known by its place
   return props.of.split(/(?<=[_./])/).map((part, index) => [index > 0 && <wbr key={index} />, part]);
 }
 
-/** Refusals of the system, in its words, each with its remedy. Read out by a screen reader when it appears. */
+/** Refusals of the system in its words, each with its remedy. Screen readers announce them when they appear. */
 export function Refusals(props: { of: Refusal[]; id?: string }) {
   if (props.of.length === 0) return null;
   return (
@@ -55,12 +55,12 @@ export function Refusals(props: { of: Refusal[]; id?: string }) {
   );
 }
 
-/** Any error, shown. */
+/** Shows any error. */
 export function Trouble(props: { of: unknown }) {
   return props.of ? <Refusals of={refusalsOf(props.of)} /> : null;
 }
 
-/** Nothing is there: says what there would be, and what to do to have it. */
+/** Placeholder for an empty view: states what would be shown, and how to obtain it. */
 export function Empty(props: { title: string; children?: ReactNode }) {
   return (
     <div className="empty">

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The cases are those of crates/model/src/quantity.rs: the page reads what the package reads, and nothing else.
+// The cases are those of crates/model/src/quantity.rs: the page accepts exactly the same texts as the package.
 import { expect, test } from "vitest";
 import { commaIn, durationNs, numberIn } from "./quantities";
 

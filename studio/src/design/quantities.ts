@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// Numbers with units as the package reads them (crates/model/src/quantity.rs): "20 ms", "90 deg", "0.5 rad/s", "30 %". What cannot be
-// read is refused with a sentence; nothing is taken for something else.
+// Numbers with units as the package reads them (crates/model/src/quantity.rs): "20 ms", "90 deg", "0.5 rad/s", "30 %". Invalid texts are
+// refused with a message; nothing is guessed.
 
-/** Value that was read, or the reason why it was not. */
+/** Value that was read, or the reason why the text is invalid. */
 export type ReadResult<T> = { value: T; wrong?: undefined } | { value?: undefined; wrong: string };
 
 /** Exponents of m, kg, s, A, K, rad, counts, pixels. */
@@ -18,7 +18,7 @@ const NONE: Dimension = [0, 0, 0, 0, 0, 0, 0, 0];
 const TIME: Dimension = [0, 0, 1, 0, 0, 0, 0, 0];
 const ANGLE: Dimension = [0, 0, 0, 0, 0, 1, 0, 0];
 
-/** Symbol: factor, divisor, dimension, whether it takes prefixes. */
+/** Symbol → factor, divisor, dimension, and whether it takes prefixes. */
 const SYMBOLS: Record<string, readonly [number, number, Dimension, boolean]> = {
   m: [1, 1, [1, 0, 0, 0, 0, 0, 0, 0], true],
   g: [1, 1000, [0, 1, 0, 0, 0, 0, 0, 0], true],
@@ -71,13 +71,16 @@ const PREFIXES: Record<string, readonly [number, number]> = {
 const NUMBER = /^([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(.*)$/s;
 const COMMA = /^\s*[+-]?\d+,\d+/;
 
-/** A sentence for a number whose decimals follow a comma; null: there is none. Lists in brackets have commas of their own. */
+/** Returns an error text for a number with a decimal comma; null if there is none. Lists in brackets may contain commas. */
 export function commaIn(text: string): string | null {
   const found = COMMA.exec(text);
   return found ? `'${text.trim()}' has a decimal comma: write ${found[0].trim().replace(",", ".")}` : null;
 }
 
-/** The number that a text means in a unit; one without a unit is taken as it is. Of a choice, `rad|m`, the first that fits counts. */
+/**
+ * Converts a text to a number in a unit; a number without a unit is taken as it is. For a choice such as `rad|m`, the first unit of the
+ * same dimension counts.
+ */
 export function numberIn(text: string, target: string): ReadResult<number> {
   const read = split(text);
   if (read.wrong !== undefined) return read;
@@ -96,7 +99,9 @@ export function numberIn(text: string, target: string): ReadResult<number> {
   return { value: (number * given.multiply * wanted.divide) / (given.divide * wanted.multiply) };
 }
 
-/** Whole nanoseconds of "20 ms", "1.5 s", "2 min", or of the period of a rate, "1 kHz". `bare`: what a number without a unit counts. */
+/**
+ * Converts "20 ms", "1.5 s", "2 min" or the period of a rate, "1 kHz", to whole nanoseconds. `bare` is the unit of a number without one.
+ */
 export function durationNs(text: string, bare: "s" | null = null): ReadResult<number> {
   const read = split(text);
   if (read.wrong !== undefined) return read;
@@ -130,7 +135,7 @@ function isSame(one: Dimension, other: Dimension): boolean {
   return one.every((exponent, at) => exponent === other[at]);
 }
 
-/** `kg.m^2/s`, `N*m`, `m/s2`, `1/s`; everything behind a slash divides. An unknown unit gives null. */
+/** Parses a unit: `kg.m^2/s`, `N*m`, `m/s2`, `1/s`. All factors after a slash divide. Returns null for an unknown unit. */
 function unitOf(text: string): Unit | null {
   let [multiply, divide] = [1, 1];
   const dimension = [0, 0, 0, 0, 0, 0, 0, 0];

@@ -1,17 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
-// Units that are a choice: `rad|m` is that of a port which serves turning and sliding joints alike.
+// Alternative units: `rad|m` belongs to a port that serves revolute and prismatic joints alike.
 
-/** The units that a choice is made of; of any other unit itself. */
+/** Returns the units of a choice; for any other unit, the unit alone. */
 export function choices(unit: string): string[] {
   return unit.split("|");
 }
 
-/** A unit for people: `rad|m` is one or the other, as the joint is. */
+/** Formats a unit for people: `rad|m` becomes "rad or m", which depends on the joint. */
 export function unitText(unit: string | null | undefined): string {
   return unit ? choices(unit).join(" or ") : "";
 }
 
-/** Returns whether a value in the one unit may be one in the other; if one of them is not given, it may. */
+/** Returns whether two units are compatible: they share a choice, or one of them is not given. */
 export function unitsAgree(one: string, other: string): boolean {
   return !one || !other || choices(one).some((unit) => choices(other).includes(unit));
 }

@@ -1,17 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
 import { createContext, useCallback, useMemo, useState } from "react";
 
-/** A field whose text cannot be read: what it is called, and why not. */
+/** A field with invalid text: its label, and the reason. */
 export interface UnreadField {
   id: string;
   label: string;
   wrong: string;
 }
 
-/** Receives the text of a field that cannot be read; null: it can be read again, or the field is gone. */
+/** Receives a field with invalid text, or null when its text is valid again or the field is removed. */
 export const Unread = createContext<((id: string, field: UnreadField | null) => void) | null>(null);
 
-/** The fields within a provider whose text cannot be read, in the order in which that was found. */
+/** Returns the fields within a provider that have invalid text, in the order in which they became invalid. */
 export function useUnread(): { fields: UnreadField[]; tell: (id: string, field: UnreadField | null) => void } {
   const [of, set] = useState<ReadonlyMap<string, UnreadField>>(new Map());
   const tell = useCallback((id: string, field: UnreadField | null) => {

@@ -2,8 +2,8 @@
 import { type RefObject, useRef } from "react";
 
 /**
- * A reference to the value with which a part was drawn last: for what goes on when an answer comes. The value that was there when the
- * question was asked is out of date by then, and to write it back would take away what was done meanwhile.
+ * Returns a reference to the value of the latest render, for code that continues after an answer. The value at the time of the request
+ * is out of date by then; writing it back would discard later changes.
  */
 export function useLatest<T>(value: T): RefObject<T> {
   const latest = useRef(value);

@@ -3,7 +3,7 @@ import type { ReactNode } from "react";
 import { type Block, spansOf } from "./markdown";
 import { helpOf } from "./topics";
 
-/** Page of the docs of a view. */
+/** The page of the docs about a view. */
 export default function Help(props: { view: string; title: string }) {
   return (
     <article className="help-page">

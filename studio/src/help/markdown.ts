@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Blocks and spans of the docs' Markdown, as far as the help shows them: no images, no comments.
+// Blocks and spans of the docs' Markdown that the help shows: without images and comments.
 
-/** Part of a page. */
+/** Block of a page. */
 export type Block =
   | { kind: "heading"; level: number; text: string }
   | { kind: "text"; text: string }
@@ -9,13 +9,13 @@ export type Block =
   | { kind: "table"; head: string[]; rows: string[][] }
   | { kind: "code"; text: string };
 
-/** Part of a line. A link to another page of the docs is its text: the help has no other pages. */
+/** Span of a line. A link to another page of the docs is reduced to its text, because the help has no other pages. */
 export interface Span {
   kind: "plain" | "code" | "strong" | "emphasis";
   text: string;
 }
 
-/** Reads a page of the docs. */
+/** Parses a page of the docs into blocks. */
 export function blocksOf(page: string): Block[] {
   const lines = page.replace(/<!--[\s\S]*?-->/g, "").split("\n");
   const blocks: Block[] = [];
@@ -78,7 +78,7 @@ function cellsOf(row: string): string[] {
   return cells.map((cell) => cell.trim().replaceAll("\\|", "|"));
 }
 
-/** Divides a line into its spans. */
+/** Splits a line into spans. */
 export function spansOf(text: string): Span[] {
   const spans: Span[] = [];
   const found = text.replace(/\[([^\]]*)\]\([^)]*\)/g, "$1").matchAll(/`([^`]+)`|\*\*([^*]+)\*\*|\*([^*\s][^*]*)\*|([^`*]+|[`*])/g);
@@ -93,7 +93,7 @@ export function spansOf(text: string): Span[] {
   return spans;
 }
 
-/** Returns the section under a heading, without the heading, to the next one of its level. */
+/** Returns the section under a heading, without the heading, up to the next heading of its level. */
 export function sectionOf(blocks: Block[], title: string): Block[] {
   const from = blocks.findIndex((block) => block.kind === "heading" && block.text === title);
   const heading = blocks[from];

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Pages of the docs that belong to each view. They are part of the page: no network is needed to read them.
+// Pages of the docs for each view. They are part of the bundle and can be read offline.
 import studio from "../../../docs/studio.md?raw";
 import workspaces from "../../../docs/workspaces.md?raw";
 import { type Block, blocksOf, sectionOf } from "./markdown";
@@ -10,7 +10,7 @@ const SECTIONS: Record<string, string[]> = {
   recordings: ["A recording in the same views"],
 };
 
-/** Returns what the docs say of a view. */
+/** Returns the section of the docs about a view. */
 export function helpOf(view: string, title: string): Block[] {
   if (view === "workspaces") return blocksOf(workspaces).slice(1);
   const page = blocksOf(studio);

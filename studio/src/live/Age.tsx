@@ -4,7 +4,7 @@ import type { Reading } from "../control/shapes";
 import { useControl, useTopic } from "../shell/context";
 import { isStored } from "./stored";
 
-/** Age of the newest of these values, in words: "12 s old", or that there has never been one. For values that nobody renews now. */
+/** Age of the newest of these values: "12 s old", or that there is none. Used for values that are not being renewed. */
 export function Age(props: { of: string[] }) {
   const control = useControl();
   const now = useTopic(control.topics.statistics);
@@ -29,7 +29,7 @@ export function Age(props: { of: string[] }) {
   );
 }
 
-/** An age in the unit that suits it, never below 0: "0.4 s", "12 s", "3 min", "2 h". */
+/** Formats an age in a suitable unit, never below 0: "0.4 s", "12 s", "3 min", "2 h". */
 export function ageText(age_s: number): string {
   const age = Math.max(0, age_s);
   if (age < 10) return `${age.toFixed(1)} s`;

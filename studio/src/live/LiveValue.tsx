@@ -6,14 +6,14 @@ import { useControl } from "../shell/context";
 import { isStored } from "./stored";
 
 /**
- * The present value of an SVV or private cell, written into the page without React: `–` until one came; with the reason as its title
- * where the system does not know it.
+ * The present value of an SVV or private cell, written into the page without React. Shows `–` before the first value; if the system does
+ * not know the name, the title states the reason.
  */
 export function LiveValue(props: {
   name: string;
   type_text?: string | undefined;
   unit?: string | null | undefined;
-  /** Display of a value that was never stored: as the one that the system was made with, in grey; or as no value at all. */
+  /** Display of a value that was never stored: the initial value in grey, or no value. */
   initial?: "grey" | "none";
 }) {
   const control = useControl();

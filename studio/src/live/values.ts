@@ -4,15 +4,15 @@ import type { Reading } from "../control/shapes";
 import type { Values, Watcher } from "../control/source";
 import type { Stream } from "../control/stream";
 
-/** Period of values, ms: to be read by a person, and to be seen moving. */
+/** Periods of values, ms: for values to be read, and for motion. */
 export const READ_MS = 100;
 export const MOVE_MS = 33;
 
 /**
- * The present values of SVVs and private cells, outside of React: a value that changes costs one write into one element.
+ * The present values of SVVs and private cells, outside React: a changed value costs one write to one element.
  *
- * All that is watched at one rate is one subscription of the stream. Names that the system does not know are left out of it, and told
- * to their watchers.
+ * All values watched at one rate share one subscription of the stream. Names that the system does not know are left out of it and
+ * reported to their watchers.
  */
 export class LiveValues implements Values {
   readonly #read: Group;
@@ -23,28 +23,28 @@ export class LiveValues implements Values {
     this.#move = new Group(stream, MOVE_MS);
   }
 
-  /** Watches a value; the answer ends it. `every_ms`: READ_MS or MOVE_MS. */
+  /** Watches a value until the returned function is called. `every_ms`: `READ_MS` or `MOVE_MS`. */
   watch(name: string, watcher: Watcher, every_ms: number = READ_MS): () => void {
     return (every_ms <= MOVE_MS ? this.#move : this.#read).watch(name, watcher);
   }
 
-  /** The last value that came, where anybody watches it. */
+  /** Returns the latest value received, if it is watched. */
   latest(name: string): Reading | undefined {
     return this.#read.latest(name) ?? this.#move.latest(name);
   }
 
-  /** All that is watched, as it came last. */
+  /** Returns the latest readings of all watched values. */
   readings(): ReadonlyMap<string, Reading> {
     return new Map([...this.#read.readings(), ...this.#move.readings()]);
   }
 
-  /** Forgets all readings: another run of the system answers than before. */
+  /** Forgets all readings, because another run of the system answers. */
   forget(): void {
     this.#read.forget();
     this.#move.forget();
   }
 
-  /** Asks again for what the system did not know: something was installed. */
+  /** Requests unknown names again, because something was installed. */
   renew(): void {
     this.#read.renew();
     this.#move.renew();
@@ -118,7 +118,7 @@ class Group {
     if (any || !this.#end) this.#askSoon();
   }
 
-  // A view that opens watches many values at once: they are asked for together.
+  // A view that opens watches many values at once: they are requested together.
   #askSoon(): void {
     if (this.#asking) return;
     this.#asking = true;
@@ -183,7 +183,7 @@ class Group {
   }
 }
 
-// A write by a programming system is a value too, and has the number of the one before.
+// A write by a programming system also counts as a new value, although it has the number of the previous one.
 function sameReading(one: Reading | null, other: Reading): boolean {
   return one !== null && one.number === other.number && one.time_ns === other.time_ns;
 }

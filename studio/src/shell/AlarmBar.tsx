@@ -7,23 +7,23 @@ import { Acknowledge, AcknowledgeAll, AlarmTable, AlarmTags, inOrder } from "./A
 import { useLive, useWatched } from "./context";
 import { addressOf } from "./route";
 
-/** The alarm that is told first. */
+/** Returns the alarm that is shown first. */
 export function foremost(alarms: readonly Alarm[]): Alarm | null {
   return inOrder(alarms)[0] ?? null;
 }
 
-/** The alarms of the running system, in every view: the foremost with its severity and state, all of them where that is asked for. */
+/** The alarms of the running system, in every view: the most urgent one with its severity and state, and all of them on request. */
 export function AlarmBar() {
   const control = useLive();
   const list = useId();
   const [isOpen, setOpen] = useState(false);
   const alarms = useWatched(control.alarms.latest);
-  // The emergency stop has a line of its own.
+  // An active emergency stop has its own line.
   const raised = (alarms?.current ?? []).filter((alarm) => alarm.code !== "emergency_stop" || !alarm.active);
   const shelved = alarms?.shelved?.length ?? 0;
   const first = foremost(raised);
   const isOver = first === null;
-  // The list does not open over the view by itself when the next alarm comes.
+  // Once closed by the end of all alarms, the list does not reopen by itself at the next one.
   useEffect(() => {
     if (isOver) setOpen(false);
   }, [isOver]);
@@ -55,7 +55,7 @@ export function AlarmBar() {
   );
 }
 
-/** Tells that there are shelved alarms, and where they are. */
+/** Reports the number of shelved alarms, with a link to them. */
 function ShelvedNote(props: { count: number }) {
   if (props.count === 0) return null;
   return (

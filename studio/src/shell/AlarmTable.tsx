@@ -8,7 +8,7 @@ import { Refusals, Tag, type Tone } from "../design/parts";
 import { useAction } from "./context";
 import { Shelve } from "./Shelving";
 
-/** The states of an alarm that a person still has to know of, by the words of ISA-18.2. */
+/** States of an alarm that require a person's attention, in the terms of ISA-18.2. */
 export type AlarmState = "active" | "acknowledged" | "returned";
 
 export function stateOf(alarm: Alarm): AlarmState {
@@ -22,7 +22,7 @@ const MEANS: Record<AlarmState, string> = {
   returned: "returned to normal, unacknowledged: its cause is gone, and nobody has acknowledged it",
 };
 
-/** Colour and shape of each severity, so that neither alone has to be told apart. */
+/** Colour and shape of each severity; either alone suffices to distinguish them. */
 export const MARKS: Record<Severity, { tone: Tone; shape: string }> = {
   low: { tone: "plain", shape: "M5 1.5a3.5 3.5 0 1 0 .01 0z" },
   medium: { tone: "warn", shape: "M5 .5 9.5 5 5 9.5.5 5z" },
@@ -30,7 +30,7 @@ export const MARKS: Record<Severity, { tone: Tone; shape: string }> = {
   critical: { tone: "critical", shape: "M1 1h8v8H1z" },
 };
 
-/** Severity and state of an alarm, each as a word; the severity with its shape. */
+/** Severity and state of an alarm as words, the severity also as a shape. */
 export function AlarmTags(props: { of: Alarm }) {
   const state = stateOf(props.of);
   const { tone, shape } = MARKS[props.of.severity];
@@ -49,7 +49,7 @@ export function AlarmTags(props: { of: Alarm }) {
   );
 }
 
-/** Acknowledges one alarm; nothing where that is done, or may not be done here. */
+/** Button that acknowledges one alarm; empty if it is already acknowledged, or may not be acknowledged here. */
 export function Acknowledge(props: { of: Alarm; from: Source }) {
   const { of, from } = props;
   const action = useAction();
@@ -70,7 +70,7 @@ export function Acknowledge(props: { of: Alarm; from: Source }) {
   );
 }
 
-/** Acknowledges all alarms at once. */
+/** Button that acknowledges all alarms at once. */
 export function AcknowledgeAll(props: { of: readonly Alarm[]; from: Source }) {
   const { of, from } = props;
   const action = useAction();
@@ -90,8 +90,10 @@ export function AcknowledgeAll(props: { of: readonly Alarm[]; from: Source }) {
   );
 }
 
-/** Alarms, one a line, the most urgent first: severity, state, code, where and what, since when on the wall and on the
- * system's clock, acknowledging it alone. */
+/**
+ * Alarms, one per line, the most urgent first: severity, state, code, source and text, wall-clock and system time, and a button to
+ * acknowledge.
+ */
 export function AlarmTable(props: { of: readonly Alarm[]; from: Source }) {
   return (
     <ul className="alarm-table">
@@ -120,7 +122,7 @@ export function AlarmTable(props: { of: readonly Alarm[]; from: Source }) {
 
 const RANKS: Severity[] = ["low", "medium", "high", "critical"];
 
-/** Alarms in the order in which a person needs them: unacknowledged before acknowledged, active before returned, the most severe, the newest. */
+/** Sorts alarms by urgency: unacknowledged before acknowledged, active before returned, the most severe first, then the newest. */
 export function inOrder(alarms: readonly Alarm[]): Alarm[] {
   const ranks = (alarm: Alarm) => [
     Number(!alarm.acknowledged),

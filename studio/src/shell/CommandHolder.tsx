@@ -6,18 +6,18 @@ import { Refusals } from "../design/parts";
 import { RequestForm } from "./CommandRequests";
 import { useAction, useLive, useWatched } from "./context";
 
-/** Returns what runs although no session commands: started by the program that the system is part of, or by a session that has left. */
+/** Returns the instances that are running although no session commands: a program, or a session that has left, started them. */
 export function moving(now: Statistics | null): string[] {
   return (now?.instances ?? []).filter((one) => one.state === "running" && one.owner === null).map((one) => one.name);
 }
 
-/** Returns the name of the one that commands: this page, a person or session, a program, or nobody. */
+/** Returns the name of the commander: this page, a person or session, a program, or nobody. */
 export function commanderOf(holder: string | null, person: string | null, own: string | null, now: Statistics | null): string {
   if (holder === null) return moving(now).length > 0 ? "a program" : "nobody";
   return holder === own ? "this page" : (person ?? holder);
 }
 
-/** Holder of command. It is taken by the first command; here it is given back, asked for, or taken from another one. */
+/** Holder of command. The first command takes it; here it can be given back, requested, or taken from another session. */
 export function CommandHolder(props: { now: Statistics | null }) {
   const control = useLive();
   const state = useWatched(control.command.state);
@@ -63,7 +63,7 @@ export function CommandHolder(props: { now: Statistics | null }) {
   );
 }
 
-/** A session by its name, and by that of its person where it was said. */
+/** A session by name, with the name of its person if it was entered. */
 function Named(props: { name: string; person: string | null }) {
   return props.person === null ? (
     <span>{props.name}</span>

@@ -5,7 +5,7 @@ import type { AskingSession, Holder } from "../control/shapes";
 import { Refusals } from "../design/parts";
 import { useAction, useLive, useWatched } from "./context";
 
-/** Names the person that asks for command, with the reason. */
+/** Form for the name of the person who requests command, and the reason. */
 export function RequestForm(props: { done: () => void }) {
   const control = useLive();
   const action = useAction();
@@ -43,7 +43,7 @@ export function RequestForm(props: { done: () => void }) {
   );
 }
 
-/** Requests for command, over the whole width: those of others where this page commands, its own while it waits, and what became of that. */
+/** Requests for command, over the full width: those of others if this page commands, its own while pending, and its outcome. */
 export function CommandRequests() {
   const control = useLive();
   const state = useWatched(control.command.state);
@@ -70,13 +70,13 @@ export function CommandRequests() {
 
 type SettledRequest = Holder["settled"][number];
 
-/** The last request of a session that has ended, and was not put away. */
+/** Returns the last settled request of a session, unless it was dismissed. */
 export function settledOf(state: Holder, name: string, seen: number): SettledRequest | null {
   const last = state.settled.findLast((one) => one.name === name);
   return last && last.number > seen && last.by !== name ? last : null;
 }
 
-/** Returns the outcome of a request of this page, in one sentence. */
+/** Describes the outcome of a request of this page in one sentence. */
 export function wordsOf(of: SettledRequest): string {
   const by = of.by ? ` by ${of.by}` : "";
   const reason = of.reason ? `: ${of.reason}` : "";

@@ -5,27 +5,30 @@ import type { Statistics } from "../control/shapes";
 import { Refusals } from "../design/parts";
 import { useAction, useLive } from "./context";
 
-/** Within this time the page says whether a press was heard, ms. */
+/** Time within which the page reports whether a press was heard, ms. */
 const HEARD_WITHIN_MS = 250;
-/** Time limit of one try, and the time after it until the next one, ms. */
+/** Time limit of one try, and the wait before the next one, ms. */
 const TRY_MS = 1000;
 const AGAIN_MS = 200;
-/** Time for which the button says that it was heard, ms. */
+/** Time for which the button shows that it was heard, ms. */
 const SAY_MS = 3000;
 
-/** `unheard`: no answer has come in time; it is sent again until one does. `refused`: the system has answered, and does not stop. */
+/**
+ * `unheard`: no answer has arrived in time, and the request is repeated until one does. `refused`: the system has answered, but does not
+ * stop.
+ */
 export type Hearing = "none" | "asked" | "heard" | "unheard" | "refused";
 
-/** A press of the emergency stop, and what became of it. */
+/** A press of the emergency stop, and its outcome. */
 export interface Press {
   hearing: Hearing;
   refusals: Refusal[];
   press: () => void;
-  /** Puts its message away; it is sent no more. */
+  /** Dismisses its message, and stops repeating the request. */
   putAway: () => void;
 }
 
-/** Returns whether the next try would be answered the same. One that finds no room, or that something between page and system answers, may be heard. */
+/** Returns whether the next try would get the same answer. A lack of capacity, or the answer of a proxy, may be temporary. */
 function isFinal(status: number): boolean {
   return status >= 400 && status < 500 && status !== 408 && status !== 429;
 }
@@ -43,7 +46,7 @@ export function useEmergencyStop(now: Statistics | null): Press {
     setHearing(as);
   }, []);
   const putAway = useCallback(() => end("none"), [end]);
-  // The system says that it is latched: that is heard too, whatever became of the answer.
+  // The system reports the latched stop: then the press was heard, even if the answer was lost.
   useEffect(() => {
     if (!isLatched) return;
     setHearing((before) => (before === "asked" || before === "heard" ? "heard" : "none"));
@@ -95,7 +98,9 @@ const SAID: Record<Hearing, string> = {
   refused: "Not taken",
 };
 
-/** The button: one press, no question, no command. It stands at the same place in every view, state and width. */
+/**
+ * The button of the emergency stop: one press, without confirmation or command. It has the same position in every view, state and width.
+ */
 export function EmergencyStop(props: { press: Press }) {
   const control = useLive();
   if (!control.may("operate")) return null;
@@ -112,7 +117,10 @@ export function EmergencyStop(props: { press: Press }) {
   );
 }
 
-/** A press that the system has not heard, or has refused: over all that is shown, until it is heard or put away. It moves nothing. */
+/**
+ * A press that the system has not heard, or has refused, shown above everything else until it is heard or dismissed. It does not shift
+ * other elements.
+ */
 export function StopUnheard(props: { press: Press }) {
   const { hearing, refusals, putAway } = props.press;
   if (hearing !== "unheard" && hearing !== "refused") return null;
@@ -133,7 +141,7 @@ export function StopUnheard(props: { press: Press }) {
   );
 }
 
-/** While it is latched: its cause, and the reset. */
+/** The cause of the latched emergency stop, and its reset. */
 export function Stopped(props: { now: Statistics | null }) {
   const control = useLive();
   const action = useAction();

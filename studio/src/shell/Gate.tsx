@@ -8,10 +8,10 @@ import { Axis, AxisContext } from "./axis";
 import { ControlContext, SourceContext } from "./context";
 import { Shell } from "./Shell";
 
-/** Period at which a system that does not answer is asked again, ms. */
+/** Period at which a system that does not answer is tried again, ms. */
 const AGAIN_MS = 2000;
 
-/** Before the studio: asks the system who it is. Without a token that holds it says where to get one. */
+/** Connects to the system before the studio is shown. Without a valid token, explains where to get one. */
 export function Gate(props: { token: string | null }) {
   const [token, setToken] = useState(props.token);
   const [control, setControl] = useState<Control | null>(null);

@@ -2,15 +2,15 @@
 import { lazy, Suspense, useEffect, useRef, useState } from "react";
 import type { View } from "./views";
 
-// The docs come when they are first asked for.
+// The docs are loaded on first use.
 const Help = lazy(() => import("../help/Help"));
 
-/** Button that opens the docs of the present view beside it. */
+/** Button that opens the docs of the present view next to it. */
 export function HelpButton(props: { view: View | undefined }) {
   const { view } = props;
   const page = useRef<HTMLDialogElement>(null);
   const [isOpen, setOpen] = useState(false);
-  // Another view has other docs.
+  // Other views have other docs.
   useEffect(() => {
     if (view) page.current?.close();
   }, [view]);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// List of the keys of the page: `?` opens it in every view.
+// List of the page's keys; `?` opens it in every view.
 import { useEffect, useRef } from "react";
 
 const KEYS: [string, [string, string][]][] = [
@@ -32,7 +32,7 @@ const KEYS: [string, [string, string][]][] = [
   ],
 ];
 
-/** Button of the list, and the list, which `?` opens too. */
+/** Button and list of the keyboard shortcuts; `?` also opens the list. */
 export function Keys() {
   const list = useRef<HTMLDialogElement>(null);
   useEffect(() => {
@@ -73,7 +73,7 @@ export function Keys() {
   );
 }
 
-/** Returns whether keys are text there. */
+/** Returns whether keys are text input for the target. */
 function isWritten(target: EventTarget | null): boolean {
   return target instanceof HTMLElement && (target.isContentEditable || /^(INPUT|TEXTAREA|SELECT)$/.test(target.tagName));
 }

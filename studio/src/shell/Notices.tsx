@@ -2,10 +2,10 @@
 import { type ReactNode, useEffect, useRef, useState } from "react";
 import { watchAim } from "./aim";
 
-/** Time for which the page tells of a refused press, ms. */
+/** Time for which a refused press is reported, ms. */
 const TOLD_MS = 4000;
 
-/** The place of messages, in every view. Its height is fixed, so that nothing below it moves; what does not fit unfolds over the view. */
+/** Area for messages, in every view. Its height is fixed, so that nothing below it moves; longer content unfolds over the view. */
 export function Notices(props: { children: ReactNode }) {
   const content = useRef<HTMLDivElement>(null);
   const [isMore, setMore] = useState(false);
@@ -37,7 +37,7 @@ export function Notices(props: { children: ReactNode }) {
   );
 }
 
-/** Refuses presses that would hit another control than the one that was aimed at, and says so. */
+/** Refuses and reports presses that would hit a control other than the one aimed at. */
 export function Aim() {
   const [count, setCount] = useState(0);
   useEffect(() => watchAim(() => setCount((before) => before + 1)), []);

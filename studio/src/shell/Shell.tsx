@@ -11,7 +11,7 @@ import { TopBar } from "./TopBar";
 import { views } from "./views";
 import "./shell.css";
 
-/** The frame of the studio: what is always seen, and the view that is open. */
+/** The frame of the studio: the elements that are always visible, and the open view. */
 export function Shell() {
   const control = useLive();
   const source = useWatched(useAxis().source);

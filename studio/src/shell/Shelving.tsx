@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Shelving alarms: out of the list for a time, with a reason (ISA-18.2).
+// Shelving of alarms: hides an alarm from the list for a time, with a reason (ISA-18.2).
 import { useId, useState } from "react";
 import type { Alarm } from "../control/shapes";
 import type { Source } from "../control/source";
@@ -8,7 +8,7 @@ import { clockText } from "../design/numbers";
 import { Panel, Refusals, Tag } from "../design/parts";
 import { useAction } from "./context";
 
-/** Times that are offered, in min. */
+/** Offered durations, min. */
 const OFFERED: [number, string][] = [
   [15, "15 min"],
   [60, "1 h"],
@@ -17,7 +17,7 @@ const OFFERED: [number, string][] = [
 ];
 const MINUTE_NS = 60_000_000_000;
 
-/** Shelves one alarm: opens a form for the reason and the time. */
+/** Shelves one alarm, with a form for the reason and the duration. */
 export function Shelve(props: { of: Alarm; from: Source }) {
   const { of, from } = props;
   const [isOpen, setOpen] = useState(false);
@@ -71,14 +71,14 @@ function ShelveForm(props: { of: Alarm; from: Source; name: string; close: () =>
   );
 }
 
-/** Time that is left of a shelving, as a person would say it. */
+/** Formats the remaining time of a shelved alarm. */
 export function leftText(left_s: number): string {
   if (left_s <= 90) return `${Math.max(0, Math.ceil(left_s))} s`;
   if (left_s <= 90 * 60) return `${Math.ceil(left_s / 60)} min`;
   return `${(left_s / 3600).toFixed(1)} h`;
 }
 
-/** The alarms that are shelved: who shelved each, why, and for how long still. */
+/** The shelved alarms: by whom, why, and for how much longer. */
 export function ShelvedAlarms(props: { of: readonly Alarm[]; from: Source; now_s: number }) {
   const { of, from, now_s } = props;
   if (of.length === 0) return null;

@@ -11,10 +11,10 @@ import { Replay } from "./Replay";
 import { VirtualClock } from "./VirtualClock";
 
 const RATES = [0.01, 0.1, 0.25, 0.5, 1, 2, 5, 10, 60];
-/** Steps of the slider over the whole recording. */
+/** Number of slider steps over the whole recording. */
 const STEPS = 100_000;
 
-/** Where the views stand in time: live, paused, or at the cursor of a recording. */
+/** Time shown by the views: live, paused, or at the cursor of a recording. */
 export function TimeBar() {
   const axis = useAxis();
   const live = useLive();
@@ -110,7 +110,7 @@ function Recorded(props: { axis: Axis; of: Recording }) {
   );
 }
 
-/** Where the replay found the first difference, on the slider: its thumb keeps half its width from both ends. */
+/** The first difference of the replay on the slider, whose thumb stays half its width away from both ends. */
 function Mark(props: { part: number; differs: Differs }) {
   const { signal, recorded, replayed } = props.differs;
   const left = `calc(8px + (100% - 16px) * ${Math.min(1, Math.max(0, props.part))})`;
@@ -137,7 +137,7 @@ function Steps(props: { name: string; back: () => void; on: () => void; marks: [
   );
 }
 
-/** The alarms that were raised at the cursor. */
+/** The alarms that were active at the cursor. */
 function Alarms(props: { of: Recording }) {
   const alarms = useWatched(props.of.alarms.latest)?.current ?? [];
   const first = foremost(alarms);

@@ -13,8 +13,10 @@ import { ModeAndPause } from "./ModeAndPause";
 import { Aim, Notices } from "./Notices";
 import { TimeBar } from "./TimeBar";
 
-/** Always seen: which system, whether it is heard, who commands, mode and pause, what is raised, the emergency stop. In a narrow window
- * who commands and the mode are one line, and their controls and those of the clock unfold. */
+/**
+ * Always visible: system, connection, commander, mode and pause, alarms, emergency stop. In a narrow window, commander and mode are one
+ * line, and their controls and those of the clock unfold.
+ */
 export function TopBar() {
   const control = useLive();
   const now = useTopic(control.topics.statistics);
@@ -63,7 +65,7 @@ export function TopBar() {
   );
 }
 
-/** Owner of command, after what is not as usual: all that a narrow window shows of command, mode and pause while they are folded. */
+/** Holder of command, after anything unusual: summary of command, mode and pause while they are folded in a narrow window. */
 function Summary(props: { now: Statistics | null }) {
   const control = useLive();
   const { holder, person } = useWatched(control.command.state);
@@ -85,7 +87,7 @@ function Heard() {
   return <Tag tone={connection === "connecting" ? "plain" : "bad"}>{SAID[connection]}</Tag>;
 }
 
-/** A connection that is lost, over the whole width: nothing on the page is of now. */
+/** Warning of a lost connection over the full width: nothing on the page is current. */
 function Unheard() {
   const control = useLive();
   const connection = useWatched(control.stream.connection);
@@ -110,7 +112,7 @@ function Unheard() {
   );
 }
 
-/** The system was started again: what the page knew is of an earlier run. */
+/** Notice that the system has restarted: the page's information is from an earlier run. */
 function Restarted() {
   const control = useLive();
   const restarts = useWatched(control.restarts);
@@ -127,7 +129,7 @@ function Restarted() {
   );
 }
 
-/** Returns the age of the newest state that is known of the system, ms, while that is shown. */
+/** Returns the age of the newest known state of the system, ms, while it is shown. */
 function useAge(isLooked: boolean): number {
   const control = useLive();
   const [age_ms, setAge] = useState(0);

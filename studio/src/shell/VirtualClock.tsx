@@ -8,7 +8,7 @@ import { runAt, runUntil } from "./virtual";
 
 const RATES = [0.01, 0.1, 0.25, 0.5, 1, 2, 5, 10];
 
-/** The virtual clock of the system, moved from the page: a firing, at a rate, or until a verb reports a condition. */
+/** The virtual clock of the system, advanced from the page: by one firing, at a rate, or until a verb reports a condition. */
 export function VirtualClock() {
   const live = useLive();
   const action = useAction();
@@ -18,7 +18,7 @@ export function VirtualClock() {
   const [found, setFound] = useState<{ entry: LogEntry | null } | null>(null);
   const present = useRef(rate);
   present.current = rate;
-  // Who looks at something else does not move the clock any more.
+  // The clock stops when its controls are closed.
   useEffect(() => () => moving?.abort(), [moving]);
   const move = async (run: (signal: AbortSignal) => Promise<void>) => {
     const over = new AbortController();

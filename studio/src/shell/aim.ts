@@ -1,33 +1,33 @@
 // SPDX-License-Identifier: Apache-2.0
-// Guards presses against a page that changes: a press of a control that commands is refused where another control was under the finger when
-// it was aimed. The emergency stop is not guarded: it never moves, and nothing is ever put over it.
+// Guards presses against a changing page: a press of a commanding control is refused if a different control was under the finger when it
+// was aimed. The emergency stop is not guarded: it never moves, and nothing ever covers it.
 
-/** Time before a press at which it is aimed, ms; period at which the places of all controls are sampled, ms; number of samples kept. */
+/** Time before a press at which it is aimed, ms; sampling period of the positions of all controls, ms; number of samples kept. */
 const AIMED_MS = 100;
 const LOOK_MS = 50;
 const KEPT = 6;
-/** Nothing is refused for so long after the person has scrolled, changed the width or gone to another view, ms. */
+/** Time after the person scrolls, resizes the window or switches views during which no press is refused, ms. */
 const OWN_MS = 200;
 
 const CONTROLS = "button, a[href], input, select, summary";
-/** The attribute of each element whose controls command the system. A press of any other control is taken back by the next one. */
+/** Attribute of elements whose controls command the system. A press of any other control can be undone by the next one. */
 const COMMANDING = "[data-commands]";
 
-/** A control, and its place in a sample. */
+/** A control, and its position in a sample. */
 export interface Spot {
   control: Element;
   name: string;
   box: { left: number; top: number; right: number; bottom: number };
 }
 
-/** Returns whether a press at a point hits another control than the one that was there in the sample `before`. */
+/** Returns whether a press at a point hits a control other than the one at that point in the sample `before`. */
 export function isAside(control: Element, name: string, x: number, y: number, before: readonly Spot[]): boolean {
   const there = before.filter(({ box }) => x >= box.left && x < box.right && y >= box.top && y < box.bottom);
-  // React may have made the element anew: under the same name it is the same control to a person.
+  // React may have recreated the element: under the same name it is the same control to a person.
   return there.length > 0 && !there.some((one) => one.control === control || one.name === name);
 }
 
-/** Guards the presses of all controls that command until the returned function is called. Calls `refused` for each press that it refuses. */
+/** Guards the presses of all commanding controls until the returned function is called. Calls `refused` for each press that it refuses. */
 export function watchAim(refused: () => void): () => void {
   const samples: { time: number; spots: Spot[] }[] = [];
   let moved = Number.NEGATIVE_INFINITY;

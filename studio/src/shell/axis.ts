@@ -6,21 +6,21 @@ import type { Source } from "../control/source";
 import { stillOf } from "../control/still";
 import { WatchedValue } from "../control/watched";
 
-/** Period at which the cursor of a recording that plays moves, ms. */
+/** Period at which the cursor of a playing recording moves, ms. */
 const STEP_MS = 40;
 
-/** The one time axis: what all views show is the running system, the same standing still, or a recording at its cursor. */
+/** The common time axis: all views show the running system, the paused system, or a recording at its cursor. */
 export class Axis {
   readonly live: Control;
   readonly source: WatchedValue<Source>;
-  /** Speed of a recording that plays, in multiples of the original; null: it stands. */
+  /** Playback speed of the recording, in multiples of the original; null if it is not playing. */
   readonly playing = new WatchedValue<number | null>(null);
   #player: ReturnType<typeof setInterval> | undefined;
 
   constructor(live: Control) {
     this.live = live;
     this.source = new WatchedValue<Source>(live);
-    // Of another run nothing stands still: what was kept is of the earlier one.
+    // A paused view holds values of the earlier run, so it returns to the running system.
     live.restarts.watch(() => this.recording ?? this.goLive());
   }
 
@@ -34,13 +34,13 @@ export class Axis {
     this.source.set(this.live);
   }
 
-  /** Lets everything that is shown of the running system stand still. */
+  /** Pauses the display of the running system. */
   pause(): void {
     this.play(null);
     this.source.set(stillOf(this.live, this.live.values.readings()));
   }
 
-  /** Shows a recording, from its beginning. Errors: `RefusalError`. */
+  /** Opens a recording, at its beginning. Throws `RefusalError`. */
   async open(name: string): Promise<Recording> {
     const recording = await Recording.open(this.live, name);
     this.play(null);
@@ -48,7 +48,7 @@ export class Axis {
     return recording;
   }
 
-  /** Plays the recording at a rate, or lets it stand. */
+  /** Plays the recording at a rate; null stops it. */
   play(rate: number | null): void {
     clearInterval(this.#player);
     const recording = this.recording;

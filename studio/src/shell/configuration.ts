@@ -3,7 +3,7 @@ import { useEffect, useState } from "react";
 import type { Configuration } from "../control/shapes";
 import { useControl, useTopic } from "./context";
 
-/** Processors, sources, devices and their types. Asked for again when devices or sources came or went. */
+/** Returns processors, sources, devices and their types. They are read again when devices or sources are added or removed. */
 export function useConfiguration(): Configuration | null {
   const control = useControl();
   const now = useTopic(control.topics.statistics);
@@ -12,7 +12,7 @@ export function useConfiguration(): Configuration | null {
   useEffect(() => {
     if (there === "") return;
     let over = false;
-    // What it cannot tell is told by the statistics, which stand at the top of the page.
+    // An error is not shown here: the statistics at the top of the page report it.
     control.look("configuration", {}).then(
       (found) => over || setConfiguration(found),
       () => undefined,

@@ -8,31 +8,31 @@ import type { WatchedValue } from "../control/watched";
 export const ControlContext = createContext<Control | null>(null);
 export const SourceContext = createContext<Source | null>(null);
 
-/** The running system itself: for what stands in every view, and for what acts. */
+/** Returns the running system itself, for elements common to all views, and for actions. */
 export function useLive(): Control {
   const control = useContext(ControlContext);
   if (!control) throw new Error("there is no connected system around this part of the page");
   return control;
 }
 
-/** Returns the source of the views: the running system, the same standing still, or a recording. */
+/** Returns the source of the views: the running system, the paused system, or a recording. */
 export function useControl(): Source {
   const source = useContext(SourceContext);
   if (!source) throw new Error("there is no connected system around this part of the page");
   return source;
 }
 
-/** Returns the present value of something watched; the part is drawn again when it changes. */
+/** Returns the present value of a watched value; the component is rendered again when it changes. */
 export function useWatched<T>(watched: WatchedValue<T>): T {
   return useSyncExternalStore(watched.watch, watched.get);
 }
 
-/** The latest of a topic that comes by itself: statistics, what is installed, log, ends. */
+/** Returns the latest value of a topic: statistics, installed instances, log, ends. */
 export function useTopic<T>(shared: Topic<T>): T | null {
   return useSyncExternalStore(shared.watch, shared.get);
 }
 
-/** An action that a person starts: busy while it lasts, and what was refused, to be shown beside its button. */
+/** An action that a person starts: whether it is busy, and the refusals to be shown next to its button. */
 export interface Action {
   busy: boolean;
   refusals: Refusal[];

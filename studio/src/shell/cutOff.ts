@@ -2,7 +2,10 @@
 import { useEffect } from "react";
 import { useLive } from "./context";
 
-/** A page that closes is a programming system that is cut off: what it has started is halted, unless its verb says otherwise. Asks first. */
+/**
+ * Asks for confirmation before a page with running instances closes. A closed page is a programming system that is cut off: the
+ * instances that it has started are halted, unless their verbs say otherwise.
+ */
 export function useCutOffWarning(): void {
   const control = useLive();
   useEffect(() => {

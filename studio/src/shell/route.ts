@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-// Where the page is: `#/verbs/move`, `#/scope?names=a,b`. It stays in the address, so that it can be kept and sent (the token cannot).
+// Location within the page: `#/verbs/move`, `#/scope?names=a,b`. It is kept in the address, so that it can be bookmarked and sent (unlike
+// the token).
 import { useSyncExternalStore } from "react";
 
 export interface Route {
   view: string;
-  /** Path behind the view, decoded: `["move"]` in `#/verbs/move`. */
+  /** Decoded path after the view: `["move"]` in `#/verbs/move`. */
   path: string[];
   query: URLSearchParams;
 }
@@ -15,7 +16,7 @@ export function routeOf(fragment: string): Route {
   return { view: view ?? "start", path, query: new URLSearchParams(query) };
 }
 
-/** The address of a view, for `href`. */
+/** Returns the address of a view, for `href`. */
 export function addressOf(view: string, path: string[] = [], query: Record<string, string> = {}): string {
   const asked = new URLSearchParams(query).toString();
   return `#/${[view, ...path].map(encodeURIComponent).join("/")}${asked ? `?${asked}` : ""}`;

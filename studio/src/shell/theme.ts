@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 import { WatchedValue } from "../control/watched";
 
-/** Light or dark as the person's machine says, or as the switch says. */
+/** Light or dark, from the operating system or from the switch. */
 export type Theme = "system" | "light" | "dark";
 
 const KEY = "opengpac.theme";

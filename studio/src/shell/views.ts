@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 import { type ComponentType, type LazyExoticComponent, lazy } from "react";
 
-/** A view of the studio: loaded when it is first opened. */
+/** A view of the studio, loaded when it is first opened. */
 export interface View {
   name: string;
   title: string;
   /** Description of the view, for the tooltip. */
   about: string;
-  /** It stands alone, without the navigation, which does not list it. */
+  /** True if the view is shown without the navigation, which does not list it. */
   alone?: boolean;
   part: LazyExoticComponent<ComponentType>;
 }

@@ -1,15 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
-// The virtual clock, moved from the page: at a rate, or firing by firing until a verb reports a condition.
+// Control of the virtual clock from the page: at a rate, or firing by firing until a verb reports a condition.
 import type { Control } from "../control/control";
 import type { LogEntry } from "../control/shapes";
 
 type Clock = Pick<Control, "order" | "look">;
 
-/** Real time between two moves of a clock that runs at a rate, ms; no move is longer than what passed meanwhile, or than this. */
+/** Real time between two advances of a clock that runs at a rate, ms, and the maximum real time that one advance makes up for, ms. */
 const MOVE_MS = 40;
 const MOVE_MAX_MS = 200;
 
-/** Lets the clock run at a rate until `signal` holds it. Errors: `RefusalError`. */
+/** Runs the clock at a rate until `signal` aborts it. Throws `RefusalError`. */
 export async function runAt(clock: Clock, rate: () => number, signal: AbortSignal): Promise<void> {
   let before = performance.now();
   while (!signal.aborted) {
@@ -21,7 +21,10 @@ export async function runAt(clock: Clock, rate: () => number, signal: AbortSigna
   }
 }
 
-/** Returns whether an entry of the log is a condition with all of these words in its instance or name; no words: any condition. */
+/**
+ * Returns whether an entry of the log is a condition with all of these words in its instance or text; without words, any condition
+ * matches.
+ */
 export function isCondition(entry: LogEntry, words: string): boolean {
   if (entry.kind !== "condition") return false;
   const said = `${entry.about} ${entry.text}`.toLowerCase();
@@ -32,8 +35,8 @@ export function isCondition(entry: LogEntry, words: string): boolean {
 }
 
 /**
- * Runs firing by firing until one of them reports a condition that fits, and stands behind that firing. Returns the entry of the log; null
- * where nothing is ever going to happen, and where `signal` held it. Errors: `RefusalError`.
+ * Runs firing by firing until one of them reports a matching condition, and stops after that firing. Returns the entry of the log; null
+ * if there are no further firings or `signal` aborts it. Throws `RefusalError`.
  */
 export async function runUntil(clock: Clock, words: string, signal: AbortSignal): Promise<LogEntry | null> {
   let since = await behind(clock);
@@ -47,7 +50,7 @@ export async function runUntil(clock: Clock, words: string, signal: AbortSignal)
   return null;
 }
 
-/** The number of the entry that comes next. */
+/** Returns the number of the next entry. */
 async function behind(clock: Clock): Promise<number> {
   return ((await clock.look("log", {})).at(-1)?.sequence ?? -1) + 1;
 }

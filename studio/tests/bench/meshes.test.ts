@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// An arm whose bodies are dense meshes, moving, at 1,440 pixels: how many frames a second it is drawn with. Printed beside the bar of the design.
-// OPENGPAC_TRIANGLES: how many it has.
+// Frame rate of a moving arm whose bodies are dense meshes, at 1,440 pixels, printed next to the bar of the design. OPENGPAC_TRIANGLES sets
+// the number of triangles.
 import { join } from "node:path";
 import { expect, test } from "vitest";
 import { browse, goTo, open, run } from "../running";
@@ -12,7 +12,7 @@ test("an arm of dense meshes that sways", { timeout: 300_000 }, async () => {
   const [running, browser] = await Promise.all([run(join(import.meta.dirname, "meshes.py")), browse(false)]);
   try {
     const { page, errors } = await open(browser, running.url);
-    // What asks for pixels without drawing anything is no frame.
+    // Requesting pixels without drawing anything is not a frame.
     await page.evaluate(() => {
       const drawn = { calls: 0 };
       Object.assign(window, { drawn });
@@ -37,10 +37,10 @@ test("an arm of dense meshes that sways", { timeout: 300_000 }, async () => {
       let [painted, before] = [0, drawn.calls];
       const begun = performance.now();
       while (performance.now() - begun < seconds * 1000) {
-        // It is looked at a little closer each time, so that there is something to draw.
+        // The view zooms in a little each time, so that there is something to draw.
         wheel();
         await new Promise((next) => requestAnimationFrame(next));
-        // Until the pixels are there: what was asked of the renderer is done.
+        // Returns when the pixels are available: the renderer has done all its work.
         context.readPixels(0, 0, 1, 1, context.RGBA, context.UNSIGNED_BYTE, new Uint8Array(4));
         if (drawn.calls > before) painted += 1;
         before = drawn.calls;

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// A recording of ten minutes with 64 channels at 1 kHz: how long it takes to open, and how long a scrub takes to be in the views. Printed
-// beside the bars of the design, 3 s and 50 ms at the 95th percentile. OPENGPAC_RECORDED_S: a shorter one; OPENGPAC_RECORDED: one that is
-// there already, with its folder, named long.mcap.
+// A recording of ten minutes with 64 channels at 1 kHz: the time to open it, and the time until the views show a new cursor position.
+// Printed next to the bars of the design, 3 s and 50 ms at the 95th percentile. OPENGPAC_RECORDED_S sets a shorter duration;
+// OPENGPAC_RECORDED names the folder of an existing recording, long.mcap.
 import { execFileSync } from "node:child_process";
 import { mkdtempSync, rmSync } from "node:fs";
 import { tmpdir } from "node:os";
@@ -14,7 +14,7 @@ import { browse, goTo, open, PYTHON, SURROUNDINGS } from "../running";
 const LENGTH_S = Number(process.env.OPENGPAC_RECORDED_S ?? 600);
 const SCRUBS = 200;
 
-/** Moves the slider to random places; how long each took until what is shown was of there, ms, painted. */
+/** Moves the slider to random places; returns how long each took until the page was painted for that time, ms. */
 async function scrub(page: Page, times: number): Promise<number[]> {
   return await page.evaluate(async (count) => {
     const slider = document.querySelector<HTMLInputElement>('.time-bar input[type="range"]');

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// How long the page is busy at a time while 200 blocks are looked at: its longest task. For a quiet machine; part of `make faults`.
+// The longest task of the page while 200 blocks are viewed. For a quiet machine; part of `make faults`.
 import { join } from "node:path";
 import { expect, test } from "vitest";
 import { choose, edit, move, openFlow, pan, valuesChange, zoom } from "../large";

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Presses of a button that moves a machine, over a network that freezes, delays, drops and cuts at any moment: no move begins later than
-// half a second after its press. Part of `make faults`.
+// Presses of a button that moves a machine, over a network that freezes, delays, drops and cuts at random: no move begins later than half a
+// second after its press. Part of `make faults`.
 import { join } from "node:path";
 import { expect, test } from "vitest";
 import { Commander } from "../commander";
@@ -10,7 +10,7 @@ import { browse, open, run, show } from "../running";
 
 const PRESSES = Number(process.env.OPENGPAC_LATE ?? 300);
 const SEED = Number(process.env.OPENGPAC_SEED ?? 1);
-/** A command that is older when it arrives is refused, ms; and the time that the system may take to begin what it has accepted. */
+/** Maximum age of a command on arrival, ms; the constant below is the time that the system may take to begin an accepted one. */
 const OLD_MS = 500;
 const BEGINS_MS = 50;
 
@@ -47,7 +47,7 @@ test(`${PRESSES} presses over a bad network: no move begins ${OLD_MS} ms after i
     const [how, begin, end] = ways[index % ways.length] as (typeof ways)[number];
     await isHeard();
     const before = (await watch.startsOf("home")).length;
-    // The press lies before, in or behind the fault.
+    // The press occurs before, during or after the fault.
     const [lead_ms, lasts_ms] = [200 * random(), 2500 * random()];
     begin(50 + 900 * random());
     await page.waitForTimeout(lead_ms);
@@ -59,7 +59,7 @@ test(`${PRESSES} presses over a bad network: no move begins ${OLD_MS} ms after i
     await page.waitForTimeout(lasts_ms);
     end();
     await isHeard();
-    // Whatever is under way has come, or never does.
+    // Everything in transit has arrived by now, or never will.
     await page.waitForTimeout(1500);
     const starts = (await watch.startsOf("home")).slice(before);
     expect(starts.length, `seed ${SEED}, press ${index}: the network ${how}`).toBeLessThanOrEqual(1);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// 64 SVVs at 1 kHz for ten minutes on the scope: what was stored came, and nothing was lost. Part of `make faults`.
+// 64 SVVs at 1 kHz for ten minutes on the scope: all stored values arrive, and none is lost. Part of `make faults`.
 import { join } from "node:path";
 import { expect, test } from "vitest";
 import { Commander } from "../commander";

@@ -1,23 +1,26 @@
 // SPDX-License-Identifier: Apache-2.0
-// Where a machine's joints stood, and what it touched: the channels of devices are not recorded, what is read from them is.
+// Joint positions and contacts of a machine in a recording: they come from recorded readings, since channels of devices are not recorded.
 import type { Geometry, GeometryJoint, InstalledInstance } from "../shapes";
 
-/** Maximum number of blocks between a channel and a recorded cell of it: one that reads it, one that takes its offset away. */
+/** Maximum number of blocks between a channel and a recorded cell: one reads the channel, one subtracts its offset. */
 const STEPS_MAX = 2;
 
-/** A machine whose joints and contacts follow what blocks made of their channels; one of which nothing was recorded follows nothing. */
+/**
+ * Returns a machine whose joints and contacts follow recorded cells computed from their channels. Joints without a recorded cell follow
+ * nothing.
+ */
 export function onSvvs(geometry: Geometry, instances: readonly InstalledInstance[], recorded: (name: string) => boolean): Geometry {
   const made = madeOf(instances);
   const joint = (of: GeometryJoint): GeometryJoint => (of.svv === null ? of : { ...of, svv: found(of.svv, made, recorded) });
   return {
     ...geometry,
-    // One that was recorded before there were any says nothing.
+    // Older recordings contain no contacts.
     contacts: geometry.contacts ? found(geometry.contacts, made, recorded) : null,
     bodies: geometry.bodies.map((body) => ({ ...body, joint: body.joint && joint(body.joint), joints: body.joints.map(joint) })),
   };
 }
 
-/** The nearest cell behind a channel that was recorded. */
+/** Returns the nearest recorded cell that is computed from a channel, or the channel itself if it was recorded. */
 function found(channel: string, made: ReadonlyMap<string, readonly string[]>, recorded: (name: string) => boolean): string | null {
   let reached = [channel];
   for (let steps = 0; steps <= STEPS_MAX; steps += 1) {
@@ -28,7 +31,7 @@ function found(channel: string, made: ReadonlyMap<string, readonly string[]>, re
   return null;
 }
 
-/** Returns the cells that blocks with one output make of a cell. */
+/** Returns the cells that blocks with one output compute from each cell. */
 function madeOf(instances: readonly InstalledInstance[]): ReadonlyMap<string, readonly string[]> {
   const made = new Map<string, string[]>();
   for (const { ports } of instances.flatMap(({ blocks }) => blocks)) {

@@ -34,14 +34,14 @@ class AtCursor<T> implements Topic<T> {
   readonly get = this.latest.get;
 }
 
-/** A recording as the views see it: everything as it was at its cursor. */
+/** A recording as the views see it: every value and state is that at the cursor. */
 export class Recording implements Source, Past {
   readonly name: string;
   readonly about: About;
   readonly cursor: WatchedValue<number>;
-  /** The cursor for which everything is shown: it follows the other one. */
+  /** Cursor position for which everything is shown; it follows `cursor` with a delay. */
   readonly shown: WatchedValue<number>;
-  /** Reason why the values at the cursor are not known. */
+  /** Reason why the values at the cursor could not be read; empty if they could. */
   readonly trouble = new WatchedValue<ReturnType<typeof refusalsOf>>([]);
   readonly restarts = new WatchedValue(0);
   readonly replayed: ReplayRun;
@@ -66,7 +66,7 @@ export class Recording implements Source, Past {
   #looking = false;
   #again = false;
 
-  /** Opens a recording of the system's folder. Errors: `RefusalError`. */
+  /** Opens a recording in the system's folder. Throws `RefusalError`. */
   static async open(live: Control, name: string, signal?: AbortSignal): Promise<Recording> {
     const about = await live.look("recorded", { path: name }, signal);
     const all = async <T>(topic: string) => {
@@ -156,18 +156,18 @@ export class Recording implements Source, Past {
     return Recording.open(this.#live, name);
   }
 
-  /** Moves the cursor: everything that is shown follows. */
+  /** Moves the cursor; all views follow. */
   go(time_ns: number): void {
     this.cursor.set(Math.min(this.ends_ns, Math.max(this.begins_ns, Math.round(time_ns))));
   }
 
-  /** To the next firing that stored a value, or the one before. Errors: `RefusalError`. */
+  /** Moves to the next or previous firing that stored a value. Throws `RefusalError`. */
   async step(back: boolean): Promise<void> {
     const found = await this.#live.look("recorded_firing", { path: this.name, time_ns: this.cursor.get(), back });
     if (found !== null) this.go(found);
   }
 
-  /** To the next entry of the log that fits, or the one before; false where there is none. */
+  /** Moves to the next or previous entry of the log that fits; returns false if there is none. */
   toEntry(back: boolean, fits: (entry: LogEntry) => boolean = () => true): boolean {
     const now_ns = this.cursor.get();
     const at = (entry: LogEntry) => toNs(entry.time_s);
@@ -241,7 +241,7 @@ export class Recording implements Source, Past {
     return this.#live.look("recorded_at", { path: this.name, time_ns: this.cursor.get(), names, topics, known: known as never });
   }
 
-  // One question at a time: while it is under way the cursor may move on, and then the newest place is asked for.
+  // Only one request is under way at a time. If the cursor moves meanwhile, its newest position is requested afterwards.
   #lookSoon(): void {
     if (this.#looking) {
       this.#again = true;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A recording that the system runs again, beside itself: how far it has come, and the first value that is not as it was recorded.
+// Replay of a recording by the system, in a separate process: its progress, and the first value that differs from the recorded one.
 import type { Control } from "../control";
 import { type Refusal, refusalsOf } from "../refusals";
 import type { InstalledInstances, ReplayDifference, Replaying } from "../shapes";
@@ -20,21 +20,21 @@ type ReplayCalls = Pick<Control, "look" | "aside">;
 /** The replay of one recording. */
 export class ReplayRun {
   readonly state = new WatchedValue<Replay>({ kind: "none" });
-  /** Of the last replay that came to its end; null: every value was as recorded, or none is over. */
+  /** First difference found by the last complete replay; null if every value was as recorded, or if no replay has finished. */
   readonly differs = new WatchedValue<Differs | null>(null);
   readonly #system: ReplayCalls;
   readonly #name: string;
   readonly #installed: () => readonly InstalledInstances[];
   #number: number | null = null;
 
-  /** `installed`: what the recording tells of instances, their blocks and cells. */
+  /** `installed` returns the instances in the recording, with their blocks and cells. */
   constructor(system: ReplayCalls, name: string, installed: () => readonly InstalledInstances[]) {
     this.#system = system;
     this.#name = name;
     this.#installed = installed;
   }
 
-  /** Runs it again; `present`: with the code modules that the system has now. Resolves when it is over. */
+  /** Replays the recording; if `present`, with the code modules that the system has now. Resolves when the replay has finished. */
   async run(present: boolean): Promise<void> {
     if (this.state.get().kind === "runs") return;
     this.differs.set(null);
@@ -46,16 +46,16 @@ export class ReplayRun {
       const over = await this.#end(replay);
       if (over) this.#over(over);
     } catch (why) {
-      // What was cancelled is known to the system no more.
+      // The system no longer knows a cancelled replay.
       if (replay === null || this.#number === replay) this.state.set({ kind: "failed", refusals: refusalsOf(why) });
     }
     if (replay === null || this.#number !== replay) return;
     this.#number = null;
-    // The system forgets it; one that was closed has.
+    // Deletes the replay on the system; fails harmlessly if it was already deleted.
     await this.#system.aside("stop_replay", { replay }).catch(() => undefined);
   }
 
-  /** Returns its state at its end; null: it was cancelled. */
+  /** Waits for the end of the replay and returns its final state; null if it was cancelled. */
   async #end(replay: number): Promise<Replaying | null> {
     for (;;) {
       const now = await this.#system.look("replaying", { replay });
@@ -66,7 +66,7 @@ export class ReplayRun {
     }
   }
 
-  /** Ends it where it is. Errors: `RefusalError`. */
+  /** Cancels the replay. Throws `RefusalError`. */
   async cancel(): Promise<void> {
     const replay = this.#number;
     if (replay === null) return;
@@ -87,7 +87,7 @@ export class ReplayRun {
   }
 }
 
-/** A difference as the page tells it: private cells are found by what was installed. */
+/** Converts a difference to the form that the page shows; the installed instances give the names of private cells. */
 export function differsOf(found: ReplayDifference, installed: readonly InstalledInstances[]): Differs {
   const when = `${found.between ? "after" : "in"} firing ${found.number} of source '${found.source}'`;
   const which = found.block === "" ? "" : `block '${found.block}', output '${found.port}', `;
@@ -100,7 +100,7 @@ export function differsOf(found: ReplayDifference, installed: readonly Installed
   };
 }
 
-/** Where the port of a block, `INSTANCE.LABEL`, is stored. */
+/** Returns the cell that stores the port of a block, `INSTANCE.LABEL`. */
 function cellOf({ block, port }: ReplayDifference, installed: readonly InstalledInstances[]): string | null {
   for (const instance of installed.flatMap((one) => one.instances)) {
     if (!block.startsWith(`${instance.name}.`)) continue;
@@ -110,7 +110,7 @@ function cellOf({ block, port }: ReplayDifference, installed: readonly Installed
   return null;
 }
 
-/** A number with as many digits as it needs: "42", not "42.0". */
+/** Formats numbers with only the digits that they need: "42", not "42.0". */
 function text(elements: readonly string[]): string {
   const said = elements.map((one) => one.replace(/\.0$/, ""));
   return said.length === 1 ? (said[0] ?? "") : said.length === 0 ? "–" : `(${said.join(", ")})`;

@@ -28,7 +28,7 @@ function at(time_s: number, now: Statistics | null = null) {
 
 test("lists and states are those that the log has until then", () => {
   expect(at(0.9)).toEqual([]);
-  // It was told of after it had begun.
+  // The instance was reported only after it had started.
   expect(at(1)).toEqual([["running", "near", 1]]);
   expect(at(1.999999999)).toEqual([["running", "near", 1]]);
   expect(at(2)).toEqual([["running", "far", 1]]);

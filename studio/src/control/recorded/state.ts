@@ -1,15 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
-// State of what was installed, at a time of a recording: from what was told now and then, and from the log, which has every start,
-// transition and end with its own time.
+// State of the installed objects at a time of a recording: from the periodic snapshots, and from the log, which contains every start,
+// transition and end with its time.
 import type { InstalledInstance, InstalledInstances, LogEntry, Statistics } from "../shapes";
 
-/** Structure that was installed, as it was told at a time. */
+/** A report of the installed structure, with its time. */
 export interface RecordedStructure<T> {
   time_ns: number;
   message: T;
 }
 
-/** Indices of the log's entries about each instance. */
+/** Returns the log entries about each instance. */
 export function byInstance(log: readonly LogEntry[]): ReadonlyMap<string, LogEntry[]> {
   const found = new Map<string, LogEntry[]>();
   for (const entry of log) {
@@ -22,8 +22,8 @@ export function byInstance(log: readonly LogEntry[]): ReadonlyMap<string, LogEnt
 }
 
 /**
- * The instances at a time. An instance is told of a moment after it was made: what the log has of it before counts too, and its form is
- * then the one that was told first.
+ * Returns the instances at a time. An instance is reported a moment after it was created: if the log has earlier entries about it, it is
+ * included in the form of its first report.
  */
 export function installedAt(
   told: readonly RecordedStructure<InstalledInstances>[],
@@ -66,12 +66,12 @@ function stoodAt(instance: InstalledInstance, entries: readonly LogEntry[], now:
   return { ...instance, state, list, starts };
 }
 
-/** A time of the log as a number of the cursor. */
+/** Converts a time of the log to a cursor position. */
 export function toNs(time_s: number): number {
   return Math.round(time_s * 1e9);
 }
 
-/** Returns the number of entries, which are in order of time, that are not later than a time. `timeOf`: in s. */
+/** Returns how many entries, sorted by time, are not later than a time. `timeOf` returns s. */
 export function countUntil<T>(entries: readonly T[], timeOf: (entry: T) => number, time_ns: number): number {
   let [low, high] = [0, entries.length];
   while (low < high) {

@@ -3,10 +3,10 @@ import type { Refusal } from "../refusals";
 import type { Reading } from "../shapes";
 import type { Values, Watcher } from "../source";
 
-/** The values of a recording at its cursor: watched as those of the running system are. */
+/** The values of a recording at its cursor, watched in the same way as those of the running system. */
 export class RecordedValues implements Values {
   readonly #known: (name: string) => boolean;
-  /** Somebody looks at something that was not looked at. */
+  /** Called when a name that had no watcher gets one. */
   readonly #wanted: () => void;
   readonly #cells = new Map<string, { watchers: Set<Watcher>; reading: Reading | null | undefined }>();
 
@@ -42,12 +42,12 @@ export class RecordedValues implements Values {
 
   renew(): void {}
 
-  /** Returns the names that are observed. */
+  /** Returns the names that are watched. */
   names(): string[] {
     return [...this.#cells.keys()];
   }
 
-  /** Tells what was stored last at the cursor. */
+  /** Passes the values last stored before the cursor to the watchers. */
   take(values: Readonly<Record<string, Reading | null>>): void {
     for (const [name, cell] of this.#cells) {
       const reading = values[name];

@@ -8,9 +8,9 @@ import { BEAT, JOG } from "./jogging";
 import { HeldButton, useHeld } from "./useHeld";
 
 export interface JogState {
-  /** True if its buttons can be pressed. */
+  /** True if the buttons can be pressed. */
   able: boolean;
-  /** Reason why they cannot, in words; null: the family has no joints. */
+  /** The missing requirement for jogging; null if there is none, or if the family has no joints. */
   missing: "verb" | "heartbeat" | null;
   refusals: Refusal[];
   share: number;
@@ -20,7 +20,7 @@ export interface JogState {
   look: () => void;
 }
 
-/** Jogging the joints of a family: what it needs is looked up in the system. */
+/** Returns the state of jogging the joints of a family; looks up its requirements in the system. */
 export function useJog(family: DeviceFamily): JogState {
   const control = useControl();
   const joints = "jog_speed" in family.type.parameters;
@@ -57,7 +57,7 @@ export function useJog(family: DeviceFamily): JogState {
   };
 }
 
-/** The two buttons of a joint: it moves while one is held, with the mouse, a finger, or the space bar. */
+/** The two buttons of a joint, which moves while one is held with the mouse, a finger, or the space bar. */
 export function JogButtons(props: { of: JogState; device: string }) {
   const { of, device } = props;
   const name = shortName(device);
@@ -73,7 +73,7 @@ export function JogButtons(props: { of: JogState; device: string }) {
   );
 }
 
-/** Speed of jogging; or what is missing, and how to get it. */
+/** Speed of jogging, or the missing requirement and how to fulfil it. */
 export function JogTools(props: { of: JogState }) {
   const { of } = props;
   const control = useControl();

@@ -14,7 +14,7 @@ import { toolOf } from "./trail";
 
 const NOTHING: DrawnObjects = { path_s: 0, body: null, ghost: null, frames: false, force_N: null };
 
-/** A physical device that has a shape, drawn as it stands now. Nothing where it has none. */
+/** A physical device with a geometry, drawn in its present pose; empty without a geometry. */
 export default function Machine(props: { device: string; lost: string | null }) {
   const { device } = props;
   const control = useControl();
@@ -33,7 +33,7 @@ export default function Machine(props: { device: string; lost: string | null }) 
     control.look("geometry", { device }).then(
       (found) => over || setGeometry(found),
       (why) => {
-        // A device without a shape is no fault: a table of signals has none.
+        // A device without a geometry is not an error: a table of signals has none.
         if (!over && !(why instanceof RefusalError && why.is("InvalidState"))) setTrouble(refusalsOf(why));
       },
     );
@@ -60,7 +60,7 @@ export default function Machine(props: { device: string; lost: string | null }) 
     }
     stage.current = drawn;
     setStill(machine.still);
-    // Until it is told where each joint stands it is not shown: the pose of the model is that of no machine.
+    // The machine is hidden until the positions of all joints are known, because the pose of the model is not real.
     const untold = new Set([...machine.joints, ...machine.free].map((joint) => joint.svv));
     const show = () => {
       machine.root.visible = untold.size === 0;
@@ -150,7 +150,7 @@ function done<T>(move: (to: T) => void, to: T): true {
   return true;
 }
 
-/** x, y, z, then w x y z. */
+/** Returns whether a value is a pose: x, y, z, then w x y z. */
 function isPose(value: unknown): value is number[] {
   return Array.isArray(value) && value.length === 7 && value.every((one) => typeof one === "number");
 }

@@ -7,7 +7,7 @@ import { Refusals, Tag } from "../../design/parts";
 import { useAction, useControl } from "../../shell/context";
 import { valueFrom, wrongText } from "../verbs/fields";
 
-/** The parameters of a device. A tunable one changes what runs at once, another one at the next enabling. */
+/** The parameters of a device. A tunable one takes effect at once, others at the next enabling. */
 export function Parameters(props: { device: string; type: DeviceType }) {
   const { device, type } = props;
   const control = useControl();

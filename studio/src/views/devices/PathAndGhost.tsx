@@ -3,21 +3,21 @@ import type { Geometry } from "../../control/shapes";
 import { Choice } from "../../design/Choice";
 import { AIMS, type Aim } from "./ghost";
 
-/** Objects drawn beside the machine. */
+/** Objects drawn in addition to the machine. */
 export interface DrawnObjects {
-  /** So far before the cursor, of a recording behind it too, s; 0: no path. */
+  /** Length of the path before the cursor, and in a recording also after it, s; 0 for none. */
   path_s: number;
   body: string | null;
   ghost: Aim | null;
   frames: boolean;
-  /** Of contacts: the force whose arrow is 10 cm long, N; null: none are drawn. */
+  /** Contact force whose arrow is 10 cm long, N; null for none. */
   force_N: number | null;
 }
 
 const SPANS_S = [0, 1, 5, 20, 60];
 const FORCES_N = [1, 10, 100, 1000];
 
-/** Chooses what is drawn beside the machine: a path, a ghost, forces, frames. */
+/** Controls for the additional objects: path, ghost, forces, frames. */
 export function PathAndGhost(props: { of: Geometry; drawn: DrawnObjects; put: (drawn: DrawnObjects) => void; isRecorded: boolean }) {
   const { of, drawn, put } = props;
   return (

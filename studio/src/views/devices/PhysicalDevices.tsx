@@ -5,7 +5,7 @@ import { Panel, Tag } from "../../design/parts";
 import { LiveValue } from "../../live/LiveValue";
 import { Services } from "./Services";
 
-/** The machines that processors reach: whether they are there, what their drivers count and can be asked for, and their channels. */
+/** The physical devices of the processors: their connections, counters, services and channels. */
 export function PhysicalDevices(props: { configuration: Configuration; now: Statistics }) {
   return Object.entries(props.configuration.physical_devices).map(([name, device]) => {
     const state = props.now.physical_devices[name];
@@ -60,7 +60,7 @@ export function PhysicalDevices(props: { configuration: Configuration; now: Stat
   });
 }
 
-/** Where the driver exchanges, and what brings its outputs to their safe state. */
+/** Source of the driver's exchange, and the events that bring its outputs to their safe state. */
 function Driver(props: { of: PhysicalDevice }) {
   const { class: where, safe_state, unguarded_why, watchdog_ns } = props.of;
   const said = [
@@ -77,7 +77,7 @@ function Driver(props: { of: PhysicalDevice }) {
   );
 }
 
-/** Counters of the driver: lost and refused frames, repeats, ages. */
+/** Counters of the driver: lost and refused frames, repetitions, ages. */
 function Counters(props: { of: PhysicalDevice; state: PhysicalDeviceStatistics | undefined }) {
   const counters = props.of.counters ?? [];
   if (counters.length === 0) return null;

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Objects drawn beside a machine: frames of its bodies, a ghost where it is to be, the path of a body, forces where it touches. All of it stands at the cursor.
+// Objects drawn with a machine: frames of its bodies, a ghost at its target, the path of a body, contact forces. All of them show the time
+// of the cursor.
 import { AxesHelper, Box3, BufferGeometry, Color, Group, Line, LineBasicMaterial, Sphere, Vector3 } from "three";
 import type { Geometry } from "../../control/shapes";
 import type { Source } from "../../control/source";
@@ -17,11 +18,11 @@ export interface Scene {
   geometry: Geometry;
   machine: BuiltMachine;
   stage: Pick<Stage, "add" | "remove" | "draw">;
-  /** Told what is drawn by now: places of the path, whether the ghost stands, how many contacts there are. */
+  /** Report of the drawn objects: number of positions of the path, whether the ghost is shown, number of contacts. */
   told: DOMStringMap;
 }
 
-/** Draws it until the answer is called. `failed`: what could not be drawn, and why. */
+/** Draws the objects until the returned function is called. `failed` is called with the reason if one cannot be drawn. */
 export function drawBeside(scene: Scene, drawn: DrawnObjects, failed: (why: unknown) => void): () => void {
   const over = new AbortController();
   const ends: (() => void)[] = [];
@@ -104,7 +105,7 @@ async function drawGhost({ control, geometry, stage, told }: Scene, aim: Aim, si
   };
 }
 
-/** The path as two lines: up to the cursor, and, fainter, behind it. */
+/** The path as two lines: up to the cursor, and a fainter one after it. */
 class PathLines {
   readonly root = new Group();
   readonly #before = line(1);
@@ -162,7 +163,7 @@ function followSystem({ control, machine }: Scene, body: string, span_ns: number
   const path = new LivePath(span_ns);
   let frame = 0;
   let newest_ns = Number.NaN;
-  // Once all joints of a moment have moved.
+  // Waits for an animation frame, so that all joints have moved to the same time.
   const soon = (time_ns: number) => {
     newest_ns = time_ns;
     frame ||= requestAnimationFrame(() => {
@@ -189,7 +190,7 @@ function followCursor(
   if (!past) return () => undefined;
   const path = new RecordedPath(past, geometry, body, span_ns);
   let looking = false;
-  // One question at a time: the cursor may have moved on meanwhile.
+  // Only one request is under way at a time: the cursor may have moved meanwhile.
   const look = async () => {
     if (looking) return;
     looking = true;

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-// Contacts of a machine as arrows: from where each is, along the force of its first shape on its second.
+// Contacts of a machine as arrows: from the position of each, along the force of its first shape on its second.
 import { ArrowHelper, type Color, Group, Vector3 } from "three";
 
-/** Numbers of a contact: x, y, z in m, then the force, N. */
+/** Numbers per contact: x, y, z in m, then the force, N. */
 const TOLD = 6;
-/** Length of the arrow of the force that was chosen, m. */
+/** Length of the arrow of the chosen force, m. */
 export const CHOSEN_M = 0.1;
-/** A head is this part of its arrow, and at most so long, m. */
+/** Length of an arrow's head as a fraction of the arrow, and its maximum, m. */
 const HEAD = 0.3;
 const HEAD_MAX_M = 0.03;
 
@@ -16,7 +16,7 @@ export interface Arrow {
   length_m: number;
 }
 
-/** The arrows of what is told; `chosen_N` is drawn as long as [`CHOSEN_M`]. A contact without a force is none. */
+/** Returns the arrows of the contacts; a force of `chosen_N` has the length [`CHOSEN_M`]. Contacts without a force are left out. */
 export function arrowsOf(told: readonly number[], chosen_N: number): Arrow[] {
   const arrows: Arrow[] = [];
   for (let at = 0; at + TOLD <= told.length; at += TOLD) {
@@ -29,7 +29,7 @@ export function arrowsOf(told: readonly number[], chosen_N: number): Arrow[] {
   return arrows;
 }
 
-/** Makes an arrow that is seen through what it pushes: a contact lies within bodies. */
+/** Makes an arrow that is visible through bodies, because contacts lie inside them. */
 function arrow(colour: Color): ArrowHelper {
   const helper = new ArrowHelper(undefined, undefined, 1, colour);
   for (const part of [helper.line, helper.cone]) {
@@ -39,7 +39,7 @@ function arrow(colour: Color): ArrowHelper {
   return helper;
 }
 
-/** Arrows in a scene; as many as were needed are kept. */
+/** Arrows in a scene; surplus ones are hidden and reused. */
 export class ContactArrows {
   readonly root = new Group();
   readonly #chosen_N: number;
@@ -50,7 +50,7 @@ export class ContactArrows {
     this.#colour = colour;
   }
 
-  /** Draws them; how many they are. */
+  /** Draws the contacts and returns the number of arrows. */
   put(told: readonly number[]): number {
     const arrows = arrowsOf(told, this.#chosen_N);
     while (this.root.children.length < arrows.length) this.root.add(arrow(this.#colour));

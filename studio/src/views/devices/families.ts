@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 import type { Configuration, DeviceState, DeviceType, SvvSpecification } from "../../control/shapes";
 
-/** Logical devices of one type whose names begin alike: the joints of an arm. */
+/** Logical devices of one type with a common prefix: the joints of an arm. */
 export interface DeviceFamily {
-  /** `ur5e`; the name of the type where the names have no beginning. */
+  /** Prefix, such as `ur5e`; the name of the type if the names have no prefix. */
   name: string;
   type: DeviceType;
   devices: string[];
@@ -23,12 +23,12 @@ export function familiesOf(configuration: Configuration): DeviceFamily[] {
   return [...found.values()];
 }
 
-/** Returns the name of a device's SVV in the system: its own, or the one that the devices share. */
+/** Returns the name of a device's SVV in the system: its own, or the shared one. */
 export function svvName(device: string, member: string, svv: SvvSpecification): string {
   return svv.shared ?? `${device}.${member}`;
 }
 
-/** The SVVs that a table of several devices has room for: the first of its own, numbers and truths. */
+/** Returns the SVVs shown in a table of several devices: the first `most` scalars that are not shared. */
 export function columnsOf(type: DeviceType, most = 4): [string, SvvSpecification][] {
   return Object.entries(type.svvs)
     .filter(([, svv]) => svv.shared === null && !/[[{]/.test(svv.type_text))
@@ -39,7 +39,7 @@ export function shortName(device: string): string {
   return device.slice(device.lastIndexOf(".") + 1);
 }
 
-/** Returns whether the verb that keeps a device going runs, and renews its values. */
+/** Returns whether the verb that operates a device is running and renews its values. */
 export function isRenewed(state: DeviceState | undefined): boolean {
   return state !== undefined && state !== "disabled" && state !== "fault";
 }

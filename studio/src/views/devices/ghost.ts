@@ -1,19 +1,19 @@
 // SPDX-License-Identifier: Apache-2.0
-// A second machine that stands where the first is told to be: at the goals of its joints, or at what is commanded now.
+// A second machine at the commanded pose of the first: at the goals of its joints, or at the present commanded positions.
 import { Color, Mesh, MeshStandardMaterial } from "three";
 import { onSvvs } from "../../control/recorded/joints";
 import type { Geometry, InstalledInstance } from "../../control/shapes";
 import { colour } from "../../design/colours";
 import { type BuiltMachine, buildMachine } from "./machine";
 
-/** Members of a joint that say where it is to be. */
+/** Members of a joint that contain its target position. */
 export const AIMS = ["goal", "commanded"] as const;
 export type Aim = (typeof AIMS)[number];
 const SENSED = ".sensed";
 
 /**
- * The shape with its joints where they are to be: each follows the member of its device that is called so, beside the sensed position
- * that is read from its channel. Null: no joint has one.
+ * Returns the geometry with its joints at their targets: each follows the member `aim` of the device whose `sensed` position is read
+ * from the joint's channel. Returns null if no joint has such a member.
  */
 export function aimed(
   geometry: Geometry,
@@ -22,7 +22,7 @@ export function aimed(
   known: (name: string) => boolean,
 ): Geometry | null {
   let found = false;
-  // In a recording a joint may follow a private cell before it: the sensed position is made of that.
+  // In a recording, a joint may follow a private cell from which the sensed position is computed.
   const sensed = onSvvs(geometry, instances, (name) => name.endsWith(SENSED) && known(name));
   const bodies = geometry.bodies.map((body, at) => ({
     ...body,
@@ -37,7 +37,7 @@ export function aimed(
   return found ? { ...geometry, bodies } : null;
 }
 
-/** The machine that is seen through. */
+/** Builds the translucent machine. */
 export function buildGhost(geometry: Geometry): BuiltMachine {
   const built = buildMachine(geometry);
   built.root.traverse((object) => {

@@ -13,10 +13,10 @@ import { PointsPanel } from "./PointsPanel";
 import { ToolPanel } from "./ToolPanel";
 import "./devices.css";
 
-// three.js comes with the first machine that is drawn.
+// three.js is loaded with the first machine.
 const Machine = lazy(() => import("./Machine"));
 
-/** Logical devices with their SVVs, parameters and jogging; physical devices with their channels, drawn where they have a shape. */
+/** Logical devices with their SVVs, parameters and jogging; physical devices with their channels, drawn if they have a geometry. */
 export default function Devices() {
   const control = useControl();
   const now = useTopic(control.topics.statistics);

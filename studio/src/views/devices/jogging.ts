@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Moving something as long as a button is held, or by one step.
+// Moves something while a button is held, or by one step.
 
 import { RefusalError } from "../../control/refusals";
 import type { Report, Value } from "../../control/shapes";
@@ -9,9 +9,9 @@ import type { Source } from "../../control/source";
 export const JOG = "jog";
 /** The verb that moves the tool of an arm so: `gpac.motion.jog_linear`. */
 export const JOG_TOOL = "jog_linear";
-/** The SVV into which the page writes that its button is still held. */
+/** SVV to which the page writes its heartbeat while the button is held. */
 export const BEAT = "studio.heartbeat";
-/** Period, ms: the joints stop when the last one is older than 250 ms. */
+/** Period of the heartbeat, ms. The joints stop when it is older than 250 ms. */
 const BEAT_MS = 60;
 
 /** Motion of one press. */
@@ -32,7 +32,7 @@ export class Press {
   /** Over: the joints stand, and the instance is gone. The report of a motion that ended by itself, else null. */
   readonly done: Promise<Report | null>;
 
-  /** `before`: the press before it, whose halt it waits for. */
+  /** `before` is the `done` of the previous press, whose halt it waits for. */
   constructor(control: Source, motion: JogMotion, before: Promise<unknown> = Promise.resolve()) {
     this.#control = control;
     this.motion = motion;
@@ -60,7 +60,7 @@ export class Press {
     let beat = (Math.floor(Date.now() / BEAT_MS) % 1_000_000) + 1;
     const say = () => control.order("write", { name: BEAT, value: beat++ });
     await say();
-    // A button that is held commands each call at the time of that call.
+    // A held button commands each call at the time of that call.
     const instance = await control.order("create", { verb, arguments: { arm: { devices }, heartbeat: { svv: BEAT } } });
     let isStarted = false;
     let report: Report | null = null;
@@ -76,7 +76,7 @@ export class Press {
       if (this.#held) report = await control.look("report", { instance });
     } finally {
       if (isStarted && report === null) {
-        // Whatever has happened: the joint is halted first, which needs no command, and the instance is gone then.
+        // In any case, the joint is halted first, which needs no command; then the instance is deleted.
         await control.stop("halt", { instance }).catch(ended);
         await control.look("wait", { instance }).catch(ended);
       }
@@ -90,7 +90,7 @@ function passed(ms: number): Promise<void> {
   return new Promise((over) => setTimeout(over, ms));
 }
 
-/** It had ended by itself: that is no fault. */
+/** Ignores the error for an instance that has already ended. */
 function ended(why: unknown): void {
   if (!(why instanceof RefusalError && why.is("InvalidState"))) throw why;
 }

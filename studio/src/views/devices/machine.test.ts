@@ -108,6 +108,6 @@ test("a free body stands where its pose says, in the world", () => {
   });
   expect(machine.still).toEqual([]);
   machine.free[0]?.place([1, 2, 3, Math.SQRT1_2, Math.SQRT1_2, 0, 0]);
-  // Turned about x, what was above it lies at its side.
+  // Rotated about x, the point above the origin is now beside it.
   expect(place(machine)).toEqual([1, 1.5, 3]);
 });

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A machine as a tree of three.js objects, as MuJoCo means it: each body on its parent, moved by its joints.
+// A machine as a tree of three.js objects, with MuJoCo's semantics: each body is attached to its parent and moved by its joints.
 import {
   BoxGeometry,
   BufferAttribute,
@@ -17,18 +17,18 @@ import {
 import { toCreasedNormals } from "three/examples/jsm/utils/BufferGeometryUtils.js";
 import type { Geometry, GeometryGeom, GeometryJoint } from "../../control/shapes";
 
-/** Edges sharper than this are drawn as edges, rad. */
+/** Edges sharper than this are shaded as edges, rad. */
 const CREASE = 0.6;
 
 export interface BuiltMachine {
   root: Group;
-  /** Moves the joint whose position this name has; rad or m. */
+  /** Joints whose position is the value of `svv`; `move` takes rad or m. */
   joints: { name: string; svv: string; move: (position: number) => void }[];
-  /** Puts the body of a free joint where this name has it: x, y, z in m, then w x y z. */
+  /** Free joints whose pose is the value of `svv`; `place` takes x, y, z in m, then w x y z. */
   free: { name: string; svv: string; place: (pose: readonly number[]) => void }[];
-  /** Joints whose position nobody tells: they stay as the model was drawn. */
+  /** Joints whose position is not published: they stay as modelled. */
   still: string[];
-  /** Objects that move with each body, by the body's name. */
+  /** Objects that move with the bodies, by body name. */
   bodies: ReadonlyMap<string, Object3D>;
 }
 
@@ -57,12 +57,12 @@ function turn(object: Object3D, [w, x, y, z]: [number, number, number, number]):
   object.quaternion.set(x, y, z, w);
 }
 
-/** Adds a joint; what moves by it hangs on the returned object. */
+/** Adds a joint and returns the object to which the moving parts are attached. */
 function addJoint(on: Object3D, joint: GeometryJoint, built: BuiltMachine, body: Object3D): Object3D {
   const moved = new Group();
   on.add(moved);
   if (joint.kind === "free" && joint.svv !== null) {
-    // Its pose is that in the world, on which such a body stands.
+    // The pose of a free joint is relative to the world, the parent of its body.
     const place = ([x = 0, y = 0, z = 0, w = 1, i = 0, j = 0, k = 0]: readonly number[]) => {
       body.position.set(x, y, z);
       turn(body, [w, i, j, k]);
@@ -84,7 +84,7 @@ function addJoint(on: Object3D, joint: GeometryJoint, built: BuiltMachine, body:
     });
     return moved;
   }
-  // About the anchor: there, turned, and back.
+  // Moves to the anchor, rotates, and moves back.
   const back = new Group();
   moved.position.set(...joint.position);
   back.position.set(...joint.position).negate();
@@ -130,12 +130,12 @@ function geometryOf(geom: GeometryGeom, meshes: BufferGeometry[]): BufferGeometr
       return new SphereGeometry(1, 32, 20).scale(a, b, c);
     case "box":
       return new BoxGeometry(2 * a, 2 * b, 2 * c);
-    // Their axes are z, those of three.js are y.
+    // The axis of these shapes is z here, but y in three.js.
     case "capsule":
       return new CapsuleGeometry(a, 2 * b, 8, 28).rotateX(Math.PI / 2);
     case "cylinder":
       return new CylinderGeometry(a, a, 2 * b, 36).rotateX(Math.PI / 2);
-    // The floor: the stage has one of its own.
+    // The floor is not drawn: the stage has its own.
     case "plane":
       return null;
     case "mesh":
@@ -145,7 +145,7 @@ function geometryOf(geom: GeometryGeom, meshes: BufferGeometry[]): BufferGeometr
   }
 }
 
-/** Frees what the graphics card holds. */
+/** Frees the graphics memory of a machine. */
 export function disposeMachine(root: Object3D): void {
   root.traverse((object) => {
     if (!(object instanceof Mesh)) return;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Taught points: where one is with the frames and the tool of now, and a new one from where the arm stands.
+// Taught points: the position of one with the present frames and tool, and a new one from the present pose of the arm.
 import type { Refusal } from "../../control/refusals";
 import type {
   ArmDescription,

@@ -1,10 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-// Services of drivers: from what a person writes into a form to the arguments of `device_service`.
+// Services of drivers: converts form input to the arguments of `device_service`.
 import type { DriverOption, DriverService, Value } from "../../control/shapes";
 import { valueText } from "../../design/numbers";
 import { numberIn, type ReadResult } from "../../design/quantities";
 
-/** Reads the text of one argument; undefined if it is empty and has a default. A number may have a unit, and is sent in that of the argument. */
+/**
+ * Reads the text of one argument; undefined if it is empty and has a default. A number may have a unit, and is converted to that of the
+ * argument.
+ */
 export function argumentFrom(text: string, of: DriverOption): ReadResult<unknown> {
   const written = text.trim();
   if (written === "") return of.default === null ? { wrong: "a value is needed" } : { value: undefined };
@@ -32,12 +35,12 @@ function parsed(written: string, kind: "list" | "table"): ReadResult<unknown> {
     const value: unknown = JSON.parse(written);
     if (kind === "list" ? Array.isArray(value) : typeof value === "object" && value !== null && !Array.isArray(value)) return { value };
   } catch {
-    // Said below, with an example.
+    // The error below includes an example.
   }
   return { wrong: kind === "list" ? `'${written}' is no list: write [1, 2]` : `'${written}' is no table: write {"name": 1}` };
 }
 
-/** All arguments of a service; those that are empty are left out. Or why not, by the argument that it is about. */
+/** Returns all arguments of a service, without the empty ones, and the errors by argument. */
 export function argumentsOfService(
   service: DriverService,
   texts: Record<string, string>,
@@ -52,7 +55,7 @@ export function argumentsOfService(
   return { given, wrong };
 }
 
-/** Returns the answer of a service, in words: a list of tables as they are, one a line. */
+/** Returns the answer of a service as text: a list has one line per item. */
 export function answerText(answer: Value | null): string {
   if (answer === null) return "done";
   if (Array.isArray(answer)) return answer.length === 0 ? "nothing" : answer.map((one) => valueText(one)).join("\n");

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Where a machine stands to be looked at: light, ground, a camera that a person moves. Drawn only when something changed.
+// Scene for a machine: light, ground, a camera that a person moves. Redrawn only after a change.
 import {
   Box3,
   Color,
@@ -38,7 +38,7 @@ export class Stage {
   #grid: GridHelper | null = null;
   #frame = 0;
 
-  /** Errors: of the browser, where it has no WebGL. */
+  /** Throws the browser's error if it does not support WebGL. */
   constructor(place: HTMLElement, machine: Object3D) {
     this.#place = place;
     this.#machine = machine;
@@ -69,7 +69,7 @@ export class Stage {
     });
   }
 
-  /** Adds something beside the machine; who adds it frees it. */
+  /** Adds an object to the scene; the caller frees it. */
   add(object: Object3D): void {
     this.#scene.add(object);
     this.draw();

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Motions of the tool of an arm that a button asks for, and what is said of how they ended.
+// Motions of an arm's tool requested by a button, and messages about their ends.
 import type { Refusal } from "../../control/refusals";
 import type { ArmDescription, ChainDescription, Report } from "../../control/shapes";
 import { JOG_TOOL, type JogMotion } from "./jogging";

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Pose of the tool of an arm at given joint positions: a product of exponentials, as the kinematic blocks compute it.
+// Tool pose of an arm at given joint positions, as a product of exponentials like in the kinematic blocks.
 import type { ChainDescription } from "../../control/shapes";
 
 export type Vector = [number, number, number];

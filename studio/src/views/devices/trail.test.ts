@@ -17,7 +17,7 @@ const body = (name: string, parent: string | null, position: [number, number, nu
   geoms: [],
 });
 
-/** Two links of 1 m that turn about z, and a hand at the end. */
+/** Two links of 1 m that turn about z, with a hand at the end. */
 const ARM: Geometry = {
   meshes: [],
   contacts: null,
@@ -39,7 +39,7 @@ function samples(times: number[], values: number[]): string {
   return btoa(Array.from(new Uint8Array(view.buffer), (byte) => String.fromCharCode(byte)).join(""));
 }
 
-/** A recording in which the first joint turns by 1 rad in each of 10 s, the second stays at a right angle. */
+/** Returns a recording of 10 s in which the first joint turns at 1 rad/s and the second stays at a right angle. */
 function past(asked: [number, number][]): Past {
   const channel = (name: string) => ({ name, type_text: "double", unit: "rad", components: 1 });
   return {
@@ -75,10 +75,10 @@ test("the path in a recording is that of the joints as they were stored, around 
   for (const { time_ns, at } of places) {
     expect(Math.abs(time_ns - 5e9)).toBeLessThanOrEqual(1e9);
     const angle = time_ns / 1e9;
-    // A value stays until the next one comes, 10 ms later.
+    // A value holds until the next one, 10 ms later.
     expect(at.distanceTo(new Vector3(Math.cos(angle) - Math.sin(angle), Math.sin(angle) + Math.cos(angle), 0))).toBeLessThan(0.02);
   }
-  // A cursor that moves a little asks for nothing.
+  // A small movement of the cursor requests nothing.
   await path.around(5.5e9, new AbortController().signal);
   expect(asked).toEqual([[3e9, 7e9]]);
   await path.around(9e9, new AbortController().signal);
@@ -97,7 +97,7 @@ test("a ghost follows the goals of the joints that have one", () => {
   const there = aimed(ARM, "goal", [], (name) => known.has(name));
   expect(there?.bodies.flatMap((one) => one.joints.map((joint) => joint.svv))).toEqual(["arm.a.goal", "arm.b.sensed"]);
   expect(aimed(ARM, "commanded", [], (name) => known.has(name))).toBeNull();
-  // A joint that follows a private cell, of which its sensed position is made.
+  // A joint follows a private cell from which its sensed position is computed.
   const port = (writes: boolean, cell: string) => ({ writes, cell });
   const read = { blocks: [{ ports: [port(false, "servo:reading"), port(true, "arm.a.sensed")] }] } as unknown as InstalledInstance;
   const cells = { meshes: [], contacts: null, bodies: [body("world", null, [0, 0, 0]), body("one", "world", [0, 0, 0], "servo:reading")] };

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The path of a body: of what runs as it comes, of a recording as far before and behind the cursor.
+// The path of a body: for a running system as it arrives, for a recording around the cursor.
 import { Vector3 } from "three";
 import type { Geometry } from "../../control/shapes";
 import type { Past } from "../../control/source";
@@ -12,14 +12,14 @@ export interface Place {
   at: Vector3;
 }
 
-/** Places of a path, at most. */
+/** Maximum number of positions in a path. */
 const PLACES_MAX = 600;
-/** Nearer than this to the one before a place is none of its own, m. */
+/** Minimum distance between two positions of a path, m. */
 const STEP_M = 2e-4;
-/** Number of spans that are fetched to each side, so that a cursor that moves a little asks for nothing. */
+/** Number of spans fetched on each side, so that a small movement of the cursor requests nothing. */
 const AHEAD = 2;
 
-/** The body at the end of the longest chain of moved ones: that of the tool, where nothing else is said. */
+/** Returns the body at the end of the longest chain of joints, by default the tool. */
 export function toolOf(geometry: Geometry): string | null {
   const depths = new Map<string, number>();
   let found: string | null = null;
@@ -32,7 +32,7 @@ export function toolOf(geometry: Geometry): string | null {
   return found;
 }
 
-/** Where a body is in the world, as the machine stands. */
+/** Returns the position of a body in the world, in the present pose of the machine. */
 export function placeOf(machine: BuiltMachine, body: string): Vector3 {
   const found = machine.bodies.get(body);
   if (!found) return new Vector3();
@@ -40,7 +40,7 @@ export function placeOf(machine: BuiltMachine, body: string): Vector3 {
   return found.getWorldPosition(new Vector3());
 }
 
-/** The path of what runs: the last places, so far back. */
+/** The live path: the positions during the last span of time. */
 export class LivePath {
   readonly #span_ns: number;
   #places: Place[] = [];
@@ -49,7 +49,7 @@ export class LivePath {
     this.#span_ns = span_ns;
   }
 
-  /** Takes where it is now; the path with it. Time that goes back begins it again: the system was started again. */
+  /** Adds the present position and returns the path. If time jumps back, the system was restarted, and the path begins again. */
   add(time_ns: number, at: Vector3): Place[] {
     const last = this.#places.at(-1);
     if (last && time_ns < last.time_ns) this.#places = [];
@@ -60,7 +60,7 @@ export class LivePath {
   }
 }
 
-/** The path in a recording: joints are moved through what was stored, on a machine that nobody sees. */
+/** The path in a recording: a hidden machine moves through the stored joint positions. */
 export class RecordedPath {
   readonly #past: Past;
   readonly #machine: BuiltMachine;
@@ -75,7 +75,10 @@ export class RecordedPath {
     this.#span_ns = span_ns;
   }
 
-  /** The places from the span before the cursor to the span behind it. Errors: `RefusalError`; `AbortError` where `signal` ended it. */
+  /**
+   * Returns the positions from one span before the cursor to one span after it. Throws `RefusalError`, or `AbortError` if `signal`
+   * aborts it.
+   */
   async around(cursor_ns: number, signal: AbortSignal): Promise<Place[]> {
     const [from_ns, to_ns] = [cursor_ns - this.#span_ns, cursor_ns + this.#span_ns];
     const begins_ns = Math.max(from_ns, this.#past.begins_ns);

@@ -7,7 +7,7 @@ import { Installed } from "./installed/Installed";
 
 const Editor = lazy(() => import("./edit/Editor"));
 
-/** Data flow: what is installed, and where somebody asks for it, the editor. */
+/** The view of the data flow: the installed instances or, on request, the editor. */
 export default function View() {
   const control = useControl();
   const [editing, setEditing] = useState(false);

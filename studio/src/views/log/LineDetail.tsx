@@ -5,7 +5,7 @@ import { ReportTable } from "../../shell/ReportTable";
 import { addressOf } from "../../shell/route";
 import type { Line } from "./lines";
 
-/** A line as a whole: its text, and of an end its report. */
+/** A whole line: its text and, for an end, the report. */
 export function LineDetail(props: { of: Line; close: () => void }) {
   const { of } = props;
   return (

@@ -5,14 +5,14 @@ import { seconds } from "../../design/numbers";
 import { BAD_KINDS, type Line, linesUntil, WARN_KINDS } from "./lines";
 import { BEYOND, broughtIntoSight, rowsInSight, type Sight } from "./sight";
 
-/** The height of a line, px; where there is little room it has two rows. */
+/** Height of a line, px; in a narrow window, it has two rows. */
 const [WIDE, NARROW] = [24, 44];
 
-/** The lines that are in sight, of as many as there are; follows the newest while its end is in sight, or the cursor of a recording. */
+/** The visible lines of a long list. They follow the newest line while the end is visible or, in a recording, the cursor. */
 export function Lines(props: { of: Line[]; chosen: string | null; choose: (line: Line) => void; still: boolean; past: Past | null }) {
   const { of: lines, chosen, choose, past } = props;
   const passed = usePassed(past, lines);
-  // Of a recording the line at the cursor stays in sight, and not the newest one.
+  // In a recording, the line at the cursor stays visible instead of the newest one.
   const still = props.still || past !== null;
   const LINE = useNarrow() ? NARROW : WIDE;
   const box = useRef<HTMLDivElement>(null);
@@ -20,7 +20,7 @@ export function Lines(props: { of: Line[]; chosen: string | null; choose: (line:
   const [following, setFollowing] = useState(true);
   const [brought, setBrought] = useState<{ passed: number | null; line: number }>({ passed: null, line: LINE });
 
-  // Before anything is drawn, so that lines are drawn and laid out once where the cursor has jumped.
+  // During rendering, so that after a jump of the cursor the lines are rendered and laid out only once.
   if (brought.passed !== passed || brought.line !== LINE) {
     setBrought({ passed, line: LINE });
     if (passed) setSight(broughtIntoSight(sight, passed - 1, lines.length, LINE));
@@ -101,7 +101,7 @@ export function Lines(props: { of: Line[]; chosen: string | null; choose: (line:
   );
 }
 
-/** A line: `at` says on which side of the cursor of a recording it stands. */
+/** A line; `at` is its position relative to the cursor of a recording. */
 const Row = memo(function Row(props: {
   of: Line;
   top: number;
@@ -133,7 +133,7 @@ const Row = memo(function Row(props: {
   );
 });
 
-/** Of a recording: how many of the lines are not later than its cursor; null: the lines are those of now. */
+/** Returns how many lines are not later than the cursor of a recording; null if the lines are live. */
 function usePassed(past: Past | null, lines: readonly Line[]): number | null {
   return useSyncExternalStore(
     (changed) => past?.cursor.watch(changed) ?? (() => undefined),

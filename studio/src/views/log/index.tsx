@@ -100,7 +100,7 @@ export default function Log() {
   );
 }
 
-/** Returns the entries so far; of a recording, all of them as they came first: wherever the cursor is, the lines are the same. */
+/** Returns the entries so far; in a recording, always all of them, so that the lines are the same for any cursor. */
 function useTold<T>(topic: Topic<KeptEntries<T>>, past: Past | null): KeptEntries<T> | null {
   const first = useRef<{ of: Topic<KeptEntries<T>>; told: KeptEntries<T> } | null>(null);
   return useSyncExternalStore(topic.watch, () => {

@@ -1,27 +1,27 @@
 // SPDX-License-Identifier: Apache-2.0
-// The log as lines: entries and end reports in the order of their times, what repeats as one line, filtered, and exported.
+// The log as lines: entries and end reports in the order of their times, with repeated ones merged, filtered, and exported.
 
 import { countUntil } from "../../control/recorded/state";
 import type { End, LogEntry, Report } from "../../control/shapes";
 import type { KeptEntries } from "../../control/topics";
 
 export interface Line {
-  /** Key of the line: `e12` an entry, `r3` a report. */
+  /** Key of the line: `e12` for an entry, `r3` for a report. */
   key: string;
   time_s: number;
   kind: string;
   about: string;
   text: string;
   who: string;
-  /** Number of times that it came in a row, and the first time. */
+  /** Number of consecutive repetitions, and the time of the first. */
   times: number;
   first_s: number;
   report: Report | null;
-  /** Of an earlier run: the system was started again since. */
+  /** True if the line is from an earlier run, before the system restarted. */
   isEarlier: boolean;
 }
 
-/** Kinds that say that something is wrong. */
+/** Kinds that indicate a fault. */
 export const BAD_KINDS = new Set(["fault", "processor_lost", "emergency_stop", "lost"]);
 export const WARN_KINDS = new Set(["overrun", "late"]);
 
@@ -31,12 +31,12 @@ export function linesOf(log: KeptEntries<LogEntry> | null, ends: KeptEntries<End
   return [...earlier.map((line, index) => ({ ...line, key: `b${index}`, isEarlier: true })), ...present];
 }
 
-/** Of a recording what comes behind the cursor too. */
+/** Returns all entries; in a recording, also those after the cursor. */
 function allOf<T>(kept: KeptEntries<T> | null): T[] {
   return [...(kept?.entries ?? []), ...(kept?.later ?? [])];
 }
 
-/** Returns the number of lines, which are in order of time, that are not later than a time. */
+/** Returns how many lines, sorted by time, are not later than a time. */
 export function linesUntil(lines: readonly Line[], time_ns: number): number {
   return countUntil(lines, (line) => line.time_s, time_ns);
 }
@@ -71,7 +71,7 @@ function reportLine({ number, report }: End): Line {
   };
 }
 
-/** Two lists that are each in order of time, as one. */
+/** Merges two lists, each sorted by time. */
 function merged(entries: Line[], reports: Line[]): Line[] {
   const lines: Line[] = [];
   let next = 0;
@@ -83,13 +83,13 @@ function merged(entries: Line[], reports: Line[]): Line[] {
 }
 
 export interface Filter {
-  /** Kinds that are not shown. */
+  /** Kinds that are hidden. */
   hidden: ReadonlySet<string>;
-  /** Words that must all be there, anywhere in the line. */
+  /** Words that must all occur in the line. */
   text: string;
 }
 
-/** The lines that pass; a line that only repeats the one before it is counted there. */
+/** Returns the lines that pass the filter. A repetition of the previous line is only counted there. */
 export function shownLines(lines: Line[], filter: Filter): Line[] {
   const words = filter.text.toLowerCase().split(/\s+/).filter(Boolean);
   const shown: Line[] = [];
@@ -117,14 +117,14 @@ export function shownLines(lines: Line[], filter: Filter): Line[] {
   return shown;
 }
 
-/** Returns the number of lines of each kind, in the order in which kinds first came. */
+/** Returns the number of lines of each kind, in the order of first occurrence. */
 export function kindsOf(lines: Line[]): Map<string, number> {
   const kinds = new Map<string, number>();
   for (const line of lines) kinds.set(line.kind, (kinds.get(line.kind) ?? 0) + 1);
   return kinds;
 }
 
-/** One JSON object a line, reports whole. */
+/** Formats the lines as JSON, one object per line, with complete reports. */
 export function asJsonLines(lines: Line[]): string {
   return lines
     .map(({ time_s, kind, about, text, who, times, first_s, report, isEarlier }) =>

@@ -7,7 +7,7 @@ import "../workspaces/workspaces.css";
 import { Recovery } from "./Recovery";
 import "./panel.css";
 
-/** A workspace as a panel for operators: large, with nothing beside it but what is always at the top. */
+/** A workspace as a panel for operators: large, with only the top bar in addition. */
 export default function OperatorPanel() {
   const { all, refusals } = useWorkspaces();
   const { path } = useRoute();

@@ -11,10 +11,10 @@ import { freeText, type RunningRecording, recordingOf, sizeText, sumOf } from ".
 
 /** Period at which the list of recordings is read, ms. */
 const LOOK_MS = 2000;
-/** Recordings that are listed: more are found by their names. */
+/** Maximum number of listed recordings; others are found by name. */
 const SHOWN_MAX = 200;
 
-/** The recordings of the system's folder, the newest first: what each is, to be opened in the views. */
+/** The recordings in the system's folder, the newest first, each with a description and a button that opens it. */
 export function Files(props: { begun: RunningRecording[]; changed: (one: RunningRecording, now: RunningRecording) => void }) {
   const { files, refusals } = useFiles();
   const [text, setText] = useState("");
@@ -86,7 +86,7 @@ function Row(props: {
   const stop = async () => {
     if (!begun) return;
     let now = await live.order("stop_recording", { recording: begun.recording });
-    // Its file is closed when all that was on its way is in it.
+    // The file is closed when all pending data is written.
     while (now.running) {
       await new Promise((again) => setTimeout(again, 100));
       now = await live.order("stop_recording", { recording: begun.recording });
@@ -151,20 +151,20 @@ function Row(props: {
   );
 }
 
-/** When it began, by the clock on the wall. */
-/** A part of a file that cannot be read: place and messages. */
+/** Describes an unreadable part of a file: its location and the lost messages. */
 function damageText(of: DamagedPart): string {
   const lost = of.lost == null ? "unknown" : `${count(sumOf(of.lost))} (${Object.keys(of.lost).join(", ")})`;
   const when = of.from_ns == null || of.to_ns == null ? "" : `, ${seconds(of.from_ns / 1e9)} to ${seconds(of.to_ns / 1e9)}`;
   return `bytes ${of.begins} to ${of.ends}${when}: ${of.what}; messages lost: ${lost}`;
 }
 
+/** Formats when a recording began, by the wall clock. */
 function whenText(about: RecordingContents): string {
   const at = new Date((about.epoch_unix_s + about.begins_ns / 1e9) * 1000);
   return at.toLocaleString(undefined, { dateStyle: "short", timeStyle: "medium" });
 }
 
-/** Returns the ends of instances, each kind once: "halted 2 ×, over". */
+/** Describes the ends of instances, one entry per kind: "halted 2 ×, over". */
 export function endsText(about: RecordingContents): string {
   const counts = new Map<string, number>();
   for (const { condition } of about.ends) counts.set(condition, (counts.get(condition) ?? 0) + 1);
@@ -196,7 +196,7 @@ function useFiles(): { files: RecordingFile[] | null; refusals: Refusal[] } {
   return { files, refusals };
 }
 
-/** Returns the description of a recording: asked for again when its file has grown. */
+/** Returns the description of a recording; read again when its file has grown. */
 function useAbout(file: RecordingFile): { about: RecordingContents | null; refusals: Refusal[] } {
   const live = useLive();
   const [about, setAbout] = useState<RecordingContents | null>(null);

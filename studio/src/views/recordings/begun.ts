@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-// The recordings that this tab has begun in this run of the system: by their numbers, which the system gives.
+// The recordings that this tab has started in this run of the system, by the numbers that the system assigns.
 import type { RecordingSummary } from "../../control/shapes";
 
 export interface RunningRecording {
   recording: number;
-  /** Run of the system that it is of. */
+  /** Run of the system to which the recording belongs. */
   run: string;
   name: string;
-  /** State at the last look. */
+  /** State when last read. */
   summary: RecordingSummary | null;
 }
 
@@ -26,20 +26,23 @@ export function keepRecordings(all: RunningRecording[]): void {
   sessionStorage.setItem(KEY, JSON.stringify(all));
 }
 
-/** A name that no other recording has: the system and when, "cell-20261123-154210.mcap". */
+/** Returns a unique name from the system and the time: "cell-20261123-154210.mcap". */
 export function freshName(system: string, now: Date): string {
   const two = (value: number) => String(value).padStart(2, "0");
   const day = `${now.getFullYear()}${two(now.getMonth() + 1)}${two(now.getDate())}`;
   return `${system.replace(/[^\w.-]+/g, "-")}-${day}-${two(now.getHours())}${two(now.getMinutes())}${two(now.getSeconds())}.mcap`;
 }
 
-/** The file that a name means: recordings end with ".mcap", and one that does not would not be listed. "" where nothing is named. */
+/** Returns the file name for a name: ".mcap" is appended if missing, because other files are not listed. Returns "" for an empty name. */
 export function completedName(name: string): string {
   const said = name.trim();
   return said === "" || said.endsWith(".mcap") ? said : `${said.replace(/\.(mcap)?$/i, "")}.mcap`;
 }
 
-/** The recording that a file belongs to; `isLast`: it is its newest file, to which how the recording stands belongs. null: none of this tab's. */
+/**
+ * Returns the recording to which a file belongs; null if this tab has none. `isLast` is true for its newest file, which shows the state
+ * of the recording.
+ */
 export function recordingOf(file: string, all: RunningRecording[]): { begun: RunningRecording; isLast: boolean } | null {
   const named = (path: string) => path.slice(path.lastIndexOf("/") + 1);
   for (const begun of all) {
@@ -49,25 +52,25 @@ export function recordingOf(file: string, all: RunningRecording[]): { begun: Run
   return null;
 }
 
-/** The names of SVVs in a text, with * and ?; null: all. */
+/** Splits a text into names of SVVs, which may contain * and ?; returns null for all. */
 export function namesIn(text: string): string[] | null {
   const names = text.split(/[\s,]+/).filter(Boolean);
   return names.length === 0 ? null : names;
 }
 
-/** A size for people: "12.3 MiB". */
+/** Formats a size: "12.3 MiB". */
 export function sizeText(bytes: number): string {
   const units = ["B", "KiB", "MiB", "GiB", "TiB"];
   const at = bytes === 0 ? 0 : Math.min(units.length - 1, Math.floor(Math.log2(bytes) / 10));
   return at === 0 ? `${bytes} B` : `${(bytes / 2 ** (10 * at)).toFixed(1)} ${units[at]}`;
 }
 
-/** Returns the free space of its disk: "12.3 GiB free on its disk"; "" where nobody can tell. */
+/** Describes the free space on the disk: "12.3 GiB free on its disk"; "" if unknown. */
 export function freeText(bytes: number | null): string {
   return bytes === null ? "" : `${sizeText(bytes)} free on its disk`;
 }
 
-/** Returns the number of messages: all, and those that are not in the file. */
+/** Returns the sum of the counts. */
 export function sumOf(counts: Record<string, number>): number {
   return Object.values(counts).reduce((sum, one) => sum + one, 0);
 }

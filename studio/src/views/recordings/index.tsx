@@ -6,13 +6,16 @@ import { completedName, freshName, keepRecordings, keptRecordings, namesIn, type
 import { Files } from "./Files";
 import "./recordings.css";
 
-/** Sizes at which the next file may begin, bytes. */
+/** Sizes at which a new file is started, bytes. */
 const SPLITS = [10, 100, 1000].map((mega) => mega * 2 ** 20);
 
-/** Period at which the recordings under way are read, ms. */
+/** Period at which the recordings in progress are read, ms. */
 const LOOK_MS = 1000;
 
-/** Recordings: begun from this page, every value at full rate with the log, ends and timing; and those of the system's folder, to be opened. */
+/**
+ * Recordings: starts them from this page, with every value at full rate, the log, ends and timing, and opens those in the system's
+ * folder.
+ */
 export default function Recordings() {
   const control = useLive();
   const { all, put } = useRecordings();
@@ -39,7 +42,7 @@ function Begin(props: { begun: (one: RunningRecording) => void }) {
   const [keep, setKeep] = useState("");
   const [file, names, sizes, kept] = [useId(), useId(), useId(), useId()];
   const now = useTopic(control.topics.statistics);
-  // What comes from outside has to be recorded from the first interrupt source on.
+  // For a replay, external inputs must be recorded from the first interrupt source on.
   const isNew = now !== null && Object.keys(now.sources).length === 0;
   const path = completedName(name);
   const begin = () =>
@@ -118,7 +121,7 @@ function Begin(props: { begun: (one: RunningRecording) => void }) {
   );
 }
 
-/** The recordings of this tab, with how those stand that run. */
+/** Returns the recordings of this tab, with the state of those that are running. */
 export function useRecordings(): { all: RunningRecording[]; put: (all: RunningRecording[]) => void } {
   const control = useLive();
   const [all, show] = useState(() => keptRecordings(control.version.run));
@@ -132,7 +135,7 @@ export function useRecordings(): { all: RunningRecording[]; put: (all: RunningRe
       const now = await Promise.all(
         all.map(async (one) => {
           if (one.summary && !one.summary.running) return one;
-          // One that the system does not tell of stays as it was known.
+          // If the system does not report a recording, its last known state is kept.
           const summary = await control.look("recording", { recording: one.recording }).catch(() => one.summary);
           return { ...one, summary };
         }),

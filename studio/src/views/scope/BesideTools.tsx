@@ -7,7 +7,7 @@ import { useAction, useWatched } from "../../shell/context";
 import { BEGINNING, momentsOf, nearest, shared } from "./beside";
 import type { Scope } from "./scope";
 
-/** Another recording behind the one that is shown, and the moment at which both are laid over each other. */
+/** Selects another recording to be shown behind this one, and the moment at which both are aligned. */
 export function BesideTools(props: { scope: Scope; past: Past }) {
   const { scope, past } = props;
   const beside = useWatched(scope.beside);
@@ -39,7 +39,7 @@ export function BesideTools(props: { scope: Scope; past: Past }) {
   );
 }
 
-/** Choice of the moment that happened in both, and of its occurrence in each. */
+/** Selects a moment that occurs in both recordings, and its occurrence in each. */
 function Moment(props: { scope: Scope; past: Past }) {
   const { scope, past } = props;
   const beside = useWatched(scope.beside);

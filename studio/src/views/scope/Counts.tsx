@@ -8,7 +8,7 @@ import type { Scope } from "./scope";
 
 const KEEPS_S = [10, 30, 60, 120, 300, 600];
 
-/** Counts of what came and what was lost, end to end, and of what is kept of it. */
+/** Numbers of received, lost and stored values. */
 export function Counts(props: { scope: Scope }) {
   const { scope } = props;
   const counts = useWatched(scope.counts);

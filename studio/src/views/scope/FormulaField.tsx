@@ -4,7 +4,7 @@ import { useWatched } from "../../shell/context";
 import type { Scope } from "./scope";
 import { withFormula } from "./setup";
 
-/** A trace that is computed from those on the screen. */
+/** Field for a trace computed from those on the screen. */
 export function FormulaField(props: { scope: Scope }) {
   const { scope } = props;
   const setup = useWatched(scope.setup);

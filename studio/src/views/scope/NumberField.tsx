@@ -2,7 +2,7 @@
 import { type ReactNode, useEffect, useId, useState } from "react";
 import { numberIn } from "../../design/quantities";
 
-/** A number that is taken with Enter, or when the field is left; one that is not a number, or out of its range, is told why and not taken. */
+/** A numeric field that is committed with Enter or on leaving it. An invalid number, or one out of range, is rejected with the reason. */
 export function NumberField(props: {
   label: string;
   unit: string | null;

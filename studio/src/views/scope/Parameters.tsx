@@ -16,7 +16,7 @@ interface TunedDevice {
   parameters: { name: string; unit: string }[];
 }
 
-/** The parameters that may be changed while it runs, of the devices whose values are on the screen. */
+/** The tunable parameters of the devices whose values are on the screen. */
 export function Parameters(props: { scope: Scope }) {
   const control = useControl();
   const installed = useTopic(control.topics.installed);

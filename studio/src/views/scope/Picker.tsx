@@ -8,7 +8,7 @@ import { grouped, inside, NO_DEVICE } from "./groups";
 import type { Scope } from "./scope";
 import { withChannel } from "./setup";
 
-/** Names that the list shows at the most; more are found by typing. */
+/** Maximum number of names in the list; others are found by typing. */
 const SHOWN_MAX = 120;
 
 interface Choice {
@@ -18,7 +18,7 @@ interface Choice {
   trouble: Refusal[];
 }
 
-/** Finds what to look at: SVVs by device, private cells by instance. `/` goes to the field, Enter takes the first. */
+/** Finds values to be shown: SVVs by device, private cells by instance. `/` focuses the field, Enter takes the first match. */
 export function Picker(props: { scope: Scope }) {
   const { scope } = props;
   const setup = useWatched(scope.setup);
@@ -115,7 +115,7 @@ function useChoice(): Choice {
   const control = useControl();
   const installed = useTopic(control.topics.installed);
   const [choice, setChoice] = useState<Choice>({ names: [], groupOf: new Map(), devices: new Set(), trouble: [] });
-  // Something was installed: there may be more to look at.
+  // After an installation, there may be further values.
   useEffect(() => {
     const over = new AbortController();
     control.look("names", {}, over.signal).then(
@@ -150,7 +150,7 @@ function shortOf(name: string, group: string): string {
   return name.startsWith(`${instance}:`) ? name.slice(instance.length + 1) : name;
 }
 
-/** `/` goes to the field, wherever one is. */
+/** Focuses the field on `/`, from anywhere on the page. */
 function useSlash(field: { current: HTMLInputElement | null }): void {
   useEffect(() => {
     const press = (event: globalThis.KeyboardEvent) => {

@@ -15,7 +15,7 @@ import { spectrumUnit } from "./signal/spectrum";
 import { Timing } from "./Timing";
 import { scaleKey } from "./worker/scales";
 
-/** Scales that have an axis: more cannot be read. */
+/** Maximum number of scales with an axis; more would be illegible. */
 const AXES_MAX = 3;
 
 /** The screen of the scope. */
@@ -133,7 +133,7 @@ function axesIn(setup: Setup, seen: readonly ShownTrace[], chosen: string | null
   return [...units].slice(0, AXES_MAX).map(([key, label]) => ({ key, label }));
 }
 
-// Each its own scale: the axis is that of the trace that was chosen in the table, else of the first.
+// With separate scales, the axis is that of the trace selected in the table, or else of the first.
 function own(seen: readonly ShownTrace[], chosen: string | null): Axis[] {
   const one = seen.find((trace) => trace.id === chosen) ?? seen[0];
   return one ? [{ key: `trace ${one.id}`, label: `${one.id}${one.unit ? ` (${one.unit})` : ""}` }] : [];

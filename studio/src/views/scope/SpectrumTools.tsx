@@ -16,7 +16,7 @@ const WORDS: Record<WindowFunction | Amount, string> = {
   density: "power density",
 };
 
-/** Settings of the spectra: how they are computed, and what is shown of them. */
+/** Settings of the spectra: their computation and their display. */
 export function SpectrumTools(props: { scope: Scope; setup: Setup; of: SpectrumSetup }) {
   const { scope, setup, of } = props;
   const change = (next: Partial<SpectrumSetup>) => scope.change({ ...setup, spectrum: { ...of, ...next } });

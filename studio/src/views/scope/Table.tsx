@@ -26,7 +26,7 @@ const COLUMNS = [
 
 type Column = (typeof COLUMNS)[number][0];
 
-/** The traces, and what they are over the visible span; written without React, several times a second. */
+/** The traces and their measures over the visible span, updated without React several times per second. */
 export function Table(props: { scope: Scope; chosen: string | null; choose: (id: string) => void }) {
   const { scope } = props;
   const setup = useWatched(scope.setup);
@@ -86,7 +86,7 @@ function TraceRows(props: {
   trace: TraceSetup;
   setup: Setup;
   columns: readonly (readonly [Column, string, string])[];
-  /** Recording behind it; null: none. */
+  /** Recording shown behind; null for none. */
   reference: string | null;
   chosen: string | null;
   choose: (id: string) => void;
@@ -202,7 +202,7 @@ function number(value: number | null | undefined): string {
   return value === null || value === undefined ? "–" : figure(value);
 }
 
-/** A number that is read off, with seven digits at least. */
+/** Formats a number for a readout, with seven digits unless it is an integer; "–" if there is none. */
 function exactly(value: number | null | undefined): string {
   return value === null || value === undefined ? "–" : reading(value);
 }

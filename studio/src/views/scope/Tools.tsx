@@ -26,7 +26,7 @@ const SCALES: { value: ScaleMode; text: string }[] = [
   { value: "lanes", text: "lanes" },
 ];
 
-/** In the place of a trace along x: no trace is called so. */
+/** Value of the x-axis selection for frequency, which is not the name of a trace. */
 const FREQUENCY = "=frequency";
 const SPECTRUM: SpectrumSetup = { window: "hann", amount: "amplitude", to_hz: null };
 
@@ -84,7 +84,7 @@ export function Tools(props: { scope: Scope }) {
         label="Along x"
         value={setup.spectrum ? FREQUENCY : (setup.xy ?? "")}
         put={(chosen) => {
-          // Cursors are of times.
+          // Cursors exist only on a time axis.
           if (chosen !== "") scope.cursors.set(null);
           const xy = chosen === "" || chosen === FREQUENCY ? null : chosen;
           scope.change({ ...setup, xy, spectrum: chosen === FREQUENCY ? SPECTRUM : null });

@@ -4,7 +4,7 @@ import { Choice } from "../../design/Choice";
 import type { Scope } from "./scope";
 import { freeLook, PLOTS_MAX, type Setup, type TraceSetup, traceId } from "./setup";
 
-/** Menu of a trace: hide, put a fixed scale, derive others from it, remove. */
+/** Menu of a trace: hide it, fix its scale, derive other traces from it, remove it. */
 export function TraceMenu(props: { scope: Scope; trace: TraceSetup; setup: Setup }) {
   const { scope, trace, setup } = props;
   const [open, setOpen] = useState(false);

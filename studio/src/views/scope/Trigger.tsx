@@ -14,7 +14,7 @@ type Event = Extract<TriggerSetup, { on: "event" }>;
 
 const KINDS = ["condition", "start", "transition", "end", "fault", "overrun", "late", "alarm", "emergency_stop"];
 
-/** Event that the scope waits for: a trace that crosses a level, or an entry of the log. */
+/** Event that triggers the scope: a trace that crosses a level, or an entry of the log. */
 export function Trigger(props: { scope: Scope }) {
   const { scope } = props;
   const setup = useWatched(scope.setup);
@@ -47,7 +47,7 @@ export function Trigger(props: { scope: Scope }) {
   );
 }
 
-// Who chooses a trigger wants to see what it shows.
+// Selecting a trigger also selects a sweep that uses it.
 function withTrigger(setup: Setup, trigger: TriggerSetup | null): Setup {
   if (!trigger) return { ...setup, trigger, sweep: "roll" };
   return { ...setup, trigger, sweep: setup.sweep === "roll" ? "normal" : setup.sweep };

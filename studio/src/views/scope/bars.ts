@@ -5,15 +5,15 @@ import type { Plot } from "./plot";
 
 const NAMES = ["A", "B"] as const;
 
-/** The two time cursors on the screen: dragged, or moved by the arrow keys (with shift ten times as far). */
+/** The two time cursors on the screen, which are dragged or moved with the arrow keys (ten times as far with Shift). */
 export class Bars {
   readonly #plot: Plot;
   readonly #cursors: WatchedValue<[number, number] | null>;
   readonly #bars: HTMLElement[];
-  /** Where the views stand in a recording: its time, s relative to the origin; null: they follow the system. */
+  /** Returns the recording's cursor, s relative to the origin; null if the views follow the system. */
   readonly #present: () => number | null;
   readonly #stand = document.createElement("div");
-  /** Where its replay first differs, in the same way. */
+  /** Returns the time at which a replay first differs, s relative to the origin. */
   readonly #differs: () => number | null;
   readonly #mark = document.createElement("div");
 
@@ -34,7 +34,7 @@ export class Bars {
     this.#bars = NAMES.map((name, i) => this.#made(name, i as 0 | 1));
   }
 
-  /** Puts them onto the screen, after it was built again. */
+  /** Attaches the cursors to the plot after it was rebuilt. */
   attach(): void {
     this.#plot.over?.append(this.#stand, this.#mark, ...this.#bars);
     this.place();
@@ -56,7 +56,7 @@ export class Bars {
     });
   }
 
-  // Moved, not laid out: a recording's cursor goes on while the screen behind it stays painted.
+  // Moved by a transform, without layout: the cursor of a recording moves while the screen behind it stays painted.
   #stood(line: HTMLElement, time_s: number | null): void {
     const place = time_s === null ? -1 : this.#plot.placeOf(time_s);
     line.hidden = place < 0 || place > 1;

@@ -1,21 +1,21 @@
 // SPDX-License-Identifier: Apache-2.0
-// Two runs over each other: another recording behind the one that is shown, moved in time so that a moment of both is one.
+// Two runs on top of each other: another recording behind the displayed one, shifted in time so that one moment of both coincides.
 import type { LogEntry } from "../../control/shapes";
 import type { Past } from "../../control/source";
 
-/** Name of the moment at which a recording begins. */
+/** Name of the beginning of a recording as a moment. */
 export const BEGINNING = "the beginning";
 
-/** A recording behind another one. */
+/** A recording shown behind another one for comparison. */
 export interface Beside {
   readonly past: Past;
-  /** Moment that happened in both, and its occurrence: here, there. */
+  /** Moment that occurs in both recordings; `here` and `there` are its occurrences in them. */
   readonly moment: string;
   readonly here: number;
   readonly there: number;
 }
 
-/** Moments of a recording, by what happened: times of each, ns, in their order. Instances of one verb are not told apart. */
+/** Returns the moments of a recording by name: the times of each, ns, in ascending order. Instances of one verb are not distinguished. */
 export function momentsOf(past: Pick<Past, "log" | "begins_ns">): ReadonlyMap<string, number[]> {
   const found = new Map([[BEGINNING, [past.begins_ns]]]);
   for (const entry of past.log) {
@@ -29,7 +29,7 @@ export function momentsOf(past: Pick<Past, "log" | "begins_ns">): ReadonlyMap<st
   return found;
 }
 
-/** "sway: rose" of a condition, "sway: start" of a start; null of all else. */
+/** Returns "sway: rose" for a condition, "sway: start" for a start, and null for other entries. */
 function momentOf({ kind, about, text }: LogEntry): string | null {
   const verb = about.replace(/#\d+$/, "");
   if (kind === "start") return `${verb}: start`;
@@ -37,17 +37,17 @@ function momentOf({ kind, about, text }: LogEntry): string | null {
   return `${verb}: ${text.replace(/ \(reported by .*$/, "")}`;
 }
 
-/** Moments that both have, in the order of the first one. */
+/** Returns the moments that both recordings have, in the order of the first. */
 export function shared(one: ReadonlyMap<string, number[]>, other: ReadonlyMap<string, number[]>): string[] {
   return [...one.keys()].filter((name) => other.has(name));
 }
 
-/** Index of the time that is nearest to a time. */
+/** Returns the index of the time nearest to a time. */
 export function nearest(times_ns: readonly number[], to_ns: number): number {
   return times_ns.reduce((best, time, at) => (Math.abs(time - to_ns) < Math.abs((times_ns[best] ?? time) - to_ns) ? at : best), 0);
 }
 
-/** Returns how much later the same moment is there than here, ns. */
+/** Returns how much later the moment occurs in the other recording, ns. */
 export function shiftOf(here: Pick<Past, "log" | "begins_ns">, beside: Beside): number {
   const timeOf = (past: Pick<Past, "log" | "begins_ns">, at: number) => momentsOf(past).get(beside.moment)?.[at] ?? past.begins_ns;
   return timeOf(beside.past, beside.there) - timeOf(here, beside.here);

@@ -5,9 +5,9 @@ import { WatchedValue } from "../../control/watched";
 import type { ToWorker } from "./messages";
 import type { StreamChannel } from "./signal/frame";
 
-/** Period of frames, ms: often enough for the eye, seldom enough for the page. */
+/** Period of frames, ms: a compromise between smoothness and the load of the page. */
 const EVERY_MS = 50;
-/** Subscriptions of the stream that the scope may have; all others together have the rest of 16. */
+/** Maximum number of the scope's subscriptions; all other views share the rest of the 16. */
 const FEEDS_MAX = 8;
 
 interface Feed {
@@ -15,19 +15,19 @@ interface Feed {
   end: () => void;
 }
 
-/** Origin of the scope's channels. */
+/** Source of the scope's channels. */
 export interface Feeding {
   /** Refusals by channel. */
   readonly refused: WatchedValue<ReadonlyMap<string, Refusal[]>>;
-  /** Asks for these channels, and no others. */
+  /** Requests these channels, and no others. */
   want(names: readonly string[]): void;
-  /** Asks again for what was refused: something was installed. */
+  /** Requests refused channels again, because something was installed. */
   again(names: readonly string[]): void;
 }
 
 /**
- * The channels that the scope gets from the stream. A channel that is added is asked for beside the others, so that those lose nothing;
- * what is in the way then, because there are too many, is asked for again in one.
+ * The scope's channels from the stream. An added channel gets its own subscription, so that the others lose no values. If there are too
+ * many subscriptions, all channels are merged into one.
  */
 export class Feeds implements Feeding {
   /** Refusals of the system, by channel. */
@@ -42,7 +42,7 @@ export class Feeds implements Feeding {
     this.#say = say;
   }
 
-  /** Asks for these channels, and no others. */
+  /** Requests these channels, and no others. */
   want(names: readonly string[]): void {
     const wanted = new Set(names);
     const gone: string[] = [];
@@ -65,7 +65,7 @@ export class Feeds implements Feeding {
     else this.#subscribeAll([...has, ...more]);
   }
 
-  /** Asks again for what was refused: something was installed. */
+  /** Requests refused channels again, because something was installed. */
   again(names: readonly string[]): void {
     if (this.refused.get().size === 0) return;
     this.#forgive(() => true);
@@ -90,7 +90,7 @@ export class Feeds implements Feeding {
           channels = (frame.scope as { channels: StreamChannel[] }).channels;
           this.#say({ kind: "subscribed", subscription: number, channels, again: heard });
           heard = true;
-          // What is not wanted any more, but comes along.
+          // Channels that are no longer requested, but are still part of the subscription.
           const unwanted = channels.map((channel) => channel.name).filter((name) => !this.#feeds.get(number)?.names.has(name));
           if (unwanted.length > 0) this.#say({ kind: "forget", channels: unwanted });
         },
@@ -103,7 +103,7 @@ export class Feeds implements Feeding {
     this.#feeds.set(number, { names: new Set(names), end });
   }
 
-  // One unknown name refuses the subscription: the others are asked for without it.
+  // One unknown name causes the whole subscription to be refused: the other channels are requested again without it.
   #refuse(number: number, refusals: Refusal[]): void {
     const names = [...(this.#feeds.get(number)?.names ?? [])];
     this.#feeds.delete(number);

@@ -2,12 +2,12 @@
 import type { Gestures } from "./plot";
 import type { Scope } from "./scope";
 
-/** Widths of the screen that can be chosen, s. */
+/** Selectable widths of the screen, s. */
 export const SPANS_S = [1e-3, 2e-3, 5e-3, 0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1, 2, 5, 10, 20, 30, 60];
 const SPAN_MIN_NS = 1e3;
 const SPAN_MAX_NS = 600e9;
 
-/** Returns the actions of wheel, drag and keys. A picture that moves gets another time base; one that stands is looked at more closely. */
+/** Returns the actions of wheel, drag and keys. On a rolling picture they change the time base; on a still one they zoom. */
 export function gesturesOf(scope: Scope): Gestures {
   const of = (): Gestures => (scope.setup.get().spectrum ? overFrequency(scope) : overTime(scope));
   return {
@@ -19,10 +19,10 @@ export function gesturesOf(scope: Scope): Gestures {
   };
 }
 
-/** Minimum part of the whole that the frequencies shown are. */
+/** Minimum visible fraction of the frequencies. */
 const FREQUENCIES_MIN = 1e-5;
 
-/** The same where frequencies are along x: the times that they are of stay. */
+/** Returns the actions for a frequency axis; the span of time does not change. */
 export function overFrequency(scope: Pick<Scope, "setup" | "along" | "rows" | "change">): Gestures {
   const highest = () => Math.max(scope.along?.hi ?? 0, ...scope.rows.get().map((row) => (row.spectrum?.rate_hz ?? 0) / 2));
   const show = (from: number, to: number) => {
@@ -37,7 +37,7 @@ export function overFrequency(scope: Pick<Scope, "setup" | "along" | "rows" | "c
     zoomed(factor, at) {
       if (!scope.along) return;
       const { lo, hi } = scope.along;
-      // What lies under the mouse stays there, as far as there are frequencies.
+      // The frequency under the pointer stays there, within the range of frequencies.
       const [from, to] = [at - (at - lo) * factor, at + (hi - at) * factor];
       show(Math.max(0, from), Math.min(highest(), to));
     },
@@ -90,7 +90,7 @@ export function nextSpan(scope: Scope, by: 1 | -1): void {
   if (next) scope.change((setup) => ({ ...setup, span_s: next }));
 }
 
-/** The keys of the screen. True where the key was one of them. */
+/** Handles the keys of the screen; returns true if the key is one of them. */
 export function key(scope: Scope, event: { key: string; shiftKey: boolean }): boolean {
   const gestures = gesturesOf(scope);
   const span = scope.span;
@@ -118,7 +118,7 @@ export function key(scope: Scope, event: { key: string; shiftKey: boolean }): bo
       scope.stop(!scope.stopped.get());
       return true;
     case "c":
-      // Cursors are of times.
+      // Cursors exist only on a time axis.
       if (scope.setup.get().spectrum || scope.setup.get().xy !== null) return false;
       toggleCursors(scope);
       return true;
@@ -127,7 +127,7 @@ export function key(scope: Scope, event: { key: string; shiftKey: boolean }): bo
   }
 }
 
-/** Shows the cursors at a third and two thirds of the screen, or puts them away. */
+/** Shows the cursors at one third and two thirds of the screen, or hides them. */
 export function toggleCursors(scope: Scope): void {
   const span = scope.span;
   const at = (part: number) => (span ? (span.from_ns + part * (span.to_ns - span.from_ns) - span.origin_ns) / 1e9 : 0);

@@ -1,16 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
-// Groups of the list of values: what people look for first.
+// Groups of the list of values, the most useful first.
 
 export const NO_DEVICE = "of the system";
 
-/** Returns the title of the private cells of an instance. */
+/** Returns the title of the group of an instance's private cells. */
 export function inside(instance: string): string {
   return `inside ${instance}`;
 }
 
 /**
- * Puts names into their groups. While nothing is typed: `devices`, then what belongs to none, then what blocks have inside, each by name;
- * in a group as it was given. What is typed brings the best first, with those of the same group.
+ * Groups names. Unless something is typed, the groups are sorted by name: `devices`, then names without a group, then private cells;
+ * within a group, the order is that of `names`. If something is typed, the groups keep the order of their best matches.
  */
 export function grouped(
   names: readonly string[],

@@ -19,7 +19,7 @@ import { Trigger } from "./Trigger";
 import { useStill } from "./useStill";
 import "./scope.css";
 
-/** Any value at its full rate. */
+/** View of any value at its full rate. */
 export default function View() {
   const source = useControl();
   const scope = scopeOf(source.origin);
@@ -59,12 +59,12 @@ export default function View() {
   );
 }
 
-/** Under the screen of a recording: how many values there are in what is seen. */
+/** Below the screen of a recording: the number of values in the visible span. */
 function Span(props: { scope: Scope }) {
   const rows = useWatched(props.scope.rows);
   const trouble = useWatched(props.scope.trouble);
   const { traces } = useWatched(props.scope.setup);
-  // What is computed from others is no value of the recording.
+  // Derived traces are not values of the recording.
   const stored = new Set(traces.filter((trace) => !trace.derive).map(traceId));
   const values = rows.reduce((sum, row) => sum + (row.reference || !stored.has(row.id) ? 0 : (row.measures?.count ?? 0)), 0);
   return (
@@ -80,7 +80,7 @@ function Span(props: { scope: Scope }) {
   );
 }
 
-// What a link says is taken once, and leaves the address: what is changed then is not what the link says.
+// The setup in a link is applied once and removed from the address, because later changes make it differ from the link.
 function useLink(scope: Scope): Refusal[] {
   const { query } = useRoute();
   const [trouble, setTrouble] = useState<Refusal[]>([]);

@@ -1,16 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
-// Setups that this browser keeps: the last one, and those with a name.
+// Setups stored in this browser: the last one, and named ones.
 import { checked, EMPTY, type Setup } from "./setup";
 
 const LAST = "opengpac.scope.last";
 const NAMED = "opengpac.scope.setups";
 
-/** The setup that was looked at last. */
+/** Returns the last setup that was shown. */
 export function kept(): Setup {
   try {
     return checked(JSON.parse(localStorage.getItem(LAST) ?? "null") ?? EMPTY);
   } catch {
-    // One of an earlier version, or broken by hand: begin anew.
+    // Damaged, or from an earlier version: start with the empty setup.
     return EMPTY;
   }
 }
@@ -19,7 +19,7 @@ export function keepLast(setup: Setup): void {
   localStorage.setItem(LAST, JSON.stringify(setup));
 }
 
-/** All with a name, in the order of the alphabet. */
+/** Returns all named setups in alphabetical order. */
 export function named(): Map<string, Setup> {
   const setups = new Map<string, Setup>();
   try {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Messages between the page and the worker of the scope.
+// Messages between the page and the scope's worker.
 
 import type { RecordedSums as Sums } from "../../control/shapes";
 import type { ScaleMode, TraceSetup } from "./setup";
@@ -18,7 +18,7 @@ export interface TriggerRule {
   hysteresis: number;
 }
 
-/** A trace with all its components named, as it is drawn. */
+/** A trace of one component, as drawn. */
 export interface ShownTrace {
   id: string;
   setup: TraceSetup;
@@ -27,10 +27,10 @@ export interface ShownTrace {
   unit: string | null;
 }
 
-/** Times of the screen; null: what the sweep says. */
+/** Times shown on the screen; null to follow the sweep. */
 export type Window = { from_ns: number; to_ns: number; origin_ns: number; triggered: boolean } | null;
 
-/** A plot in the picture. */
+/** Vertical position of a plot in the picture. */
 export interface Band {
   plot: number;
   top: number;
@@ -38,7 +38,7 @@ export interface Band {
 }
 
 export interface Show {
-  /** Pixels of the plot, and how many of them are one of CSS. Width 0: nothing is drawn. */
+  /** Width and height of the plots in device pixels, and device pixels per CSS pixel. Nothing is drawn if the width is 0. */
   width: number;
   height: number;
   ratio: number;
@@ -47,20 +47,20 @@ export interface Show {
   scales: ScaleMode;
   steps: boolean;
   xy: string | null;
-  /** Frequency along x instead of time. */
+  /** Settings of spectra if the x axis is frequency; null for time. */
   spectrum: SpectrumSetup | null;
-  /** Of a recording spectra are of values that came for them, all of the span. */
+  /** True for a recording: spectra are computed from all values of the span, which are loaded separately. */
   recorded: boolean;
-  /** Where each plot lies in the picture, from the top. */
+  /** Positions of the plots in the picture, from the top. */
   plots: Band[];
-  /** Relative to the origin of the axis, s. */
+  /** Times of the cursors relative to the origin of the axis, s. */
   cursors: [number, number] | null;
   ink: { text: string; quiet: string; bad: string; warn: string; ground: string };
   font: string;
   marker: { channel: string; component: string; level: number } | null;
 }
 
-/** Destination of values of a recording: the screen, what lies behind it, spectra of both, a file. */
+/** Destination of values of a recording: the screen, the traces behind it, spectra of either, or a file. */
 export type Into = "shown" | "beside" | "whole" | "wholeBeside" | "file";
 export type Format = "csv" | "mcap" | "svg";
 
@@ -78,12 +78,12 @@ export type ToWorker =
   | { kind: "show"; show: Show }
   | { kind: "seen" }
   | { kind: "reference"; keep: boolean }
-  // What came for `beside` lies behind the screen, so much later there; null: nothing does.
+  // Values for `beside` are shown behind the traces, and occur `shift_ns` later; null hides them.
   | { kind: "beside"; shift_ns: number | null }
-  // `apart`: of what came for a file, and of nothing else.
+  // `apart` exports only the values fetched for a file.
   | { kind: "export"; number: number; format: Format; from_ns: number; to_ns: number; system: string; apart: boolean };
 
-/** Span of a spectrum, and its strongest frequency. */
+/** Properties of a spectrum, and its strongest frequency. */
 export interface RowSpectrum {
   count: number;
   held: number;
@@ -106,7 +106,7 @@ export interface ChannelCounts {
   received: number;
   lost: number;
   skipped: number;
-  /** Count by the numbers of the values since the first that came, all inclusive: received, lost, and releases that stored nothing. */
+  /** Number of values since the first, by their numbers: received, lost, and releases that stored nothing. */
   numbered: number;
   kept: number;
   kept_s: number;
@@ -117,13 +117,13 @@ export interface DrawnTrace {
   kind: "drawn";
   bitmap: ImageBitmap;
   span: Span | null;
-  /** Ranges of what is along x and y, by key of the scale. */
+  /** Ranges of the axes by key of the scale. */
   ranges: Record<string, Range>;
   x: Range | null;
   state: SweepState;
   triggers: number;
   hold: boolean;
-  /** Present now and then: measuring every picture would cost more than drawing it. */
+  /** Measurements, which are not part of every picture because they would cost more than drawing it. */
   rows: Row[] | null;
   counts: ChannelCounts[] | null;
   has_reference: boolean;

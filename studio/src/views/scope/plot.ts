@@ -6,36 +6,36 @@ import { type Labels, labelsOf } from "./signal/labels";
 import type { Range } from "./signal/ranges";
 import { multiples, stepOf, timeUnit } from "./signal/ticks";
 
-/** A scale that has an axis on the screen. */
+/** A scale with an axis on the screen. */
 export interface Axis {
   key: string;
   label: string;
 }
 
-/** Gestures of a person on the screen; times in s relative to the origin of the axis. */
+/** Gestures on the screen; times in s relative to the origin of the axis. */
 export interface Gestures {
   selected(from_s: number, to_s: number): void;
   zoomed(factor: number, at_s: number): void;
   moved(by_s: number): void;
-  /** A press at one place. */
+  /** Called for a click without movement. */
   clicked(at_s: number): void;
   reset(): void;
 }
 
 const AXIS_WIDTH = 62;
-/** Longest label of an axis along x and of one along y, in characters, and least distance of two labels, px. */
+/** Maximum length of a label along x and along y, in characters, and minimum distance between labels, px. */
 const ALONG = { room: 8, space_px: 70 };
 const UP = { room: 6, space_px: 34 };
 
-/** Position of a plot among others under each other: the last has the labels along x; all are as wide as the one with most axes. */
+/** Position of a plot in a column of plots: only the last one has labels along x, and all are as wide as the one with the most axes. */
 export interface Among {
   isLast: boolean;
   axes: number;
-  /** True if the x axis cannot be looked at more closely: it has the values of a trace. */
+  /** True if the x axis cannot be zoomed because it shows the values of a trace. */
   isFixed: boolean;
 }
 
-/** A plot of the screen: axes, grid and gestures by uPlot, the lines from its part of the worker's picture. */
+/** A plot of the screen: uPlot draws axes and grid and handles gestures; the lines are part of the worker's picture. */
 export class Plot {
   readonly #host: HTMLElement;
   readonly #gestures: Gestures;
@@ -43,12 +43,12 @@ export class Plot {
   #built = "";
   #axes: Axis[] = [];
   #isFixed = false;
-  /** True if others under it have the labels along x. */
+  /** True if a plot below has the labels along x. */
   #isAbove = false;
   #drawn: DrawnTrace | null = null;
-  /** Element on which the cursors are put. */
+  /** Element to which the cursors are attached. */
   over: HTMLElement | null = null;
-  /** Where its part of the picture begins, from the top, in pixels of the device. */
+  /** Offset of the plot from the top of the picture, in device pixels. */
   from = 0;
   onRebuilt: () => void = () => {};
 
@@ -57,7 +57,7 @@ export class Plot {
     this.#gestures = gestures;
   }
 
-  /** Axes and size; built again when something changed. `along`: unit of the x axis where that is not time. */
+  /** Sets axes and size, and rebuilds the plot if something has changed. `along` is the unit of the x axis; null for time. */
   build(axes: Axis[], along: string | null, width: number, height: number, theme: number, among: Among): void {
     const asked = JSON.stringify([axes, along, width, height, theme, among]);
     if (asked === this.#built || width < 50 || height < 24) return;
@@ -66,7 +66,7 @@ export class Plot {
     this.#isFixed = among.isFixed;
     this.#isAbove = !among.isLast;
     this.#plot?.destroy();
-    // Every scale of uPlot runs from 0 to 1, and the marks are computed here: its own ones fail on large offsets.
+    // All scales of uPlot run from 0 to 1, and the marks are computed here, because uPlot's own fail for large offsets.
     const data = [[0, 1], ...axes.map(() => [0, 1])] as uPlot.AlignedData;
     this.#common.clear();
     this.#plot = new uPlot(this.#options(width, height, along !== null, among), data, this.#host);
@@ -75,7 +75,7 @@ export class Plot {
     this.onRebuilt();
   }
 
-  /** Pixels of the device that a picture has. */
+  /** Returns the size of the picture in device pixels. */
   size(): { width: number; height: number } {
     const { width = 0, height = 0 } = this.#plot?.bbox ?? {};
     return { width: Math.round(width), height: Math.round(height) };
@@ -92,18 +92,18 @@ export class Plot {
     this.#drawn = null;
   }
 
-  /** Time at a place of the screen, s relative to the origin; `x` in pixels of CSS. */
+  /** Returns the time at a position on the screen, s relative to the origin; `x` in CSS pixels. */
   timeAt(x: number): number {
     const { lo, hi } = this.#x();
     return lo + (x / Math.max(1, this.over?.clientWidth ?? 1)) * (hi - lo);
   }
 
-  /** Returns the receiver of places; null while nothing is drawn: no place is a time then. */
+  /** Returns the receiver of gestures; null until something is drawn, because positions have no time before. */
   get #told(): Gestures | null {
     return this.#drawn ? this.#gestures : null;
   }
 
-  /** The place of a time, as a part of the width. */
+  /** Returns the position of a time as a fraction of the width. */
   placeOf(time_s: number): number {
     const { lo, hi } = this.#x();
     return (time_s - lo) / (hi - lo);
@@ -121,7 +121,7 @@ export class Plot {
     return this.#drawn?.ranges[key] ?? { lo: 0, hi: 1 };
   }
 
-  /** The marks of an axis, from 0 to 1 of its range, and their labels. */
+  /** Returns the marks of an axis, as fractions of its range, and their labels. */
   #marks({ lo, hi }: Range, length_px: number, { room, space_px }: typeof UP, per = 1): { places: number[]; labels: Labels } {
     const step = stepOf(lo, hi, Math.max(1, Math.floor(length_px / space_px)));
     if (Number.isNaN(step)) return { places: [], labels: labelsOf([], 1, room) };
@@ -130,7 +130,7 @@ export class Plot {
     return { places: marks.map((mark) => Math.min(1, Math.max(0, (mark - lo) / (hi - lo)))), labels: labelsOf(scaled, step * per, room) };
   }
 
-  /** The factor or offset that all labels of an axis have in common, by the axis's number; written beside it. */
+  /** Common factor or offset of all labels of an axis, by the axis's index; written next to the axis. */
   readonly #common = new Map<number, string>();
 
   #options(width: number, height: number, xy: boolean, among: Among): uPlot.Options {
@@ -157,7 +157,7 @@ export class Plot {
         return texts;
       },
     };
-    // Others under it have the same axis.
+    // The plots below have the same axis.
     const above = { ticks: { show: false }, size: 0, gap: 0, values: (_: uPlot, splits: number[]) => splits.map(() => "") };
     const xAxis: uPlot.Axis = {
       ...common,
@@ -202,7 +202,7 @@ export class Plot {
     for (const [axis, text] of this.#common) if (text !== "") this.#writeCommon(plot, axis, text);
   }
 
-  /** Writes a factor or an offset of labels at the end of its axis, within the plot. */
+  /** Writes the common factor or offset of labels at the end of its axis, inside the plot. */
   #writeCommon(plot: uPlot, axis: number, text: string): void {
     const { ctx, bbox } = plot;
     const ratio = uPlot.pxRatio;
@@ -253,7 +253,7 @@ export class Plot {
       if (!this.#isFixed && Math.abs(event.clientX - pressed) < 4) this.#told?.clicked(this.timeAt(event.offsetX));
     });
     over.addEventListener("dblclick", () => this.#gestures.reset());
-    // With the shift key, or the middle button, a drag moves the times instead of choosing some.
+    // Dragging with Shift or the middle button scrolls in time instead of selecting a span.
     over.addEventListener(
       "pointerdown",
       (event) => {

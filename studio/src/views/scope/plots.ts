@@ -4,16 +4,16 @@ import type { Band, DrawnTrace } from "./messages";
 import { type Axis, type Gestures, Plot } from "./plot";
 import type { Scope } from "./scope";
 
-/** Height of the axis under the last plot, px. */
+/** Height of the x axis below the last plot, px. */
 const X_AXIS = 30;
 
-/** A plot and the scales that have an axis there. */
+/** A plot and the scales that have an axis in it. */
 export interface PlotAxes {
   plot: number;
   axes: Axis[];
 }
 
-/** The plots of the screen, under each other: one time axis, one picture of which each shows its part, the same cursors in all. */
+/** The plots of the screen, one below the other: they share a time axis, the cursors, and one picture of which each shows a part. */
 export class Plots {
   readonly #host: HTMLElement;
   readonly #scope: Scope;
@@ -27,7 +27,10 @@ export class Plots {
     this.#gestures = gestures;
   }
 
-  /** Axes and size of each; what is as it was stays. `along`: unit of the x axis where that is not time. `isFixed`: it is a trace. */
+  /**
+   * Sets axes and sizes; unchanged plots are kept. `along` is the unit of the x axis; null for time. `isFixed` is true if a trace is
+   * along x.
+   */
   build(plots: readonly PlotAxes[], along: string | null, isFixed: boolean, width: number, height: number, theme: number): void {
     if (JSON.stringify(this.#parts.map((part) => part.number)) !== JSON.stringify(plots.map((one) => one.plot))) {
       this.#clear();
@@ -51,7 +54,7 @@ export class Plots {
     if (this.#drawn) this.draw(this.#drawn);
   }
 
-  /** Pixels of the device that a picture has, and where each plot lies in it. */
+  /** Returns the size of the picture in device pixels, and the positions of the plots in it. */
   size(): { width: number; height: number; plots: Band[] } {
     const plots = this.#parts.map(({ number, plot }) => ({ plot: number, top: plot.from, height: plot.size().height }));
     const height = plots.reduce((sum, band) => sum + band.height, 0);
@@ -67,7 +70,7 @@ export class Plots {
     }
   }
 
-  /** The cursors, after one of them has moved. */
+  /** Updates the positions of the cursors. */
   place(): void {
     for (const { bars } of this.#parts) bars.place();
   }

@@ -8,7 +8,7 @@ import { RecordedFeed, runsOf } from "./recorded";
 
 const CHANNELS = [{ name: "q", type_text: "double[2]", unit: "rad", components: 2 }];
 
-/** Two values of two numbers each, as the system packs them. */
+/** Returns two values of two components each, as the system packs them. */
 function packed(): string {
   const view = new DataView(new ArrayBuffer(2 * 16 + 4 * 8));
   const times = [1_000_000n, 2n ** 52n];

@@ -7,7 +7,7 @@ import type { Feeding } from "./feeds";
 import type { Into, ToWorker } from "./messages";
 import type { Run, StreamChannel } from "./signal/frame";
 
-/** Part of a recording for the screen: times, and its width in pixels. */
+/** Requested part of a recording: times, and the width in pixels. */
 export interface RequestedSpan {
   from_ns: number;
   to_ns: number;
@@ -15,8 +15,8 @@ export interface RequestedSpan {
 }
 
 /**
- * The channels of the scope out of a recording: asked for whenever other times or other channels are looked at. Where a pixel has more
- * values than it can show, the first, the last, the minimum and the maximum come, and exact sums of all of them.
+ * The scope's channels from a recording, requested again whenever the span or the channels change. If a pixel has more values than it
+ * can show, only the first, last, minimum and maximum values are sent, with exact sums of all.
  */
 export class RecordedFeed implements Feeding {
   readonly refused = new WatchedValue<ReadonlyMap<string, Refusal[]>>(new Map());
@@ -29,7 +29,7 @@ export class RecordedFeed implements Feeding {
   #asked = "";
   #over = new AbortController();
 
-  /** `into`: what the worker does with it. */
+  /** `into` is the destination in the worker. */
   constructor(
     past: Past,
     say: (message: ToWorker, transfer?: Transferable[]) => void,
@@ -50,7 +50,7 @@ export class RecordedFeed implements Feeding {
     this.#ask();
   }
 
-  /** Looks at other times. */
+  /** Requests another span. */
   look(wanted: RequestedSpan): void {
     this.#wanted = wanted;
     this.#ask();
@@ -58,7 +58,7 @@ export class RecordedFeed implements Feeding {
 
   again(): void {}
 
-  /** Asks for nothing more. */
+  /** Cancels all requests. */
   end(): void {
     this.#over.abort();
   }
@@ -100,12 +100,12 @@ export class RecordedFeed implements Feeding {
   }
 }
 
-/** Returns the buffers that a message takes with it. */
+/** Returns the buffers to be transferred with a message. */
 export function buffersOf(runs: readonly Run[]): Transferable[] {
   return runs.flatMap(({ times_ns, numbers, values }) => [times_ns.buffer, numbers.buffer, values.buffer] as Transferable[]);
 }
 
-/** The values of a part: base64 of (i64 time, u64 number) of all, then their numbers as f64, little endian. */
+/** Decodes the values of a part: base64 of (i64 time, u64 number) of all, then their components as f64, little endian. */
 export function runsOf(part: Pick<RecordedSpan, "channels">, channels: readonly StreamChannel[]): Run[] {
   return part.channels.map(({ samples }, channel) => {
     const bytes = Uint8Array.from(atob(samples), (letter) => letter.charCodeAt(0));

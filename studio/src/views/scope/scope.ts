@@ -15,7 +15,7 @@ import type { Range } from "./signal/ranges";
 import type { Span, SweepState } from "./signal/sweep";
 import { wholeOf } from "./whole";
 
-/** State of the scope just now; changes a few times a second. */
+/** State of the scope, updated a few times per second. */
 export interface Status {
   state: SweepState;
   triggers: number;
@@ -24,8 +24,8 @@ export interface Status {
 }
 
 /**
- * The scope: what it looks at, the worker that keeps and draws, the channels that it gets. It goes on while another view is open, so that a
- * move that is started there is seen here.
+ * The scope: its setup, the worker that stores and draws, and its channels. It continues while another view is open, so that a movement
+ * started there is visible here.
  */
 export class Scope {
   readonly setup: WatchedValue<Setup>;
@@ -39,13 +39,13 @@ export class Scope {
   readonly cursors = new WatchedValue<[number, number] | null>(null);
   readonly trouble = new WatchedValue<string>("");
   readonly feeds: Feeding;
-  /** Times that can be asked for; null: what comes is all there is. */
+  /** Past that can be read; null if there are only received values. */
   readonly past: Past | null;
-  /** Another recording behind this one. */
+  /** Recording shown behind this one. */
   readonly beside = new WatchedValue<Beside | null>(null);
-  /** The last picture's times. */
+  /** Span of the last picture. */
   span: Span | null = null;
-  /** Range of the x axis in the last picture, if that is not time: Hz of spectra. */
+  /** Range of the x axis in the last picture if it is not time: Hz for spectra. */
   along: Range | null = null;
   readonly #control: Source;
   readonly #worker: Worker;
@@ -59,7 +59,7 @@ export class Scope {
   readonly #own: boolean;
   #exported = 0;
 
-  /** `own`: what it looks at, for a plot of its own; without it the setup that this browser kept. */
+  /** `own` is the setup of a separate plot; without it, the scope uses the setup stored in this browser. */
   constructor(control: Source, own: Setup | null = null) {
     this.#control = control;
     this.#own = own !== null;
@@ -71,7 +71,7 @@ export class Scope {
     this.feeds = this.#recorded ?? new Feeds(control.stream, say);
     this.setup = new WatchedValue(own ?? kept());
     const installed = control.topics.installed.latest.watch(() => this.feeds.again(channelsOf(this.setup.get())));
-    // Of another run times and numbers begin anew: nothing of the earlier one is drawn beside them.
+    // Times and numbers start over in another run, so values of the earlier run are discarded.
     const restarts = control.restarts.watch(() => {
       this.#log_seen = -1;
       this.clear();
@@ -82,7 +82,7 @@ export class Scope {
     if (!past) return;
     this.stopped.set(true);
     this.fit();
-    // What is at the cursor is in sight.
+    // Keeps the cursor visible.
     const moved = past.cursor.watch(() => {
       const window = this.window.get();
       const at = past.cursor.get();
@@ -93,7 +93,7 @@ export class Scope {
     this.#ends.push(moved);
   }
 
-  /** Ends it: nothing comes, and nothing is kept. */
+  /** Ends the scope and discards all values. */
   end(): void {
     this.feeds.want([]);
     this.#behind?.feed.end();
@@ -102,7 +102,7 @@ export class Scope {
     this.#worker.terminate();
   }
 
-  /** Looks at something else, or differently. */
+  /** Changes the setup. */
   change(next: Setup | ((before: Setup) => Setup)): void {
     const before = this.setup.get();
     const after = typeof next === "function" ? next(before) : next;
@@ -113,7 +113,7 @@ export class Scope {
     this.#apply(before, full);
   }
 
-  /** Sets the receiver of pictures: one at a time. */
+  /** Sets the receiver of pictures, of which there is one at a time. */
   onDrawn(shown: (drawn: DrawnTrace) => void): () => void {
     this.#shown = shown;
     return () => {
@@ -127,7 +127,7 @@ export class Scope {
     this.#say({ kind: "show", show });
   }
 
-  /** Keeps nothing more of what comes, and looks at what there is; or goes on. */
+  /** Stops storing new values and freezes the picture, or resumes. */
   stop(stop: boolean): void {
     if (this.past) return;
     this.stopped.set(stop);
@@ -136,13 +136,13 @@ export class Scope {
     if (!stop && this.setup.get().sweep !== "roll") this.arm();
   }
 
-  /** Looks at these times; the scope stops for it. */
+  /** Shows these times, and stops the scope for it. */
   look(window: Window): void {
     if (window && !this.stopped.get()) this.stop(true);
     this.#see(window);
   }
 
-  /** Looks at what the time base says again, around where time 0 is. */
+  /** Resets the span to the time base, around time 0; for a recording, to all of it. */
   fit(): void {
     if (this.past) {
       const { begins_ns, ends_ns } = this.past;
@@ -175,7 +175,7 @@ export class Scope {
     this.#say({ kind: "reference", keep });
   }
 
-  /** Lays another recording behind this one, or none. */
+  /** Shows another recording behind this one; null removes it. */
   lay(beside: Beside | null): void {
     const past = this.past;
     if (!past) return;
@@ -197,7 +197,7 @@ export class Scope {
     this.#load();
   }
 
-  /** A file of what is on the screen: of CSV and MCAP all values of these times. Errors: `RefusalError`, `Error` in words. */
+  /** Exports the picture; CSV and MCAP contain all values of its span. Throws `RefusalError`, or an `Error` with an explanation. */
   async export(format: Format): Promise<Blob> {
     const span = this.span;
     if (!span) throw new Error("there is nothing to export: no value came yet");
@@ -211,7 +211,7 @@ export class Scope {
     return await done;
   }
 
-  // Of a recording the screen has only what a pixel can show.
+  // The screen holds only the values of a recording that its pixels can show.
   async #fetch(past: Past, into: "file" | "whole" | "wholeBeside", from_ns: number, to_ns: number, signal: AbortSignal): Promise<void> {
     const channels = channelsOf(this.setup.get()).flatMap((name) => past.channel(name) ?? []);
     const say = (begins: boolean, runs: Run[]) => this.#say({ kind: "past", into, begins, channels, runs, sums: [] }, buffersOf(runs));
@@ -257,7 +257,7 @@ export class Scope {
 
   #whole = { asked: "", over: new AbortController() };
 
-  // Spectra of a recording are of all its values, not of those that a pixel can show.
+  // Spectra of a recording use all of its values, not only those that the pixels can show.
   #loadWhole(): void {
     const past = this.past;
     const window = this.window.get();
@@ -284,14 +284,14 @@ export class Scope {
     if (behind && this.#behind) fetch(behind.past, "wholeBeside", this.#behind.shift_ns);
   }
 
-  // Of a recording a time base is so much around the cursor.
+  // In a recording, the time base is centred on the cursor.
   #around(before: Setup | null, after: Setup): void {
     if (!this.past || before === null || before.span_s === after.span_s) return;
     const from_ns = this.past.cursor.get() - after.span_s * 0.5e9;
     this.#see({ from_ns, to_ns: from_ns + after.span_s * 1e9, origin_ns: 0, triggered: false });
   }
 
-  // The log is followed as long as an entry of it is the trigger.
+  // The log is followed only while a log entry is the trigger.
   #follow({ trigger, sweep }: Setup): void {
     const wanted = trigger?.on === "event" && sweep !== "roll";
     if (wanted && !this.#log_end) {
@@ -352,11 +352,11 @@ export class Scope {
     }
     if (this.#shown) this.#shown(drawn);
     else drawn.bitmap.close();
-    // Once it has been painted: a machine that paints slowly, and a page in the background, get fewer pictures, and lose no value by it.
+    // After painting: slow machines and pages in the background get fewer pictures, but lose no values.
     requestAnimationFrame(() => requestAnimationFrame(() => this.#say({ kind: "seen" })));
   }
 
-  // A channel that was chosen as a whole gets a trace for each of its numbers, once it is known how many there are.
+  // A channel chosen as a whole gets a trace for each component when their number is known.
   #spread(setup: Setup): Setup {
     if (!setup.traces.some((trace) => trace.component === null && this.channels.get().has(trace.channel))) return setup;
     const used = new Set(setup.traces.filter((trace) => trace.component !== null).map((trace) => trace.look));
@@ -385,7 +385,7 @@ export class Scope {
 
 const scopes = new WeakMap<Source, Scope>();
 
-/** The scope of what is shown: one, made when it is first looked at. */
+/** Returns the scope of a source, created on first use. */
 export function scopeOf(control: Source): Scope {
   const known = scopes.get(control);
   if (known) return known;

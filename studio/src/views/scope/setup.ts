@@ -1,34 +1,36 @@
 // SPDX-License-Identifier: Apache-2.0
-// Setup of a scope: its traces and how they are shown; kept by name, sent as a link.
+// Setup of a scope: its traces and their display; stored by name, sent as a link.
 
 import { formula } from "./signal/formula";
 import { AMOUNTS, type SpectrumSetup, WINDOW_FUNCTIONS } from "./signal/spectrum";
 import type { SweepMode } from "./signal/sweep";
 import type { Edge } from "./signal/trigger";
 
-/** One number of a channel: `[2]` of `arm.force`, `""` of a scalar. `component` null: all that it has. */
+/** A component of a channel: `[2]` of `arm.force`, `""` of a scalar; null for all components. */
 export interface Source {
   channel: string;
   component: string | null;
 }
 
 export interface TraceSetup extends Source {
-  /** Quantity that is shown instead of the value itself. */
+  /** Quantity shown instead of the value itself. */
   derive?:
     | { kind: "derivative" }
     | { kind: "difference"; less: { channel: string; component: string } }
-    // `of`: the traces that it names, in their order; the first one is that of the trace.
+    // `of` contains the traces named in the formula, in order; the first is `channel` and `component` of this trace.
     | { kind: "formula"; text: string; of: { channel: string; component: string }[] };
-  /** Index of colour and line pattern. */
+  /** Index of the colour and line pattern. */
   look: number;
   hidden?: boolean;
-  /** Plot that it is in, from the top; the first by default. */
+  /** Index of the plot, from the top; 0 by default. */
   plot?: number;
-  /** A fixed range of its scale; else it follows what is shown. */
+  /** Fixed range of the scale; without it, the range follows the values. */
   range?: [number, number];
 }
 
-/** unit: traces of one unit share a scale; own: each its own; lanes: each its own, one above the other. */
+/**
+ * `unit`: traces of one unit share a scale. `own`: each trace has its own scale. `lanes`: each trace has its own scale in its own lane.
+ */
 export type ScaleMode = "unit" | "own" | "lanes";
 
 export type TriggerSetup =
@@ -38,18 +40,18 @@ export type TriggerSetup =
 export interface Setup {
   traces: TraceSetup[];
   sweep: SweepMode;
-  /** Width of the screen and what is shown before the trigger, s. */
+  /** Width of the screen, and the part of it before the trigger, s. */
   span_s: number;
   pre_s: number;
   trigger: TriggerSetup | null;
   scales: ScaleMode;
-  /** Name of the trace along x; null: time. */
+  /** Name of the trace along x; null for time. */
   xy: string | null;
-  /** Frequency along x instead of time: spectra of what is on the screen; null: time. */
+  /** Settings of the spectra of the shown span, if the x axis is frequency; null for time. */
   spectrum: SpectrumSetup | null;
-  /** Lines that stay at a value until the next one comes. */
+  /** True if lines hold each value until the next one. */
   steps: boolean;
-  /** Length of the history that is kept, s. */
+  /** Length of the stored history, s. */
   keep_s: number;
 }
 
@@ -66,7 +68,7 @@ export const EMPTY: Setup = {
   keep_s: 60,
 };
 
-/** Returns the name of a trace, everywhere. */
+/** Returns the name by which a trace is identified. */
 export function traceId(trace: TraceSetup): string {
   const name = `${trace.channel}${trace.component ?? ""}`;
   if (trace.derive?.kind === "derivative") return `d/dt ${name}`;
@@ -75,20 +77,20 @@ export function traceId(trace: TraceSetup): string {
   return name;
 }
 
-/** The plots that have a trace, from the top: only where time or frequency is along x, and lanes are not drawn. */
+/** Returns the plots that contain a trace, from the top. With lanes, or a trace along x, there is only plot 0. */
 export function plotsOf(setup: Setup): number[] {
   if (setup.scales === "lanes" || setup.xy !== null) return [0];
   const used = [...new Set(setup.traces.filter((trace) => !trace.hidden).map((trace) => trace.plot ?? 0))].sort((a, b) => a - b);
   return used.length > 0 ? used : [0];
 }
 
-/** The unit of a trace, of a channel with this one; null: none, or, of a formula, one that is not known. */
+/** Returns the unit of a trace, given that of its channel; null if it has none, or for a formula, whose unit is unknown. */
 export function unitOf(trace: TraceSetup, unit: string | null): string | null {
   if (trace.derive?.kind === "formula") return null;
   return trace.derive?.kind === "derivative" ? `${unit ?? "1"}/s` : unit;
 }
 
-/** The channels that a setup needs from the system. */
+/** Returns the channels that a setup needs. */
 export function channelsOf(setup: Setup): string[] {
   const names = setup.traces.map((trace) => trace.channel);
   for (const { derive } of setup.traces) {
@@ -99,7 +101,7 @@ export function channelsOf(setup: Setup): string[] {
   return [...new Set(names)];
 }
 
-/** The first look that no trace has. */
+/** Returns the first look that no trace uses. */
 export function freeLook(traces: readonly TraceSetup[]): number {
   const used = new Set(traces.map((trace) => trace.look));
   let look = 0;
@@ -107,7 +109,7 @@ export function freeLook(traces: readonly TraceSetup[]): number {
   return look;
 }
 
-/** Puts a channel on the screen, with all its components; none twice. */
+/** Adds a channel with all its components, unless it is already shown. */
 export function withChannel(setup: Setup, channel: string, component: string | null = null): Setup {
   const there = setup.traces.some(
     (trace) => trace.channel === channel && !trace.derive && (component === null || trace.component === component),
@@ -116,7 +118,7 @@ export function withChannel(setup: Setup, channel: string, component: string | n
   return { ...setup, traces: [...setup.traces, { channel, component, look: freeLook(setup.traces) }] };
 }
 
-/** Puts a formula over traces on the screen. Errors: `Error` that says what is not understood, or which trace is not there. */
+/** Adds a formula over traces. Throws an `Error` that states the syntax error or the missing trace. */
 export function withFormula(setup: Setup, text: string): Setup {
   const { names } = formula(text);
   const plain = setup.traces.filter((trace) => !trace.derive && trace.component !== null);
@@ -131,7 +133,7 @@ export function withFormula(setup: Setup, text: string): Setup {
   return { ...setup, traces: [...setup.traces, made] };
 }
 
-/** The part of an address that says it: `?setup=…`. */
+/** Returns the setup as a parameter of an address: `?setup=…`. */
 export function toLink(setup: Setup): string {
   const said = Object.fromEntries(
     Object.entries(setup).filter(([key, value]) => JSON.stringify(value) !== JSON.stringify(EMPTY[key as keyof Setup])),
@@ -139,7 +141,10 @@ export function toLink(setup: Setup): string {
   return JSON.stringify(said);
 }
 
-/** Reads a link: `setup`, or only `names`. Null where it says nothing. Errors: `Error` that says what is wrong with it. */
+/**
+ * Reads the setup from `setup` of a link, or from `names` alone; null if it has neither. Throws an `Error` that states what is wrong
+ * with it.
+ */
 export function fromLink(query: URLSearchParams): Setup | null {
   const said = query.get("setup");
   const names = query.get("names");
@@ -159,13 +164,13 @@ function parsed(text: string): unknown {
   }
 }
 
-/** Plots under each other. */
+/** Maximum number of plots. */
 export const PLOTS_MAX = 6;
 
 const SWEEPS = ["roll", "auto", "normal", "single"];
 const SCALES = ["unit", "own", "lanes"];
 
-/** A setup from elsewhere, with what it leaves out. Errors: `Error` that names what is wrong. */
+/** Validates a setup and adds missing members. Throws an `Error` that states what is wrong. */
 export function checked(said: unknown): Setup {
   if (typeof said !== "object" || said === null) throw new Error("a setup of the scope is an object");
   const setup = { ...EMPTY, ...said } as Setup;

@@ -2,7 +2,7 @@
 import { useEffect } from "react";
 import type { Scope } from "./scope";
 
-/** Where the page is paused, what comes is not kept. */
+/** Stops the scope while the page is paused. */
 export function useStill(scope: Scope, isStill: boolean): void {
   useEffect(() => {
     if (!isStill || scope.stopped.get()) return;

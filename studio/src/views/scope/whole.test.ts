@@ -6,7 +6,7 @@ import { VALUES_MAX, wholeOf } from "./whole";
 
 const CHANNEL = { name: "q", type_text: "double", unit: "rad", components: 1 };
 
-/** A channel with a value at each of these times, drawn together into columns as the recorder does: first, last, minimum, maximum. */
+/** Returns a channel with a value at each of these times, reduced to columns as the recorder does: first, last, minimum, maximum. */
 function pastOf(times_ns: number[]): Pick<Past, "span"> {
   return {
     async *span(_names, from_ns, to_ns, columns) {
@@ -16,7 +16,7 @@ function pastOf(times_ns: number[]): Pick<Past, "span"> {
       const by = new Map<number, number[]>();
       for (const time of inside)
         by.set(Math.floor((time - from_ns) / width), [...(by.get(Math.floor((time - from_ns) / width)) ?? []), time]);
-      // The value is the time: the minimum is the first one, the maximum the last.
+      // The value is the time, so the first value is the minimum and the last the maximum.
       const kept = [...before, ...[...by.values()].flatMap((all) => [...new Set([all[0] as number, all.at(-1) as number])])];
       const view = new DataView(new ArrayBuffer(24 * kept.length));
       kept.forEach((time, at) => {
@@ -40,7 +40,7 @@ async function timesOf(past: Pick<Past, "span">, from_ns: number, to_ns: number)
 }
 
 test("every value comes once and in order, however densely the values lie", async () => {
-  // A thousand a second, and in between a burst that no column of the first question can hold.
+  // A thousand values per second, and a burst that no column of the first request can hold.
   const times = [...Array.from({ length: 2000 }, (_, i) => i * 1_000_000), ...Array.from({ length: 500 }, (_, i) => 700_000_001 + i * 10)];
   times.sort((one, other) => one - other);
   expect(await timesOf(pastOf(times), 0, 2_000_000_000)).toEqual(times);

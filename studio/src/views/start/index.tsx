@@ -9,7 +9,7 @@ import { views } from "../../shell/views";
 import { triesOf } from "./tries";
 import "./start.css";
 
-/** First page: what this is, what runs here, and what to try. */
+/** First page: an introduction, what is running, and suggestions. */
 export default function Start() {
   const control = useControl();
   const now = useTopic(control.topics.statistics);
@@ -56,7 +56,7 @@ function rightsOf(may: (role: Rights) => boolean): Rights {
   return may("configure") ? "configure" : may("operate") ? "operate" : "observe";
 }
 
-/** Names of what there is, asked for again when devices or instances came or went. */
+/** Returns the names in the system, read again when devices or instances are added or removed. */
 function useNames(now: Statistics | null): Names | null {
   const control = useControl();
   const [names, setNames] = useState<Names | null>(null);
@@ -80,7 +80,7 @@ function Runs(props: { now: Statistics; configuration: Configuration }) {
   const states = Object.values(now.devices);
   const enabled = states.filter((state) => state !== "disabled" && state !== "fault").length;
   const faults = states.filter((state) => state === "fault").length;
-  // The verbs that keep devices going stand with the devices.
+  // Verbs that support devices are listed with the devices.
   const acting = now.instances.filter((one) => one.state === "running" && one.owner === null);
   return (
     <Panel title="What runs">

@@ -1,16 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
-// Suggestions of the first page: what can be tried in this system, each with its address.
+// Suggestions of the first page: things to try in this system, each with its address.
 import type { Configuration } from "../../control/shapes";
 import { addressOf } from "../../shell/route";
 
-/** A thing to try. */
+/** Suggestion of the start page. */
 export interface Try {
   title: string;
   about: string;
   address: string;
 }
 
-/** Names that decide what is offered. */
+/** Names that determine the suggestions. */
 export interface SystemNames {
   verbs: readonly string[];
   svvs: readonly string[];
@@ -19,7 +19,7 @@ export interface SystemNames {
   mayConfigure: boolean;
 }
 
-/** Lists what can be tried here and now, the easiest first. */
+/** Returns suggestions that are possible in this system, the easiest first. */
 export function triesOf(known: SystemNames): Try[] {
   const { verbs, svvs, configuration, mayOperate, mayConfigure } = known;
   const joint = Object.entries(configuration.logical_devices).find(

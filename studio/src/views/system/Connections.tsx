@@ -4,7 +4,7 @@ import { Panel, Refusals } from "../../design/parts";
 import { useControl, useTopic, useWatched } from "../../shell/context";
 import { type Connection, connectionsOf } from "./connections";
 
-/** The interconnect: what goes from which interrupt source to which, and how it is read there. */
+/** The interconnect: cells between interrupt sources, and the mode in which they are read. */
 export function Connections() {
   const control = useControl();
   const installed = useTopic(control.topics.installed);

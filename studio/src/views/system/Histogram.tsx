@@ -6,15 +6,15 @@ import { quantile, upperEdge } from "./sources";
 const WIDTH = 360;
 const HEIGHT = 84;
 const BOTTOM = 14;
-/** The first and the last bin that are always drawn: 128 ns to 33 ms. */
+/** First and last bin that are always drawn: 128 ns to 33 ms. */
 const FIRST = 7;
 const LAST = 24;
-/** Half as wide as a figure of the axis. */
+/** Half the width of a label of the axis. */
 const FIGURE = 18;
-/** Where the axis has a figure, ns. */
+/** Positions of labels on the axis, ns. */
 const MARKS = [1e3, 1e4, 1e5, 1e6, 1e7, 1e8, 1e9];
 
-/** Counts over times, both on logarithmic scales: what is rare is what matters. Below it the same in words. */
+/** Counts over times, both on logarithmic scales, because rare events matter most. The text below it has the same content. */
 export function Histogram(props: { title: string; bins: number[]; limit: number | null; limitName: string; greatest: string }) {
   const { bins } = props;
   const heading = useId();

@@ -2,7 +2,10 @@
 import { Panel, Tag } from "../../design/parts";
 import type { SourceShown } from "./sources";
 
-/** Rights that the operating system was asked for, and those that it gave. Without rights everything runs, and the times are not to be relied on. */
+/**
+ * Rights that were requested from the operating system, and those that were granted. Without them everything runs, but the timing is
+ * unreliable.
+ */
 export function Rights(props: { sources: SourceShown[]; supervisor: string[] }) {
   const missing = [...new Set([...props.supervisor, ...props.sources.flatMap((source) => source.rights_missing)])];
   const asked = props.sources.some((source) => source.rights_asked !== undefined);

@@ -5,7 +5,7 @@ import { AcknowledgeAll, AlarmTable } from "../../shell/AlarmTable";
 import { useControl, useWatched } from "../../shell/context";
 import { ShelvedAlarms } from "../../shell/Shelving";
 
-/** Stops of the cell: emergency stop, pause, lost devices, alarms that are raised. Nothing where nothing does. */
+/** Stops of the cell: emergency stop, pause, lost devices, active alarms. Renders nothing if there are none. */
 export function Stops(props: { now: Statistics }) {
   const { now } = props;
   const lost = Object.entries(now.physical_devices).filter(([, device]) => device.lost);
@@ -42,7 +42,7 @@ function RaisedAlarms(props: { now_s: number }) {
   const trouble = useWatched(control.alarms.trouble);
   if (trouble.length > 0) return <Refusals of={trouble} />;
   if (!alarms) return null;
-  // Recordings from before alarms could be shelved have none.
+  // Recordings made before alarms could be shelved do not contain this list.
   const shelved = <ShelvedAlarms of={alarms.shelved ?? []} from={control} now_s={props.now_s} />;
   if (alarms.current.length === 0) return shelved;
   return (

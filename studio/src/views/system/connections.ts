@@ -1,15 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 import type { InstalledInstances, InstalledPort } from "../../control/shapes";
 
-/** Data from one interrupt source to another. */
+/** Data flow from one interrupt source to another. */
 export interface Connection {
   from: string;
   to: string;
-  /** Cells by the mode in which they are read. */
+  /** Cells, with the mode in which they are read. */
   cells: { name: string; mode: string }[];
 }
 
-/** The connections between sources: a cell that a block of one source writes and one of another source reads. */
+/** Returns the connections between sources: cells written by a block of one source and read by a block of another. */
 export function connectionsOf(installed: InstalledInstances): Connection[] {
   const writers = new Map<string, Set<string>>();
   for (const block of blocksOf(installed)) {

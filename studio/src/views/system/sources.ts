@@ -1,16 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
-// Interrupt source and its state, from statistics and the configuration; counted from a baseline on.
+// Interrupt sources and their states, from statistics and the configuration; counts are relative to a baseline.
 import type { Configuration, SourceStatistics, Statistics } from "../../control/shapes";
 
 export interface SourceShown extends SourceStatistics {
-  /** `rtp0.fast` */
+  /** Name of the source, such as `rtp0.fast`. */
   name: string;
   processor: string;
   kind: "timer" | "trigger" | "software";
   priority: number;
-  /** ns; null: no timer. */
+  /** Period, ns; null if the source is not a timer. */
   period_ns: number | null;
-  /** Counted from a baseline on: the maximum values are known to a bin only. */
+  /** True if counted from a baseline: the maximum values are then known only to a bin. */
   counted: boolean;
 }
 
@@ -40,7 +40,7 @@ export function sourcesOf(now: Statistics, configuration: Configuration | null):
 
 export function sinceBaseline(source: SourceShown, baseline: Baseline | null): SourceShown {
   const before = baseline?.of[source.name];
-  // A source that was lost and began anew has counted less than the baseline.
+  // A source that was lost and has restarted has lower counts than the baseline.
   if (!before || before.firings > source.firings) return source;
   const jitter_bins = less(source.jitter_bins, before.jitter_bins);
   const duration_bins = less(source.duration_bins, before.duration_bins);
@@ -64,12 +64,12 @@ function less(bins: number[], before: number[]): number[] {
   return bins.map((count, bin) => count - (before[bin] ?? 0));
 }
 
-/** The upper edge of bin i, ns: it counts what was below. */
+/** Returns the upper edge of bin i, ns. */
 export function upperEdge(bin: number): number {
   return 2 ** (bin + 1);
 }
 
-/** The upper edge of the bin that this share of all counts does not exceed, ns; 0 without counts. */
+/** Returns the upper edge of the bin up to which at least this share of all counts lies, ns; 0 without counts. */
 export function quantile(bins: number[], share: number): number {
   const all = bins.reduce((sum, count) => sum + count, 0);
   if (all === 0) return 0;
@@ -81,13 +81,16 @@ export function quantile(bins: number[], share: number): number {
   return upperEdge(bins.length - 1);
 }
 
-/** The share of a core that a timer's firings take, at the most in half of them: the median duration over the period; null: no timer. */
+/**
+ * Returns the share of a core that a timer's firings take: the mean duration over the period; null if the source is not a timer or has
+ * not fired.
+ */
 export function load(source: SourceShown): number | null {
   if (source.period_ns === null || source.firings === 0) return null;
   return meanDuration(source.duration_bins) / source.period_ns;
 }
 
-/** The mean duration, taking each count at the geometric middle of its bin, ns. */
+/** Returns the mean duration, ns, with each count at the geometric centre of its bin. */
 export function meanDuration(bins: number[]): number {
   let sum = 0;
   let all = 0;

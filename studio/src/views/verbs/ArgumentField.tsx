@@ -7,7 +7,7 @@ import { Refusals } from "../../design/parts";
 import { unitText } from "../../design/units";
 import { families } from "./arguments";
 
-/** Objects of the verb: one device, several, an SVV or a channel. */
+/** Argument of the verb: one device, several, an SVV or a channel. */
 export function ArgumentField(props: {
   of: FormArgument;
   options: string[];

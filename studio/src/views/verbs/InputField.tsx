@@ -8,7 +8,7 @@ import { useControl } from "../../shell/context";
 import type { Bounds } from "./bounds";
 import { degreesOf, endText, isPosition, limitsAt, limitText } from "./fields";
 
-/** One input with its unit, limits and default; of an array a field for each element. */
+/** An input with its unit, limits and default; an array has a field for each element. */
 export function InputField(props: {
   of: FormInput;
   texts: string[];
@@ -85,14 +85,14 @@ function placeholder(of: FormInput, index: number): string {
   return typeof shown === "object" ? "" : String(shown);
 }
 
-/** A range as it is checked: of a value that is counted from a present one, their sum has to be within it. */
+/** Describes a range. For a relative value, the sum with the present value must be within it. */
 function endsWithin(of: FormInput, range: string): string {
   return of.counted_from === null || range === "" ? range : `ends within ${range}`;
 }
 
 function range(of: FormInput, bounds: Bounds | null): string {
   if (of.minimum === null && of.maximum === null) return "";
-  // Where each element has its own, they stand at the fields.
+  // If elements have different ranges, these are shown at their fields.
   if ((bounds?.minimum.length ?? 0) > 1 || (bounds?.maximum.length ?? 0) > 1) return "";
   const of_ends = (found: Bounds["minimum"] | undefined, said: FormInput["minimum"]) =>
     found && found.length > 0 ? endText(found[0] ?? null, of.unit) : limitText(said, null);
@@ -103,11 +103,11 @@ function range(of: FormInput, bounds: Bounds | null): string {
   return `${low} to ${high}`;
 }
 
-/** Fills all elements: with the first one, or with where the devices are now. */
+/** Fills all elements with the first one, or with the present positions of the devices. */
 function Fill(props: { of: FormInput; devices: string[]; texts: string[]; write: (texts: string[]) => void }) {
   const control = useControl();
   const { of, devices, texts, write } = props;
-  // Where the joints are now is of use where positions are asked for, and would be added twice to what is counted from there.
+  // Present positions are useful only for positions. Those counted from the present one would include it twice.
   const positions = isPosition(of.unit) && of.counted_from === null;
   return (
     <div className="fill row">
@@ -124,7 +124,7 @@ function Fill(props: { of: FormInput; devices: string[]; texts: string[]; write:
             const names = devices.map((device) => `${device}.sensed`);
             void control.look("read", { names }).then(
               ({ values }) => write(names.map((name) => String(Number(Number(values[name]?.value).toFixed(6))))),
-              // Devices without `sensed`: there is nothing to fill in.
+              // Devices without `sensed` have no position to fill in.
               () => undefined,
             );
           }}

@@ -7,12 +7,12 @@ import { useAction, useControl } from "../../shell/context";
 import { unitOf } from "../flow/installed/units";
 import { presentText, valueFrom, wrongText } from "./fields";
 
-/** The inputs of a verb that may be changed while it runs. */
+/** Returns the inputs of a verb that may be changed while it runs. */
 export function tunables(form: VerbForm): FormInput[] {
   return form.inputs.filter((input) => input.tunable);
 }
 
-/** Changes inputs of an instance that runs. Fields show the present values, and follow them until something else is written there. */
+/** Changes inputs of a running instance. Fields follow the present values until they are edited. */
 export function SetForm(props: { form: VerbForm; instance: InstalledInstance }) {
   const control = useControl();
   const action = useAction();
@@ -37,7 +37,7 @@ export function SetForm(props: { form: VerbForm; instance: InstalledInstance }) 
         }
         const sent = written;
         if (await action.run(() => control.order("set", { instance: props.instance.id, values })))
-          // What was written meanwhile stays.
+          // Text entered in the meantime is kept.
           setWritten((now) => Object.fromEntries(Object.entries(now).filter(([name, text]) => sent[name] !== text)));
       }}
     >

@@ -13,7 +13,7 @@ import { useBounds } from "./bounds";
 import { arrayOf, byField, elements, gaps, valueFrom, wrongText } from "./fields";
 import { InputField } from "./InputField";
 
-/** Texts that were written into a form. */
+/** Contents of a form. */
 interface FilledForm {
   chosen: Choices;
   texts: Record<string, string[]>;
@@ -23,16 +23,16 @@ interface FilledForm {
 
 const EMPTY: FilledForm = { chosen: {}, texts: {}, source: "", limit: "" };
 
-/** The forms of this page by their verb: another view, or another verb, takes nothing away that was written. */
+/** Forms of this page by verb, kept when another view or verb is shown. */
 const written = new Map<string, FilledForm>();
 
-/** Instances whose making took too long for the press that asked for them, by their verb: the next press starts them. */
+/** Instances, by verb, whose creation took too long for the press that requested them: the next press starts them. */
 const kept = new Map<string, { application: string; instance: number }>();
 
-/** No input has this name. */
+/** Key of the time limit, which is not the name of an input. */
 const TIME_LIMIT = "time limit";
 
-/** Starts a verb: what it acts on, its inputs, where it runs. What the system refuses stands at the field that it is about. */
+/** Form that starts a verb: its arguments, its inputs, and its placement. Refusals are shown at the fields that they concern. */
 export function StartForm(props: { form: VerbForm; instances: InstalledInstance[] }) {
   const { form } = props;
   const control = useControl();
@@ -88,7 +88,7 @@ export function StartForm(props: { form: VerbForm; instances: InstalledInstance[
         arguments: argumentsOf(form, choices),
         ...(source && { placement: { "*": source } }),
       };
-      // Instances that this page made and that have ended make room; their reports stay.
+      // Ended instances that this page created are deleted; their reports are kept.
       for (const ended of props.instances) {
         if (ended.state === "ended" && control.started.made(ended.id)) await control.order("delete", { instance: ended.id });
       }
@@ -184,7 +184,7 @@ export function StartForm(props: { form: VerbForm; instances: InstalledInstance[
   );
 }
 
-/** Reads the text of the time limit, ns; null: none. */
+/** Reads the text of the time limit, ns; null if it is empty. */
 export function limitOf(text: string): ReadResult<number | null> {
   if (text.trim() === "") return { value: null };
   const read = durationNs(text, "s");

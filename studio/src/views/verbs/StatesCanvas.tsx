@@ -27,13 +27,13 @@ export interface Place {
   y: number;
 }
 
-/** Edits of states where they are drawn, and what is wrong with them. States are command lists, and parts. */
+/** Editing of states in the diagram, and their findings. States are command lists and parts. */
 export interface StateEdit {
   chosen: string | null;
   choose: (state: string | null) => void;
-  /** A transition is drawn from one to another. */
+  /** Called when a transition is drawn between two states. */
   connect: (from: string, to: string) => void;
-  /** Places of lists that a person has chosen, if they can be. */
+  /** Positions of lists chosen by a person, if that is possible. */
   places?: Record<string, Place>;
   move?: (list: string, to: Place) => void;
   found: (state: string) => string[];
@@ -60,7 +60,7 @@ const ListBox = memo(function ListBox(props: NodeProps<StateNode>) {
   );
 });
 
-/** A part of a composed verb: a state with states within. */
+/** A part of a composed verb: a state that contains states. */
 const PartBox = memo(function PartBox(props: NodeProps<StateNode>) {
   const { box, about, lit, wrong } = props.data;
   return (
@@ -82,7 +82,7 @@ function Handles() {
   );
 }
 
-/** Where a verb begins, and where it ends. */
+/** Start or end of a verb. */
 function Mark(props: NodeProps<StateNode>) {
   const isEnd = props.data.box.kind === "end";
   return (
@@ -95,7 +95,7 @@ function Mark(props: NodeProps<StateNode>) {
 
 type Route = Edge<{ path: string; at: Place; conditions: Arrow["conditions"] }, "route">;
 
-/** An arrow where the layout put it, with its conditions beside it. */
+/** An arrow as routed by the layout, with its conditions. */
 function RouteView(props: EdgeProps<Route>) {
   const { id, data, markerEnd = "" } = props;
   if (!data) return null;
@@ -119,12 +119,12 @@ function RouteView(props: EdgeProps<Route>) {
 const stateViews = { list: ListBox, part: PartBox, start: Mark, end: Mark };
 const edgeViews = { route: RouteView };
 const FIT = { maxZoom: 1, padding: 0.1 };
-/** Where lists stand until it is known where they belong, px. */
+/** Spacing of lists in rows until the layout is known, px. */
 const [ACROSS, IN_A_ROW, DOWN] = [300, 4, 160];
-/** The names of a node that is no list: lists have any name. */
+/** Prefix of the nodes of parts, because lists may have any name. */
 const PART = "part:";
 
-/** The layout of the diagram; null until it is there, and where there is none. */
+/** Returns the layout of the diagram; null until it is computed, and if that fails. */
 function useLaid(shape: Shape): LaidDiagram | null {
   const [laid, setLaid] = useState<LaidDiagram | null>(null);
   const drawn = JSON.stringify(shape);
@@ -132,7 +132,7 @@ function useLaid(shape: Shape): LaidDiagram | null {
     let over = false;
     layOut(JSON.parse(drawn) as Shape).then(
       (found) => over || setLaid(found),
-      // What cannot be laid out stands in rows.
+      // A diagram that cannot be laid out is shown in rows.
       () => over || setLaid(null),
     );
     return () => {
@@ -142,7 +142,7 @@ function useLaid(shape: Shape): LaidDiagram | null {
   return laid;
 }
 
-/** Boxes that are drawn: as they were laid out; lists that came since, or without a layout, in rows. */
+/** Returns the boxes as laid out; new lists, or all lists without a layout, are placed in rows. */
 function boxesOf(shape: Shape, laid: LaidDiagram | null): LaidBox[] {
   const known = laid?.boxes ?? [];
   const has = (kind: LaidBox["kind"], name: string) => known.some((box) => box.kind === kind && box.name === name);
@@ -162,8 +162,8 @@ function boxesOf(shape: Shape, laid: LaidDiagram | null): LaidBox[] {
 }
 
 /**
- * Command lists as states, parts of a composed verb as states around them, transitions as arrows. `present`: the list that runs; `last`: the
- * arrow that was taken last. With `edit`, a transition is drawn from one to another; without, it is a picture as large as it is.
+ * Command lists as states, parts of a composed verb as states around them, transitions as arrows. `present` is the running list, `last`
+ * the latest transition. With `edit`, transitions can be drawn; without, it is a static picture in its natural size.
  */
 export function StatesCanvas(props: {
   shape: Shape;
@@ -217,7 +217,7 @@ export function StatesCanvas(props: {
             minZoom: 1,
             maxZoom: 1,
           })}
-      // That of the arrows.
+      // Same colour as the arrows.
       defaultMarkerColor={null}
       proOptions={{ hideAttribution: true }}
     >
@@ -241,7 +241,7 @@ export function StatesCanvas(props: {
   );
 }
 
-/** Shows the whole when the layout has got another size: something came that may lie outside. */
+/** Fits the whole diagram into view when the size of the layout changes, because a new item may be out of view. */
 function Fitting(props: { of: string }) {
   const flow = useReactFlow();
   const fitted = useRef(props.of);
@@ -254,7 +254,7 @@ function Fitting(props: { of: string }) {
   return null;
 }
 
-/** The arrows in words. */
+/** The arrows as text. */
 function Told(props: { shape: Shape }) {
   const words = useId();
   return (
@@ -307,14 +307,14 @@ function nodesOf(
       selectable: isState,
       focusable: isState && edit !== undefined,
       draggable: box.kind === "list" && edit?.move !== undefined,
-      // What cannot have the focus has no name of its own: the arrows are told in words.
+      // Elements that cannot have the focus have no label: the list of arrows describes them.
       ...(isState && edit ? { ariaLabel: box.kind === "part" ? `part ${box.name}` : `command list ${box.name}` } : {}),
     };
     return box.within === null ? made : { ...made, parentId: nodeId(`${PART}${box.within}`) };
   });
 }
 
-/** One arrow for each pair of states, with all conditions that lead along it: where the layout put it, as long as nobody moved an end. */
+/** Returns one arrow for each pair of states, with all its conditions, along the route of the layout unless an end was moved. */
 function edgesOf(
   shape: Shape,
   laid: LaidDiagram | null,
@@ -340,7 +340,7 @@ function edgesOf(
       target: idOf(to),
       sourceHandle: from.kind === "start" ? "there" : way,
       targetHandle: to.kind === "end" ? "there" : way,
-      // Before the states: an arrow that passes one is seen to pass it.
+      // In front of the states, so that an arrow across a state is visible.
       zIndex: 1,
       markerEnd: { type: MarkerType.ArrowClosed, width: 18, height: 18, markerUnits: "userSpaceOnUse" },
       className: `arrow ${arrow.to === null ? "ends" : ""} ${isTaken ? "taken" : ""} ${wrong ? "wrong" : ""}`,

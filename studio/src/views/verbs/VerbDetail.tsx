@@ -12,7 +12,7 @@ import { StartForm } from "./StartForm";
 import { StatesCanvas } from "./StatesCanvas";
 import { shapeOfDefinition, shapeOfInstance } from "./shape";
 
-/** One verb: its diagram, its instances, the form that starts another one, how instances came where they are. */
+/** A verb: its diagram, its instances, the form that starts another one, and the history of instances. */
 export function VerbDetail(props: { verb: VerbSummary; instances: InstalledInstance[]; chosen: string | null }) {
   const { verb, instances } = props;
   const control = useControl();

@@ -4,7 +4,10 @@ import { Name, Tag } from "../../design/parts";
 import { addressOf } from "../../shell/route";
 import { stateTone } from "./stateTone";
 
-/** The verbs: first those that a person starts, then those that keep devices going, by what they are for or by whose all their instances are. */
+/**
+ * The verbs: first those that a person starts, then those that support devices, which are determined by the definition or by the owners
+ * of all instances.
+ */
 export function VerbList(props: { verbs: VerbSummary[]; instances: InstalledInstance[]; chosen: string | null }) {
   const isKeeping = (verb: VerbSummary) => {
     const instances = props.instances.filter((one) => one.verb === verb.name);

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-// Arguments of a verb: which devices, SVVs and channels may be chosen for them, and what is sent of the choice.
+// Arguments of a verb: the devices, SVVs and channels to choose from, and the values sent for a choice.
 import type { Argument, Channel, Configuration, FormArgument, VerbForm } from "../../control/shapes";
 
-/** Of each argument the names that were chosen; one, but of a group several. */
+/** Chosen names by argument; several only for a group. */
 export type Choices = Record<string, string[]>;
 
-/** The names that may be chosen for each argument; of an SVV none are listed. */
+/** Returns the names that can be chosen for each argument. */
 export function choicesOf(form: VerbForm, configuration: Configuration | null): Record<string, string[]> {
   const options: Record<string, string[]> = {};
   for (const argument of form.arguments) options[argument.name] = configuration ? namesFor(argument, configuration) : [];
@@ -27,14 +27,14 @@ function namesFor(argument: FormArgument, configuration: Configuration): string[
   });
 }
 
-/** The parts of a device that have all these channels: `elbow`, where it has `elbow.position` and `elbow.effort`. */
+/** Returns the parts of a device that have all these channels: `elbow`, if there are `elbow.position` and `elbow.effort`. */
 function partsWith(channels: Channel[], members: string[]): string[] {
   const names = new Set(channels.map((channel) => channel.name));
   const parts = [...new Set([...names].filter((name) => name.includes(".")).map((name) => name.slice(0, name.lastIndexOf("."))))];
   return parts.filter((part) => members.every((member) => names.has(`${part}.${member}`)));
 }
 
-/** Returns the choices before a person has chosen: all devices of the first arm, the only device. */
+/** Returns the initial choices: all devices of the first family for a group, and a device or channel if it is the only one. */
 export function firstChoices(form: VerbForm, options: Record<string, string[]>): Choices {
   const first: Choices = {};
   for (const { name, kind } of form.arguments) {
@@ -45,7 +45,7 @@ export function firstChoices(form: VerbForm, options: Record<string, string[]>):
   return first;
 }
 
-/** Devices by what their names begin with: the joints of each arm. */
+/** Groups devices by their prefix: the joints of each arm. */
 export function families(names: string[]): { family: string; names: string[] }[] {
   const found = new Map<string, string[]>();
   for (const name of names) {
@@ -55,14 +55,14 @@ export function families(names: string[]): { family: string; names: string[] }[]
   return [...found].map(([family, members]) => ({ family, names: members }));
 }
 
-/** The devices of the one group argument, in order: what the elements of array inputs stand for. */
+/** Returns the devices of the only group argument, in the order of the elements of array inputs. */
 export function devicesOf(form: VerbForm, choices: Choices): string[] {
   const groups = form.arguments.filter((argument) => argument.kind === "group");
   const only = groups.length === 1 ? groups[0] : undefined;
   return only ? (choices[only.name] ?? []) : [];
 }
 
-/** As the call `create` takes them. */
+/** Converts the choices to the arguments of the call `create`. */
 export function argumentsOf(form: VerbForm, choices: Choices): Record<string, Argument> {
   const given: Record<string, Argument> = {};
   for (const { name, kind, members } of form.arguments) {

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-// Limits of inputs: numbers, or parameters of the devices that were chosen (`arm.max_speed`, `-arm.max_speed`).
+// Limits of inputs: numbers, or parameters of the selected devices (`arm.max_speed`, `-arm.max_speed`).
 import { useEffect, useState } from "react";
 import type { Value, VerbForm } from "../../control/shapes";
 import type { Source } from "../../control/source";
 import { useControl } from "../../shell/context";
 import type { Choices } from "./arguments";
 
-/** Minimum and maximum value of an input, for each device; one alone where they are all the same. */
+/** Minimum and maximum of an input, by device; a single value if all are equal. */
 export interface Bounds {
   minimum: Value[];
   maximum: Value[];
@@ -27,7 +27,7 @@ export function useBounds(form: VerbForm, choices: Choices): Map<string, Bounds>
           return [input.name, { minimum, maximum }];
         }),
     );
-    // Without them the form says the names of the limits, and the system judges all the same.
+    // If they cannot be read, the form shows the names of the limits, and the system checks the values anyway.
     all.then(
       (found) => over || setBounds(new Map(found)),
       () => over || setBounds(new Map()),
@@ -48,7 +48,7 @@ async function ends(control: Source, bound: Value, choices: Choices): Promise<Va
   return signed.every((value) => value === signed[0]) ? signed.slice(0, 1) : signed;
 }
 
-/** `-arm.max_speed` in its parts; nothing where it is no member of an argument. */
+/** Splits `-arm.max_speed`; returns null if it is not a member of an argument. */
 export function memberOf(bound: Value): { argument: string; parameter: string; negative: boolean } | null {
   const found = typeof bound === "string" ? /^(-?)(\w+)\.(\w+)$/.exec(bound) : null;
   return found ? { negative: found[1] === "-", argument: found[2] ?? "", parameter: found[3] ?? "" } : null;

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-// From what a person writes into the form to what a start is given. Units and limits are the system's to judge: text with a unit
-// ("90 deg", "30 %") is sent as it is.
+// Converts form input to the arguments of a start. Units and limits are checked by the system: text with a unit ("90 deg", "30 %") is sent
+// unchanged.
 import type { Refusal } from "../../control/refusals";
 import type { Value } from "../../control/shapes";
 import { commaIn, numberIn } from "../../design/quantities";
 import { unitText } from "../../design/units";
 
-/** Returns the number of elements of an input: of `double[6]` six, of `double[n]` as many as devices were chosen, of a scalar null. */
+/** Returns the number of elements of an input: six for `double[6]`, the number of chosen devices for `double[n]`, null for a scalar. */
 export function elements(type_text: string, devices: number): number | null {
   const found = /\[\s*(\w+)\s*\]\s*$/.exec(type_text);
   if (!found) return null;
@@ -34,14 +34,14 @@ export function valueFrom(text: string, type_text: string): Value | undefined {
   return Number.isFinite(number) ? number : written;
 }
 
-/** The present value of an input as it could be written: numbers with nine digits, lists and structs as JSON. */
+/** Formats the present value of an input as it would be typed: numbers with nine digits, lists and structs as JSON. */
 export function presentText(value: Value | undefined): string {
   if (value === null || value === undefined) return "";
   if (typeof value === "string") return value;
   return JSON.stringify(value, (_, one) => (typeof one === "number" ? Number(one.toPrecision(9)) : one));
 }
 
-/** Returns why the text of a field cannot be sent, in a sentence; null: the system judges it. */
+/** Returns a sentence on why the text of a field cannot be sent; null if the system is to check it. */
 export function wrongText(text: string, type_text: string): string | null {
   const written = text.trim();
   if (written === "") return null;
@@ -58,7 +58,7 @@ export function wrongText(text: string, type_text: string): string | null {
   return commaIn(written);
 }
 
-/** The value of an array input, element by element; one that is filled alone stands for all; nothing where all are empty. */
+/** Returns the value of an array input, with null for empty elements; undefined if all are empty. */
 export function arrayOf(texts: string[], type_text: string): Value | undefined {
   const scalar = type_text.replace(/\[.*$/, "");
   const values = texts.map((text) => valueFrom(text, scalar));
@@ -66,13 +66,13 @@ export function arrayOf(texts: string[], type_text: string): Value | undefined {
   return values.map((value) => value ?? null);
 }
 
-/** Elements that are empty while others are filled. */
+/** Returns the indices of empty elements if others are filled. */
 export function gaps(texts: string[]): number[] {
   const empty = texts.flatMap((text, index) => (text.trim() === "" ? [index] : []));
   return empty.length === texts.length ? [] : empty;
 }
 
-/** A default or a limit as text: numbers with the unit, lists in brackets. */
+/** Formats a default or a limit: numbers with the unit, lists separated by commas. */
 export function limitText(value: Value, unit: string | null): string {
   if (value === null || value === undefined) return "";
   if (typeof value === "number") return `${Number(value.toPrecision(6))}${unit ? `\u202f${unitText(unit)}` : ""}`;
@@ -80,12 +80,14 @@ export function limitText(value: Value, unit: string | null): string {
   return String(value);
 }
 
-/** Returns whether a unit is that of a position: the present position of the joints is of use then. */
+/** Returns whether a unit is that of a position, for which the present position of the joints can be filled in. */
 export function isPosition(unit: string | null): boolean {
   return (unit ?? "").split("|").some((one) => one === "rad" || one === "m");
 }
 
-/** Returns the text in the other unit of angles: "90°" for 1.5708, "1.571 rad" for "90 deg". Empty where it is no angle. */
+/**
+ * Converts between the units of angles: "90°" for 1.5708, "1.571 rad" for "90 deg". Returns an empty string if the text is not an angle.
+ */
 export function degreesOf(text: string, unit: string | null): string {
   const inDegrees = /deg|°/.test(text);
   if (unit === null || !unit.split("|").some((one) => /^rad\b/.test(one)) || text.trim() === "" || (unit.includes("|") && !inDegrees))
@@ -100,22 +102,22 @@ function degreesText(value: number, unit: string): string {
   return `${Number(((value * 180) / Math.PI).toPrecision(4))}°${unit.slice("rad".length)}`;
 }
 
-/** An end of a range: three digits and more are of no use to somebody who chooses a goal; an angle in degrees, too. */
+/** Formats an end of a range with four digits, which suffice for choosing a goal; an angle also in degrees. */
 export function endText(value: Value, unit: string | null): string {
   if (typeof value !== "number") return limitText(value, null);
   const short = String(Number(value.toPrecision(4)));
-  // Of a unit that is one or the other nobody knows which: no degrees.
+  // For a choice of units, the actual one is unknown, so no degrees are shown.
   return unit !== null && /^rad\b/.test(unit) && !unit.includes("|") ? `${short} (${degreesText(value, unit)})` : short;
 }
 
-/** The range of one element, where each has its own. */
+/** Formats the range of one element, if elements have different ranges. */
 export function limitsAt(bounds: { minimum: Value[]; maximum: Value[] } | null, index: number, unit: string | null): string {
   if (!bounds || (bounds.minimum.length <= 1 && bounds.maximum.length <= 1)) return "";
   const at = (ends: Value[]) => endText((ends.length > 1 ? ends[index] : ends[0]) ?? null, unit);
   return `${at(bounds.minimum)} to ${at(bounds.maximum)}`;
 }
 
-/** The refusals that name an input (or argument), and those that name none. */
+/** Divides refusals into those that name an input or argument, and the rest. */
 export function byField(refusals: Refusal[], names: string[]): { of: Map<string, Refusal[]>; rest: Refusal[] } {
   const of = new Map<string, Refusal[]>();
   const rest: Refusal[] = [];

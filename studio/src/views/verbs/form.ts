@@ -4,7 +4,7 @@ import { type Refusal, RefusalError, refusalsOf } from "../../control/refusals";
 import type { VerbForm } from "../../control/shapes";
 import { useControl } from "../../shell/context";
 
-/** The form and the definition of a verb. */
+/** Returns the form and the definition of a verb. */
 export function useForm(name: string): { form: VerbForm | null; refusals: Refusal[] } {
   const control = useControl();
   const [form, setForm] = useState<VerbForm | null>(null);
@@ -13,7 +13,7 @@ export function useForm(name: string): { form: VerbForm | null; refusals: Refusa
     let over = false;
     control.look("verb_form", { name }).then(
       (found) => over || setForm(found),
-      // A recording has no forms: its diagrams come from its instances.
+      // A recording contains no forms: its diagrams are made from instances.
       (why) => over || (why instanceof RefusalError && why.is("NotRecorded")) || setRefusals(refusalsOf(why)),
     );
     return () => {

@@ -18,7 +18,7 @@ const KINDS = new Set([
   "exchange",
 ]);
 
-/** Entries about this instance, newest first, what repeats only counted. */
+/** An entry about an instance, with its number of repetitions. */
 export interface RepeatedEntry extends LogEntry {
   times: number;
 }
@@ -41,7 +41,7 @@ export function happenedTo(instance: string, entries: LogEntry[], most = 60): Re
   return found;
 }
 
-/** The list that was left last and the one that was entered, since the last start. */
+/** Returns the lists that the latest transition left and entered, since the last start. */
 export function lastTransition(happened: RepeatedEntry[]): { from: string; to: string } | null {
   for (const entry of happened) {
     if (entry.kind === "start" || entry.kind === "admission") return null;

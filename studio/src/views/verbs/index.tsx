@@ -9,7 +9,7 @@ import { VerbDetail } from "./VerbDetail";
 import { VerbList } from "./VerbList";
 import "./verbs.css";
 
-/** Verbs and their instances: what they are, which list runs, how they came there; start, suspend, resume, halt. */
+/** Verbs and their instances: definitions, running lists and history; start, suspend, resume, halt. */
 export default function Verbs() {
   const control = useControl();
   const installed = useTopic(control.topics.installed);
@@ -21,9 +21,9 @@ export default function Verbs() {
   if (verbs === null || installed === null) {
     return refusals.length > 0 ? <Refusals of={refusals} /> : <p className="quiet wait">Waiting for the verbs…</p>;
   }
-  // Without a choice: the verb that runs on behalf of no device, the newest.
+  // Without a selection: the newest running verb that does not support a device.
   const running = instances.filter((one) => one.owner === null && one.state === "running").at(-1);
-  // What was shown first stays: another verb that starts takes no form away that somebody fills in.
+  // The verb shown first stays: the start of another verb must not replace a form that is being filled in.
   first.current ??= running?.verb ?? verbs.find((verb) => verb.supports.length === 0)?.name ?? verbs[0]?.name ?? null;
   const chosen = path[0] ?? first.current;
   const verb = verbs.find((one) => one.name === chosen);
@@ -47,7 +47,7 @@ export default function Verbs() {
   );
 }
 
-/** The verbs that are defined; asked for again whenever something was installed. */
+/** Returns the defined verbs, read again after each installation. */
 function useVerbs(): { verbs: VerbSummary[] | null; refusals: Refusal[] } {
   const control = useControl();
   const installed = useTopic(control.topics.installed);
@@ -68,7 +68,7 @@ function useVerbs(): { verbs: VerbSummary[] | null; refusals: Refusal[] } {
       );
     };
     look();
-    // A verb that is defined and not yet used tells nobody.
+    // The definition of a verb without instances is not reported.
     const again = setInterval(look, 2000);
     return () => {
       over = true;

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-// Shape of a verb, for its diagram: from an installed instance, or from its definition.
+// Shape of a verb for its diagram, from an installed instance or from its definition.
 import type { InstalledInstance } from "../../control/shapes";
 import { period } from "../../design/numbers";
 
-/** Part of a composed verb: a state that has others within. */
+/** Part of a composed verb: a state that contains others. */
 export interface Superstate {
   name: string;
-  /** The verb that it was made from; empty where that is not known. */
+  /** The verb of the part; empty if unknown. */
   about: string;
   within: string | null;
 }
@@ -20,7 +20,7 @@ export interface Shape {
   ending: string | null;
 }
 
-/** `parts`: what its verb is made of; where that is not known, the names of its lists say it. */
+/** Returns the shape of an instance. `parts` are those of its verb; if unknown, they are derived from the names of its lists. */
 export function shapeOfInstance(instance: InstalledInstance, parts: Parts | undefined): Shape {
   const names = instance.lists.map((list) => list.name);
   return {
@@ -42,7 +42,7 @@ interface Command {
   time_ns?: number | null;
 }
 
-/** Of a composed verb: its parts by label, and those of its parts. */
+/** Parts of a composed verb by label, including nested ones. */
 export type Parts = Record<string, { verb: string }>;
 
 interface Definition {
@@ -54,7 +54,7 @@ interface Definition {
   transitions?: { from: string; condition: string; to: string }[];
 }
 
-/** From the definition of a verb as JSON; nothing where it is none. */
+/** Returns the shape of a verb from its definition as JSON; null if it is not one. */
 export function shapeOfDefinition(defined: unknown): Shape | null {
   const definition = defined as Definition | null;
   if (!definition || typeof definition !== "object" || !definition.command_lists) return null;
@@ -63,7 +63,7 @@ export function shapeOfDefinition(defined: unknown): Shape | null {
   return {
     ...withParts(lists, definition.parts ?? {}),
     conditions: Object.entries(definition.conditions ?? {}).map(([key, { on, raises, during }]) => ({
-      // In a composed verb a key has the label of its part; transitions and reports have the name alone.
+      // In a composed verb, keys contain the label of the part; transitions and reports contain only the name.
       name: isComposed ? (key.split(".").at(-1) ?? key) : key,
       of: on ?? [],
       raises: Boolean(raises),
@@ -75,7 +75,7 @@ export function shapeOfDefinition(defined: unknown): Shape | null {
   };
 }
 
-/** Lists with the parts that they are in; parts that have no list of their own are left out. */
+/** Returns the lists with their innermost parts, and the parts that contain a list. */
 export function withParts(lists: { name: string; commands: string[] }[], parts: Parts): Pick<Shape, "lists" | "parts"> {
   const innermost = (name: string) => prefixes(name).findLast((prefix) => Object.hasOwn(parts, prefix)) ?? null;
   const inParts = lists.map((list) => ({ ...list, part: innermost(list.name) }));
@@ -86,13 +86,13 @@ export function withParts(lists: { name: string; commands: string[] }[], parts: 
   return { lists: inParts, parts: superstates };
 }
 
-/** "a" and "a.b" of "a.b.c". */
+/** Returns "a" and "a.b" for "a.b.c". */
 function prefixes(name: string): string[] {
   const words = name.split(".");
   return words.slice(1).map((_, at) => words.slice(0, at + 1).join("."));
 }
 
-/** A command in the words of the system. */
+/** Describes a command in the system's words. */
 export function commandText(command: Command): string {
   if (command.command === "wait") {
     if (command.conditions?.length) return `wait for ${command.conditions.join(" or ")}`;
@@ -102,14 +102,17 @@ export function commandText(command: Command): string {
   return `${command.command} ${command.block ?? command.blocks?.join(", ") ?? ""}${every}`.trim();
 }
 
-/** An arrow of the diagram: what leads from a list to another, or to the end (`to` null). */
+/** An arrow of the diagram, from a list to another or to the end (`to` null). */
 export interface Arrow {
   from: string;
   to: string | null;
   conditions: { name: string; raises: boolean }[];
 }
 
-/** The arrows: the transitions, and of each list the conditions that end the verb there. Those of one pair are one arrow. */
+/**
+ * Returns the arrows: the transitions, and for each list the conditions that end the verb. Arrows between the same two states are
+ * merged.
+ */
 export function arrowsOf(shape: Shape): Arrow[] {
   const arrows = new Map<string, Arrow>();
   const add = (from: string, to: string | null, name: string, raises = false) => {
@@ -121,7 +124,7 @@ export function arrowsOf(shape: Shape): Arrow[] {
   for (const { from, condition, to } of shape.transitions) add(from, to, condition);
   for (const { name: list } of shape.lists) {
     for (const condition of shape.conditions) {
-      // A condition of the system itself (`halted`, `time_limit`) can end every list: it is drawn only where it leads elsewhere.
+      // A condition of the system itself (`halted`, `time_limit`) can end every list, so it is drawn only as a transition.
       if (condition.of.length === 0) continue;
       if (condition.during.length > 0 && !condition.during.includes(list)) continue;
       if (shape.transitions.some((one) => one.from === list && one.condition === condition.name)) continue;

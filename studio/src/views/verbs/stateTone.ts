@@ -3,7 +3,7 @@ import type { Tone } from "../../design/parts";
 
 const TONES: Record<string, Tone> = { running: "good", suspended: "warn", queued: "warn", ending: "warn", fault: "bad" };
 
-/** The colour of a state of a verb instance. */
+/** Returns the colour of a state of a verb instance. */
 export function stateTone(state: string): Tone {
   return TONES[state] ?? "plain";
 }

@@ -1,24 +1,24 @@
 // SPDX-License-Identifier: Apache-2.0
-// Where the boxes and arrows of a state diagram lie: laid out by elkjs, which is loaded when it is first needed.
+// Layout of the boxes and arrows of a state diagram, by elkjs, which is loaded when it is first needed.
 import type { ElkNode } from "elkjs/lib/elk-api";
 import { elk } from "../../design/elk";
 import { type Arrow, arrowsOf, type Shape } from "./shape";
 
 export const START = "(start)";
 export const END = "(end)";
-/** Text behind the name of the list that runs at every end. */
+/** Text after the name of the list that runs at every end. */
 export const ENDING = " (at every end)";
 const PART = "part:";
 const LETTER = 6.8;
 const LINE = 15;
 const TITLE = 22;
-/** The height of a part of which no list is known. */
+/** Height of a part without known lists. */
 const EMPTY = 60;
 
 export interface LaidBox {
   name: string;
   kind: "list" | "part" | "start" | "end";
-  /** The part that it is in; its place is from the corner of that one. */
+  /** Enclosing part; the position is relative to its corner. */
   within: string | null;
   x: number;
   y: number;
@@ -29,20 +29,23 @@ export interface LaidBox {
 export interface LaidDiagram {
   width: number;
   height: number;
-  /** A part before what is in it. */
+  /** Boxes, with parts before their content. */
   boxes: LaidBox[];
   arrows: { arrow: Arrow; path: string; label: { x: number; y: number } | null }[];
 }
 
-/** Returns the name of a list in its part. */
+/** Returns the name of a list relative to its part. */
 export function shortName(name: string, part: string | null): string {
   return part === null ? name : name.slice(part.length + 1);
 }
 
-/** The graph that is laid out: a box for each list, as large as its text, in that of its part; start and end; labels beside the arrows. */
+/**
+ * Returns the graph to be laid out: start and end, a box for each list that fits its text, inside the box of its part, and labels at the
+ * arrows.
+ */
 export function graphOf(shape: Shape): { graph: ElkNode; arrows: Arrow[] } {
   const known = new Set([...shape.lists, ...shape.parts].map(({ name }) => name).concat(START));
-  // While one is drawn, a transition may name a list that is gone.
+  // During editing, a transition may name a removed list.
   const arrows = [{ from: START, to: shape.initial, conditions: [] }, ...arrowsOf(shape)].filter(
     ({ from, to }: Arrow) => known.has(from) && (to === null || known.has(to)),
   );
@@ -61,7 +64,7 @@ export function graphOf(shape: Shape): { graph: ElkNode; arrows: Arrow[] } {
     const layoutOptions = {
       "elk.padding": "[top=34,left=14,bottom=14,right=14]",
       "elk.nodeSize.constraints": "MINIMUM_SIZE",
-      // Of a node with others within the layout takes the height first, where it goes down.
+      // For a node with children and direction DOWN, elkjs expects the height first.
       "elk.nodeSize.minimum": `(${EMPTY}, ${width})`,
     };
     return { id: partId(name), children, layoutOptions };
@@ -97,7 +100,7 @@ export function graphOf(shape: Shape): { graph: ElkNode; arrows: Arrow[] } {
       "elk.spacing.edgeLabel": "6",
       "elk.spacing.edgeNode": "24",
       "elk.edgeLabels.inline": "false",
-      // The first list of the definition stands first.
+      // The first list of the definition is placed first.
       "elk.layered.considerModelOrder.strategy": "NODES_AND_EDGES",
       "elk.layered.cycleBreaking.strategy": "MODEL_ORDER",
       "elk.padding": "[top=6,left=6,bottom=6,right=6]",
@@ -152,7 +155,7 @@ function partId(name: string): string {
   return `${PART}${name}`;
 }
 
-/** A line through points, its corners rounded. */
+/** Returns a path through points with rounded corners. */
 export function pathThrough(points: { x: number; y: number }[]): string {
   const round = 6;
   return points

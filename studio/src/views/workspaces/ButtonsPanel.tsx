@@ -4,7 +4,7 @@ import { Refusals, Tag } from "../../design/parts";
 import { useAction, useControl, useTopic } from "../../shell/context";
 import { instanceNameOf, start, stateOf } from "./starting";
 
-/** Buttons that start verbs and halt them, each with its state. */
+/** Buttons that start and halt verbs, each with its state. */
 export function ButtonsPanel(props: { of: readonly Button[]; workspace: string }) {
   return (
     <ul className="verb-buttons">

@@ -7,10 +7,10 @@ import { freshId, headingOf, layoutOf, modelOf, NOTHING, tabsetsOf } from "./lay
 import { PanelBody } from "./PanelBody";
 import { PanelForm } from "./PanelForm";
 
-/** A panel that is being composed: a new one at a place, or one that is there. */
+/** Panel being composed: a new one at a position, or an existing one. */
 type ComposedPanel = { of: Region | null; target: TabDropTarget | null; id: string | null };
 
-/** Panels that are docked: dragged by their tabs, resized at what divides them, and the same by the keyboard. */
+/** Docked panels: they can be dragged by their tabs and resized at their dividers, also with the keyboard. */
 export function Dock(props: { layout: Region | null; workspace: string; editing: boolean; changed: (layout: Region | null) => void }) {
   const { workspace, editing, changed } = props;
   const dock = useWorkspaceRef<Region>();
@@ -96,7 +96,7 @@ export function Dock(props: { layout: Region | null; workspace: string; editing:
 const SIDES = ["right", "bottom", "left", "top"] as const;
 const SAID = { right: "right of it", bottom: "below it", left: "left of it", top: "above it", center: "as a tab" };
 
-/** Actions on the panel that is seen in a place: split, edit, move, remove. */
+/** Actions on the visible panel of a tabset: split, edit, move, remove. */
 function TabsetTools(props: {
   of: TabsetNode<Region>;
   others: () => TabsetNode<Region>[];

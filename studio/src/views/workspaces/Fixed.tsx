@@ -5,7 +5,7 @@ import { Panel } from "../../design/parts";
 import { headingOf, innerOf } from "./layout";
 import { PanelBody } from "./PanelBody";
 
-/** A layout that stands as its author made it: a row that has no room becomes several; tabs stand one below the other. */
+/** A layout as its author made it: rows wrap if there is no room, and tabs are stacked. */
 export function Fixed(props: { layout: Region; workspace: string }) {
   const { layout, workspace } = props;
   if (layout.panel) {

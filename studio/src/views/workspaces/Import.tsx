@@ -7,7 +7,7 @@ import { go } from "../../shell/route";
 import { fromFile } from "./file";
 import { drafts } from "./Opened";
 
-/** Opens a workspace of a file as a draft: what the system refuses about its form is told, and nothing is opened then. */
+/** Opens a workspace from a file as a draft. If the system refuses its form, the refusals are shown and it is not opened. */
 export function Import() {
   const control = useLive();
   const action = useAction();

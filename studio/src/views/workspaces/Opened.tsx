@@ -11,10 +11,10 @@ import { fileName, fileText } from "./file";
 import { useFindings, useWorkspace } from "./kept";
 import { useIsNarrow } from "./narrow";
 
-/** Workspaces composed on this page and not kept yet, by name: another view takes nothing away. */
+/** Workspaces composed on this page but not yet stored, by name; they survive a change of views. */
 export const drafts = new Map<string, Workspace>();
 
-/** A workspace: its panels, and composing them. `about`: null where the system has none of that name yet. */
+/** A workspace with its panels, which can be composed. `about` is null if the system has no workspace of that name yet. */
 export function Opened(props: { name: string; about: WorkspaceAbout | null; look: () => Promise<void> }) {
   const { name, about, look } = props;
   const control = useLive();
@@ -24,7 +24,7 @@ export function Opened(props: { name: string; about: WorkspaceAbout | null; look
   const [draft, setDraft] = useState<Workspace | null>(() => drafts.get(name) ?? null);
   const [editing, setEditing] = useState(about === null);
   const [as, setAs] = useState("");
-  // The dock keeps its layout itself: another one is shown by beginning it anew, never while somebody composes.
+  // The dock manages its own layout: another one is shown by remounting the dock, but never while a person composes.
   const [begun, setBegun] = useState(0);
   const [baseline, setBaseline] = useState<number | null>(about?.revision ?? null);
   useEffect(() => {

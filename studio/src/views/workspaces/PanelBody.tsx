@@ -8,10 +8,10 @@ import { PlotPanel } from "./PlotPanel";
 import { ValuesPanel } from "./ValuesPanel";
 import { VerbPanel } from "./VerbPanel";
 
-// three.js comes with the first machine that is drawn.
+// three.js is loaded with the first machine.
 const Machine = lazy(() => import("../devices/Machine"));
 
-/** Content of a panel, whatever stands around it. */
+/** Content of a panel, independent of its frame. */
 export function PanelBody(props: { of: Region; workspace: string }) {
   const { of } = props;
   switch (of.panel) {

@@ -5,7 +5,7 @@ import { useControl } from "../../shell/context";
 import { KINDS, kindWord } from "./layout";
 import { buttonsText, panelOf, valuesText, type WrittenPanel } from "./written";
 
-/** Form of a panel's content: the names of the system are offered. */
+/** Form of a panel's content, with suggestions of the system's names. */
 export function PanelForm(props: { of: Region | null; done: (panel: Region) => void; cancel: () => void }) {
   const { of } = props;
   const names = useNames();
@@ -127,7 +127,7 @@ function useNames(): Names | null {
   const [names, setNames] = useState<Names | null>(null);
   useEffect(() => {
     let over = false;
-    // Without them names are typed.
+    // Without suggestions, names are typed.
     control.look("names", {}).then(
       (found) => over || setNames(found),
       () => undefined,

@@ -8,7 +8,7 @@ import { useControl, useTopic } from "../../shell/context";
 import { isRenewed } from "../devices/families";
 import { beyond, limitsText } from "./limits";
 
-/** Present values with their units and limits; one beyond a limit says so in words. */
+/** Present values with their units and limits; a value beyond a limit is marked in words. */
 export function ValuesPanel(props: { of: readonly ShownValue[] }) {
   return (
     <dl className="shown-values">
@@ -51,14 +51,14 @@ function ValueRow(props: { of: ShownValue }) {
   );
 }
 
-/** Type and unit of a value; null until they are known, and where nobody tells them. */
+/** Returns type and unit of a value; null until they are known, or if the system does not know them. */
 export function useAbout(name: string): SvvAbout | null {
   const control = useControl();
   const [about, setAbout] = useState<SvvAbout | null>(null);
   useEffect(() => {
     let over = false;
     setAbout(null);
-    // Without it the value is shown all the same; what is not there says its own value.
+    // The value is shown without them as well; a missing value shows its own reason.
     control.look("svv_about", { name }).then(
       (found) => over || setAbout(found),
       () => undefined,

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// A workspace as a file: JSON that a program ships.
+// A workspace as a JSON file, which a program can ship.
 import type { Workspace } from "../../control/shapes";
 
-/** The version of the format. */
+/** Version of the format. */
 const FORMAT = 1;
 
 export function fileText(workspace: Workspace): string {
@@ -13,7 +13,7 @@ export function fileName(workspace: Workspace): string {
   return `${workspace.name.replace(/[^\p{L}\p{N}._-]+/gu, "-")}.workspace.json`;
 }
 
-/** The workspace of a file. Errors: `Error` in a sentence; whether its layout is right the system says. */
+/** Reads a workspace from a file. Throws an `Error` with a sentence; the system checks the layout. */
 export function fromFile(text: string): Workspace {
   let said: unknown;
   try {

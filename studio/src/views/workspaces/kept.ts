@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
-// The workspaces of the system: which there are, one of them, and what is wrong with one here and now.
+// The workspaces of the system: their list, one of them, and its problems in this system.
 import { useCallback, useEffect, useState } from "react";
 import { type Refusal, refusalsOf } from "../../control/refusals";
 import type { Workspace, WorkspaceAbout } from "../../control/shapes";
 import { useLive, useWatched } from "../../shell/context";
 
-/** Period at which the list of workspaces is read, as others keep theirs, ms. */
+/** Period at which the list of workspaces is read, because others may change theirs, ms. */
 const LOOK_MS = 2000;
 
-/** All workspaces, as the system has them; null until they are known. */
+/** Returns all workspaces of the system; null until they are known. */
 export function useWorkspaces(): { all: WorkspaceAbout[] | null; refusals: Refusal[]; look: () => Promise<void> } {
   const control = useLive();
   const restarts = useWatched(control.restarts);
@@ -32,7 +32,7 @@ export function useWorkspaces(): { all: WorkspaceAbout[] | null; refusals: Refus
   return { all, refusals, look };
 }
 
-/** A workspace of the system; asked for again where its revision is another one. */
+/** Returns a workspace of the system; read again when its revision changes. */
 export function useWorkspace(about: WorkspaceAbout | null): { workspace: Workspace | null; refusals: Refusal[] } {
   const control = useLive();
   const [found, setFound] = useState<{ key: string; workspace: Workspace } | null>(null);
@@ -57,7 +57,7 @@ export function useWorkspace(about: WorkspaceAbout | null): { workspace: Workspa
   return { workspace: found?.key === key ? found.workspace : null, refusals };
 }
 
-/** Returns what is wrong with a workspace in this system; asked again when it changes. */
+/** Returns the errors of a workspace in this system; checked again when it changes. */
 export function useFindings(workspace: Workspace | null): Refusal[] {
   const control = useLive();
   const [found, setFound] = useState<Refusal[]>([]);

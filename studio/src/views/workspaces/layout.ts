@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A layout as files have it, and as the docking library has it. Ours is shares of rows and columns, as a person writes them; the library's
-// is percentages, with an identity for each panel.
+// A layout in the form of files, and in that of the docking library. Files have shares of rows and columns, as a person writes them; the
+// library has percentages, with an identity for each panel.
 import type {
   TabNode,
   TabsetNode,
@@ -28,7 +28,7 @@ export function kindWord(kind: PanelKind): string {
   return WORDS[kind];
 }
 
-/** The heading of a panel. */
+/** Returns the heading of a panel. */
 export function headingOf(panel: Region): string {
   if (panel.title) return panel.title;
   const kind = panel.panel ?? "alarms";
@@ -36,25 +36,25 @@ export function headingOf(panel: Region): string {
   return of ? `${kindWord(kind)} ${of}` : kindWord(kind);
 }
 
-/** The regions in a region, and how they stand. */
+/** Returns the regions inside a region, and their arrangement. */
 export function innerOf(of: Region): { regions: readonly Region[]; side: "row" | "column" | "tabs" } {
   if (of.row && of.row.length > 0) return { regions: of.row, side: "row" };
   if (of.column && of.column.length > 0) return { regions: of.column, side: "column" };
   return { regions: of.tabs ?? [], side: "tabs" };
 }
 
-/** All panels, from the first to the last. */
+/** Returns all panels in order. */
 export function panelsOf(of: Region): Region[] {
   return of.panel ? [of] : innerOf(of).regions.flatMap(panelsOf);
 }
 
-/** The same panel without what says where it stands. */
+/** Returns a panel without its share. */
 function alone(of: Region): Region {
   const { share: _, ...panel } = of;
   return panel;
 }
 
-/** The layout as the docking library takes it. No panels: one empty place. */
+/** Converts a layout for the docking library. A layout without panels becomes an empty tabset. */
 export function modelOf(layout: Region): WorkspaceModelInput<Region> {
   let last = 0;
   const tab = (of: Region): TabNode<Region> => {
@@ -72,7 +72,7 @@ export function modelOf(layout: Region): WorkspaceModelInput<Region> {
   return { version: 1, root: node(layout) };
 }
 
-/** The layout that the docking library has now; null where no panel is left. */
+/** Converts the docking library's layout; returns null if no panel is left. */
 export function layoutOf(model: WorkspaceModel<Region>): Region | null {
   return regionOf(model.root);
 }
@@ -99,7 +99,7 @@ function percentOf(size: number | string | undefined): number | null {
   return read === undefined || !Number.isFinite(read) ? null : read;
 }
 
-/** Shares relative to an equal part, to two digits; null where all are equal. What has no size has an equal part of what is left. */
+/** Returns shares relative to an equal share, to two digits; null if all are equal. Regions without a size share the remainder equally. */
 export function sharesOf(percents: readonly (number | null)[]): number[] | null {
   const given = percents.filter((size) => size !== null);
   const left = Math.max(0, 100 - given.reduce((sum, size) => sum + size, 0));
@@ -111,15 +111,15 @@ export function sharesOf(percents: readonly (number | null)[]): number[] | null 
   return shares.every((share) => Math.abs(share - (shares[0] ?? 1)) < 0.015) ? null : shares;
 }
 
-/** All tabsets of a model, in the order in which they stand. */
+/** Returns all tabsets of a model in order. */
 export function tabsetsOf(node: WorkspaceNode<Region>): TabsetNode<Region>[] {
   return node.type === "tabset" ? [node] : node.children.flatMap(tabsetsOf);
 }
 
-/** A model with nothing in it. */
+/** An empty model. */
 export const NOTHING: TabsetNodeInput<Region> = { type: "tabset", tabs: [] };
 
-/** A new identity for a panel of this model. */
+/** Returns a new id for a panel of this model. */
 export function freshId(model: WorkspaceModel<Region>): string {
   const used = new Set(tabsetsOf(model.root).flatMap((tabset) => tabset.tabs.map((one) => one.id)));
   let number = used.size + 1;

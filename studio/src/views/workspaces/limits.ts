@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// Values against their limits, in words.
+// Messages about values beyond their limits.
 import type { ShownValue, Value } from "../../control/shapes";
 import { figure, withUnit } from "../../design/numbers";
 
-/** Returns what is wrong with a value: "above 2 m", "below 0 m"; null if it lies within, or has no limits. Of an array each element counts. */
+/** Describes how a value exceeds its limits: "above 2 m", "below 0 m"; null if it does not. In an array, each element is checked. */
 export function beyond(value: Value | null | undefined, of: ShownValue, unit: string): string | null {
   if (Array.isArray(value)) {
     for (const one of value) {
@@ -18,7 +18,7 @@ export function beyond(value: Value | null | undefined, of: ShownValue, unit: st
   return null;
 }
 
-/** The limits in words: "0 … 2", "at most 2", "at least 0"; empty: none. */
+/** Describes the limits: "0 … 2", "at most 2", "at least 0"; empty without limits. */
 export function limitsText(of: ShownValue): string {
   const { minimum, maximum } = of;
   const [low, high] = [typeof minimum === "number" ? figure(minimum) : null, typeof maximum === "number" ? figure(maximum) : null];

@@ -1,27 +1,27 @@
 // SPDX-License-Identifier: Apache-2.0
-// Buttons: which instance each stands for, in which state that is, and starting it.
+// Buttons: the instance of each, its state, and starting it.
 import { isLate } from "../../control/late";
 import { RefusalError } from "../../control/refusals";
 import type { Button, End, InstalledInstance } from "../../control/shapes";
 import type { Source } from "../../control/source";
 
-/** The name of the instance that a button stands for: of a program's, or of the one that the button makes. */
+/** Returns the name of the instance of a button: a program's, or the one that the button creates. */
 export function instanceNameOf(button: Button, workspace: string): string {
   return button.instance ?? button.start?.name ?? `${workspace}.${button.label}`;
 }
 
 /** State of a button. */
 export interface ButtonState {
-  /** In words: "ready", "running: list near", "ended: arrived", "not there". */
+  /** Description: "ready", "running: list near", "ended: arrived", "not there". */
   text: string;
   tone: "plain" | "good" | "warn" | "bad";
-  /** It runs, or is held: it can be halted, and not started. */
+  /** True if the instance is running, suspended or queued, so that it can be halted but not started. */
   isLive: boolean;
-  /** It cannot be started: nothing is there that could be. */
+  /** True if the instance does not exist, so that it cannot be started. */
   isMissing: boolean;
 }
 
-/** The state of a button: of its instance, and how that ended last. */
+/** Returns the state of a button, from its instance and the instance's last end. */
 export function stateOf(button: Button, instance: InstalledInstance | null, ends: readonly End[]): ButtonState {
   if (!instance) {
     const isMissing = !button.start;
@@ -45,8 +45,8 @@ export function stateOf(button: Button, instance: InstalledInstance | null, ends
 }
 
 /**
- * Starts what a button stands for. Of a button that makes its instance an ended one makes room first; one whose making took too long for
- * the press before is started. Errors: `RefusalError`.
+ * Starts the instance of a button. If the button creates its instance, an existing one is deleted first, unless its creation took too
+ * long for the previous press: then it is started. Throws `RefusalError`.
  */
 export async function start(control: Source, button: Button, workspace: string, instance: InstalledInstance | null): Promise<void> {
   if (!button.start) {

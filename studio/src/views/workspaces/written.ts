@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A panel as a person writes it in the form: lines of text, read with a sentence for what is wrong.
+// Converts the form of a panel: lines of text, with a message for each error.
 import type { Button, PanelKind, Region, ShownValue, Value } from "../../control/shapes";
 
 export interface WrittenPanel {
@@ -24,7 +24,7 @@ export function valuesText(values: readonly ShownValue[]): string {
   return values.map(line).join("\n");
 }
 
-/** Buttons as lines; one that makes its instance itself stands as JSON behind its label. */
+/** Formats buttons as lines. For a button that creates its instance, the label is followed by JSON. */
 export function buttonsText(buttons: readonly Button[]): string {
   const line = (of: Button) => {
     if (of.start) return `${of.label}: ${JSON.stringify(of.start)}`;
@@ -34,7 +34,7 @@ export function buttonsText(buttons: readonly Button[]): string {
   return buttons.map(line).join("\n");
 }
 
-/** The panel that was written, or in a sentence why there is none. What the form does not show of the panel before stays. */
+/** Returns the panel that was entered, or a sentence on why it is invalid. The previous panel's share is kept. */
 export function panelOf(kind: PanelKind, written: WrittenPanel, before: Region | null): Region | string {
   const head = {
     ...(before?.share ? { share: before.share } : {}),

@@ -7,7 +7,7 @@ import { sourceColour } from "./sources";
 
 export type BoxNode = Node<{ box: Box; toggle: ((box: string) => void) | undefined; wires: boolean }, "box">;
 
-/** A block, a closed graph, an SVV, a channel, or a port of the whole: its name, its ports, what is wrong with it. */
+/** A block, a closed graph, an SVV, a channel, or a port of the whole: its name, its ports, and its findings. */
 export const BoxView = memo(function BoxView(props: NodeProps<BoxNode>) {
   const { box, toggle, wires } = props.data;
   const wrong = box.findings.filter((finding) => finding.port === null);

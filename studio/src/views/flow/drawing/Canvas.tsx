@@ -23,7 +23,7 @@ import { useSlices } from "./slices";
 import { type WireEdge, WireView } from "./WireView";
 
 const boxViews = { box: BoxView, region: RegionView };
-/** No region has the name of a box. */
+/** Prefix of regions, which no box name has. */
 const REGION = "region\n";
 const wireViews = { wire: WireView };
 
@@ -34,24 +34,24 @@ export interface CanvasProps {
   choose: (chosen: Selection) => void;
   /** Opens or closes a nested graph. */
   toggle?: (box: string) => void;
-  /** Objects of *Find* that are not drawn. */
+  /** Objects for *Find* that are not drawn. */
   elsewhere?: Elsewhere | undefined;
-  /** Grounds behind the boxes: interrupt sources, instances. */
+  /** Background areas of the boxes: interrupt sources, instances. */
   regions?: Region[] | undefined;
-  /** A box that is to be seen in the middle; each object once. */
+  /** Box to be centred, once per object. */
   aim?: { box: string | null } | null;
-  /** Identity of the drawing: it is shown again as a whole when this changes. */
+  /** Identity of the drawing: when it changes, the whole drawing is fitted into view. */
   of: string;
-  /** Boxes can be dragged: one was moved. */
+  /** Called when a box was dragged; boxes can be dragged only if it is given. */
   move?: ((box: string, to: Place) => void) | undefined;
   edit?: {
     connect: (from: End, to: End) => void;
-    /** A wire begins at this port; null: it is over. */
+    /** Called when a wire begins at this port; null when it ends. */
     begin: (from: (End & { side: PortSide }) | null) => void;
     isPossible: (from: End, to: End) => boolean;
-    /** Somebody let go of a wire at a port where it is not possible. */
+    /** Called when a wire is dropped on a port where it is impossible. */
     refuse: (from: End, to: End) => void;
-    /** Somebody let go of a wire where nothing is; `seen`: from the corner of the canvas, px. */
+    /** Called when a wire is dropped on an empty place; `seen` is relative to the corner of the canvas, px. */
     dangle: (from: End & { side: PortSide }, at: Place, seen: Place) => void;
     remove: (boxes: string[], wires: string[]) => void;
     drop: (what: string, at: Place) => void;
@@ -59,14 +59,14 @@ export interface CanvasProps {
   children?: ReactNode;
 }
 
-/** A drawing that can be moved, zoomed, walked by keyboard (Tab, Enter, arrow keys), and where it is asked for, changed. */
+/** A drawing that can be panned, zoomed, navigated with the keyboard (Tab, Enter, arrow keys) and, with `edit`, changed. */
 export const Canvas = memo(function Canvas(props: CanvasProps) {
   const { drawing, places, chosen, choose, toggle, edit, regions, move } = props;
   const flow = useReactFlow();
   const [moving, setMoving] = useState<ReadonlyMap<string, Place>>(new Map());
   const isEdited = edit !== undefined;
   const canvas = useRef<HTMLDivElement>(null);
-  // A box that is neither chosen nor moved stays the same object, and is not drawn again.
+  // A box that is neither selected nor moved keeps the same object, and is not rendered again.
   const laid = useMemo(
     () =>
       drawing.boxes.map(
@@ -167,7 +167,7 @@ export const Canvas = memo(function Canvas(props: CanvasProps) {
   const open = (id: string) => {
     if (drawing.boxes.find((box) => box.id === id)?.opens) toggle?.(id);
   };
-  /** Enter opens what is chosen already: the first one chooses. */
+  /** Enter opens the selected box; the first Enter only selects it. */
   const press = (event: KeyboardEvent) => {
     const box = (event.target as HTMLElement).closest<HTMLElement>(".react-flow__node");
     if (event.key === "Enter" && event.target === box && chosen?.kind === "box" && box?.dataset.id === nodeId(chosen.id)) open(chosen.id);

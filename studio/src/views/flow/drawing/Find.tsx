@@ -5,28 +5,30 @@ import { score } from "../../../design/fuzzy";
 import type { Drawing, Place, Selection } from "./drawing";
 import { useMiddle } from "./Middle";
 
-/** Object that can be found in a drawing: a box, a port of one, a cell. */
+/** Object that can be found in a drawing: a box, a port of a box, or a cell. */
 export interface Findable {
   text: string;
   /** "gain", "port", "cell", … */
   about: string;
-  /** The box at which it is seen; of a wire, where it begins. */
+  /** The box that is shown; for a wire, the one at its start. */
   box: string;
   chosen: NonNullable<Selection>;
-  /** The same whether it is drawn or within what is closed. */
+  /** Key of the object, equal whether it is drawn or inside a closed graph. */
   key: string;
-  /** Where it is that is not drawn, and what draws it. */
+  /** For an object that is not drawn, its location, and a function that opens it. */
   within?: { text: string; open: () => void };
 }
 
-/** Objects that are not drawn: in graphs that are closed or around, in instances that are hidden. Listed when somebody seeks. */
+/** Objects that are not drawn: in closed or enclosing graphs, or hidden instances. They are listed only during a search. */
 export interface Elsewhere {
-  /** Mark that tells the drawing's own objects from those of the same name elsewhere. */
+  /** Mark that distinguishes the drawing's own objects from those of the same name elsewhere. */
   here: string;
   list: () => Findable[];
 }
 
-/** Returns the objects that `typed` finds, the best first: labels, blocks, ports, SVVs and cells. What is drawn stands before its like that is not. */
+/**
+ * Returns the objects that match `typed`, best first: labels, blocks, ports, SVVs and cells. Of equal matches, drawn objects are first.
+ */
 export function foundIn(of: readonly Findable[], typed: string): Findable[] {
   if (typed.trim() === "") return [];
   const scored = of.flatMap((one) => {
@@ -36,7 +38,7 @@ export function foundIn(of: readonly Findable[], typed: string): Findable[] {
   return scored.sort((a, b) => b.score - a.score).map(({ one }) => one);
 }
 
-/** Returns the objects of a drawing that can be found; `here` tells it from what is called the same elsewhere. */
+/** Returns the objects of a drawing that can be found; `here` distinguishes them from objects of the same name elsewhere. */
 export function findables(drawing: Drawing, here = ""): Findable[] {
   const named = (text: string, about: string, box: string, chosen: NonNullable<Selection>): Findable => ({
     text,
@@ -62,8 +64,8 @@ export function findables(drawing: Drawing, here = ""): Findable[] {
 }
 
 /**
- * Finds in the drawing, and within what is closed in it. Ctrl+F or `/` opens it; Enter steps to the next, Shift+Enter to the one before, opens
- * what it is in, and shows it in the middle.
+ * Searches the drawing and its closed graphs. Ctrl+F or `/` opens the search. Enter steps to the next match, Shift+Enter to the
+ * previous; the match is opened and centred.
  */
 export function Find(props: {
   drawing: Drawing;
@@ -76,7 +78,7 @@ export function Find(props: {
   const [isOpen, setOpen] = useState(false);
   const [typed, setTyped] = useState("");
   const [hit, setHit] = useState<Findable | null>(null);
-  /** Object that is to be shown once it is drawn. */
+  /** Object to be shown as soon as it is drawn. */
   const [awaited, setAwaited] = useState<Findable | null>(null);
   const field = useRef<HTMLInputElement>(null);
   const all = useMemo(() => {

@@ -3,13 +3,13 @@ import { useReactFlow, useStoreApi } from "@xyflow/react";
 import { useCallback, useEffect } from "react";
 import { type Box, type Drawing, type Place, sizeOf } from "./drawing";
 
-/** Zoom at which a box is shown that somebody asked for. */
+/** Minimum zoom for a box that is shown on request. */
 const ZOOM_LEAST = 1;
 
-/** The aims that were shown: none is shown again when the drawing comes back. */
+/** Targets that were already shown, and are not shown again when the drawing reappears. */
 const shown = new WeakSet<object>();
 
-/** Shows a box in the middle as soon as it is drawn, once for each object that it is given. */
+/** Centres a box as soon as it is drawn, once for each object passed. */
 export function Middle(props: { of: { box: string | null } | null; drawing: Drawing; places: ReadonlyMap<string, Place> }) {
   const { of, drawing, places } = props;
   const show = useMiddle();
@@ -22,7 +22,7 @@ export function Middle(props: { of: { box: string | null } | null; drawing: Draw
   return null;
 }
 
-/** Returns a function that shows a box in the middle and calls `done` then; what that returns takes it back until it has happened. */
+/** Returns a function that centres a box and then calls `done`; its result cancels this while pending. */
 export function useMiddle(): (box: Box, place: Place, done: () => void) => () => void {
   const flow = useReactFlow();
   const store = useStoreApi();
@@ -30,7 +30,7 @@ export function useMiddle(): (box: Box, place: Place, done: () => void) => () =>
     (box: Box, place: Place, done: () => void) => {
       const { width, height } = sizeOf(box);
       const zoom = Math.max(store.getState().transform[2], ZOOM_LEAST);
-      // Behind the frame in which another drawing is shown as a whole.
+      // Runs after the frame in which a new drawing is fitted into view.
       const frame = requestAnimationFrame(() => {
         done();
         void flow.setCenter(place.x + width / 2, place.y + height / 2, { zoom });

@@ -12,24 +12,24 @@ import {
 import { type CSSProperties, useEffect, useMemo, useRef } from "react";
 import { type Box, type Place, sizeOf } from "./drawing";
 
-/** From so many boxes on a map of the whole helps. */
+/** Minimum number of boxes for which a map is shown. */
 const MAP_FROM = 12;
 export const ZOOM_MIN = 0.1;
 export const ZOOM_MAX = 2;
-/** Below this a text of a box is too small to be read: titles alone are shown, in letters of FAR_PX on the screen. */
+/** Zoom below which the text of a box is illegible: only titles are shown, with a size of `FAR_PX` on the screen. */
 const FAR = 0.62;
 const [BESIDE_ZOOM, BELOW_FIND] = [64, 64];
-/** So much of a box is to be seen at least, px. */
+/** Minimum visible size of a box, px. */
 const SEEN = 20;
 const FAR_PX = 10;
-/** Width of a letter of a title, and height of a line, parts of its size; edge of a box. */
+/** Width of a letter and height of a line, relative to the size of titles, and margin of a box. */
 const [LETTER, LINE, EDGE] = [0.66, 1.2, 14];
-/** Minimum zoom of a whole, and the step. */
+/** Minimum zoom of the whole drawing, and its step. */
 const [WHOLE_MIN, STEP] = [0.3, 0.02];
-/** View of the whole: not larger than it is, beside the buttons for the zoom. */
+/** Fit of the whole drawing: not enlarged, and clear of the zoom buttons. */
 export const FIT = { maxZoom: 1, padding: { x: "24px", y: "24px", left: `${BESIDE_ZOOM}px` } } satisfies FitViewOptions;
 
-/** A map of the whole, where some of it is not to be seen. */
+/** A map of the whole drawing, if some of it is out of view. */
 export function Overview(props: { boxes: Box[]; places: ReadonlyMap<string, Place> }) {
   const { boxes, places } = props;
   const { x, y, width, height } = boundsOf(boxes, places);
@@ -41,16 +41,16 @@ export function Overview(props: { boxes: Box[]; places: ReadonlyMap<string, Plac
   return <MiniMap pannable zoomable ariaLabel="Map of the whole" nodeColor="var(--line-strong)" />;
 }
 
-/** The size of titles where the drawing is far away, for its style; null: it is near enough to be read. */
+/** Returns a style with the size of titles if the drawing is zoomed out too far; null if it is legible. */
 export function useFar(): CSSProperties | null {
-  // In steps: not each turn of the wheel lays out every title.
+  // Quantized, so that not each turn of the wheel lays out every title again.
   const steps = useStore(({ transform: [, , zoom] }) => (zoom < FAR ? Math.round(zoom * 20) : null));
   return useMemo(() => (steps === null ? null : ({ "--far-size": `${FAR_PX / (Math.max(steps, 2) / 20)}px` } as CSSProperties)), [steps]);
 }
 
 /**
- * Shows the whole when `of` changes: another graph. What is too large for that begins at the upper left corner. A window that has become so
- * small that no box is in sight shows the first one.
+ * Fits the whole drawing into view when `of` changes. If that is illegible, the view begins at the upper left corner. If a resized
+ * window contains no box, the first one is shown.
  */
 export function useFitting(of: string, boxes: Box[], places: ReadonlyMap<string, Place>): void {
   const flow = useReactFlow();
@@ -61,7 +61,7 @@ export function useFitting(of: string, boxes: Box[], places: ReadonlyMap<string,
   const sized = useRef({ width: 0, height: 0 });
   useEffect(() => {
     if (!isReady || places.size === 0 || boxes.length === 0) return;
-    // Nothing moves because of a message: a drawing that was moved out of sight stays there.
+    // The view does not move because of a message: a drawing that was moved out of view stays there.
     if (fitted.current === of && sized.current.width === width && sized.current.height === height) return;
     sized.current = { width, height };
     const { transform } = store.getState();
@@ -82,18 +82,18 @@ export function useFitting(of: string, boxes: Box[], places: ReadonlyMap<string,
   }, [of, boxes, places, isReady, width, height, flow, store]);
 }
 
-/** Returns the view that begins at a place of the drawing, beside the buttons. */
+/** Returns the view that begins at a position of the drawing, clear of the buttons. */
 function begunAt(place: Place, zoom: number): Viewport {
   return { x: BESIDE_ZOOM - place.x * zoom, y: BELOW_FIND - place.y * zoom, zoom };
 }
 
-/** Returns whether the title of a box can be seen, which lies at its top or in its middle. */
+/** Returns whether the title of a box is visible, whether it is at the top or in the middle of the box. */
 function isInSight(box: { x: number; y: number; height: number }, { x, y, zoom }: Viewport, width: number, height: number): boolean {
   const [left, top] = [box.x * zoom + x, box.y * zoom + y];
   return left > 0 && left < width - SEEN && top > 0 && top + (box.height / 2) * zoom < height - SEEN;
 }
 
-/** The least zoom at which the title of every box can be read. Of what is larger than that the beginning is shown. */
+/** Returns the minimum zoom at which the titles of all boxes are legible. Only the beginning of a larger drawing is shown. */
 export function legibleFrom(boxes: Box[]): number {
   for (let zoom = WHOLE_MIN; zoom < FAR; zoom += STEP) if (boxes.every((box) => isLegible(box, zoom))) return zoom;
   return FAR;

@@ -6,7 +6,7 @@ import { sourceColour } from "./sources";
 
 export type RegionNode = Node<{ region: Region }, "region">;
 
-/** The ground on which the boxes of a source stand. */
+/** The background area of the boxes of a source. */
 export const RegionView = memo(function RegionView(props: NodeProps<RegionNode>) {
   const { region } = props.data;
   return (

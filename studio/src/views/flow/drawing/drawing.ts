@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 import { unitText } from "../../../design/units";
-// What a data flow graph looks like: boxes with ports, wires between ports. Made from what is installed, or from what is drawn.
+// A data flow graph as it is drawn: boxes with ports, and wires between them. It is made from installed instances or from a draft.
 
 export type PortSide = "input" | "output";
 
@@ -9,7 +9,7 @@ export interface Port {
   side: PortSide;
   type_text: string;
   unit: string;
-  /** "synchronous", "asynchronous", "ratio 5"; empty where nothing is said. */
+  /** "synchronous", "asynchronous" or "ratio 5"; empty if unspecified. */
   mode: string;
   doc: string;
 }
@@ -19,25 +19,25 @@ export type BoxKind = "block" | "graph" | "svv" | "channel" | "boundary";
 export interface Box {
   id: string;
   kind: BoxKind;
-  /** Its label. */
+  /** Label of the box. */
   title: string;
-  /** The block that it is, the source that runs it, how often: one line. */
+  /** The block, the source that runs it, and its rate, on one line. */
   about: string;
   doc: string;
   ports: Port[];
-  /** The interrupt source that runs it, for its colour; null where it is not placed. */
+  /** The interrupt source that runs the block, for its colour; null if it is not placed. */
   source: string | null;
-  /** Faults of it, or of one of its ports, in words. */
+  /** Findings about the box or one of its ports, in words. */
   findings: PortFinding[];
-  /** A nested graph that can be opened or closed. */
+  /** State of a nested graph that can be opened or closed. */
   opens: "open" | "closed" | null;
 }
 
 export interface PortFinding {
-  /** null: the box itself. */
+  /** Port that the finding is about; null for the box itself. */
   port: string | null;
   text: string;
-  /** Told from the same finding of other boxes by this. */
+  /** Key of the finding: equal keys on several boxes are the same finding. */
   key: string;
 }
 
@@ -53,11 +53,11 @@ export interface Wire {
   to: End;
   /** Name of the cell, shown at its middle. */
   cell: string;
-  /** The name under which its present value is to be had; null: it has none. */
+  /** Name under which the present value can be read; null if it cannot. */
   live: string | null;
   type_text: string;
   unit: string;
-  /** A synchronous relation is drawn whole, an asynchronous one dashed. */
+  /** Synchronous relations are drawn solid, asynchronous ones dashed. */
   mode: string;
   findings: string[];
 }
@@ -72,7 +72,7 @@ export interface Place {
   y: number;
 }
 
-/** Sizes of a box, px: the layout must know them before anything is drawn. */
+/** Sizes of a box, px; the layout needs them before anything is rendered. */
 export const HEAD = 42;
 export const ROW = 20;
 const FOOT = 6;
@@ -94,17 +94,17 @@ export function sizeOf(box: Box): { width: number; height: number } {
   return { width: Math.min(320, Math.max(96, Math.ceil(letters * LETTER + 24))), height: HEAD + rows * ROW + FOOT };
 }
 
-/** Where a port's middle lies, from the upper edge of its box. */
+/** Returns the distance of a port's centre from the upper edge of its box. */
 export function portAt(box: Box, port: Port): number {
   const row = box.ports.filter((one) => one.side === port.side).indexOf(port);
   return HEAD + row * ROW + ROW / 2;
 }
 
-/** "double[6] in rad, synchronous". */
+/** Describes a port: "double[6] in rad, synchronous". */
 export function portText(port: Pick<Port, "type_text" | "unit" | "mode">): string {
   const of = port.unit ? `${port.type_text} in ${unitText(port.unit)}` : port.type_text;
   return port.mode ? `${of}, ${port.mode}` : of;
 }
 
-/** Choice in a drawing. */
+/** Selected box or wire of a drawing. */
 export type Selection = { kind: "box" | "wire"; id: string } | null;

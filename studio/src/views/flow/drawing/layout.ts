@@ -4,7 +4,7 @@ import { elk } from "../../../design/elk";
 import { type Box, type Drawing, type Place, portAt, sizeOf } from "./drawing";
 import type { GroupedDrawing, Region } from "./regions";
 
-/** From layer to layer, px: values stand on the wires of what runs. */
+/** Distance between layers, px; wires of installed instances need space for their values. */
 const [WITH_VALUES, WITHOUT] = ["110", "60"];
 
 const OPTIONS = {
@@ -15,10 +15,12 @@ const OPTIONS = {
   "elk.separateConnectedComponents": "true",
 };
 
-/** From box to box where there is no layout, px. */
+/** Distance between boxes without a layout, px. */
 const IN_A_ROW = 340;
 
-/** Places for all boxes of a drawing, from left to right along the data; of a drawing that the layout refuses, in one row. */
+/**
+ * Returns positions for all boxes of a drawing, from left to right along the data; in one row if the layout engine refuses the drawing.
+ */
 export async function arrange(drawing: Drawing): Promise<Map<string, Place>> {
   try {
     const laid = await (await elk()).layout(problemOf(drawing));
@@ -28,7 +30,7 @@ export async function arrange(drawing: Drawing): Promise<Map<string, Place>> {
   }
 }
 
-/** The drawing as the layout takes it: every port at its height on its side. */
+/** Converts a drawing for the layout engine, with every port at a fixed position. */
 export function problemOf(drawing: Drawing): ElkNode {
   const layers = { "elk.layered.spacing.nodeNodeBetweenLayers": drawing.wires.some(({ live }) => live !== null) ? WITH_VALUES : WITHOUT };
   const children = drawing.boxes.map((box) => {
@@ -55,13 +57,13 @@ function portId(box: string, side: string, port: string): string {
   return `${box}\n${side}\n${port}`;
 }
 
-/** Room in a region: above the boxes for its title, px. */
+/** Padding of a region, px; the title is above the boxes. */
 const ROOM = "[top=64,left=20,bottom=20,right=20]";
 const PACKED = { "elk.algorithm": "rectpacking", "elk.aspectRatio": "1.5", "elk.spacing.nodeNode": "40" };
 
 /**
- * A drawing in regions side by side, in each its boxes along the data. `regionOf`: the title of a box's region. Wires from region to region
- * place nothing. Null: the layout refuses it.
+ * Arranges a drawing in regions side by side, each with its boxes along the data. `regionOf` returns the title of a box's region. Wires
+ * between regions do not affect the layout. Returns null if the layout engine refuses the drawing.
  */
 export async function arrangeIn(drawing: Drawing, regionOf: (box: Box) => string): Promise<GroupedDrawing | null> {
   const of = new Map(drawing.boxes.map((box) => [box.id, regionOf(box)]));

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// A drawing by interrupt sources: a column for each, with the boxes that run there.
+// A drawing by interrupt sources: one column each, with the boxes that run there.
 import { type Box, type Place, sizeOf } from "./drawing";
 
-/** A part of the drawing that stands for an interrupt source; null: for what is placed nowhere. */
+/** An area of the drawing for the boxes of an interrupt source; a null `source` is for boxes that are not placed. */
 export interface Region {
   source: string | null;
   title: string;
@@ -12,17 +12,20 @@ export interface Region {
   height: number;
 }
 
-/** The regions of a drawing, and where its boxes stand. */
+/** The regions of a drawing, and the positions of its boxes. */
 export interface GroupedDrawing {
   regions: Region[];
   places: Map<string, Place>;
 }
 
-/** So many boxes of a source stand under each other; more stand beside them. */
+/** Maximum number of boxes in a column of a region; further boxes start another column. */
 const IN_A_COLUMN = 12;
 const [GAP, HEAD, PAD, NARROWEST, LOWEST] = [60, 64, 20, 180, 160];
 
-/** A column for each source, those of a processor side by side, and one for what is placed nowhere; in each the boxes from above. */
+/**
+ * Arranges the boxes in a region for each source, from left to right, and one for boxes that are not placed. Each region is filled from
+ * the top.
+ */
 export function grouped(
   boxes: readonly Box[],
   sources: readonly string[],
@@ -52,12 +55,12 @@ export function grouped(
     regions.push({ source, title: source ?? unplaced, x, y: 0, width, height });
     x += width + GAP;
   }
-  // All as high as the highest: what is dropped below the boxes of one is in it.
+  // All regions get the height of the highest, so that a box dropped below the others is still inside.
   const height = Math.max(LOWEST, ...regions.map((region) => region.height));
   return { regions: regions.map((region) => ({ ...region, height })), places };
 }
 
-/** The region in which a point lies. */
+/** Returns the region that contains a point. */
 export function regionAt(regions: readonly Region[], at: Place): Region | undefined {
   return regions.find(({ x, y, width, height }) => at.x >= x && at.x <= x + width && at.y >= y && at.y <= y + height);
 }

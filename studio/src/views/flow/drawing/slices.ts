@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 import { useEffect, useMemo, useState } from "react";
 
-/** So many boxes or wires are put into the page at once. */
+/** Number of boxes or wires added per animation frame. */
 const SLICE = 25;
 
-/** The first ones of many, more with each animation frame: the page answers while a large drawing comes. */
+/** Returns the first items, and more with each animation frame, so that the page stays responsive while a large drawing loads. */
 export function useSlices<T>(all: T[]): T[] {
   const [shown, setShown] = useState(SLICE);
   const isAll = shown >= all.length;

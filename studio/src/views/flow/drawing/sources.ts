@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-// Interrupt sources have colours, so that one sees which block runs where.
+// Colours of interrupt sources, which show where each block runs.
 
 const SERIES = 8;
 const given = new Map<string, number>();
 
-/** The colour of a source, the same as long as the page is open; a line's where there is none. */
+/** Returns the colour of a source, constant as long as the page is open; without a source, that of lines. */
 export function sourceColour(source: string | null): string {
   if (source === null) return "var(--line-strong)";
   const known = given.get(source) ?? given.size;

@@ -23,7 +23,7 @@ export function Boundaries(props: { draft: Draft; put: (draft: Draft) => void })
   ));
 }
 
-/** A port of the graph, or an instantiation parameter, that is chosen: its name. */
+/** Name of the selected port of the graph or instantiation parameter. */
 export function BoundaryPanel(props: { draft: Draft; box: string; put: (draft: Draft) => void; choose: (box: string) => void }) {
   const { draft, box, put } = props;
   const set = boundaryOf(draft, box);
@@ -50,7 +50,7 @@ export function BoundaryPanel(props: { draft: Draft; box: string; put: (draft: D
   );
 }
 
-/** A wire that is chosen: the port of the graph or the instantiation parameter that it leads to, or its cell. */
+/** Target of the selected wire: a port of the graph, an instantiation parameter, or a cell. */
 export function WirePanel(props: { draft: Draft; wire: Wire | undefined; put: (draft: Draft) => void; choose: (box: string) => void }) {
   const { draft, wire, put, choose } = props;
   const box = wire && [wire.from.box, wire.to.box].find((one) => boundaryOf(draft, one));
@@ -58,7 +58,7 @@ export function WirePanel(props: { draft: Draft; wire: Wire | undefined; put: (d
   return <CellPanel draft={draft} wire={wire} put={put} />;
 }
 
-/** The cell of a wire: its name. */
+/** Name of the cell of a wire. */
 function CellPanel(props: { draft: Draft; wire: Wire | undefined; put: (draft: Draft) => void }) {
   const { draft, wire, put } = props;
   const ports = wire && setsOf(draft, "cells")[wire.cell];

@@ -15,20 +15,20 @@ import type { WireStart } from "./offered";
 import { WireField } from "./WireField";
 import { constantOf, constantText } from "./written";
 
-/** A block of the draft: its label, its constants, its ports and conditions. */
+/** A block of the draft: its label, constants, ports and conditions. */
 export function BoxPanel(props: {
   draft: Draft;
   label: string;
   faces: Faces;
   change: (draft: Draft) => void;
   choose: (label: string) => void;
-  /** Offers what a wire from a port may lead to. */
+  /** Offers possible ends of a wire from a port. */
   offer: (from: WireStart) => void;
-  /** Goes into a graph. */
+  /** Opens a nested graph. */
   enter: (label: string) => void;
-  /** Names that graphs have, for one that becomes a use's own. */
+  /** Names of existing graphs, for naming a use's own copy. */
   graphs: string[];
-  /** Interrupt sources of the system, and that on which it is to run; null: where a start says. */
+  /** Interrupt sources of the system, and the one on which the block is to run; null for the one given at the start. */
   sources: string[];
   source: string | null;
   runOn: (source: string | null) => void;

@@ -3,7 +3,7 @@ import { Panel } from "../../../design/parts";
 import type { UnreadField } from "../../../design/unread";
 import { about, type Finding } from "./findings";
 
-/** All that is wrong with what is drawn. Each finding is pressed to get to its place. */
+/** All findings about the draft. Pressing a finding leads to its location. */
 export function Checks(props: { of: Finding[]; unread: UnreadField[]; isEmpty: boolean; aim: (finding: Finding) => void }) {
   const { unread, aim } = props;
   const findings = [...new Map(props.of.map((finding) => [about(finding), finding])).entries()];

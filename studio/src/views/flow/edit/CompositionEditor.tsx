@@ -14,10 +14,10 @@ import { Head, type Working } from "./Head";
 import { draftOf, withoutSources } from "./reading";
 import { SystemVerb } from "./SystemVerb";
 
-/** Time for which nothing must change before the system is asked, ms. */
+/** Time without changes after which the system is queried, ms. */
 const PAUSE_MS = 250;
 
-/** Draws a verb that is made of verbs: its parts as states, transitions between them. */
+/** Editor of a verb composed of verbs: its parts as states, with transitions between them. */
 export function CompositionEditor(props: { work: Working; draft: ComposedDefinition }) {
   const { work, draft } = props;
   const [chosen, setChosen] = useState<string | null>(null);
@@ -75,7 +75,7 @@ function said(one: Refusal): string {
   return one.remedy ? `${one.message}; ${one.remedy}` : one.message;
 }
 
-/** Verbs that can be parts: of the file, and of the system. */
+/** Verbs of the file and of the system that can be parts. */
 function Verbs(props: { draft: ComposedDefinition; add: (name: string, part?: Part) => void }) {
   const { draft, add } = props;
   const [wrong, setWrong] = useState<Refusal[]>([]);
@@ -108,7 +108,7 @@ function Verbs(props: { draft: ComposedDefinition; add: (name: string, part?: Pa
   );
 }
 
-/** Returns whether a definition is the composition itself, or has it within. */
+/** Returns whether a definition is the composition itself, or contains it. */
 function isWithin(draft: ComposedDefinition, name: string, depth = 0): boolean {
   if (name === draft.of.name) return true;
   const part = Object.hasOwn(draft.made_of, name) ? draft.made_of[name] : undefined;
@@ -116,7 +116,7 @@ function isWithin(draft: ComposedDefinition, name: string, depth = 0): boolean {
   return Object.values(part.of.parts).some((inner) => isWithin(draft, inner, depth + 1));
 }
 
-/** The verb that the composition is, by the system; what is wrong where it is none. Asked again a moment after each change. */
+/** Returns the verb that the system makes of the composition, or the errors. It is repeated a moment after each change. */
 function useComposed(draft: ComposedDefinition): { verb: VerbRequest | null; found: Refusal[] } {
   const control = useLive();
   const [answer, setAnswer] = useState<{ verb: VerbRequest | null; found: Refusal[] }>({ verb: null, found: [] });
@@ -156,7 +156,7 @@ async function composedVerb(
       ]);
     parts.set(label, part.kind === "verb" ? composed.verbOf(part) : await inner());
   }
-  // What was drawn is a composition in its JSON form; the system says what is wrong with it.
+  // The drawn composition is in JSON form; the system reports errors in it.
   return await control.look("compose", { ...composed.askedOf(of), parts: Object.fromEntries(parts) } as unknown as Asked, signal);
 }
 

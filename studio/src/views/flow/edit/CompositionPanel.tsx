@@ -10,7 +10,7 @@ import { constantText, givenOf, words } from "./written";
 
 type Of = { draft: ComposedDefinition; change: (draft: ComposedDefinition) => void };
 
-/** A part that is chosen: what it is, what it is called, and what its parameters, outputs and conditions are called in the whole. */
+/** The selected part: its verb, its label, and the names of its parameters, outputs and conditions in the whole. */
 export function PartPanel(props: Of & { label: string; choose: (label: string | null) => void }) {
   const { draft, label, change, choose } = props;
   const names = composed.namesOf(composed.partOf(draft, label), draft.made_of);
@@ -91,7 +91,7 @@ export function PartPanel(props: Of & { label: string; choose: (label: string | 
   );
 }
 
-/** Transitions between parts, or from lists of them. */
+/** Transitions between parts or their lists. */
 export function StepsPanel(props: Of) {
   const { draft, change } = props;
   const list = useId();
@@ -161,7 +161,7 @@ export function StepsPanel(props: Of) {
   );
 }
 
-/** Properties of a composition as a whole. */
+/** Properties of the whole composition. */
 export function CompositionPanel(props: Of) {
   const { draft, change } = props;
   const { initial, together, until, share } = draft.of;

@@ -4,7 +4,7 @@ import { FlowEditor } from "./FlowEditor";
 import { useDraft } from "./history";
 import { useUndoKeys } from "./undoKeys";
 
-/** Draws graphs, verbs and compositions of verbs. Nothing reaches the system but questions, until somebody installs. */
+/** Editor of graphs, verbs and compositions. The system only receives queries until a person installs the definition. */
 export default function Editor() {
   const work = useDraft();
   useUndoKeys(work.back, work.again);

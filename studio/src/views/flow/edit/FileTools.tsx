@@ -8,7 +8,7 @@ import type { OpenedFile } from "./history";
 import { draftOf, withoutSources } from "./reading";
 import { SystemVerb } from "./SystemVerb";
 
-/** The verbs and compositions of a file, or of what is drawn: what a new composition can be made of. */
+/** Returns the verbs and compositions of a file, and of the draft, from which a composition can be made. */
 function partsAt(draft: DrawnDefinition, found: DrawnDefinition[]): Record<string, Part> {
   const parts = found.flatMap((one): [string, Part][] => {
     if (one.kind === "graph") return [];
@@ -18,7 +18,7 @@ function partsAt(draft: DrawnDefinition, found: DrawnDefinition[]): Record<strin
   return { ...Object.fromEntries(parts), ...own };
 }
 
-/** New, open, save; and a verb that is in the system, to begin with. */
+/** Buttons to create, open and save files, and to start from a verb of the system. */
 export function FileTools(props: {
   draft: DrawnDefinition;
   file: OpenedFile | null;
@@ -42,7 +42,7 @@ export function FileTools(props: {
     }
   };
   const found = useMemo(() => (props.file ? draftsOf(props.file.text) : []), [props.file]);
-  /** To another definition of the file. What was changed of this one stays in the file that is saved then. */
+  /** Switches to another definition of the file. Changes to the present one are kept in the file. */
   const change = (wanted: string) => {
     if (!props.file) return;
     setWrong([]);

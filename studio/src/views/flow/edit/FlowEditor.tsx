@@ -40,10 +40,10 @@ import { Where } from "./Where";
 
 type EditorView = "flow" | "lists";
 const NOTHING: Drawing = { boxes: [], wires: [] };
-/** Where an offer stands that was asked for by the keyboard: from the corner of the canvas, px. */
+/** Position of an offer that was requested with the keyboard, relative to the corner of the canvas, px. */
 const BY_KEYBOARD: Place = { x: 80, y: 60 };
 
-/** Draws a graph or a verb, and the graphs within it. */
+/** Editor of a graph or verb, and of its nested graphs. */
 export function FlowEditor(props: { work: Working; whole: Draft }) {
   const { work, whole } = props;
   const { change: putWhole, place: placeWhole } = work;
@@ -51,7 +51,7 @@ export function FlowEditor(props: { work: Working; whole: Draft }) {
   const { faces, device_types, sources, trouble } = useFaces(control);
   const { findings: all, unanswered } = useFindings(control, whole);
   const [wanted, setWay] = useState<Way>([]);
-  // A block on the way may be gone, or called otherwise: what is drawn is as far in as there is something.
+  // A block on the path may have been removed or renamed: the path is shortened to the part that exists.
   const way = useMemo(() => standing(whole, wanted), [whole, wanted]);
   const draft = useMemo(() => within(whole, way) ?? whole, [whole, way]);
   const put = useCallback((next: Draft) => putWhole(replaced(whole, way, next)), [putWhole, whole, way]);
@@ -61,7 +61,8 @@ export function FlowEditor(props: { work: Working; whole: Draft }) {
   const [chosen, setChosen] = useState<Selection>(null);
   const [offer, setOffer] = useState<{ from: WireStart; at: Place; seen: Place } | null>(null);
   const possible = usePossible(control, draft);
-  // The drawing is shown as a whole anew: another one was opened, it was arranged, or something came that may lie outside.
+  // Incremented to fit the whole drawing into view: after opening another one, arranging it, or adding something that may be out of
+  // view.
   const [shownAnew, setShownAnew] = useState(0);
   const showAnew = useCallback(() => setShownAnew((before) => before + 1), []);
   const [refused, setRefused] = useState<RefusedWire | null>(null);
@@ -128,7 +129,7 @@ export function FlowEditor(props: { work: Working; whole: Draft }) {
       if (first !== undefined && made.labels.length === 1) setChosen({ kind: "box", id: first });
     },
     remove: (labels) => {
-      // Where nothing is chosen all is copied, and nothing cut.
+      // Without a selection, everything is copied but nothing is cut.
       if (chosen === null) return;
       put(labels.reduce(change.removeBlock, draft));
       setChosen(null);
@@ -157,7 +158,7 @@ export function FlowEditor(props: { work: Working; whole: Draft }) {
     setChosen({ kind: "box", id: made.label });
     showAnew();
   };
-  // What was never drawn has no places: it is laid out once its ports are known.
+  // A definition that was never drawn has no positions: it is laid out when its ports are known.
   useEffect(() => {
     if (isPlaced || faces.size === 0) return;
     let over = false;
@@ -340,7 +341,7 @@ export function FlowEditor(props: { work: Working; whole: Draft }) {
   );
 }
 
-/** The command lists of a verb as states. Drawing from one to another adds a transition. */
+/** The command lists of a verb as states. Drawing an arrow between two adds a transition. */
 function VerbStates(props: {
   draft: VerbDraft;
   findings: Finding[];
@@ -368,7 +369,7 @@ function VerbStates(props: {
   return shape && <StatesCanvas shape={shape} edit={edit} />;
 }
 
-/** Graphs that can be a block of what is drawn, and the names of all: of the file, and of the drawing. None may be within itself. */
+/** Returns the graphs of the file and the draft that can be used as blocks, and the names of all graphs. A graph cannot contain itself. */
 function useGraphs(work: Working, whole: Draft, way: Way): { graphs: Graph[]; names: string[] } {
   const { file } = work;
   const ofFile = useMemo(() => (file ? definitionsOf(file.text).filter((one) => one.kind === "graph") : []), [file]);
@@ -382,18 +383,18 @@ function useGraphs(work: Working, whole: Draft, way: Way): { graphs: Graph[]; na
   }, [ofFile, whole, way]);
 }
 
-/** The boxes of blocks in the colours of the sources that they are placed on. */
+/** Colours the boxes of blocks by the sources on which they are placed. */
 function coloured(drawing: Drawing, sourceOf: (label: string) => string | null): Drawing {
   return { ...drawing, boxes: drawing.boxes.map((box) => (box.kind === "boundary" ? box : { ...box, source: sourceOf(box.id) })) };
 }
 
-/** Returns why two ports cannot be wired. A boundary that binds nothing yet takes any type: it has none of its own. */
+/** Returns why two ports cannot be wired. An unbound boundary accepts any type, because it has none of its own. */
 function whyNot(draft: Draft, possible: Possible, from: End, to: End): string | null {
   if ([from, to].some((end) => boundaryOf(draft, end.box)?.ports.length === 0)) return null;
   return possible.reason(placeOf(draft, from), placeOf(draft, to));
 }
 
-/** Beside a box, on the side of the port. */
+/** Returns a position next to a box, on the side of the port. */
 function besideOf(draft: Draft, from: WireStart): Place {
   const at = own(draft.of.layout, from.box);
   return at ? { x: at.x + (from.side === "output" ? 260 : -260), y: at.y } : freePlace(draft);

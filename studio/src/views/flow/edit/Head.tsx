@@ -12,10 +12,10 @@ export type Working = ReturnType<typeof useDraft>;
 
 const KINDS: Record<DrawnDefinition["kind"], string> = { graph: "Graph", verb: "Verb", composition: "Composition" };
 
-/** The tools above the drawing: what it is called and is for, the way back, files. `children`: those of what is drawn. */
+/** The tools above the drawing: name, purpose, undo and redo, files. `children` are those of the specific editor. */
 export function Head(props: {
   work: Working;
-  /** Definition that is named: the whole, or the graph within that is drawn. */
+  /** Definition whose name is shown: the whole, or the nested graph that is open. */
   of: DrawnDefinition;
   put: (text: { name?: string; doc?: string }) => void;
   trouble: Refusal[];

@@ -11,7 +11,7 @@ import { type Placement, patternsOf } from "./placement";
 import { begin, end, keepTrial, keptTrial, type Trial, type TrialRequest } from "./trial";
 import { constantOf, everyOf } from "./written";
 
-/** Puts what is drawn into the running system. The system refuses what would touch a verb that runs, and says which. */
+/** Installs the draft in the running system. The system refuses a change that would affect a running verb, and names it. */
 export function Install(props: { draft: Draft; placement: Placement; faces: Faces; isSound: boolean }) {
   const { draft, placement, isSound } = props;
   const control = useLive();
@@ -42,7 +42,7 @@ function InstallVerb(props: { draft: Draft & { kind: "verb" }; placement: Placem
           disabled={busy || !props.isSound}
           onClick={() =>
             void run(async () => {
-              // What was drawn is a definition in its JSON form; the system says what is wrong with it.
+              // The drawn definition is in JSON form; the system reports errors in it.
               await control.order("define_verb", definitionOf(props.draft) as unknown as VerbRequest);
               const patterns = patternsOf(props.draft, props.placement);
               if (Object.keys(patterns).length > 0) await control.order("place", patterns);
@@ -169,7 +169,7 @@ function InputField(props: { name: string; svvs: string[]; put: (given: TrialReq
   );
 }
 
-/** Interrupt sources and SVVs of the system. */
+/** Returns the interrupt sources and SVVs of the system. */
 function useThere(): { sources: string[]; svvs: string[] } {
   const control = useLive();
   const [there, setThere] = useState<{ sources: string[]; svvs: string[] }>({ sources: [], svvs: [] });
@@ -177,7 +177,7 @@ function useThere(): { sources: string[]; svvs: string[] } {
     const asked = new AbortController();
     control.look("names", {}, asked.signal).then(
       (names) => setThere({ sources: names.sources, svvs: names.svvs }),
-      // A system that does not answer is told of by the stream; the form stays empty.
+      // The stream reports a system that does not answer; the form stays empty.
       () => undefined,
     );
     return () => asked.abort();

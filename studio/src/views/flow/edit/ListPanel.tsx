@@ -183,13 +183,13 @@ function commandOf(kind: Command["command"], block: string): Command {
   return { command: kind };
 }
 
-/** The command with a value under a key; without it where the value is none: then it stays as short as it was. */
+/** Sets a member of a command, or removes it if the value is null, so that short forms stay short. */
 function withOrWithout(command: Command, key: "budget_ns" | "tunable", value: unknown): Command {
   const { [key]: _before, ...rest } = command;
   return value === null ? rest : { ...rest, [key]: value };
 }
 
-/** "0.5 s", "near.done, near.lost", or nothing. */
+/** Reads a wait: "0.5 s", "near.done, near.lost", or empty. */
 export function waitOf(text: string): Command {
   const time_ns = timeOrNull(text);
   if (time_ns !== null) return { command: "wait", time_ns };

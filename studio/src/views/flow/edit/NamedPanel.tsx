@@ -8,22 +8,22 @@ import { about, type Finding } from "./findings";
 
 export type VerbDraft = Draft & { kind: "verb" };
 
-/** Items that a verb has several of, each with a name: added, renamed, removed; what is wrong stands at each. */
+/** Named items of a verb, which can be added, renamed and removed; each shows its findings. */
 export function NamedPanel<T>(props: {
   title: string;
-  /** Word for one of them. */
+  /** Word for an item. */
   one: string;
-  /** Kind of place in a finding, such as `condition`. */
+  /** Kind of the location in a finding, such as `condition`. */
   place: string;
   draft: VerbDraft;
   of: Record<string, T>;
-  /** New item: the name it gets if that is free. */
+  /** New item, with its name if that is not taken. */
   fresh: [string, T];
   set: (draft: Draft, name: string, value: T | null) => Draft;
-  /** Everything that names it follows. */
+  /** Renames an item in all references to it. */
   rename: (draft: VerbDraft, name: string, to: string) => Draft;
   change: (draft: Draft) => void;
-  /** Proposals of its fields, under the id that they are given as `list`. */
+  /** Suggestions for its fields, which refer to them by the id passed as `list`. */
   choices: string[];
   fields: (value: T, put: (value: T) => void, list: string) => ReactNode;
   found: (name: string) => Finding[];

@@ -5,8 +5,8 @@ import type { Graph } from "./definition";
 import type { Face, Faces } from "./faces";
 
 /**
- * The component data base: blocks by module and category, to be dragged into the drawing, or added by a click or Enter. Graphs of the
- * file and of the drawing are blocks too; `addGraph` without one adds an empty graph.
+ * The component data base: blocks by module and category, which are dragged into the drawing, or added with a click or Enter. Graphs of
+ * the file and of the draft are blocks too; `addGraph(null)` adds an empty graph.
  */
 export function Palette(props: { faces: Faces; graphs: Graph[]; add: (block: string) => void; addGraph: (graph: Graph | null) => void }) {
   const [sought, setSought] = useState("");
@@ -64,7 +64,7 @@ export function Palette(props: { faces: Faces; graphs: Graph[]; add: (block: str
   );
 }
 
-/** Faces whose name or description has every word that is sought, by category. */
+/** Returns the faces whose name or description contains every word of the search, by category. */
 export function grouped(faces: Faces, sought: string): Map<string, Face[]> {
   const groups = new Map<string, Face[]>();
   for (const face of faces.values()) {
@@ -82,7 +82,7 @@ function says(text: string, sought: string): boolean {
   return words.every((word) => text.toLowerCase().includes(word));
 }
 
-// The folder of a block's file is its category, in the library as in the manual.
+// The category of a block is the folder of its file, in the library as in the manual.
 function categoryOf(face: Face): string {
   const [module = ""] = face.name.split(".");
   const folder = /blocks\/([^/]+)\/[^/]+$/.exec(face.file)?.[1];

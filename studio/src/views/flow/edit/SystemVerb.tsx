@@ -6,10 +6,13 @@ import type { VerbForm } from "../../../control/shapes";
 import { useLatest } from "../../../design/useLatest";
 import { useLive } from "../../../shell/context";
 
-/** Chooses a verb of the system and takes its definition. `take` may throw; `failed` is told what is wrong, and nothing at each new choice. */
+/**
+ * Selects a verb of the system and takes its definition. `take` may throw; `failed` receives the errors, and an empty list at each new
+ * selection.
+ */
 export function SystemVerb(props: {
   label: string;
-  /** Text while none is chosen. */
+  /** Text without a selection. */
   first: string;
   without?: readonly string[];
   take: (name: string, defined: VerbForm["defined"]) => void;

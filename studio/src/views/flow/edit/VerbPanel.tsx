@@ -12,10 +12,10 @@ import { constantText, givenOf, withinOf, words } from "./written";
 
 type OfVerb = { draft: VerbDraft; faces: Faces; device_types: string[]; findings: Finding[]; change: (draft: Draft) => void };
 
-/** Written where a condition is a normal end that returns no output value. */
+/** Text for a condition that is a normal end but returns no output value. */
 const NONE = "nothing";
 
-/** Parts of a verb besides its blocks: lists, conditions, transitions, parameters, results. */
+/** Members of a verb other than its blocks: lists, conditions, transitions, parameters, results. */
 export function VerbPanel(props: OfVerb) {
   return (
     <>
@@ -263,7 +263,7 @@ function Inputs(props: OfVerb) {
   );
 }
 
-/** Classes with which a start may be refused; the system takes any of its classes. */
+/** Suggested classes with which a start may be refused; the system accepts any of its classes. */
 const REFUSED_WITH = ["NotHomed", "NotEnabled", "InvalidState", "OutOfRange", "DeviceFailed", "NotAllowed"];
 
 function Requirements(props: OfVerb) {

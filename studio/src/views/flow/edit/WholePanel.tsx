@@ -11,7 +11,7 @@ import { everyOf } from "./written";
 
 const CUT_OFF = ["halt", "continue", "safe"];
 
-/** Properties of a verb as a whole: where it begins and ends, what happens when its program is gone, manual mode. */
+/** Properties of the whole verb: its initial list and ending, its behaviour if cut off, manual mode. */
 export function WholePanel(props: { draft: VerbDraft; change: (draft: Draft) => void }) {
   const { draft, change } = props;
   const { command_lists, initial, ending, ending_limit_ns, if_cut_off, manual } = draft.of;

@@ -9,7 +9,7 @@ import { type Draft, definitionOf } from "./definition";
 import type { Faces } from "./faces";
 import type { PortAnswer, WireStart } from "./offered";
 
-/** The other ends that a wire from a port may have: by the system's answer, and every boundary that binds nothing yet. */
+/** Returns the other ends that a wire from a port may have: those in the system's answer, and every unbound boundary. */
 export function otherEnds(draft: Draft, side: PortSide, answered: PortAnswer[]): Map<string, string | NamedSet> {
   const ends = new Map<string, string | NamedSet>();
   for (const { block, port, reason } of answered) if (block !== "" && reason === null) ends.set(`${block}.${port}`, `${block}.${port}`);
@@ -23,7 +23,7 @@ export function otherEnds(draft: Draft, side: PortSide, answered: PortAnswer[]):
   return ends;
 }
 
-/** Draws a wire without a mouse: the system is asked where it may lead, one of these is chosen. */
+/** Draws a wire without a mouse: the system is queried for possible ends, one of which is selected. */
 export function WireField(props: {
   draft: Draft;
   label: string;
@@ -31,7 +31,7 @@ export function WireField(props: {
   side: PortSide;
   faces: Faces;
   change: (draft: Draft) => void;
-  /** Offers blocks that are not there yet. */
+  /** Offers new blocks. */
   offer: (from: WireStart) => void;
 }) {
   const { draft, label, port, side, faces } = props;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Where a finding leads: what is drawn and chosen when somebody presses it, and which field gets the focus.
+// Target of a finding: the part to draw and select when it is pressed, and the field that gets the focus.
 import type { Selection } from "../drawing/drawing";
 import type { Draft } from "./definition";
 import { drawnDraft } from "./drawn";
@@ -8,21 +8,21 @@ import { about, type Finding, isPort, type Where } from "./findings";
 import { findingsWithin, type Way, within } from "./nested";
 
 export interface Aim {
-  /** The graph in which it is. */
+  /** Path of the graph that contains the finding. */
   way: Way;
   shown: "flow" | "lists";
   chosen: Selection;
-  /** The box that is shown in the middle. */
+  /** Box that is centred. */
   box: string | null;
   list: string | null;
-  /** `data-place` of the field beside the drawing. */
+  /** `data-place` of the field next to the drawing. */
   field: string | null;
 }
 
-/** Place of findings about the definition as a whole, or about nothing that is drawn. */
+/** Field for findings about the whole definition, or about something that is not drawn. */
 export const WHOLE = "whole";
 
-/** The place of a finding: the first of its parts that is there. */
+/** Returns the target of a finding: the first of its locations that exists. */
 export function aimOf(whole: Draft, faces: Faces, finding: Finding): Aim {
   for (const where of finding.where) {
     const aim = "block" in where || "cell" in where ? inDrawing(whole, faces, finding, where) : beside(whole, where);
@@ -70,7 +70,7 @@ function inDrawing(whole: Draft, faces: Faces, finding: Finding, where: Where): 
   return aim({ kind: "box", id: box.id }, box.id, first && isPort(first) ? `item:${first.port}` : null);
 }
 
-/** The way to the graph that has a block or cell: `outer.inner.gain` is drawn in the graph at `outer.inner`. */
+/** Returns the path of the graph that contains a block or cell: `outer.inner.gain` is drawn in the graph at `outer.inner`. */
 function wayOf(whole: Draft, where: Where): Way {
   const name = "block" in where ? where.block : "cell" in where ? where.cell : "";
   let way: string[] = [];

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Changes of a draft, each a new draft: nothing of the one before is touched, so that it can be taken back.
+// Changes of a draft, each of which returns a new draft: the previous one stays unchanged, so that it can be restored.
 
 import type { Value } from "../../../control/shapes";
 import { own } from "../../../design/own";
@@ -38,7 +38,7 @@ export function setWith(draft: Draft, port: string): NamedSet | undefined {
   return allSets(draft).find((set) => set.ports.includes(port));
 }
 
-/** A name like `wanted` that is not taken. */
+/** Returns `wanted`, with a number appended if that name is taken. */
 export function freeName(wanted: string, taken: Iterable<string>): string {
   const names = new Set(taken);
   if (!names.has(wanted)) return wanted;
@@ -101,7 +101,7 @@ export function removeBlock(draft: Draft, label: string): Draft {
   });
 }
 
-/** Another label for a block; everything that names it follows. */
+/** Renames a block, in all references to it. */
 export function renameBlock(draft: Draft, label: string, to: string): Draft {
   if (to === label || to === "" || Object.hasOwn(draft.of.blocks, to)) return draft;
   const renamed = (port: string) => {
@@ -121,7 +121,7 @@ export function renameBlock(draft: Draft, label: string, to: string): Draft {
   return with_(next, { command_lists: each(next.of.command_lists, (list) => ({ ...list, commands: list.commands.map(command) })) });
 }
 
-/** Other names for ports, parameters and conditions of blocks, wherever the draft names one. */
+/** Renames ports, parameters and conditions of blocks in all references. */
 export function renamePorts(draft: Draft, renamed: (port: string) => string): Draft {
   let next = draft;
   if (draft.of.modes)
@@ -145,13 +145,13 @@ export function renamePorts(draft: Draft, renamed: (port: string) => string): Dr
   });
 }
 
-/** A port's mode; undefined: what its block says. */
+/** Sets a port's mode; undefined restores that of its block. */
 export function setMode(draft: Draft, port: string, mode: Mode | undefined): Draft {
   const rest = filtered(draft.of.modes ?? {}, (one) => one !== port);
   return with_(draft, { modes: mode === undefined ? rest : { ...draft.of.modes, [port]: mode } });
 }
 
-/** A block at a part of the rate of its graph; undefined: at its rate. */
+/** Sets the divisor of a block's rate relative to its graph; undefined restores the full rate. */
 export function setDivide(draft: Draft, label: string, divide: number | undefined): Draft {
   if (draft.kind !== "graph") return draft;
   const rest = filtered(draft.of.divide ?? {}, (one) => one !== label);
@@ -167,14 +167,14 @@ export function setConstant(draft: Draft, label: string, name: string, value: Va
 }
 
 /**
- * Wires an output to an input. Both are then in one set: that of the output, where it has one; else that of the input; else a new cell.
- * An input that was in another set leaves it: it has one writer. A boundary of the whole is named by its set.
+ * Wires an output to an input. Both end in one set: that of the output, if it has one; else that of the input; else a new cell. The
+ * input leaves its previous set, because an input has one writer. A boundary of the whole is given by its set.
  */
 export function connect(draft: Draft, from: string | NamedSet, to: string | NamedSet, faces: Faces): Draft {
   if (typeof to !== "string") {
     if (typeof from !== "string") return draft;
     const present = setWith(draft, from);
-    // A cell becomes the boundary as a whole; out of another boundary the port goes alone.
+    // The boundary absorbs a whole cell, but only the one port of another boundary.
     const moved = present?.kind === "cells" ? present.ports : [from];
     const left = present?.ports.filter((port) => !moved.includes(port)) ?? [];
     const next = present ? setPorts(draft, present.kind, present.name, left) : draft;
@@ -186,7 +186,7 @@ export function connect(draft: Draft, from: string | NamedSet, to: string | Name
   let next = draft;
   if (before) {
     const isOnlyRead = !before.ports.some((port) => isOutput(draft, port, faces));
-    // A set that nothing writes yet is taken as a whole: its readers belong together.
+    // A set without a writer is kept together: all its readers get the new writer.
     if (!target && isOnlyRead && before.kind !== "inputs")
       return setPorts(draft, before.kind, before.name, [from as string, ...before.ports]);
     next = setPorts(next, before.kind, before.name, without(before.ports, to));
@@ -197,7 +197,7 @@ export function connect(draft: Draft, from: string | NamedSet, to: string | Name
   return setPorts(next, "cells", freeName(port.replaceAll(".", "_"), taken), [from as string, to]);
 }
 
-/** Takes an input out of its set; a cell that nobody reads is gone. */
+/** Removes an input from its set, and a cell without readers altogether. */
 export function disconnect(draft: Draft, input: string, faces: Faces): Draft {
   const set = setWith(draft, input);
   if (!set) return draft;
@@ -206,7 +206,7 @@ export function disconnect(draft: Draft, input: string, faces: Faces): Draft {
   return setPorts(draft, set.kind, set.name, set.kind === "cells" && !isRead ? [] : left);
 }
 
-/** Takes a port out of a set by its name. */
+/** Removes a port from a set, given by its name. */
 export function release(draft: Draft, kind: SetKind, name: string, port: string): Draft {
   return setPorts(draft, kind, name, without(setsOf(draft, kind)[name] ?? [], port), true);
 }
@@ -239,7 +239,7 @@ function setPorts(draft: Draft, kind: SetKind, name: string, ports: string[], ke
   return withSets(draft, kind, { ...setsOf(draft, kind), [name]: ports });
 }
 
-// ---- of verbs alone
+// ---- only for verbs
 
 export function setList(draft: Draft, name: string, commands: Command[]): Draft {
   if (draft.kind !== "verb") return draft;
@@ -296,7 +296,7 @@ export function setRequirement(draft: Draft, member: string, requirement: Requir
   return with_(draft, { requires: requirement ? { ...draft.of.requires, [member]: requirement } : rest });
 }
 
-/** Sets the properties of a verb as a whole: its ending, what happens when it is suspended or cut off. */
+/** Sets properties of the whole verb: its ending, and its reaction to being suspended or cut off. */
 export function setWhole(
   draft: Draft,
   whole: Partial<Pick<Verb, "ending" | "ending_limit_ns" | "suspend" | "if_cut_off" | "manual">>,

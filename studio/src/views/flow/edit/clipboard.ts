@@ -1,24 +1,24 @@
 // SPDX-License-Identifier: Apache-2.0
-// Blocks that are copied: with their constants and modes, and the cells between them. Names that are taken become free ones.
+// Copied blocks with their constants and modes, and the cells between them. Names in use are replaced by free ones.
 import { own } from "../../../design/own";
 import type { Place } from "../drawing/drawing";
 import { addBlock, allSets, freeName } from "./change";
 import type { BlockUse, Draft, Mode, Sets } from "./definition";
 import { splitPort } from "./faces";
 
-/** Piece that is copied; places relative to the first block. */
+/** Copied blocks, with positions relative to the drawing. */
 export interface Piece {
   blocks: Record<string, { use: BlockUse; at: Place }>;
   cells: Sets;
   modes: Record<string, Mode>;
 }
 
-/** Where a copy stands beside what it was made of, px. */
+/** Offset of a copy from its original, px. */
 const BESIDE = 40;
-/** Mark that tells a piece from any other text of the clipboard. */
+/** Mark that distinguishes a piece from other text on the clipboard. */
 const MARK = "opengpac-blocks";
 
-/** A piece of a draft: these blocks. */
+/** Copies these blocks of a draft. */
 export function copied(draft: Draft, labels: readonly string[]): Piece {
   const isOwn = (port: string) => labels.includes(splitPort(port, draft.of.blocks)[0]);
   const blocks = labels.flatMap((label) => {
@@ -28,13 +28,13 @@ export function copied(draft: Draft, labels: readonly string[]): Piece {
   const cells = Object.entries(draft.of.cells).map(([name, ports]) => [name, ports.filter(isOwn)] as const);
   return {
     blocks: Object.fromEntries(blocks),
-    // A cell of which one end alone is copied is none.
+    // A cell with only one of its ports in the piece is not copied.
     cells: Object.fromEntries(cells.filter(([, ports]) => ports.length > 1)),
     modes: Object.fromEntries(Object.entries(draft.of.modes ?? {}).filter(([port]) => isOwn(port))),
   };
 }
 
-/** The draft with the piece, a little beside where it was; and what its blocks are called there. */
+/** Inserts the piece at a small offset. Returns the new draft, and the labels of the inserted blocks. */
 export function pasted(draft: Draft, piece: Piece): { draft: Draft; labels: string[] } {
   const names = new Map<string, string>();
   let next = draft;
@@ -61,7 +61,7 @@ export function textOf(piece: Piece): string {
   return JSON.stringify({ [MARK]: 1, ...piece });
 }
 
-/** The piece that a text is; null: it is another text. */
+/** Parses a piece; returns null for other text. */
 export function pieceOf(text: string): Piece | null {
   if (!text.startsWith(`{"${MARK}"`)) return null;
   try {

@@ -45,7 +45,7 @@ test("parts are states around their lists, and a transition between parts ends n
   const laid = await layOut(shape);
   expect(laid.boxes.filter(({ kind }) => kind === "part").map(({ name }) => name)).toEqual(["approach", "insert"]);
   expect(laid.boxes.find(({ name }) => name === "insert.start")?.within).toBe("insert");
-  // A part is no higher than what is in it.
+  // A part is only as high as its content.
   const height = (name: string) => laid.boxes.find((box) => box.name === name)?.height ?? 0;
   expect(height("approach")).toBe(height("approach.start") + 34 + 14);
   expect(laid.arrows).toHaveLength(3);
@@ -87,7 +87,7 @@ test("what a composition is made of has its names there, in compositions of comp
     ["one.insert", "one"],
     ["two", null],
   ]);
-  // A circle ends.
+  // A cyclic composition must terminate.
   const round: ComposedDefinition = {
     ...outer,
     made_of: { ...outer.made_of, press: { kind: "composition", of: { ...of, parts: { again: "press" } } } },

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Compositions as they are drawn: changes as values, what their parts have to be named, and their state diagram.
+// Compositions in the editor: changes as values, the required names of their parts, and their state diagram.
 
 import type { Value } from "../../../control/shapes";
 import { arrowsOf, commandText, type Shape } from "../../verbs/shape";
@@ -10,7 +10,7 @@ function with_(composed: ComposedDefinition, change: Partial<Composition>): Comp
   return { ...composed, of: { ...composed.of, ...change } };
 }
 
-/** Returns a part; null: nothing of that name is there. */
+/** Returns a part; null if it does not exist. */
 export function partOf(composed: ComposedDefinition, label: string): Part | null {
   const name = Object.hasOwn(composed.of.parts, label) ? composed.of.parts[label] : undefined;
   return name !== undefined && Object.hasOwn(composed.made_of, name) ? (composed.made_of[name] ?? null) : null;
@@ -25,7 +25,7 @@ export function setPart(composed: ComposedDefinition, label: string, name: strin
   return with_(composed, { parts: { ...composed.of.parts, [label]: name } });
 }
 
-/** Removes a part, with the transitions, names and values that are about it. */
+/** Removes a part, with its transitions, renamings and presets. */
 export function removePart(composed: ComposedDefinition, label: string): ComposedDefinition {
   const { parts, transitions, initial, rename, preset } = composed.of;
   const keep = <T>(map: Record<string, T>) => Object.fromEntries(Object.entries(map).filter(([name]) => !isOf(name, label)));
@@ -39,7 +39,7 @@ export function removePart(composed: ComposedDefinition, label: string): Compose
   });
 }
 
-/** Another label for a part; what names it follows. */
+/** Renames a part, in all references to it. */
 export function renamePart(composed: ComposedDefinition, label: string, to: string): ComposedDefinition {
   const { parts, transitions, initial, rename, preset } = composed.of;
   const renamed = (name: string) => (isOf(name, label) ? `${to}${name.slice(label.length)}` : name);
@@ -60,13 +60,13 @@ export function setStep(composed: ComposedDefinition, index: number, step: Step 
   return with_(composed, { transitions });
 }
 
-/** Sets the name in the whole of something of a part; empty: as in the part. */
+/** Sets the name under which an item of a part appears in the whole; an empty string restores the part's name. */
 export function setRename(composed: ComposedDefinition, name: string, to: string): ComposedDefinition {
   const { [name]: _before, ...rest } = composed.of.rename;
   return with_(composed, { rename: to === "" ? rest : { ...composed.of.rename, [name]: to } });
 }
 
-/** The value that an input of a part always has; undefined: it stays a parameter. */
+/** Sets a constant value for an input of a part; undefined makes it a parameter again. */
 export function setPreset(composed: ComposedDefinition, name: string, value: Value | undefined): ComposedDefinition {
   const { [name]: _before, ...rest } = composed.of.preset;
   return with_(composed, { preset: value === undefined ? rest : { ...composed.of.preset, [name]: value } });
@@ -83,7 +83,7 @@ function isOf(name: string, label: string): boolean {
   return name === label || name.startsWith(`${label}.`);
 }
 
-/** Names of a part's things that can have another name in the whole. */
+/** Names of a part that can be renamed in the whole. */
 export interface Names {
   objects: string[];
   parameters: string[];
@@ -127,9 +127,9 @@ export function namesOf(part: Part | null, made_of: ComposedDefinition["made_of"
   };
 }
 
-/** Parts within parts: more is a circle. */
+/** Maximum depth of nested parts; a greater depth indicates a cycle. */
 const DEPTH_MAX = 20;
-/** A transition at every normal end, in the drawing. */
+/** Condition of a transition at every normal end, as drawn. */
 export const DONE = "every normal end";
 
 interface Inside {
@@ -137,11 +137,11 @@ interface Inside {
   parts: Shape["parts"];
   conditions: Shape["conditions"];
   transitions: Shape["transitions"];
-  /** With which state it begins. */
+  /** Initial state. */
   initial: string;
 }
 
-/** The state diagram of a composition: its parts as states around their command lists. */
+/** Returns the state diagram of a composition: its parts as states around their command lists. */
 export function shapeOfComposition(composed: ComposedDefinition): Shape {
   return { ...inside(composed.of, composed.made_of, "", 0), ending: null };
 }
@@ -161,7 +161,7 @@ function inside(of: Composition, made_of: ComposedDefinition["made_of"], prefix:
     from.map((one) => ({ from: `${prefix}${one}`, condition: condition ?? DONE, to: `${prefix}${to}` })),
   );
   made.transitions.push(...steps);
-  // What a transition covers ends nothing any more.
+  // A condition that has a transition no longer ends the composition.
   const isCovered = (list: string, { name, raises }: Shape["conditions"][number]) =>
     steps.some((step) => isOf(list, step.from) && (step.condition === name || (step.condition === DONE && !raises)));
   made.conditions = made.conditions
@@ -188,13 +188,13 @@ function ofVerb(verb: Verb, part: string): Inside {
   return { lists, parts: [], conditions, transitions, initial: `${part}.${verb.initial ?? Object.keys(verb.command_lists)[0] ?? ""}` };
 }
 
-/** The parts and lists between which transitions lead. */
+/** Returns the names of the parts and lists that transitions can connect. */
 export function statesOf(composed: ComposedDefinition): string[] {
   const { parts, lists } = shapeOfComposition(composed);
   return [...parts, ...lists].map(({ name }) => name);
 }
 
-/** The conditions that lead out of a state; those of all parts for what is none. */
+/** Returns the conditions that lead out of these states; those of all parts if `from` is empty. */
 export function conditionsFrom(composed: ComposedDefinition, from: readonly string[]): string[] {
   const labels = from.length > 0 ? from.map((one) => one.split(".")[0] ?? one) : Object.keys(composed.of.parts);
   const own = labels.flatMap((label) =>
@@ -203,19 +203,19 @@ export function conditionsFrom(composed: ComposedDefinition, from: readonly stri
   return [...new Set([...own, "completed", "fault", "halted"])];
 }
 
-/** A transition that is drawn from one state to another: at the first condition that leads out of it and that no other one takes. */
+/** Returns the transition for an arrow drawn between two states: at the first condition that ends `from` and has no transition yet. */
 export function drawnStep(composed: ComposedDefinition, from: string, to: string): Step {
   const ends = arrowsOf(shapeOfComposition(composed)).filter((arrow) => arrow.to === null && isOf(arrow.from, from));
   return { from: [from], condition: ends[0]?.conditions[0]?.name ?? null, to };
 }
 
-/** A composition as the call `compose` takes it, but for its parts. */
+/** Converts a composition for the call `compose`, without its parts. */
 export function askedOf(of: Composition): Record<string, unknown> {
   const { name, doc, transitions, initial, rename, preset, share, together, until } = of;
   return { name, doc, transitions, initial, rename, preset, share, together, until };
 }
 
-/** The verb that a part is, as calls take it. */
+/** Returns the verb of a part, as calls take it. */
 export function verbOf(part: Part & { kind: "verb" }): Record<string, unknown> {
   return definitionOf(part);
 }

@@ -3,16 +3,19 @@ import { useEffect, useRef } from "react";
 import { copied, type Piece, pieceOf, textOf } from "./clipboard";
 import type { Draft } from "./definition";
 
-/** Object of copying and pasting. */
+/** Draft and functions for copying and pasting. */
 export interface Copying {
   draft: Draft;
-  /** The blocks that are copied. */
+  /** Labels of the blocks to be copied. */
   labels: string[];
   paste: (piece: Piece) => void;
   remove: (labels: string[]) => void;
 }
 
-/** Ctrl+C, Ctrl+X and Ctrl+V of blocks, by way of the clipboard: into another draft or tab too. In a field they are the field's. */
+/**
+ * Handles Ctrl+C, Ctrl+X and Ctrl+V of blocks through the clipboard, also between drafts and tabs. In text fields, these keys keep their
+ * usual function.
+ */
 export function useCopyKeys(of: Copying): void {
   const latest = useRef(of);
   latest.current = of;

@@ -120,11 +120,11 @@ test("a definition that was changed takes its place, and all else of the file st
   const changed = { ...move, of: { ...move.of, doc: "Moves." } };
   const saved = savedFile(changed, { name: "press.toml", text: whole });
   expect(saved).toMatchObject({ name: "press.toml", said: null });
-  // One line more, and its heading: the others are as they were.
+  // One line and its heading are new; the others are unchanged.
   const fresh = saved.text.split("\n").filter((line) => !whole.split("\n").includes(line));
   expect(fresh).toEqual(["[verbs.move]", 'doc = "Moves."']);
   expect(draftsOf(saved.text).find((one) => one.kind === "verb")).toEqual(changed);
-  // In JSON the same.
+  // The same holds for JSON.
   const json = JSON.stringify(parse(whole));
   const tree = JSON.parse(savedFile(changed, { name: "press.json", text: json }).text);
   expect(tree).toMatchObject({
@@ -204,12 +204,12 @@ inner = { block = { graph = { name = "mine", blocks = { f = "library.lowpass" } 
   const saved = savedFile(replaced(twice, ["one"], setConstant(inner, "f", "alpha", 0.5)), file);
   expect(saved.text).toBe(text.replace("alpha = 0.1", "alpha = 0.5"));
   expect(saved.said).toContain("the graph 'smooth' was changed");
-  // A use of its own is no longer that graph: it is written within.
+  // A use with its own graph no longer refers to the shared one: the graph is written inline.
   const apart = savedFile(ownGraph(twice, "one", "other"), file);
   const again = draftsOf(apart.text).find((one) => one.of.name === "twice") as Draft;
   expect(within(again, ["one"])?.of.name).toBe("other");
   expect(apart.text).toContain('two = "smooth"');
-  // In JSON a graph is named too, and one that stands within stays there.
+  // In JSON, a shared graph is also written by name, and an inline graph stays inline.
   const json = { name: "g.json", text: JSON.stringify(parse(text)) };
   const tree = JSON.parse(savedFile(replaced(twice, ["one"], setConstant(inner, "f", "alpha", 0.5)), json).text);
   expect(tree.graphs.twice.blocks.two.block).toEqual({ subroutine: "smooth" });

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Definitions of graphs and verbs as the real-time system takes them and files keep them: docs/files.md. All changes are values.
+// Definitions of graphs and verbs in the form of the real-time system and of files: docs/files.md. All changes are values.
 import type { Value } from "../../../control/shapes";
 import type { Place } from "../drawing/drawing";
 
@@ -14,7 +14,7 @@ export interface Layout {
   [what: string]: Place;
 }
 
-/** Relation of a port's values to its block's invocations, if that is not the block's own. */
+/** Relation of a port's values to its block's invocations, if it differs from the block's own. */
 export type Mode = "synchronous" | "asynchronous" | { ratio: number };
 
 export interface Graph {
@@ -25,7 +25,7 @@ export interface Graph {
   outputs: Sets;
   cells: Sets;
   modes?: Record<string, Mode>;
-  /** Blocks at a part of the rate of the whole. */
+  /** Divisors of blocks that run at a fraction of the graph's rate. */
   divide?: Record<string, number>;
   layout: Layout;
   [more: string]: unknown;
@@ -44,11 +44,11 @@ export interface Command {
 export interface Termination {
   on: string[];
   returns: string[] | null;
-  /** True if it is an error; the name of the exception class if it has one. */
+  /** True if the condition is an error; the name of the exception class if it has one. */
   raises: boolean | string;
   during: string[];
   priority: number;
-  /** The code of an alarm that it raises. */
+  /** Code of the alarm that the condition raises. */
   alarm?: string | null;
   [more: string]: unknown;
 }
@@ -66,14 +66,14 @@ export interface InputParameter {
   tunable: boolean;
   /** Minimum and maximum value: numbers, or parameters of an object, `-arm.max_speed`. */
   within?: [Bound, Bound] | null;
-  /** The SVV to which the value is added before it is checked: a relative one. */
+  /** SVV to which a relative value is added before it is checked. */
   counted_from?: string | null;
   [more: string]: unknown;
 }
 
 export type Bound = number | string;
 
-/** A logical device that the verb acts on, or several of the type. */
+/** A logical device that the verb acts on, or several devices of the type. */
 export interface VerbObject {
   device_type: string;
   each: boolean;
@@ -82,9 +82,9 @@ export interface VerbObject {
 
 /** Property that a member of an object must have when the verb starts. */
 export interface Requirement {
-  /** The class that a start raises where it is not. */
+  /** Exception class that a start raises if the requirement is not met. */
   raises: string;
-  /** Only of devices of which this is true. */
+  /** Member that must be true for the requirement to apply. */
   when?: string | null;
   remedy?: string;
   [more: string]: unknown;
@@ -114,20 +114,20 @@ export interface Verb {
   [more: string]: unknown;
 }
 
-/** A way in which blocks come to rest before a verb is suspended: `set` becomes true, `until` is awaited. */
+/** Way of bringing blocks to rest before a verb is suspended: `set` becomes true, then `until` is awaited. */
 export interface Holding {
   set: string;
   until: string;
   [more: string]: unknown;
 }
 
-/** Definition that is drawn. */
+/** A graph or verb in the editor. */
 export type Draft = { kind: "graph"; of: Graph } | { kind: "verb"; of: Verb };
 
-/** A line of the transitions of a composition: from parts or lists, to a part or a list. */
+/** A transition of a composition: from parts or lists to a part or a list. */
 export interface Step {
   from: string[];
-  /** Of the part; null: every normal end, but a halt. */
+  /** Condition of the part; null for every normal end except a halt. */
   condition: string | null;
   to: string;
   [more: string]: unknown;
@@ -137,13 +137,13 @@ export interface Step {
 export interface Composition {
   name: string;
   doc: string;
-  /** Label → name of a verb or a composition. */
+  /** Label → name of a verb or a composition */
   parts: Record<string, string>;
   transitions: Step[];
   initial: string | null;
-  /** `part.name` → what it is called in the whole. */
+  /** `part.name` → name in the whole */
   rename: Record<string, string>;
-  /** `part.input` → its value for good. */
+  /** `part.input` → constant value */
   preset: Record<string, Value>;
   share: string[];
   together: boolean;
@@ -152,14 +152,14 @@ export interface Composition {
   [more: string]: unknown;
 }
 
-/** A composition that is drawn, with the verbs and compositions that its parts are. */
+/** A composition in the editor, with the verbs and compositions of its parts. */
 export interface ComposedDefinition {
   kind: "composition";
   of: Composition;
   made_of: Record<string, Part>;
 }
 
-/** Part of a composition: by its name in the file. */
+/** Verb or composition that serves as a part. */
 export type Part = { kind: "verb"; of: Verb } | { kind: "composition"; of: Composition };
 
 /** Definition in the editor. */
@@ -219,7 +219,7 @@ export function setsOf(draft: Draft, kind: SetKind): Sets {
   return ((draft.of as Record<string, unknown>)[kind] as Sets | undefined) ?? {};
 }
 
-/** The definition as calls of the system take it: without what is the drawing's alone. */
+/** Returns the definition as calls of the system take it, without the layout of the drawing. */
 export function definitionOf(draft: Draft): Record<string, unknown> {
   const { layout: _drawing, ...definition } = draft.of;
   return definition;

@@ -5,7 +5,7 @@ import type { BlockUse, Draft, SetKind } from "./definition";
 import { type Faces, type Item, inner, itemsOf, modeText, sideOf, splitPort } from "./faces";
 import { about, type Finding, isPort } from "./findings";
 
-/** A wire that was tried and cannot be: shown with the reason, part of nothing. */
+/** A wire that was tried and refused: shown with the reason, but not part of the draft. */
 export interface RefusedWire {
   from: End;
   to: End;
@@ -22,7 +22,7 @@ const BOUNDARY: Record<SetKind, string> = {
 /** The only port of a boundary. */
 const VALUE = "value";
 
-/** A draft as a drawing: what is wrong stands at the box, port or wire that it is about. */
+/** Converts a draft to a drawing, with the findings at their boxes, ports and wires. */
 export function drawnDraft(draft: Draft, faces: Faces, findings: Finding[], refused: RefusedWire | null): Drawing {
   const sides = allSets(draft).map((set) => sidesOf(draft, set, faces));
   const lost = new Map<string, Port[]>();
@@ -59,11 +59,11 @@ export function drawnDraft(draft: Draft, faces: Faces, findings: Finding[], refu
 interface Sides {
   set: NamedSet;
   ports: Map<string, Port["side"]>;
-  /** Ports that their blocks do not have: of a graph that was changed within, of a block that the system does not know. */
+  /** Ports that their blocks do not have, because a nested graph was changed or the system does not know the block. */
   lost: Set<string>;
 }
 
-/** Returns the ports of a set that write and those that read. One that is not there is drawn as what the set needs: its writer, else a reader. */
+/** Returns the sides of the ports of a set. A missing port is drawn as what the set needs: its writer, else a reader. */
 function sidesOf(draft: Draft, set: NamedSet, faces: Faces): Sides {
   const lost = new Set(set.ports.filter((port) => isLost(draft, port, faces)));
   const ports = new Map<string, Port["side"]>();
@@ -76,15 +76,15 @@ function sidesOf(draft: Draft, set: NamedSet, faces: Faces): Sides {
   return { set, ports, lost };
 }
 
-/** Returns whether a block of the draft lacks the port that is named. */
+/** Returns whether a named port is missing in its block. */
 export function isLost(draft: Draft, port: string, faces: Faces): boolean {
-  // Which blocks the system has may not be known yet.
+  // The system's blocks may not be known yet.
   const [label, name] = splitPort(port, draft.of.blocks);
   const use = Object.hasOwn(draft.of.blocks, label) ? draft.of.blocks[label] : undefined;
   return use !== undefined && faces.size > 0 && !hasItem(use, name, faces);
 }
 
-/** Returns whether a use has an item, or a block within it: `servo.pid.kp`. */
+/** Returns whether a use has an item, directly or in a nested block: `servo.pid.kp`. */
 function hasItem(use: BlockUse, name: string, faces: Faces): boolean {
   if (itemsOf(use, faces).some((item) => item.name === name)) return true;
   if (!("graph" in use.block)) return false;
@@ -98,17 +98,17 @@ function lostPort(name: string, side: Port["side"]): Port {
   return { name, side, type_text: "", unit: "", mode: "", doc: "this port is not there" };
 }
 
-/** The set that a boundary's box stands for. */
+/** Returns the set that a boundary's box represents. */
 export function boundaryOf(draft: Draft, box: string): NamedSet | undefined {
   return allSets(draft).find((set) => `${set.kind}:${set.name}` === box);
 }
 
-/** A port as a definition names it: a boundary's is its set. */
+/** Returns a port as a definition names it; for a boundary, its set. */
 export function portOf(draft: Draft, end: End): string | NamedSet | undefined {
   return Object.hasOwn(draft.of.blocks, end.box) ? `${end.box}.${end.port}` : boundaryOf(draft, end.box);
 }
 
-/** A port as the calls `check_definition` and `compatible` name it. */
+/** Returns a port as the calls `check_definition` and `compatible` name it. */
 export function placeOf(draft: Draft, end: End): { block: string; port: string } {
   const boundary = Object.hasOwn(draft.of.blocks, end.box) ? undefined : boundaryOf(draft, end.box);
   return boundary ? { block: "", port: boundary.name } : { block: end.box, port: end.port };
@@ -145,7 +145,7 @@ function blockBox(draft: Draft, label: string, use: BlockUse, faces: Faces, find
   };
 }
 
-/** Returns whether a finding stands on a wire: one about a port that writes and one that reads. Two writers have no wire. */
+/** Returns whether a finding belongs to a wire, that is, concerns both a writing and a reading port. Two writers have no common wire. */
 function isOfWire(draft: Draft, finding: Finding, faces: Faces): boolean {
   const ports = finding.where.filter(isPort);
   if (ports.some((port) => port.block === "")) return ports.length > 1;
@@ -192,7 +192,7 @@ function isSet(where: Finding["where"][number], name: string): boolean {
 function wireOf(draft: Draft, set: NamedSet, from: End, to: End, faces: Faces, findings: Finding[]): Wire {
   const item = inner(draft.of, `${to.box}.${to.port}`, faces) ?? inner(draft.of, `${from.box}.${from.port}`, faces);
   const found = findings.filter((finding) => isAbout(finding, set, placeOf(draft, from), placeOf(draft, to))).map(about);
-  // Until the system has said it: a wire at a port that is not there is found at once.
+  // A wire at a missing port is marked at once, before the system reports it.
   if (found.length === 0) found.push(...[from, to].flatMap((end) => lostText(draft, end, faces) ?? []));
   return {
     id: `${from.box} ${from.port} → ${to.box} ${to.port}`,
@@ -214,7 +214,7 @@ function lostText(draft: Draft, end: End, faces: Faces): string | null {
   return `'${end.box}' (${of}) has no port '${end.port}'; take the wire away, or give ${whole} that port again`;
 }
 
-/** A finding is of a wire where it names both ends of it, or its cell and no port that lies elsewhere. */
+/** Returns whether a finding belongs to a wire: it names both ends of the wire, or its cell and no port elsewhere. */
 function isAbout(finding: Finding, set: NamedSet, from: { block: string; port: string }, to: { block: string; port: string }): boolean {
   const ports = finding.where.filter(isPort);
   const same = (one: { block: string; port: string }) =>

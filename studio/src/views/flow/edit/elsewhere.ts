@@ -1,12 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
-// Objects of a draft in the graphs within it, and around the one that is drawn.
+// Objects of a draft in nested graphs, and around the graph that is drawn.
 import { type Findable, findables } from "../drawing/Find";
 import type { Draft } from "./definition";
 import { drawnDraft } from "./drawn";
 import type { Faces } from "./faces";
 import type { Way } from "./nested";
 
-/** Returns the objects of the whole and of every graph within, each use of a graph for itself. `go` draws the graph at the end of a way. */
+/**
+ * Returns the objects of the whole draft and of every nested graph, separately for each use. `go` opens the graph at the end of a path.
+ */
 export function everythingIn(whole: Draft, faces: Faces, go: (way: Way) => void): Findable[] {
   return graphsAlong(whole, []).flatMap(({ draft, at }) => {
     const within = { text: [whole.of.name, ...at].join(" › "), open: () => go(at) };

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Faces of blocks: what the call `library` tells of each.
+// Faces of blocks, from the call `library`.
 import type { PortSide } from "../drawing/drawing";
 import type { BlockUse } from "./definition";
 
@@ -13,7 +13,7 @@ export interface Item {
   has_default: boolean;
 }
 
-/** A block as the component data base describes it. */
+/** A block as described in the component data base. */
 export interface Face {
   name: string;
   doc: string;
@@ -29,7 +29,10 @@ export function modeText(mode: Item["mode"]): string {
   return typeof mode === "string" ? mode : `ratio ${mode.ratio}`;
 }
 
-/** The items of a use of a block. Those of a graph are its ports, with what they bind; the paper's graph looks as a subroutine does. */
+/**
+ * Returns the items of a use of a block. The items of a graph are its ports, with the properties of the ports that they bind: the
+ * paper's graph looks like a subroutine.
+ */
 export function itemsOf(use: BlockUse, faces: Faces): Item[] {
   if ("subroutine" in use.block) return faces.get(use.block.subroutine)?.items ?? [];
   const graph = use.block.graph;
@@ -48,14 +51,14 @@ export function itemsOf(use: BlockUse, faces: Faces): Item[] {
   return [...inputs, ...outputs, ...others];
 }
 
-/** The item that `label.item` names. */
+/** Returns the item named by `label.item`. */
 export function inner(of: { blocks: Record<string, BlockUse> }, name: string, faces: Faces): Item | undefined {
   const [label, port] = splitPort(name, of.blocks);
   const use = Object.hasOwn(of.blocks, label) ? of.blocks[label] : undefined;
   return use && itemsOf(use, faces).find((item) => item.name === port);
 }
 
-/** `label.port` in its parts: labels may have dots in them, the longest one that is there counts. */
+/** Splits `label.port`. Labels may contain dots: the longest existing label counts. */
 export function splitPort(name: string, blocks: Record<string, unknown>): [string, string] {
   for (let dot = name.lastIndexOf("."); dot > 0; dot = name.lastIndexOf(".", dot - 1)) {
     const label = name.slice(0, dot);

@@ -8,27 +8,27 @@ import { patched, same } from "./toml";
 
 type Tree = Record<string, unknown>;
 
-/** The text of a file with one definition, and the verbs that a composition is made of: what `gpac.load` reads. */
+/** Returns the text of a file with one definition, and the verbs of which a composition consists; `gpac.load` reads it. */
 export function fileText(draft: DrawnDefinition): string {
   return written(
     withDefinitions({ format: FORMAT, version: VERSION }, [[`${draft.kind}s`, draft.of.name, writtenDefinition(draft)], ...partsOf(draft)]),
   );
 }
 
-/** A file that is saved: its name, its text, and what a person is to know of it. */
+/** A file to be saved: its name, its text, and a message for the person. */
 export interface SavedFile {
   name: string;
   text: string;
   said: string | null;
 }
 
-/** A definition of a file: its section, its key, what is written there. */
+/** A definition in a file: section, key and content. */
 type WrittenDefinition = [section: string, key: string, definition: Tree];
 
 /**
- * The draft as a file. One that was opened keeps all else that it has: other definitions, modules, its description. What was not changed
- * is the same text, byte for byte. In a TOML file only the lines of what was changed are others; one of which that cannot be done becomes
- * JSON, since its comments cannot follow. A graph that the file names is changed where it is defined.
+ * Returns the draft as a file. An opened file keeps its other content: definitions, modules, description. An unchanged draft gives the
+ * same text, byte for byte. In a TOML file only the lines of changes differ; if that is impossible, the file is saved as JSON, without
+ * the comments. A graph that the file names is changed where it is defined.
  */
 export function savedFile(draft: DrawnDefinition, file: OpenedFile | null): SavedFile {
   if (file === null) return { name: `${draft.of.name}.json`, text: fileText(draft), said: null };
@@ -50,7 +50,7 @@ export function savedFile(draft: DrawnDefinition, file: OpenedFile | null): Save
   return { name: json, text, said: [`saved as ${json}: the comments of ${file.name} stay in ${file.name} alone`, ...told].join("; ") };
 }
 
-/** The TOML file with the changes of the draft; null where they cannot be written into it. */
+/** Returns the TOML file with the changes of the draft; null if they cannot be applied to its text. */
 function patchedText(
   draft: DrawnDefinition,
   opened: DrawnDefinition,
@@ -60,7 +60,7 @@ function patchedText(
   shared: ReturnType<typeof sharedGraphs>,
 ): string | null {
   const names = new Set(shared.keys());
-  // What the file says in short stays so: only what the draft has changed is written.
+  // Short forms in the file are preserved: only changes of the draft are written.
   const merge = (section: string, key: string, before: DrawnDefinition, now: DrawnDefinition): WrittenDefinition => {
     const [was, is] = [before, withoutNewPlaces(now, before)].map((one) => byName(writtenDefinition(one), names));
     return [section, key, merged((tree[section] as Record<string, Tree>)[key], was, is) as Tree];
@@ -78,7 +78,7 @@ function withDefinitions(tree: Tree, definitions: WrittenDefinition[]): Tree {
   return made;
 }
 
-/** The verbs and compositions that a composition is made of, those that parts of parts are too. */
+/** Returns the verbs and compositions of which a composition consists, including those of nested parts. */
 function partsOf(draft: DrawnDefinition): WrittenDefinition[] {
   if (draft.kind !== "composition") return [];
   const found = new Map<string, WrittenDefinition>();
@@ -94,14 +94,14 @@ function partsOf(draft: DrawnDefinition): WrittenDefinition[] {
   return [...found.values()];
 }
 
-/** Returns the meaning of a draft, without the places of its boxes. */
+/** Returns a draft without the positions of its boxes. */
 function meant(draft: DrawnDefinition): unknown {
   if (draft.kind !== "composition") return definitionOf(draft);
   const { layout: _drawing, ...of } = draft.of;
   return of;
 }
 
-/** Returns the content of a file, with what has become another between two drafts of it. */
+/** Applies the changes between two drafts to the content of a file. */
 function merged(said: unknown, was: unknown, is: unknown): unknown {
   if (same(was, is)) return said;
   if (Array.isArray(said)) {
@@ -117,13 +117,13 @@ function merged(said: unknown, was: unknown, is: unknown): unknown {
   return made;
 }
 
-/** An array, or the commands of a command list, which a file may write as an array. */
+/** Returns an array, or the commands of a command list, which a file may write as an array. */
 function listOf(value: unknown): unknown[] | null {
   if (Array.isArray(value)) return value;
   return isTable(value) && Object.keys(value).length === 1 && Array.isArray(value.commands) ? value.commands : null;
 }
 
-/** Of what is the same at the beginning and at the end stays what the file says, in short or long. */
+/** Applies the changes between two lists; unchanged items at the beginning and the end keep the file's short or long form. */
 function mergedList(said: unknown[], was: unknown[], is: unknown[]): unknown[] {
   const short = Math.min(was.length, is.length);
   let first = 0;
@@ -137,18 +137,18 @@ function isTable(value: unknown): value is Record<string, unknown> {
   return typeof value === "object" && value !== null && !Array.isArray(value);
 }
 
-/** Returns whether the draft says the same as the file. Places count where the file has some. */
+/** Returns whether the draft equals the file. Positions count only if the file has some. */
 function isUnchanged(draft: DrawnDefinition, opened: DrawnDefinition): boolean {
   const said = (one: DrawnDefinition) => JSON.stringify(sorted(one.of));
   return said(opened) === said(withoutNewPlaces(draft, opened));
 }
 
-/** The same definition as the file has it. */
+/** Returns the definition of the same kind and name in a file. */
 function drawnIn(text: string, draft: DrawnDefinition): DrawnDefinition | undefined {
   return draftsOf(text).find((one) => one.kind === draft.kind && one.of.name === draft.of.name);
 }
 
-/** The same with the keys of every table in one order: what order they stand in says nothing, but that of command lists. */
+/** Sorts the keys of every table, whose order is irrelevant, except those of command lists. */
 function sorted(value: unknown): unknown {
   if (Array.isArray(value)) return value.map(sorted);
   if (typeof value !== "object" || value === null) return value;
@@ -167,7 +167,7 @@ function written(tree: object): string {
   return `${JSON.stringify(tree, null, 2)}\n`;
 }
 
-/** Returns the content of a file besides graphs and verbs, in words; it is kept when the file is saved. */
+/** Describes the content of a file other than graphs and verbs, which is kept when the file is saved. */
 export function besides(text: string): string | null {
   const file = readText(text) as Record<string, unknown>;
   const names = (key: string) => Object.keys((file[key] as object | undefined) ?? {});
@@ -179,7 +179,7 @@ export function besides(text: string): string | null {
   return said.length === 0 ? null : `The file also has ${said.join(", ")}. They are not drawn here, and stay as they are when it is saved.`;
 }
 
-/** Reads the text of a file, JSON or TOML. */
+/** Parses the text of a file, JSON or TOML. */
 function readText(text: string): unknown {
   if (text.trimStart().startsWith("{")) {
     try {
@@ -196,7 +196,7 @@ function readText(text: string): unknown {
   }
 }
 
-/** Every composition, verb and graph of a file. Errors: what it is instead, in words. */
+/** Returns all compositions, verbs and graphs of a file. Throws an `Error` that explains why it is not a file of definitions. */
 export function draftsOf(text: string): DrawnDefinition[] {
   const file = definitionsFile(text);
   const definitions = definitionsOf(text);
@@ -206,7 +206,7 @@ export function draftsOf(text: string): DrawnDefinition[] {
   return [...compositions.map((of): DrawnDefinition => ({ kind: "composition", of, made_of })), ...definitions];
 }
 
-/** Every verb and graph of a file. Errors: as there. */
+/** Returns all verbs and graphs of a file. Throws the same errors as `draftsOf`. */
 export function definitionsOf(text: string): Draft[] {
   const { verbs = {}, graphs = {} } = definitionsFile(text);
   return [
@@ -230,13 +230,13 @@ function definitionsFile(text: string): { graphs?: Section; verbs?: Section; com
   return file;
 }
 
-/** Hands a text to the person as a file. */
+/** Offers a text to the person as a download. */
 export function download(name: string, text: string): void {
   const address = URL.createObjectURL(new Blob([text], { type: "application/json" }));
   const link = document.createElement("a");
   link.href = address;
   link.download = name;
   link.click();
-  // The browser has taken it by then.
+  // By then, the browser has read it.
   setTimeout(() => URL.revokeObjectURL(address), 10_000);
 }

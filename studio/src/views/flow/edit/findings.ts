@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 import { inWords } from "../../../control/refusals";
 
-// What `check_drawing` finds, and where it stands in the drawing: docs/files.md.
+// Findings of `check_drawing`, and their locations in the drawing: docs/files.md.
 
 export type Where =
   | { block: string; port?: string }
@@ -17,11 +17,11 @@ export interface Finding {
   class: string;
   message: string;
   remedy?: string | null;
-  /** Places that it is about, the first one first; empty: the whole. */
+  /** Locations of the finding, the main one first; empty for the whole definition. */
   where: Where[];
 }
 
-/** Findings as the system has answered them: one that names no place is about the whole. */
+/** Returns the findings in an answer of the system. A finding without a location is about the whole definition. */
 export function findingsOf(answered: unknown): Finding[] {
   if (!Array.isArray(answered)) return [];
   return answered.map((one: Partial<Finding>) =>
@@ -38,12 +38,12 @@ export function isPort(where: Where): where is { block: string; port: string } {
   return "block" in where && typeof where.port === "string";
 }
 
-/** In words, with its remedy. */
+/** Describes a finding, with its remedy. */
 export function about(finding: Finding): string {
   return finding.remedy ? `${finding.message}; ${finding.remedy}` : finding.message;
 }
 
-/** Findings about a command list, a condition, an input parameter, an output value, an object or a transition. */
+/** Returns the findings about a command list; the functions below do so for other kinds of locations. */
 export function ofList(findings: Finding[], list: string): Finding[] {
   return findings.filter((finding) => finding.where.some((where) => "list" in where && where.list === list));
 }

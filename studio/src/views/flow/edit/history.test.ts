@@ -69,7 +69,7 @@ const face: Face = {
 };
 const faces = new Map([[face.name, face]]);
 
-/** A random action of a person who edits, on whatever there is. */
+/** Performs a random edit on a draft. */
 function acted(draft: Draft, random: (below: number) => number): Draft {
   const labels = Object.keys(draft.of.blocks);
   const any = () => labels[random(labels.length)] ?? "none";

@@ -4,22 +4,22 @@ import { type ComposedDefinition, type DrawnDefinition, newVerb } from "./defini
 import { followed, type Placement } from "./placement";
 import { compositionOf, draftOf } from "./reading";
 
-/** The draft of this tab, and that which was changed last in any: a new tab begins with a copy of it. */
+/** Storage key of the draft: per tab, and the latest one of any tab, a copy of which a new tab starts with. */
 const KEY = "opengpac.draft";
-/** A draft that could not be read: its text, until somebody has saved it or put it away. */
+/** Storage key of the text of an unreadable draft, kept until the person saves or discards it. */
 const UNREAD = "opengpac.draft.unread";
-/** Changes that can be taken back. */
+/** Maximum number of undo steps. */
 const KEPT_MAX = 200;
 
 const NOWHERE: Placement = {};
 
-/** A file that was opened: what the draft came from, and what else it has. */
+/** The opened file from which the draft was read, with its other content. */
 export interface OpenedFile {
   name: string;
   text: string;
 }
 
-/** Work of the editor: the drawing, the file that it came from, and the sources on which its blocks are to run. */
+/** State of the editor: the draft, the file from which it was read, and the sources of its blocks. */
 export interface Work {
   draft: DrawnDefinition;
   file: OpenedFile | null;
@@ -40,7 +40,7 @@ export type Step =
   | { placed: DrawnDefinition }
   | { on: Placement };
 
-/** A change that changes nothing is none; opening another draft can be taken back as every change. */
+/** Returns the history after a step. A change without effect adds no step; opening another draft can be undone like any change. */
 export function stepped(history: History, step: Step): History {
   const { past, present, future } = history;
   const onto = (next: Work): History => ({ past: [...past, present].slice(-KEPT_MAX), present: next, future: [] });
@@ -62,7 +62,7 @@ function changed(work: Work, draft: DrawnDefinition): Work {
   return work.placement ? withPlacement(next, followed(work.placement, work.draft, draft)) : next;
 }
 
-/** A work in which nothing is placed has no placement: so it is as it was before. */
+/** Sets the placement; an empty one is removed, so that the work equals its original state. */
 function withPlacement(work: Work, placement: Placement): Work {
   const { placement: _before, ...rest } = work;
   return Object.keys(placement).length === 0 ? rest : { ...rest, placement };
@@ -72,7 +72,7 @@ function isSame(one: DrawnDefinition, other: DrawnDefinition): boolean {
   return one === other || JSON.stringify(one) === JSON.stringify(other);
 }
 
-/** The draft with the way back. It is kept for this tab: a page that is loaded again has it, another tab has its own. */
+/** Returns the draft with undo and redo. The draft is stored per tab: a reloaded page restores it, and each tab has its own. */
 export function useDraft() {
   const [history, step] = useReducer(stepped, null, begun);
   const work = history.present;
@@ -82,7 +82,7 @@ export function useDraft() {
       sessionStorage.setItem(KEY, text);
       localStorage.setItem(KEY, text);
     } catch {
-      // The browser has no room for it: it stays while the page is open.
+      // The browser's storage is full: the draft lasts as long as the page.
     }
   }, [work]);
   return {
@@ -91,7 +91,7 @@ export function useDraft() {
     placement: work.placement ?? NOWHERE,
     placeOn: useCallback((on: Placement) => step({ on }), []),
     change: useCallback((to: DrawnDefinition) => step({ to }), []),
-    /** The same with places: no change that could be taken back. */
+    /** Replaces the draft by one with positions, without an undo step. */
     place: useCallback((placed: DrawnDefinition) => step({ placed }), []),
     open: useCallback((draft: DrawnDefinition, file: OpenedFile | null = null) => step({ instead: { draft, file } }), []),
     back: history.past.length > 0 ? () => step({ back: true }) : null,
@@ -103,12 +103,12 @@ function begun(): History {
   return { past: [], present: kept() ?? { draft: newVerb("untitled"), file: null }, future: [] };
 }
 
-/** The text of the draft that is kept, as it is. */
+/** Returns the text of the stored draft, unparsed. */
 export function keptText(): string | null {
   return sessionStorage.getItem(KEY) ?? localStorage.getItem(KEY);
 }
 
-/** Begins afresh the next time; what was kept is gone. */
+/** Deletes the stored draft, so that the next page starts with an empty one. */
 export function forgetKept(): void {
   sessionStorage.removeItem(KEY);
   localStorage.removeItem(KEY);
@@ -129,13 +129,13 @@ function kept(): Work | null {
     const { file, placement, ...draft } = JSON.parse(text) as DrawnDefinition & { file?: OpenedFile | null; placement?: Placement };
     return withPlacement({ draft: checked(draft as DrawnDefinition), file: file ?? null }, placement ?? {});
   } catch {
-    // By another version of the page, or damaged: it is offered as a file.
+    // Damaged, or from another version of the page: the text is offered as a file.
     localStorage.setItem(UNREAD, text);
     return null;
   }
 }
 
-/** A draft that was kept, read as a file is. */
+/** Validates a stored draft in the same way as a file. */
 function checked(draft: DrawnDefinition): DrawnDefinition {
   if (draft.kind !== "composition") return draftOf(draft.kind, draft.of.name, draft.of);
   const parts = Object.entries(draft.made_of ?? {}).map(([name, part]): [string, ComposedDefinition["made_of"][string]] => [

@@ -104,19 +104,19 @@ test("a port that disappears stays at the box, and is named at each wire", () =>
   expect(wire?.findings).toEqual(["'one' (graph smooth) has no port 'y'; take the wire away, or give the graph that port again"]);
   expect(boxes.find((box) => box.id === "one")?.ports.map((port) => port.name)).toEqual(["u", "y"]);
   expect(boxes.find((box) => box.id === "one")?.findings.map((one) => one.port)).toEqual(["y"]);
-  // The system says it in its own words.
+  // The message of the system takes precedence.
   const said = { class: "UnknownName", message: "'one' (graph smooth) has no 'y'", remedy: "there are u", where: [{ cell: "first" }] };
   const told = drawnDraft(without, faces, [said], null).wires.find((one) => one.cell === "first");
   expect(told?.findings).toEqual(["'one' (graph smooth) has no 'y'; there are u"]);
-  // Its last wire takes the cell with it.
+  // Removing the last wire also removes the cell.
   expect(verb(removed(without, [], [wire?.id ?? ""], wires, faces)).cells).toEqual({ second: ["two.y", "last.u"] });
-  // What a block within has is there: `one.f.k`.
+  // Items of nested blocks exist: `one.f.k`.
   expect([isLost(whole, "one.f.k", faces), isLost(whole, "two.inner.f.u", faces), isLost(whole, "one.f.kk", faces)]).toEqual([
     false,
     false,
     true,
   ]);
-  // A wire at a port that is not there is drawn to an input, where another one writes.
+  // A missing port is drawn as an input if another port writes.
   const lost = changed(["one"], (inner) => removeSet(inner, "inputs", "u"));
   const fed = connect(lost, "last.y", "one.u", faces);
   expect(drawnDraft(fed, faces, [], null).wires.at(-1)).toMatchObject({ from: { box: "last" }, to: { box: "one", port: "u" } });

@@ -1,15 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
-// Graphs within what is drawn: the way to one, and what becomes of the whole when it is changed there.
+// Nested graphs: the path to one, and the whole draft after a change inside.
 import { own } from "../../../design/own";
 import { renamePorts } from "./change";
 import type { BlockUse, Draft, Graph } from "./definition";
 import { splitPort } from "./faces";
 import { type Finding, isPort, type Where } from "./findings";
 
-/** Labels from the outside in; empty: the whole. */
+/** Labels from the outside in; empty for the whole. */
 export type Way = readonly string[];
 
-/** The graph at the end of a way; null: there is none. */
+/** Returns the graph at the end of a path; null if it does not exist. */
 export function within(whole: Draft, way: Way): Draft | null {
   let at: Draft = whole;
   for (const label of way) {
@@ -20,7 +20,7 @@ export function within(whole: Draft, way: Way): Draft | null {
   return at;
 }
 
-/** As much of a way as still leads to a graph: a block on it may be gone, or called otherwise. */
+/** Returns the longest beginning of a path that still leads to a graph: a block on it may have been removed or renamed. */
 export function standing(whole: Draft, way: Way): Way {
   if (within(whole, way)) return way;
   for (let length = way.length - 1; length > 0; length -= 1) if (within(whole, way.slice(0, length))) return way.slice(0, length);
@@ -28,8 +28,8 @@ export function standing(whole: Draft, way: Way): Way {
 }
 
 /**
- * The whole with another graph at the end of the way. A graph is one definition, wherever it is used: each use of the same one follows.
- * Where a port or a block of it has got another name, what names it outside follows too.
+ * Replaces the graph at the end of a path. A graph is one definition: all its uses are replaced. If a port or block of it was renamed,
+ * references from outside follow.
  */
 export function replaced(whole: Draft, way: Way, next: Draft): Draft {
   if (way.length === 0) return next;
@@ -38,7 +38,7 @@ export function replaced(whole: Draft, way: Way, next: Draft): Draft {
   return exchanged(whole, { was: JSON.stringify(before.of), graph: before.of, is: next.of }).draft;
 }
 
-/** Gives one use a graph of its own, under a name that no other graph has. */
+/** Gives one use its own copy of the graph, under a new name. */
 export function ownGraph(draft: Draft, label: string, name: string): Draft {
   const graph = graphAt(draft.of.blocks, label);
   const use = own(draft.of.blocks, label);
@@ -46,7 +46,7 @@ export function ownGraph(draft: Draft, label: string, name: string): Draft {
   return withBlocks(draft, { ...draft.of.blocks, [label]: { ...use, block: { graph: { ...graph, name } } } });
 }
 
-/** Every graph within, those within those too; of each name the first. */
+/** Returns all nested graphs by name, at every depth; for equal names, the first. */
 export function graphsWithin(draft: { of: { blocks: Record<string, BlockUse> } }): Map<string, Graph> {
   const found = new Map<string, Graph>();
   for (const use of Object.values(draft.of.blocks)) {
@@ -57,7 +57,7 @@ export function graphsWithin(draft: { of: { blocks: Record<string, BlockUse> } }
   return found;
 }
 
-/** Returns the findings about a graph within, in its own names: its ports are those of the block with the empty label. */
+/** Returns the findings about a nested graph, with names relative to it: its ports belong to the block with the empty label. */
 export function findingsWithin(findings: Finding[], way: Way): Finding[] {
   if (way.length === 0) return findings;
   const own = way.join(".");
@@ -75,7 +75,7 @@ function inside(where: Where, own: string): Where[] {
 }
 
 interface Exchange {
-  /** The graph as it was, as text too. */
+  /** The original graph as JSON. */
   was: string;
   graph: Graph;
   is: Graph;
@@ -83,7 +83,7 @@ interface Exchange {
 
 type Names = (name: string) => string;
 
-/** Exchanges a graph in a definition, at every depth; `names` says what the names of its ports and inner items have become. */
+/** Replaces a graph at every depth of a definition. `names` maps the old names of its ports and inner items to the new ones. */
 function exchanged(draft: Draft, exchange: Exchange): { draft: Draft; names: Names | null } {
   const renames = new Map<string, Names>();
   let isChanged = false;
@@ -112,7 +112,7 @@ function exchanged(draft: Draft, exchange: Exchange): { draft: Draft; names: Nam
   return { draft: renamePorts(made, renamed), names: renamed };
 }
 
-/** Returns the present names of a port, or an item of a block, of the graph; null: nothing has got another name. */
+/** Returns a function from old to new names of the graph's ports and inner items; null if none was renamed. */
 function namesOf({ graph, is }: Exchange): Names | null {
   const ports = [renamedKey(graph.inputs, is.inputs), renamedKey(graph.outputs, is.outputs)].filter((one) => one !== null);
   const block = renamedKey(graph.blocks, is.blocks);
@@ -125,7 +125,7 @@ function namesOf({ graph, is }: Exchange): Names | null {
   };
 }
 
-/** A key that has become another one in its place. */
+/** Returns the old and the new name if exactly one key was renamed, in its place. */
 export function renamedKey(was: object, is: object): [string, string] | null {
   const [old, now] = [Object.keys(was), Object.keys(is)];
   if (old.length !== now.length) return null;

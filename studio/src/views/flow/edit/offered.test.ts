@@ -26,7 +26,7 @@ const faces = new Map(
 const draft = draftOf("graph", "g", { blocks: { a: "library.angle", new: "library.gain" }, outputs: { z: "new.y", free: [] } });
 const from: WireStart = { box: "a", port: "q_out", side: "output" };
 const at = tried(draft, faces, []);
-/** Answer of the system: ports of one type fit. */
+/** Answer of the system, in which ports of `library.not` do not fit. */
 const answered = Object.keys(at.draft.of.blocks).flatMap((block) =>
   ["u", "y", "q", "q_out"].map((port) => ({ block, port, reason: at.uses.get(block)?.name === "library.not" ? "types differ" : null })),
 );
@@ -47,7 +47,7 @@ test("offered are ports that are there, blocks of the same unit before others, a
   expect(offers.map(({ text }) => text)).toEqual(["a.q", "new.u", "angle.q", "gain.u", "new output of the graph"]);
   expect(foundChoices("gain", offers).map(({ text }) => text)).toEqual(["gain.u"]);
   expect(foundChoices("", offers)).toHaveLength(5);
-  // An output of the graph that binds nothing takes what writes, of any type.
+  // An unbound output of the graph accepts any writing port, of any type.
   const free = fitting(draft, { box: "outputs:free", port: "value", side: "input" }, at, faces);
   expect(free.map(({ port }) => port)).toEqual(["q_out", "y", "y", "q_out", "y"]);
 });

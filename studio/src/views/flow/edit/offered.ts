@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Targets of a wire that was dropped on nothing: blocks that are not there yet, ports that are, ports of the whole.
+// Targets for a wire that was dropped on the background: new blocks, existing ports, ports of the whole.
 
 import { own } from "../../../design/own";
 import { unitsAgree, unitText } from "../../../design/units";
@@ -9,7 +9,7 @@ import { type BlockUse, type Draft, definitionOf, type Graph, type SetKind } fro
 import { boundaryOf, placeOf, portOf } from "./drawn";
 import { type Faces, type Item, inner, itemsOf, modeText, sideOf } from "./faces";
 
-/** A port as `compatible` names it, and why it cannot be the other end; null: it can. */
+/** A port as `compatible` names it, and the reason why it cannot be the other end; null if it can. */
 export interface PortAnswer {
   block: string;
   port: string;
@@ -25,7 +25,7 @@ export type WireOffer = { key: string; text: string; about: string } & (
   | { kind: "boundary"; set: SetKind; name: string }
 );
 
-/** A draft beside which one of each block stands, to ask which ports fit; what each label there is. */
+/** The draft with one use of each block added, to query which ports fit, and the added uses by label. */
 export interface TriedDraft {
   draft: Draft;
   uses: Map<string, { use: BlockUse; name: string }>;
@@ -45,14 +45,14 @@ export function tried(draft: Draft, faces: Faces, graphs: Iterable<Graph>): Trie
   return { draft: { ...draft, of: { ...draft.of, blocks } } as Draft, uses };
 }
 
-/** Returns the question to the system; null: no port is there to ask with, and what fits is known here. */
+/** Returns the query to the system; null if there is no port to query with, so that the answer is determined here. */
 export function questionOf(draft: Draft, from: WireStart, at: TriedDraft): Record<string, unknown> | null {
   const boundary = boundaryOf(draft, from.box);
   if (boundary && (draft.kind === "verb" || boundary.ports.length === 0)) return null;
   return { [draft.kind]: definitionOf(at.draft), from: placeOf(draft, from) };
 }
 
-/** Returns what fits without a question: a boundary that binds nothing takes any port, one of a verb those of the type of its ports. */
+/** Returns the ports that fit without a query: all ports for an unbound boundary, and ports of the same type for a boundary of a verb. */
 export function fitting(draft: Draft, from: WireStart, at: TriedDraft, faces: Faces): PortAnswer[] {
   const bound = boundaryOf(draft, from.box)
     ?.ports.map((port) => inner(draft.of, port, faces))
@@ -65,7 +65,7 @@ export function fitting(draft: Draft, from: WireStart, at: TriedDraft, faces: Fa
   );
 }
 
-/** Returns the offers, the best first: of the same unit and type, then as the components stand; ports that are there, the outside. */
+/** Returns the offers: existing ports, then new blocks, then a new boundary. Blocks with the same unit and type come first. */
 export function offered(draft: Draft, from: WireStart, at: TriedDraft, answered: PortAnswer[], faces: Faces): WireOffer[] {
   const begun = inner(draft.of, `${from.box}.${from.port}`, faces);
   const likeness = (item: Item | undefined) =>
@@ -98,7 +98,7 @@ export function offered(draft: Draft, from: WireStart, at: TriedDraft, answered:
   return [...ports, ...blocks.map(({ offer }) => offer), ...outside(draft, from)];
 }
 
-/** A port of the whole, made for the wire. */
+/** Returns the offer of a new boundary of the whole. */
 function outside(draft: Draft, from: WireStart): WireOffer[] {
   if (boundaryOf(draft, from.box)) return [];
   const name = from.port.replaceAll(".", "_");
@@ -110,7 +110,7 @@ function outside(draft: Draft, from: WireStart): WireOffer[] {
   return [{ kind: "boundary", key: set, text: `new ${set.slice(0, -1)} of the graph`, about: name, set, name }];
 }
 
-/** The draft with what was chosen, wired; and the box that it is. */
+/** Applies an offer: returns the wired draft, and the box at the other end. */
 export function withOffered(
   draft: Draft,
   from: WireStart,

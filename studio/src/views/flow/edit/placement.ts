@@ -1,12 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-// On which sources blocks of a draft run. That is of the system, not of the definition: it is kept beside the draft, and in no file.
+// Sources on which blocks of a draft run. They belong to the system, not to the definition: they are stored separately from the draft, and
+// never in a file.
 import type { Draft, DrawnDefinition } from "./definition";
 import { renamedKey } from "./nested";
 
-/** Label, in a graph within `outer.inner`, → interrupt source. */
+/** Label, for nested graphs `outer.inner`, → interrupt source. */
 export type Placement = Readonly<Record<string, string>>;
 
-/** The placement after a change of the draft: what names a block that has another label follows, what names none is gone. */
+/** Returns the placement after a change of the draft: entries follow renamed blocks, and entries of removed blocks are dropped. */
 export function followed(placement: Placement, before: DrawnDefinition, next: DrawnDefinition): Placement {
   if (before.kind === "composition" || next.kind === "composition" || Object.keys(placement).length === 0) return placement;
   const renamed = renamedKey(before.of.blocks, next.of.blocks);
@@ -19,13 +20,13 @@ export function followed(placement: Placement, before: DrawnDefinition, next: Dr
   return JSON.stringify(made) === JSON.stringify(placement) ? placement : made;
 }
 
-/** The placement with a block on a source; null: where a start says. */
+/** Places a block on a source; null restores the placement given at the start. */
 export function placedOn(placement: Placement, label: string, source: string | null): Placement {
   const rest = Object.entries(placement).filter(([one]) => one !== label);
   return Object.fromEntries(source === null ? rest : [...rest, [label, source]]);
 }
 
-/** The same as the call `place` takes it: patterns of labels behind the name of the verb. */
+/** Converts a placement for the call `place`: patterns of labels after the name of the verb. */
 export function patternsOf(draft: Draft, placement: Placement): Record<string, string> {
   return Object.fromEntries(Object.entries(placement).map(([label, source]) => [`${draft.of.name}.${label}`, source]));
 }

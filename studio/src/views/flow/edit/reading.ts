@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Definitions as files and the system have them, in short or long forms, become those that the editor works on: docs/files.md.
+// Converts definitions of files and of the system, in short or long forms, to the form that the editor uses: docs/files.md.
 import type { Value } from "../../../control/shapes";
 import { durationNs } from "../../../design/quantities";
 import type { Place } from "../drawing/drawing";
@@ -21,7 +21,10 @@ import type {
 
 type Loose = Record<string, unknown>;
 
-/** A definition as a file has it, in short or long forms, with all keys that the editor works on. Errors: what is no definition, in words. */
+/**
+ * Reads a definition from a file, in short or long forms, with all keys that the editor needs. Throws an `Error` that explains why it is
+ * not a definition.
+ */
 export function draftOf(kind: Draft["kind"], name: string, written: unknown, graphs: Record<string, unknown> = {}): Draft {
   const given = object(written, `${kind} '${name}'`);
   const blocks = mapped(given.blocks, (use, label) => blockUse(use, `block '${label}' of '${name}'`, graphs));
@@ -32,7 +35,7 @@ export function draftOf(kind: Draft["kind"], name: string, written: unknown, gra
     kind,
     of: {
       ...verb,
-      // Files alone say it in words.
+      // Only files contain it as text.
       ...(ending_limit === undefined ? {} : { ending_limit_ns: time(ending_limit) }),
       ...(given.objects === undefined ? {} : { objects: mapped(given.objects, verbObject) }),
       ...(given.requires === undefined ? {} : { requires: mapped(given.requires, requirement) }),
@@ -47,7 +50,7 @@ export function draftOf(kind: Draft["kind"], name: string, written: unknown, gra
   };
 }
 
-/** A composition as a file has it, with all keys. Errors: what is none, in words. */
+/** Reads a composition from a file, with all keys. Throws an `Error` that explains why it is not a composition. */
 export function compositionOf(name: string, written: unknown): Composition {
   const given = object(written, `composition '${name}'`);
   const steps = (given.transitions as unknown[] | undefined) ?? [];
@@ -80,7 +83,7 @@ export function compositionOf(name: string, written: unknown): Composition {
   };
 }
 
-/** A definition of the system without the places in programs where its parts were written. */
+/** Returns a definition from the system without its locations in source files. */
 export function withoutSources(defined: unknown): unknown {
   if (Array.isArray(defined)) return defined.map(withoutSources);
   if (typeof defined !== "object" || defined === null) return defined;
@@ -90,7 +93,7 @@ export function withoutSources(defined: unknown): unknown {
   return Object.fromEntries(kept.map(([key, of]) => [key, withoutSources(of)]));
 }
 
-/** The ways in which blocks come to rest before a verb is suspended; null: it is suspended at once. */
+/** Returns how blocks are brought to rest before a verb is suspended; null if it is suspended at once. */
 export function holdingOf(suspend: unknown): Holding[] | null {
   const ways = typeof suspend === "object" && suspend !== null ? (suspend as { holding?: unknown }).holding : null;
   if (!Array.isArray(ways)) return null;
@@ -103,7 +106,7 @@ function blockUse(use: unknown, what: string, graphs: Record<string, unknown>): 
   const constants = (given.constants as Record<string, Value> | undefined) ?? {};
   if (typeof given.block === "string") {
     const name = given.block;
-    // A name without a dot is a graph of the file.
+    // A name without a dot is a graph in the file.
     if (name.includes(".")) return { ...given, block: { subroutine: name }, constants };
     if (!Object.hasOwn(graphs, name)) throw new Error(`${what}: there is no graph '${name}' in this file`);
     return { ...given, block: { graph: graphOf(name, graphs[name], graphs) }, constants };
@@ -188,7 +191,7 @@ function termination(written: unknown): Termination {
   };
 }
 
-/** "20 ms" in ns; null where it is no time. */
+/** Converts "20 ms" to ns; returns null for other text. */
 export function timeOrNull(written: unknown): number | null {
   return typeof written === "string" ? (durationNs(written).value ?? null) : null;
 }

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-// Other names for parts of a verb: whatever names one follows. Blocks and sets of ports: change.ts.
+// Renames parts of a verb and updates every reference. Blocks and sets of ports are in change.ts.
 import type { Draft, Verb } from "./definition";
 
 type VerbDraft = Draft & { kind: "verb" };
 
-/** The same table with one key another, in its place. */
+/** Renames a key of a table, keeping its position. */
 function keyed<T>(map: Record<string, T>, name: string, to: string): Record<string, T> {
   return Object.fromEntries(Object.entries(map).map(([key, value]) => [key === name ? to : key, value]));
 }
@@ -17,7 +17,7 @@ function with_(draft: VerbDraft, change: Partial<Verb>): VerbDraft {
   return { ...draft, of: { ...draft.of, ...change } };
 }
 
-/** Conditions stand in transitions too. */
+/** Renames a condition, also in transitions. */
 export function renameCondition(draft: VerbDraft, name: string, to: string): VerbDraft {
   const { conditions, transitions } = draft.of;
   return with_(draft, {
@@ -26,7 +26,7 @@ export function renameCondition(draft: VerbDraft, name: string, to: string): Ver
   });
 }
 
-/** Output values are what conditions return. */
+/** Renames an output value, also in the conditions that return it. */
 export function renameOutput(draft: VerbDraft, name: string, to: string): VerbDraft {
   const { conditions, output_values } = draft.of;
   const returned = (returns: string[] | null) => returns?.map((one) => (one === name ? to : one)) ?? null;
@@ -40,12 +40,12 @@ export function renameInput(draft: VerbDraft, name: string, to: string): VerbDra
   return with_(draft, { input_parameters: keyed(draft.of.input_parameters, name, to) });
 }
 
-/** Renames a member in a start's requirement. */
+/** Renames a member in the requirements of a start. */
 export function renameRequirement(draft: VerbDraft, member: string, to: string): VerbDraft {
   return with_(draft, { requires: keyed(draft.of.requires ?? {}, member, to) });
 }
 
-/** Command lists are the ends of transitions, where conditions count, the first one, and the ending. */
+/** Renames a command list, also in transitions, conditions, the initial list and the ending. */
 export function renameList(draft: VerbDraft, name: string, to: string): VerbDraft {
   const { command_lists, conditions, transitions, initial, ending, layout } = draft.of;
   const list = (one: string) => (one === name ? to : one);
@@ -59,7 +59,10 @@ export function renameList(draft: VerbDraft, name: string, to: string): VerbDraf
   });
 }
 
-/** Members of an object, `arm.commanded`, are bound by instantiation parameters, and are bounds of input parameters. */
+/**
+ * Renames an object, also in instantiation parameters, which are bound to its members (`arm.commanded`), and in bounds of input
+ * parameters.
+ */
 export function renameObject(draft: VerbDraft, name: string, to: string): VerbDraft {
   const { objects = {}, instantiation_parameters, input_parameters, layout } = draft.of;
   const member = (text: string) => text.replace(/^(-?)([^.]+)/, (whole, sign: string, one: string) => (one === name ? sign + to : whole));

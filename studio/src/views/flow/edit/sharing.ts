@@ -1,19 +1,19 @@
 // SPDX-License-Identifier: Apache-2.0
-// Graphs of a file that definitions of it name: what is drawn has them within, what is saved names them again.
+// Graphs of a file that its definitions name: the drawing contains them, the saved file names them again.
 import type { BlockUse, DrawnDefinition, Graph } from "./definition";
 import { same } from "./toml";
 
 type Tree = Record<string, unknown>;
 
-/** A graph that the file defines, as it was and as the draft has it. */
+/** A graph defined in the file: original, and as changed in the draft. */
 interface SharedGraph {
   was: Graph;
   is: Graph;
 }
 
 /**
- * The graphs of the file that the saved definition names, rather than having them within: those that it named before, or has as the file
- * has them. A graph of which the draft has two versions under one name is none of them.
+ * Returns the graphs of the file that the saved definition refers to by name instead of containing them: those that it referred to
+ * before, or that equal the file's. A graph with two different versions in the draft is excluded.
  */
 export function sharedGraphs(
   draft: DrawnDefinition,
@@ -34,7 +34,7 @@ export function sharedGraphs(
   return shared;
 }
 
-/** The definition with the names of these graphs in their places. */
+/** Replaces these graphs in a definition by their names. */
 export function byName(definition: Tree, names: ReadonlySet<string>): Tree {
   const blocks = definition.blocks as Record<string, BlockUse> | undefined;
   if (!blocks) return definition;
@@ -47,7 +47,7 @@ export function byName(definition: Tree, names: ReadonlySet<string>): Tree {
   return { ...definition, blocks: Object.fromEntries(named) };
 }
 
-/** The draft without the places that it got because what was opened has none, of graphs within too. */
+/** Returns the draft without positions if the opened definition has none, also in nested graphs. */
 export function withoutNewPlaces<D extends DrawnDefinition>(draft: D, opened: DrawnDefinition): D {
   if (draft.kind === "composition") {
     return Object.keys(opened.of.layout).length > 0 ? draft : { ...draft, of: { ...draft.of, layout: {} } };
@@ -69,7 +69,7 @@ function asOpened<T extends { blocks: Record<string, BlockUse>; layout: object }
   return { ...of, blocks: Object.fromEntries(blocks), layout };
 }
 
-/** Every graph within, by name: each use of it. */
+/** Returns all uses of nested graphs, by name. */
 function usesOf(blocks: Record<string, BlockUse>, found = new Map<string, Graph[]>()): Map<string, Graph[]> {
   for (const use of Object.values(blocks)) {
     if (!("graph" in use.block)) continue;
@@ -80,7 +80,10 @@ function usesOf(blocks: Record<string, BlockUse>, found = new Map<string, Graph[
   return found;
 }
 
-/** Returns the graphs that a definition of the file names, and those that it has within, by their names; those of named graphs too. */
+/**
+ * Returns the names of the graphs that a definition in the file refers to, and of those that it contains, including those in named
+ * graphs.
+ */
 function namedIn(definition: Tree | undefined, tree: Tree, found = { named: new Set<string>(), within: new Set<string>() }) {
   const graphs = (tree.graphs as Record<string, Tree> | undefined) ?? {};
   for (const use of Object.values((definition?.blocks as Tree | undefined) ?? {})) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Questions of the editor to the system: which blocks there are, what is wrong with the draft, what can be wired. All rules are there.
+// Queries of the editor to the system: the available blocks, the errors of the draft, the possible wires. All rules are implemented there.
 import { useCallback, useEffect, useMemo, useRef, useState } from "react";
 import type { Control } from "../../../control/control";
 import { type Refusal, refusalsOf } from "../../../control/refusals";
@@ -8,10 +8,10 @@ import { type Draft, definitionOf } from "./definition";
 import type { Face, Faces } from "./faces";
 import { type Finding, findingsOf } from "./findings";
 
-/** Time for which nothing must change before the draft is checked, ms. */
+/** Time without changes after which the draft is checked, ms. */
 const PAUSE_MS = 250;
 
-/** The component data base of the system, its types of logical devices, and its interrupt sources. */
+/** Returns the component data base of the system, its types of logical devices, and its interrupt sources. */
 export function useFaces(control: Control): { faces: Faces; device_types: string[]; sources: string[]; trouble: Refusal[] } {
   const [sources, setSources] = useState<string[]>([]);
   const [faces, setFaces] = useState<Faces>(new Map());
@@ -39,7 +39,7 @@ export function useFaces(control: Control): { faces: Faces; device_types: string
   return { faces, device_types, sources, trouble };
 }
 
-/** Every installation check of the draft, made again a moment after each change. */
+/** Returns the findings of all installation checks of the draft, repeated a moment after each change. */
 export function useFindings(control: Control, draft: Draft): { findings: Finding[]; unanswered: Refusal[] } {
   const [findings, setFindings] = useState<Finding[]>([]);
   const [unanswered, setUnanswered] = useState<Refusal[]>([]);
@@ -50,7 +50,7 @@ export function useFindings(control: Control, draft: Draft): { findings: Finding
       control.look("check_drawing", JSON.parse(definition) as Record<string, unknown>, asked.signal).then(
         (answered) => {
           const found = findingsOf(answered);
-          // What is found again is the same object: nothing is drawn anew for it.
+          // Equal findings keep the same object, which avoids rendering them again.
           setFindings((before) => (JSON.stringify(before) === JSON.stringify(found) ? before : found));
           setUnanswered([]);
         },
@@ -70,18 +70,18 @@ export function useFindings(control: Control, draft: Draft): { findings: Finding
 type At = { block: string; port: string };
 
 export interface Possible {
-  /** A wire begins at this port: which ports can be its other end? null: it is over. */
+  /** Queries which ports can be the other end of a wire from this port; null ends the wire. */
   ask: (from: At | null) => void;
-  /** Returns why these two cannot be wired; null: they can, or the answer is not there yet, and the check will say it. */
+  /** Returns why two ports cannot be wired; null if they can, or if the answer is not there yet, in which case the check reports it. */
   reason: (from: At, to: At) => string | null;
 }
 
-/** Returns the ports that a wire may go to: asked when it begins, answered by the rule of the installation. */
+/** Returns the ports to which a wire may lead. They are queried when the wire begins, and the rule of the installation decides. */
 export function usePossible(control: Control, draft: Draft): Possible {
   const answer = useRef<{ begun: At; reasons: Map<string, string | null> } | null>(null);
   const ask = useCallback(
     (from: At | null) => {
-      // The answer outlives the wire: the end of a wire that is refused still asks for the reason.
+      // The answer is kept after the wire ends: a refused wire still needs the reason.
       if (!from) return;
       answer.current = null;
       const asked = { [draft.kind]: definitionOf(draft), from };
@@ -93,7 +93,7 @@ export function usePossible(control: Control, draft: Draft): Possible {
           ]);
           answer.current = { begun: from, reasons: new Map(reasons) };
         },
-        // Without an answer every wire may be drawn; the check finds what is wrong with it.
+        // Without an answer, every wire can be drawn; the check then finds errors.
         () => undefined,
       );
     },

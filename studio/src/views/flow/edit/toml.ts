@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A TOML text in which some values are others: only their lines change, and comments, order and spaces stay.
+// Changes some values of a TOML text: only their lines change; comments, order and spaces stay.
 import { parse, stringify } from "smol-toml";
 import { type Map_, mapOf, pathKey, type Spot } from "./tomlText";
 
@@ -12,9 +12,9 @@ interface Edit {
 }
 
 /**
- * The text that says `after` where it said `before`: a value that is another is written in the place of the old one, a key that is gone
- * takes its line with it, a new one stands behind the last of its table. It returns null if that cannot be done so: then the whole
- * is to be written again. What comes back has been read again, and says `after`.
+ * Returns the text changed from the content `before` to `after`: changed values are replaced in place, removed keys are deleted with
+ * their lines, and new keys are added at the end of their tables. Returns null if that is impossible, so that the whole text must be
+ * rewritten. The result is parsed again to verify that it contains `after`.
  */
 export function patched(text: string, before: Tree, after: Tree): string | null {
   const edits = editsOf(text, before, after);
@@ -27,7 +27,7 @@ export function patched(text: string, before: Tree, after: Tree): string | null 
   }
 }
 
-/** The same with the keys of every table in one order: their order says nothing. */
+/** Returns whether two values are equal, irrespective of the order of keys. */
 export function same(one: unknown, other: unknown): boolean {
   return JSON.stringify(ordered(one)) === JSON.stringify(ordered(other));
 }
@@ -82,7 +82,7 @@ function editsOf(text: string, before: Tree, after: Tree): Edit[] | null {
     if (added) edits.push(added);
     return added !== null || fresh.length === 0;
   };
-  /** The values of an array: those at its beginning and its end that are the same stay as they stand. */
+  /** Compares the values of an array; equal values at its beginning and end are left as they are. */
   const compareLists = (path: readonly string[], was: unknown[], is: unknown[]): boolean => {
     const { first, old, wanted } = middleOf(was, is);
     const at = (index: number) => map.spots.get(pathKey([...path, String(index)]));
@@ -105,7 +105,7 @@ function editsOf(text: string, before: Tree, after: Tree): Edit[] | null {
     const more = wanted.slice(old.length).map(valueText);
     if (more.length === 0) return true;
     const [before, behind] = [at(first + old.length - 1), at(first + old.length)];
-    // In the lines of an array each value has its own, as far in as the one beside it.
+    // If the values of an array are on separate lines, a new one gets its own line with the same indentation.
     if (before) {
       const own = /(\r?\n[ \t]*)$/.exec(text.slice(0, before.from))?.[1] ?? " ";
       edits.push({ from: before.to, to: before.to, text: more.map((value) => `,${own}${value}`).join("") });
@@ -121,7 +121,7 @@ function editsOf(text: string, before: Tree, after: Tree): Edit[] | null {
     if (room) return { from: room.at, to: room.at, text: room.isEmpty || isEmptied ? ` ${lines.join(", ")} ` : `, ${lines.join(", ")}` };
     const section = map.sections.get(pathKey(path));
     if (!section) {
-      // Only tables below it have a heading: it gets its own before the first of them.
+      // Only subtables have a heading: the table gets its own before the first of them.
       const below = [...map.sections.values()].filter((one) => path.every((key, index) => one.path[index] === key));
       const first = below.sort((one, other) => one.heading - other.heading)[0];
       if (!first || path.length === 0) return null;
@@ -137,8 +137,8 @@ function editsOf(text: string, before: Tree, after: Tree): Edit[] | null {
 type Compare = (path: readonly string[], old: Tree, wanted: Tree) => boolean;
 
 /**
- * The edits of an array of tables: those at its beginning and its end that are the same stay; of the others one after the other is
- * compared, what is too many goes with its heading, what is missing gets one. Null where that cannot be done.
+ * Returns the edits of an array of tables. Equal tables at its beginning and end are left as they are; the others are compared in order,
+ * surplus tables are deleted with their headings, and missing ones are added. Returns null if that is impossible.
  */
 function tablesEdits(text: string, map: Map_, path: readonly string[], was: unknown[], is: unknown[], compare: Compare): Edit[] | null {
   const heading = map.arrays.get(pathKey(path))?.heading;
@@ -172,7 +172,7 @@ function tablesEdits(text: string, map: Map_, path: readonly string[], was: unkn
   return edits;
 }
 
-/** Returns the middle that is not the same in two lists: its beginning, and its items in each. */
+/** Returns the differing middle of two lists: its start, and its items in each list. */
 function middleOf<T>(was: readonly T[], is: readonly T[]): { first: number; old: T[]; wanted: T[] } {
   const short = Math.min(was.length, is.length);
   let first = 0;
@@ -182,7 +182,7 @@ function middleOf<T>(was: readonly T[], is: readonly T[]): { first: number; old:
   return { first, old: was.slice(first, was.length - behind), wanted: is.slice(first, is.length - behind) };
 }
 
-/** A value of an array goes with its comma, and with its line where it has one. */
+/** Returns the edit that deletes a value of an array with its comma, and with its line if it has its own. */
 function removedValue(text: string, spot: Spot): Edit {
   const behind = /^[ \t]*,(?:[ \t]*(?:#[^\n]*)?(?=\r?\n))?/.exec(text.slice(spot.to))?.[0] ?? "";
   const ahead = /\r?\n[ \t]*$/.exec(text.slice(0, spot.from))?.[0];
@@ -190,14 +190,14 @@ function removedValue(text: string, spot: Spot): Edit {
   return removed(text, spot);
 }
 
-/** From the heading of a table to the end of its last line, and of the tables below it. */
+/** Returns the span from the heading of a table to the end of its last line, including its subtables. */
 function placeOf(map: Map_, path: readonly string[]): { from: number; to: number } | null {
   const own = [...map.sections.values()].filter((one) => path.every((key, index) => one.path[index] === key));
   if (own.length === 0) return null;
   return { from: Math.min(...own.map((one) => one.heading)), to: Math.max(...own.map((one) => one.at)) };
 }
 
-/** A key goes with its line, or with its comma. */
+/** Returns the edit that deletes a key with its line, or with its comma. */
 function removed(text: string, spot: Spot): Edit {
   if (!spot.isInline) {
     const from = text.lastIndexOf("\n", spot.key_from - 1) + 1;
@@ -212,7 +212,7 @@ function removed(text: string, spot: Spot): Edit {
 
 function applied(text: string, edits: readonly Edit[]): string {
   let made = text;
-  // From the end: what stands before keeps its place. Of several at one place the first is written first.
+  // Edits are applied from the end, so that earlier positions stay valid. Edits at one position keep their order.
   const order = edits.map((edit, index) => ({ ...edit, index })).sort((a, b) => b.from - a.from || b.index - a.index);
   for (const { from, to, text: put } of order) made = made.slice(0, from) + put + made.slice(to);
   return made;
@@ -222,14 +222,14 @@ function keyText(key: string): string {
   return /^[A-Za-z0-9_-]+$/.test(key) ? key : JSON.stringify(key);
 }
 
-/** A value on one line. */
+/** Formats a value on one line. */
 function valueText(value: unknown): string {
   if (Array.isArray(value)) return `[${value.map(valueText).join(", ")}]`;
   if (isTree(value)) {
     const pairs = Object.entries(value).filter(([, of]) => of !== undefined);
     return pairs.length === 0 ? "{}" : `{ ${pairs.map(([key, of]) => `${keyText(key)} = ${valueText(of)}`).join(", ")} }`;
   }
-  // `stringify` writes tables: the value is what follows the key.
+  // `stringify` writes only tables, so the value is taken from after the key.
   return stringify({ value })
     .replace(/^value = /, "")
     .trimEnd();

@@ -1,29 +1,29 @@
 // SPDX-License-Identifier: Apache-2.0
-// Where the values of a TOML text stand: enough of the language to find each key with its value, whatever stands around it.
+// Locations of the values in a TOML text: parses enough of the language to find each key with its value in any context.
 
-/** A value in the text: where it is, and what else must go with it where it goes. */
+/** A value in the text: its span, and what must be deleted with it. */
 export interface Spot {
-  /** The value itself. */
+  /** Start of the value. */
   from: number;
   to: number;
-  /** From the beginning of its key to the end of its value. */
+  /** Start of the key. */
   key_from: number;
-  /** It stands in an inline table, between commas. */
+  /** True if the value is in an inline table or array, between commas. */
   isInline: boolean;
-  /** Of an inline table: where one more key may be put, and whether there are others before it. */
+  /** Position for a further key if the value is an inline table, and whether the table is empty. */
   room: { at: number; isEmpty: boolean } | null;
 }
 
-/** A table with a heading: where that begins, and where one more line may be put. */
+/** A table with a heading: the positions of the heading and of a further line. */
 export interface Section {
   path: readonly string[];
   heading: number;
   at: number;
 }
 
-/** An array of tables, each with a heading of its own: `[[verbs.swing.transitions]]`. Its tables are sections by their number, from 0. */
+/** An array of tables, each with its own heading: `[[verbs.swing.transitions]]`. Its tables are sections, numbered from 0. */
 export interface Tables {
-  /** The heading, as it stands in the text. */
+  /** The heading, exactly as in the text. */
   heading: string;
   count: number;
 }
@@ -39,7 +39,7 @@ export function pathKey(path: readonly string[]): string {
   return JSON.stringify(path);
 }
 
-/** Finds every key. The text has been read as TOML before; null for what this does not know. */
+/** Finds every key of a text that is valid TOML; returns null if it contains unsupported syntax. */
 export function mapOf(text: string): Map_ | null {
   try {
     return new Scanner(text).all();
@@ -90,7 +90,7 @@ class Scanner {
     return { spots: this.#spots, sections: this.#sections, arrays: this.#arrays };
   }
 
-  /** The path of one more table of an array. */
+  /** Returns the path of the next table of an array. */
   #element(written: string[]): string[] {
     const last = written.at(-1) as string;
     const path = [...this.#inArrays(written.slice(0, -1)), last];
@@ -100,7 +100,7 @@ class Scanner {
     return [...path, String(array.count - 1)];
   }
 
-  /** A heading below an array of tables is of its last one. */
+  /** Returns the path of a heading; below an array of tables, it belongs to the last table. */
   #inArrays(written: readonly string[]): string[] {
     const path: string[] = [];
     for (const key of written) {
@@ -111,7 +111,7 @@ class Scanner {
     return path;
   }
 
-  /** `key = value`. */
+  /** Reads `key = value`. */
   #pair(table: readonly string[], isInline: boolean): void {
     const key_from = this.#at;
     const path = [...table, ...this.#path()];
@@ -152,7 +152,7 @@ class Scanner {
     return { at, isEmpty };
   }
 
-  /** Reads an array; its items are known by their numbers, from 0. */
+  /** Reads an array; its items are numbered from 0. */
   #array(path: readonly string[]): void {
     this.#at += 1;
     let number = 0;
@@ -177,7 +177,7 @@ class Scanner {
       if (this.#text[this.#at] === "\\" && quote === '"') this.#at += 1;
     }
     this.#at += end.length;
-    // Of a text between three quotes up to two more of them may be its last letters.
+    // A triple-quoted string may end with up to two more quotes.
     while (end.length === 3 && this.#text[this.#at] === quote) this.#at += 1;
   }
 
@@ -213,7 +213,7 @@ class Scanner {
     while (this.#text[this.#at] === " " || this.#text[this.#at] === "\t") this.#at += 1;
   }
 
-  /** Passes over spaces, line ends and comments. */
+  /** Skips spaces, line ends and comments. */
   #blank(): void {
     const between = /[ \t\r\n]*(#[^\n]*)?/y;
     for (;;) {
@@ -224,7 +224,7 @@ class Scanner {
     }
   }
 
-  /** Behind the line end of what was read last. */
+  /** Returns the start of the next line. */
   #lineEnd(): number {
     const end = this.#text.indexOf("\n", this.#at);
     return end < 0 ? this.#text.length : end + 1;

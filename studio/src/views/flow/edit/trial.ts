@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Trying a graph on the running system: a verb around it, SVVs for its ports, an instance that runs.
+// Tries a graph on the running system: a verb around it, SVVs for its ports, a running instance.
 import type { Control } from "../../../control/control";
 import type { Value, VerbRequest } from "../../../control/shapes";
 import { type Draft, definitionOf, type Graph } from "./definition";
@@ -8,32 +8,32 @@ import type { Placement } from "./placement";
 
 export interface TrialRequest {
   every_ns: number;
-  /** `rtp0.fast`. */
+  /** Interrupt source, such as `rtp0.fast`. */
   source: string;
-  /** Sources on which blocks of it run instead. */
+  /** Sources of blocks of the graph that run elsewhere. */
   placement: Placement;
-  /** For each input of the graph: an SVV that is there, or a value that stays. */
+  /** For each input of the graph, an existing SVV or a constant value. */
   inputs: Record<string, { svv: string } | { value: Value }>;
 }
 
 export interface Trial {
   verb: string;
   instance: number;
-  /** The SVVs of its outputs. */
+  /** SVVs of the outputs. */
   outputs: string[];
 }
 
 const KEY = "opengpac.trial";
-/** The label of the graph in the verb around it. */
+/** Label of the graph in the enclosing verb. */
 const LABEL = "graph";
 
-/** Keeps the graph that this tab tries: it is found again after another view, and after the page was loaded again. */
+/** Stores the trial of this tab, so that it is found again after a change of views or a reload. */
 export function keepTrial(control: Control, trial: Trial | null): void {
   if (trial === null) sessionStorage.removeItem(KEY);
   else sessionStorage.setItem(KEY, JSON.stringify({ ...trial, run: control.version.run }));
 }
 
-/** The trial of this tab; null: there is none, or the system was started again since. */
+/** Returns the trial of this tab; null if there is none, or the system has restarted. */
 export function keptTrial(control: Control): Trial | null {
   try {
     const { run, ...trial } = JSON.parse(sessionStorage.getItem(KEY) ?? "null") as Trial & { run: string };
@@ -43,7 +43,7 @@ export function keptTrial(control: Control): Trial | null {
   }
 }
 
-/** The verb by which a graph can be started by itself: one command list, which activates it. */
+/** Returns a verb that starts a graph by itself: one command list, which activates the graph. */
 export function verbAround(graph: Graph, every_ns: number): Record<string, unknown> {
   const ports = [...Object.keys(graph.inputs), ...Object.keys(graph.outputs)];
   return {
@@ -55,7 +55,10 @@ export function verbAround(graph: Graph, every_ns: number): Record<string, unkno
   };
 }
 
-/** Installs a graph and starts it. Errors: `RefusalError`; definition and SVVs stay then, an instance that was not started does not. */
+/**
+ * Installs a graph and starts it. Throws `RefusalError`: the definition and SVVs are then kept, but an instance that was not started is
+ * deleted.
+ */
 export async function begin(control: Control, draft: Draft & { kind: "graph" }, faces: Faces, wanted: TrialRequest): Promise<Trial> {
   const graph = draft.of;
   const pressed = control.pressed();
@@ -75,7 +78,7 @@ export async function begin(control: Control, draft: Draft & { kind: "graph" }, 
       });
     if (given && "value" in given) await control.order("write", { name: svv, value: given.value });
   }
-  // What the page has drawn is a definition in its JSON form; the system says what is wrong with it.
+  // The drawn definition is in JSON form; the system reports errors in it.
   await control.order("define_verb", verbAround(graph, wanted.every_ns) as unknown as VerbRequest);
   const placed = Object.fromEntries(Object.entries(wanted.placement).map(([label, source]) => [`${LABEL}.${label}`, source]));
   const instance = await control.order("create", { verb: graph.name, arguments: named, placement: { ...placed, "*": wanted.source } });
@@ -88,7 +91,7 @@ export async function begin(control: Control, draft: Draft & { kind: "graph" }, 
   return { verb: graph.name, instance, outputs: Object.keys(graph.outputs).map((port) => named[port]?.svv ?? port) };
 }
 
-/** Halts a trial and takes it out of the system; its SVVs stay. */
+/** Halts a trial and deletes its instance; its SVVs are kept. */
 export async function end(control: Control, trial: Trial): Promise<void> {
   const state = await control.look("state", { instance: trial.instance });
   if (state === "running" || state === "suspended") await control.stop("halt", { instance: trial.instance });

@@ -1,7 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 import { useEffect, useRef } from "react";
 
-/** Ctrl+Z takes back the last change of the draft, Ctrl+Y or Ctrl+Shift+Z makes it again; while somebody types, they are the field's. */
+/**
+ * Handles Ctrl+Z (undo), and Ctrl+Y and Ctrl+Shift+Z (redo), of the draft. While a person types in a field, these keys apply to the
+ * field.
+ */
 export function useUndoKeys(back: (() => void) | null, again: (() => void) | null): void {
   const ways = useRef({ back, again });
   ways.current = { back, again };
@@ -9,7 +12,7 @@ export function useUndoKeys(back: (() => void) | null, again: (() => void) | nul
     const press = (event: KeyboardEvent) => {
       const way = undoOf(event);
       if (way === null || (event.target instanceof HTMLElement && event.target.dataset.typed === "yes")) return;
-      // The browser would take back what was typed last, in a field that nobody looks at.
+      // Otherwise, the browser would undo the latest input in an unrelated field.
       event.preventDefault();
       ways.current[way]?.();
     };

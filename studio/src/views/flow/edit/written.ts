@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-// Texts that a person writes into the fields of the editor.
+// Texts typed into the fields of the editor.
 import type { Value } from "../../../control/shapes";
 import { durationNs, type ReadResult } from "../../../design/quantities";
 import type { Bound } from "./definition";
 
-/** The names in a text: "near.done, near.lost". */
+/** Splits a list of names: "near.done, near.lost". */
 export function words(text: string): string[] {
   return text.split(/[\s,]+/).filter(Boolean);
 }
@@ -12,13 +12,13 @@ export function words(text: string): string[] {
 /** A number with its unit: "3 Hz", "2 N.m/rad". */
 const QUANTITY = /^[-+]?(\d+\.?\d*|\.\d+)(e[-+]?\d+)?\s*[a-zµ°Ω%][\w./*^µ°Ω|-]*$/i;
 
-/** Reads a person's text as a value of a type: a number, a truth, a list. Nothing is the default. */
+/** Reads a person's text as a value of a type: a number, a Boolean or a list. Empty text means the default. */
 export function constantOf(text: string, type_text: string): { value: Value | undefined; wrong: string | null } {
   if (text === "") return { value: undefined, wrong: null };
-  // Several numbers need no brackets: 0, 0, 1.
+  // A list of numbers needs no brackets: 0, 0, 1.
   const several = text.split(/,\s+/).map(Number);
   if (several.length > 1 && several.every(Number.isFinite)) return { value: several, wrong: null };
-  // Which units go is the system's rule: it converts them, or the check says what it takes.
+  // The system decides which units are allowed: it converts them, or the check reports the expected unit.
   if (type_text !== "bool" && QUANTITY.test(text)) return { value: text, wrong: null };
   try {
     return { value: JSON.parse(text) as Value, wrong: null };
@@ -30,13 +30,13 @@ export function constantOf(text: string, type_text: string): { value: Value | un
   }
 }
 
-/** Reads a person's text as the value of an input parameter: a constant, or a share of the parameter's maximum, "25 %". */
+/** Reads a person's text as the value of an input parameter: a constant, or a fraction of the parameter's maximum, "25 %". */
 export function givenOf(text: string): { value: Value | undefined; wrong: string | null } {
   if (/^-?\d+(\.\d+)?\s*%$/.test(text)) return { value: text, wrong: null };
   return constantOf(text, "value");
 }
 
-/** The same as text: several numbers without brackets. */
+/** Formats a constant; lists of numbers have no brackets. */
 export function constantText(value: Value | undefined): string {
   if (value === undefined || value === null) return "";
   if (typeof value === "string") return value;
@@ -44,14 +44,14 @@ export function constantText(value: Value | undefined): string {
   return isPlain ? value.join(", ") : JSON.stringify(value);
 }
 
-/** Reads a person's text as an interval, ns; null: none. */
+/** Reads a person's text as an interval, ns; null if it is empty. */
 export function everyOf(text: string): ReadResult<number | null> {
   if (text === "") return { value: null };
   const read = durationNs(text);
   return read.wrong !== undefined || read.value > 0 ? read : { wrong: `'${text}' is no interval: it must be more than 0` };
 }
 
-/** The range of an input parameter: two numbers, or parameters of objects: "0, arm.max_speed". Nothing is no range. */
+/** Reads the range of an input parameter, numbers or parameters of objects: "0, arm.max_speed". Empty text means no range. */
 export function withinOf(text: string): ReadResult<[Bound, Bound] | null> {
   if (text === "") return { value: null };
   const ends = text.split(/[\s,]+/).filter(Boolean);

@@ -7,7 +7,7 @@ import { addressOf } from "../../../shell/route";
 import type { Selection } from "../drawing/drawing";
 import { type Drawing, portText, type Wire } from "../drawing/drawing";
 
-/** Details of what is chosen in the drawing. */
+/** Details of the selected box or wire. */
 export function Details(props: { drawing: Drawing; chosen: Selection; instances: InstalledInstance[] }) {
   const { chosen, drawing, instances } = props;
   const wire = chosen?.kind === "wire" ? drawing.wires.find((one) => one.id === chosen.id) : undefined;
@@ -111,7 +111,7 @@ function BlockDetails(props: { instance: InstalledInstance; block: InstalledBloc
   );
 }
 
-/** A device's channel has no value of its own to be read; what blocks make of it has. */
+/** Returns whether the value of a cell can be read. A device's channel cannot; only the values that blocks compute from it can. */
 function isReadable(instance: InstalledInstance, cell: string | null): cell is string {
   return cell !== null && instance.cells.some((one) => one.name === cell && (one.kind === "svv" || one.kind === "private"));
 }

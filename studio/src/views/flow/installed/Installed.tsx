@@ -16,7 +16,7 @@ import { inOwnUnits } from "./units";
 
 const NOTHING: Drawing = { boxes: [], wires: [] };
 
-/** The data flow of what is installed, with live values. */
+/** The data flow of installed instances, with live values. */
 export function Installed() {
   const control = useControl();
   const installed = useTopic(control.topics.installed);
@@ -86,7 +86,7 @@ export function Installed() {
             chosen={chosen}
             choose={setChosen}
             of={arranged.of}
-            // Columns say where blocks run, and what is installed does not run elsewhere for being dragged.
+            // Regions show where blocks run, and dragging an installed block does not move it to another source.
             move={grouping === null ? move : undefined}
             toggle={toggle}
           />
@@ -130,14 +130,17 @@ function Sources(props: { of: Drawing }) {
   );
 }
 
-/** So many blocks can be taken in at once. */
+/** Maximum number of blocks shown at first, to keep the drawing comprehensible. */
 const BLOCKS_FIRST = 20;
 
-/** Returns the instances that are hidden before a person chooses: those that do not run, and of those that run, actions first, those that would be too many. */
+/**
+ * Returns the instances hidden initially: those that are not running, and those that would exceed `BLOCKS_FIRST`, with actions
+ * considered first.
+ */
 function useFirst(instances: InstalledInstance[]): ReadonlySet<string> {
   const [first, setFirst] = useState<ReadonlySet<string> | null>(null);
   const found = useMemo(() => firstHidden(instances), [instances]);
-  // What is shown does not change by itself while somebody looks, but for what was not there yet.
+  // The shown instances do not change by themselves, except that new ones appear.
   if (first === null && instances.length > 0) setFirst(found);
   return first ?? found;
 }
@@ -160,7 +163,7 @@ function toggled(of: ReadonlySet<string>, name: string): ReadonlySet<string> {
   return next;
 }
 
-/** Form of a drawing: an instance whose blocks and cells are the same is drawn the same, whatever its state. */
+/** Form of a drawing: instances with the same blocks and cells are drawn the same, whatever their state. */
 interface Form {
   names: string[];
   parts: unknown[];
@@ -176,13 +179,13 @@ function isSameForm(one: Form | null, other: Form): boolean {
   return one !== null && one.opened === other.opened && same(one.names, other.names) && same(one.parts, other.parts);
 }
 
-/** The drawing, the same object as long as nothing of it has changed: states and lists change often, boxes and wires seldom. */
+/** Returns the drawing, as the same object while it is unchanged: states and lists change often, boxes and wires rarely. */
 function useDrawing(shown: InstalledInstance[], opened: ReadonlySet<string>): Drawing {
   const [kept, setKept] = useState<{ form: Form | null; text: string; drawing: Drawing }>({ form: null, text: "", drawing: NOTHING });
   const form = formOf(shown, opened);
   if (isSameForm(kept.form, form)) return kept.drawing;
   const next = drawn(shown, opened);
-  // Of the running system all that is installed comes anew with each change: what is told again is drawn the same.
+  // The running system reports all installed instances again with each change; equal reports give the same drawing.
   const text = JSON.stringify(next);
   const drawing = text === kept.text ? kept.drawing : next;
   setKept({ form, text, drawing });
@@ -194,7 +197,7 @@ const GROUPINGS = [
   { by: "source", text: "By source" },
   { by: "instance", text: "By instance" },
 ] as const;
-/** The region of SVVs and channels that belong to none. */
+/** Region of SVVs and channels that belong to no source or instance. */
 const SHARED = "shared";
 
 interface ArrangedDrawing {
@@ -204,7 +207,7 @@ interface ArrangedDrawing {
   of: string;
 }
 
-/** Places with those of boxes that somebody has moved, for as long as the same boxes are drawn. */
+/** Returns the positions including those of moved boxes, as long as the same boxes are drawn. */
 function useMoved(arranged: ArrangedDrawing | null): { places: ReadonlyMap<string, Place>; move: (box: string, to: Place) => void } {
   const [moved, setMoved] = useState<{ of: string; to: ReadonlyMap<string, Place> }>({ of: "", to: new Map() });
   const of = arranged?.of ?? "";
@@ -216,7 +219,7 @@ function useMoved(arranged: ArrangedDrawing | null): { places: ReadonlyMap<strin
   return { places, move };
 }
 
-/** The drawing with places for its boxes, in regions where that is wanted; null until they are known. */
+/** Returns the drawing with positions for its boxes, and regions if requested; null until they are known. */
 function useArranged(drawing: Drawing, grouping: Grouping): ArrangedDrawing | null {
   const [arranged, setArranged] = useState<ArrangedDrawing | null>(null);
   useEffect(() => {

@@ -3,17 +3,17 @@ import type { InstalledBlock, InstalledCell, InstalledInstance } from "../../../
 import { period } from "../../../design/numbers";
 import type { Box, Drawing, Port, Wire } from "../drawing/drawing";
 
-/** Where a port of a block is drawn: its own box, or that of the closed graph which holds it. */
+/** A port, and the box at which it is drawn: its own, or that of the enclosing closed graph. */
 interface BoxPort {
   box: string;
   port: Port;
 }
 
 /**
- * The data flow of instances that are installed. `opened`: ids of nested graphs whose blocks are shown; a graph that is not there is
+ * Returns the data flow of installed instances. `opened` contains the ids of nested graphs whose blocks are shown; any other graph is
  * one box with the ports that cross its edge.
  *
- * A private cell is a wire from its writer to each reader; an SVV or a channel, which others may share, is a box of its own.
+ * A private cell is a wire from its writer to each reader; an SVV or a channel, which may be shared, is a box of its own.
  */
 export function drawn(instances: InstalledInstance[], opened: ReadonlySet<string>): Drawing {
   const boxes = new Map<string, Box>();
@@ -32,7 +32,7 @@ export function drawn(instances: InstalledInstance[], opened: ReadonlySet<string
   return { boxes: [...boxes.values()], wires: [...wires.values()] };
 }
 
-/** The nested graphs of an instance, outermost first: `outer`, `outer.inner`. */
+/** Returns the ids of the nested graphs of an instance, outermost first: `move#1/outer`, `move#1/outer.inner`. */
 export function graphsOf(instance: InstalledInstance): string[] {
   const found = new Set<string>();
   for (const block of instance.blocks) {
@@ -105,7 +105,7 @@ function endOf(
     mode: said.mode ?? "",
     doc: said.doc,
   };
-  // A graph that is closed has no ports but those that wires go to; a device port is one only where a channel is bound.
+  // A closed graph has only ports with wires; a device port is drawn only if a channel is bound to it.
   return { box: box.id, port: drawnPort };
 }
 
@@ -113,7 +113,7 @@ function addPrivate(boxes: Map<string, Box>, wires: Map<string, Wire>, cell: Ins
   let isLabelled = false;
   for (const writer of writers) {
     for (const reader of readers) {
-      // Within a closed graph.
+      // The wire is inside a closed graph.
       if (writer.box === reader.box && boxes.get(writer.box)?.kind === "graph") continue;
       enter(boxes, writer);
       enter(boxes, reader);
@@ -122,7 +122,7 @@ function addPrivate(boxes: Map<string, Box>, wires: Map<string, Wire>, cell: Ins
     }
   }
   if (readers.length > 0) return;
-  // Nobody reads it: its port is there all the same.
+  // A port without readers is drawn too.
   for (const writer of writers) if (boxes.get(writer.box)?.kind !== "graph") enter(boxes, writer);
 }
 
@@ -139,7 +139,7 @@ function addShared(boxes: Map<string, Box>, wires: Map<string, Wire>, cell: Inst
     });
     boxes.set(id, box);
   }
-  // Its value is shown once, at the first wire of it.
+  // The value is shown only once, at the first wire.
   let live = cell.kind === "svv" && ![...wires.values()].some((wire) => wire.live === cell.name) ? cell.name : null;
   for (const writer of writers) {
     const to: BoxPort = { box: id, port: { ...port, side: "input" } };

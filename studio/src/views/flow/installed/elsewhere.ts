@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-// Installed objects that are not drawn: instances that are hidden, blocks within graphs that are closed.
+// Installed objects that are not drawn: hidden instances, blocks in closed graphs.
 import type { InstalledInstance } from "../../../control/shapes";
 import { type Findable, findables } from "../drawing/Find";
 import { drawn, graphsOf } from "./drawn";
 
-/** Returns the objects of all instances, with all graphs open. `open` shows an instance, and opens graphs by their ids. */
+/** Returns the objects of all instances, with all graphs opened. `open` shows an instance and opens graphs by their ids. */
 export function everythingIn(instances: InstalledInstance[], open: (instance: string, graphs: string[]) => void): Findable[] {
   const found = new Map<string, Findable>();
   for (const instance of instances) {
@@ -15,14 +15,14 @@ export function everythingIn(instances: InstalledInstance[], open: (instance: st
       const graphs = boxes.flatMap(graphsAround);
       const [around] = graphs.slice(-1);
       const within = { text: around ?? instance.name, open: () => open(instance.name, graphs) };
-      // An SVV of several instances is found once.
+      // An SVV of several instances is listed once.
       if (!found.has(one.key)) found.set(one.key, { ...one, within });
     }
   }
   return [...found.values()];
 }
 
-/** The graphs around a box, by their ids, outermost first: `move#1/outer`, `move#1/outer.inner`. */
+/** Returns the ids of the graphs around a box, outermost first: `move#1/outer`, `move#1/outer.inner`. */
 function graphsAround(box: string): string[] {
   const [instance, label] = [box.slice(0, box.indexOf("/")), box.slice(box.indexOf("/") + 1)];
   if (instance === "cell") return [];
@@ -30,7 +30,7 @@ function graphsAround(box: string): string[] {
   return parts.slice(1).map((_, depth) => `${instance}/${parts.slice(0, depth + 1).join(".")}`);
 }
 
-/** Returns the instance that a box belongs to; for an SVV or channel the only one that uses it, else none. */
+/** Returns the instance to which a box belongs; for an SVV or channel, the only instance that uses it, otherwise null. */
 export function instanceOf(drawing: { wires: { from: { box: string }; to: { box: string } }[] }, box: string): string | null {
   const own = (id: string) => (id.startsWith("cell/") ? null : id.slice(0, id.indexOf("/")));
   if (!box.startsWith("cell/")) return own(box);

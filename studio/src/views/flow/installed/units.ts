@@ -3,8 +3,9 @@ import type { InstalledInstance } from "../../../control/shapes";
 import { choices } from "../../../design/units";
 
 /**
- * An instance with the units of what it acts on: a servo of a sliding joint reads m and N where its blocks say `rad|m` and `N.m|N`. Which of a choice
- * it is, is what its ports that are bound to cells of one unit agree on; where none is, or they differ, the choice stays.
+ * Returns an instance with the units of its devices: a servo of a sliding joint reads m and N where its blocks declare `rad|m` and
+ * `N.m|N`. The choice is the one on which all ports bound to cells with a single unit agree; without agreement, the units stay as
+ * declared.
  */
 export function inOwnUnits(instance: InstalledInstance): InstalledInstance {
   const found = choiceOf(instance);
@@ -17,7 +18,7 @@ export function inOwnUnits(instance: InstalledInstance): InstalledInstance {
   };
 }
 
-/** Returns the unit of this instance for a unit of its verb. */
+/** Returns the unit in this instance for a unit of its verb. */
 export function unitOf(instance: InstalledInstance, unit: string): string {
   return of(unit, choiceOf(instance) ?? -1);
 }

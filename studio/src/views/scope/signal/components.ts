@@ -1,20 +1,20 @@
 // SPDX-License-Identifier: Apache-2.0
-// Names of the numbers of one value: `[2]` of a `double[6]`, `.x` of a struct, nothing of a scalar.
+// Names of the components of one value: `[2]` of a `double[6]`, `.x` of a struct, an empty name for a scalar.
 
-/** The names of all numbers of a value of a type, in the order in which they come; of a type that is not understood `[0]`, `[1]` … */
+/** Returns the names of the components of a type, in order; `[0]`, `[1]` … for an unsupported type. */
 export function componentNames(type_text: string, components: number): string[] {
   const numbers = read(tokens(type_text));
   if (numbers && numbers.length === components) return numbers.map(({ name }) => name);
   return components === 1 ? [""] : Array.from({ length: components }, (_, i) => `[${i}]`);
 }
 
-/** True for each number of a value that is a truth value in C. */
+/** Returns for each component whether it is a C truth value. */
 export function truthValues(type_text: string, components: number): boolean[] {
   const numbers = read(tokens(type_text));
   return Array.from({ length: components }, (_, i) => numbers?.length === components && numbers[i]?.scalar === "bool");
 }
 
-/** A number of a value: its name, and its type in C. */
+/** A component of a value: its name and its C type. */
 interface Component {
   name: string;
   scalar: string;
@@ -29,7 +29,7 @@ function read(words: string[]): Component[] | null {
   return words.length === 0 ? numbers : null;
 }
 
-// A type without its dimensions, then its dimensions: `double[3][2]`, `struct { double x; double q[4]; }[2]`.
+// Parses a type without its dimensions, then its dimensions: `double[3][2]`, `struct { double x; double q[4]; }[2]`.
 function typeAt(words: string[]): Component[] | null {
   const base = words.shift();
   if (base === undefined) return null;
@@ -68,7 +68,7 @@ function dimensionsAt(words: string[], inner: Component[]): Component[] | null {
   return numbers;
 }
 
-/** A trace is one number of a channel, by name: `arm.force[2]` is `[2]` of `arm.force`. */
+/** Returns the name of a trace, which is one component of a channel: `arm.force[2]` is `[2]` of `arm.force`. */
 export function traceName(channel: string, component: string): string {
   return `${channel}${component}`;
 }

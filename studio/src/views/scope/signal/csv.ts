@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 import { type ExportedChannel, missingText, rows, secondsText } from "./table";
 
-/** Rows that are put together to one part of the file. */
+/** Number of rows in each part of the file. */
 const PART_ROWS = 4096;
 
 /**
- * The values as CSV, in parts: `time_s`, then a column for each component, empty where its channel has no value at that time. Numbers have
- * all their digits. What is missing stands in front, in lines that begin with `#` (pandas: `comment="#"`).
+ * Formats the values as CSV, in parts: `time_s`, then a column for each component, empty if its channel has no value at that time.
+ * Numbers have all their digits. Missing values are listed first, in lines that begin with `#` (pandas: `comment="#"`).
  */
 export function* csv(channels: readonly ExportedChannel[], from_ns: number, to_ns: number): Generator<string> {
   const missing = missingText(channels, from_ns, to_ns);

@@ -1,20 +1,20 @@
 // SPDX-License-Identifier: Apache-2.0
 import type { Series } from "./series";
 
-/** Points of a line: `x` in pixels from the left border, `y` in units; a `y` that is NaN lifts the pen. */
+/** Points of a line: `x` in pixels from the left edge, `y` in units; a NaN `y` breaks the line. */
 export interface Points {
   x: Float32Array;
   y: Float64Array;
   count: number;
-  /** Values that they stand for. */
+  /** Number of values that the points represent. */
   values: number;
 }
 
 /**
- * The points of a trace on a screen that is `width` pixels wide and shows `from_ns … to_ns`.
+ * Returns the points of a trace on a screen that is `width` pixels wide and shows `from_ns … to_ns`.
  *
- * Where a pixel column has several values it gets the first, the minimum, the maximum and the last of them, in order of time: the line is
- * then, pixel by pixel, that of all values, and no peak is lost. Where there are fewer values than columns each is at its own place.
+ * If a pixel column has several values, it gets the first, minimum, maximum and last of them in order of time: pixel by pixel, the line
+ * equals that of all values, and no peak is lost. If there are few values, each keeps its exact position.
  */
 export function decimate(series: Series, from_ns: number, to_ns: number, width: number): Points {
   const per_ns = width / (to_ns - from_ns);

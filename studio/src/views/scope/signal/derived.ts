@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// Traces that are computed from others. They break where theirs break.
+// Traces computed from others. They have gaps where the others have gaps.
 import type { Piece, Series } from "./series";
 
-/** The derivative in units per second: between each value and the one before, at the time of the later one. */
+/** Computes the derivative in units per second, between each value and the previous one, at the time of the later one. */
 export function derivative(of: Series): Series {
   const made: Series = [];
   let time_ns = Number.NaN;
@@ -26,12 +26,18 @@ export function derivative(of: Series): Series {
   return made.filter((piece) => piece.to > 0);
 }
 
-/** One less the other, at the times of the first, with the value that the other has then. Unknown in the gaps of either. */
+/**
+ * Subtracts a series from another, at the times of the first, with the present value of the second. The result is undefined in the gaps
+ * of either.
+ */
 export function difference(one: Series, other: Series): Series {
   return combined([one, other], ([first, second]) => (first as number) - (second as number));
 }
 
-/** Computes values from several series, at the times of the first, with the values that the others have then. Unknown in the gaps of any. */
+/**
+ * Computes values from several series, at the times of the first, with the present values of the others. The result is undefined in the
+ * gaps of any.
+ */
 export function combined(of: readonly Series[], value: (of: readonly number[]) => number): Series {
   const [one = [], ...others] = of;
   const held = others.map((other) => new HeldValue(other));
@@ -69,7 +75,7 @@ function pieceOf(times: number[], values: number[], broken: boolean): Piece {
   return { times_ns: Float64Array.from(times), values: Float64Array.from(values), from: 0, to: times.length, broken };
 }
 
-// The value that a series has at times that only grow.
+// Returns the value of a series at ascending times.
 class HeldValue {
   readonly #series: Series;
   #piece = 0;

@@ -2,7 +2,10 @@
 // Discrete Fourier transforms of any length.
 import FFT from "fft.js";
 
-/** The transform of real values at the frequencies 0 … N/2, as real and imaginary parts in turn. No zeros are added: frequency k is k of N cycles. */
+/**
+ * Returns the discrete Fourier transform of real values at the frequencies 0 … N/2, as interleaved real and imaginary parts. There is no
+ * zero padding: frequency k has exactly k cycles in N values.
+ */
 export function dft(values: Float64Array): ArrayLike<number> {
   const count = values.length;
   if (count < 2) return [values[0] ?? 0, 0];
@@ -15,7 +18,7 @@ export function dft(values: Float64Array): ArrayLike<number> {
   return chirped(values);
 }
 
-/** By Bluestein's algorithm (1970): the transform as a convolution with a chirp, which has a length of its own. */
+/** Computes the transform by Bluestein's algorithm (1970), as a convolution with a chirp whose length can be chosen freely. */
 function chirped(values: Float64Array): Float64Array {
   const count = values.length;
   const size = 2 ** Math.ceil(Math.log2(2 * count - 1));

@@ -84,7 +84,7 @@ test("the difference takes the value that the other has then, and nothing where 
   slow.take(runOf([150, 350], [1, 2], [1, 2]));
   slow.take(runOf([650], [3], [9], 6));
   const series = difference(all(one), all(slow));
-  // At 100 nothing is known yet, from 400 to 600 it is lost.
+  // At 100 no value is known yet; from 400 to 600 they are lost.
   expect(series.map((piece) => [...piece.times_ns])).toEqual([[200, 300], [700]]);
   expect(flat(series)).toEqual([19, 29, 67]);
 });

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-/** Types of the part of fft.js that is used, as it has none of its own. */
+/** Types of the parts of fft.js that are used; the package has none. */
 declare module "fft.js" {
   export default class FFT {
-    /** `size`: a power of two, 2 at least. */
+    /** `size` is a power of two, at least 2. */
     constructor(size: number);
     createComplexArray(): number[];
-    /** Fills the first half of `out`, and the value in its middle: real and imaginary part in turn. */
+    /** Fills the first half of `out` and its middle value, with interleaved real and imaginary parts. */
     realTransform(out: number[], input: ArrayLike<number>): void;
-    /** Fills all of `out` from complex values. */
+    /** Fills `out` from complex values. */
     transform(out: number[], input: ArrayLike<number>): void;
     inverseTransform(out: number[], input: ArrayLike<number>): void;
   }

@@ -72,7 +72,7 @@ test("MCAP is read back as it was written", async () => {
   expect([...reader.channelsById.values()].map((channel) => channel.metadata.get("unit"))).toEqual(["rad", "", ""]);
 });
 
-// tests/python/test_page_export.py reads the same file; OPENGPAC_WRITE_EXPORT writes it anew.
+// tests/python/test_page_export.py reads the same file; OPENGPAC_WRITE_EXPORT regenerates it.
 test("an MCAP file is that which Python's test reads", async () => {
   const parts = await mcap(channels(), 0, 2e9, "cell");
   const bytes = Buffer.from(await new Blob(parts).arrayBuffer());

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 // Formulas over traces: `sqrt(arm.force[0]^2 + arm.force[1]^2) - 5`.
 
-/** A formula that was understood. */
+/** A parsed formula. */
 export interface Formula {
-  /** Names of the traces in it, each once, in the order in which they first stand there. */
+  /** Names of the traces in the formula, without duplicates, in the order of first occurrence. */
   names: readonly string[];
-  /** Its value for values of these, in their order. */
+  /** Computes the formula from values of these traces, in order. */
   value: (of: readonly number[]) => number;
 }
 
@@ -31,7 +31,7 @@ interface Symbol_ {
   at: number;
 }
 
-/** Reads a formula: numbers, names of traces, + − * / ^, brackets, functions. Errors: `Error` that says where and what. */
+/** Parses a formula: numbers, names of traces, + − * / ^, brackets, functions. Throws an `Error` with the position and the reason. */
 export function formula(text: string): Formula {
   return new Parser(text).whole();
 }
@@ -75,7 +75,7 @@ class Parser {
     }
   }
 
-  // A sign binds less than a power: -x^2 is -(x^2).
+  // A sign binds less tightly than a power: -x^2 is -(x^2).
   #signed(): Part {
     const sign = this.#take("-", "+");
     if (sign === null) return this.#power();

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-// The binary frames of the topic `scope`: every value of the channels at its full rate. All numbers are little endian.
+// Binary frames of the topic `scope`, with every value of the channels at its full rate. All numbers are little-endian.
 //
 //   u32 magic, u32 length of the id, the id padded to 8 bytes, u32 number of runs, u32 0
 //   each run: u32 channel, u32 count, u64 lost, count × (i64 time_ns, u64 number), count × components × f64
 
 import { MAGIC } from "../../../control/stream";
 
-/** A channel of a subscription: an SVV or private cell. `components`: numbers that one value has. */
+/** A channel of a subscription: an SVV or private cell. `components` is the number of components of a value. */
 export interface StreamChannel {
   name: string;
   type_text: string;
@@ -17,15 +17,15 @@ export interface StreamChannel {
 /** Values of one channel in one frame. */
 export interface Run {
   channel: number;
-  /** Values that were stored and did not come, since the frame before. */
+  /** Number of stored values that were not sent since the previous frame. */
   lost: number;
   times_ns: Float64Array;
   numbers: Float64Array;
-  /** Value by value, its components side by side. */
+  /** The values in order, with the components of each side by side. */
   values: Float64Array;
 }
 
-/** A frame that is not one: says what is wrong with it and where. */
+/** Thrown for a malformed frame, with the error and its position. */
 export class MalformedFrame extends Error {
   constructor(what: string) {
     super(`a frame of the stream is malformed: ${what}`);
@@ -36,7 +36,7 @@ export class MalformedFrame extends Error {
 const RUN_HEAD = 16;
 const TWO_32 = 2 ** 32;
 
-/** Reads a whole frame. Times and numbers are exact below 2^53 (104 days in ns). Errors: `MalformedFrame`; then nothing of it is used. */
+/** Decodes a whole frame. Times and numbers are exact below 2^53 (104 days in ns). Throws `MalformedFrame` without using any of it. */
 export function decodeFrame(frame: DataView, channels: readonly StreamChannel[]): Run[] {
   const body = bodyOf(frame);
   if (body + 8 > frame.byteLength) throw new MalformedFrame(`${frame.byteLength} bytes end before the number of runs`);

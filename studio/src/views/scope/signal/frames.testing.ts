@@ -11,7 +11,7 @@ export interface MadeRun {
   values: number[];
 }
 
-/** The bytes of a frame with these runs. */
+/** Encodes a frame with these runs. */
 export function frameOf(id: string, runs: MadeRun[]): DataView<ArrayBuffer> {
   const name = new TextEncoder().encode(id);
   const body = 8 + 8 * Math.ceil(name.length / 8);
@@ -40,7 +40,7 @@ export function frameOf(id: string, runs: MadeRun[]): DataView<ArrayBuffer> {
   return frame;
 }
 
-/** A run of one component, as it is decoded. */
+/** Returns a run of one component, in decoded form. */
 export function runOf(times_ns: number[], values: number[], numbers: number[] = times_ns.map((_, i) => i + 1), lost = 0): Run {
   return {
     channel: 0,
@@ -51,7 +51,7 @@ export function runOf(times_ns: number[], values: number[], numbers: number[] = 
   };
 }
 
-/** Random numbers that are the same in every run of a test. */
+/** Returns a generator of pseudo-random numbers that are the same in every test run. */
 export function random(seed: number): () => number {
   let state = seed >>> 0;
   return () => {

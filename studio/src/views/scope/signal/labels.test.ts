@@ -22,7 +22,7 @@ test("no two labels of an axis are equal, and each is its mark, at any zoom and 
   const next = randomOf(31);
   for (let time = 0; time < 20_000; time += 1) {
     const size = 10 ** (-12 + 24 * next());
-    // At the most so far away that doubles still resolve the range in 10,000 steps.
+    // Limits the offset so that doubles still resolve the range into 10,000 steps.
     const offset = (next() < 0.2 ? 0 : size * 10 ** (11 * next())) * (next() < 0.5 ? -1 : 1);
     const [lo, hi] = [offset - size * next(), offset + size * next()];
     const count = 2 + Math.floor(8 * next());

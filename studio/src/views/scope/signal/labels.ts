@@ -1,20 +1,23 @@
 // SPDX-License-Identifier: Apache-2.0
-// Labels of an axis: as many digits as the distance between its marks needs.
+// Labels of an axis: with as many digits as the distance between its marks requires.
 
-/** The texts at the marks of an axis, and what has to be done to each to get its value. */
+/** Labels at the marks of an axis, and the conversion from labels to values. */
 export interface Labels {
   texts: string[];
-  /** "" as a rule; else a factor and an offset: "×10⁶", "+ 1.25", "×10⁻⁹ + 3". Each value is text · factor + offset. */
+  /** Common factor and offset, usually "": "×10⁶", "+ 1.25", "×10⁻⁹ + 3". Each value is label · factor + offset. */
   common: string;
   factor: number;
   offset: number;
 }
 
-/** Sizes from and below which numbers are written with a power of ten. */
+/** Magnitudes from which, and below which, numbers are written with a power of ten. */
 const [LARGE, SMALL] = [1e6, 1e-3];
 const DECIMALS_MAX = 20;
 
-/** Labels of ascending marks that are multiples of `step`, as a rule of at most `room` characters. Those that a double cannot tell apart stay empty. */
+/**
+ * Returns labels of ascending marks that are multiples of `step`, usually of at most `room` characters. Repeated labels, of marks that a
+ * double cannot distinguish, are empty.
+ */
 export function labelsOf(marks: readonly number[], step: number, room: number): Labels {
   const fits = ({ texts }: Labels) => texts.every((text) => text.length <= room);
   const [plain, short] = [scaled(marks, step, 0, SMALL), scaled(marks, step, 0, 1)];
@@ -29,7 +32,7 @@ export function labelsOf(marks: readonly number[], step: number, room: number): 
   return fits(away) ? away : awayShort;
 }
 
-/** The ends of a range, with digits that tell them apart: "1234.56 … 1234.58". */
+/** Formats the ends of a range with enough digits to distinguish them: "1234.56 … 1234.58". */
 export function rangeText(lo: number, hi: number): string {
   const size = hi - lo;
   if (!(size > 0) || !Number.isFinite(size)) return `${Number(lo.toPrecision(4))} … ${Number(hi.toPrecision(4))}`;
@@ -38,7 +41,7 @@ export function rangeText(lo: number, hi: number): string {
   return `${Number(lo.toPrecision(digits))} … ${Number(hi.toPrecision(digits))}`;
 }
 
-/** `small`: the size below which all labels have a power of ten in common. */
+/** Formats the marks. Below the magnitude `small`, all labels have a common power of ten. */
 function scaled(marks: readonly number[], step: number, offset: number, small: number): Labels {
   const size = Math.max(step, ...marks.map(Math.abs));
   const exponent = size >= LARGE || size < small ? 3 * Math.floor(Math.log10(size * (1 + 1e-12)) / 3) : 0;
@@ -60,7 +63,7 @@ function scaled(marks: readonly number[], step: number, offset: number, small: n
   };
 }
 
-/** The number of decimals of a step: 0.25 has two. */
+/** Returns the number of decimals of a step: 0.25 has two. */
 function decimalsOf(step: number): number {
   for (let decimals = 0; decimals < DECIMALS_MAX; decimals += 1) {
     const whole = step * 10 ** decimals;
@@ -69,7 +72,7 @@ function decimalsOf(step: number): number {
   return DECIMALS_MAX;
 }
 
-/** A number that is whole in powers of ten above a step, in its digits. */
+/** Formats a number with the digits above those of a step. */
 function digitsOf(value: number, step: number): string {
   const digits = Math.min(17, Math.max(1, Math.ceil(Math.log10(value / step)) + 1));
   return String(Number(value.toPrecision(digits)));

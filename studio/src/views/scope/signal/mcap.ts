@@ -4,15 +4,15 @@ import { truthValues } from "./components";
 import { missingIn } from "./series";
 import { type ExportedChannel, missingText, rows } from "./table";
 
-/** A message of a channel: what Foxglove and PlotJuggler draw as `NAME.value`. */
+/** A message of a channel, which Foxglove and PlotJuggler show as `NAME.value`. */
 interface Message {
   value: unknown;
   number: number;
 }
 
 /**
- * The values as an MCAP file: a channel of JSON messages for each SVV or private cell, `{"value": …, "number": n}` at the time of its value.
- * The metadata `missing` names the values that are missing. `gpac.open_recording` reads the file, as it reads a recording.
+ * Writes the values as an MCAP file: a channel of JSON messages for each SVV or private cell, `{"value": …, "number": n}` at the time of
+ * its value. The metadata `missing` lists the missing values. `gpac.open_recording` reads the file like a recording.
  */
 export async function mcap(
   channels: readonly ExportedChannel[],
@@ -24,7 +24,7 @@ export async function mcap(
   let written = 0n;
   const writable = {
     async write(bytes: Uint8Array) {
-      // The writer uses its memory again.
+      // The bytes are copied because the writer reuses its memory.
       parts.push(new Uint8Array(bytes));
       written += BigInt(bytes.byteLength);
     },
@@ -68,7 +68,7 @@ function aboutOf(system: string, begins_ns: number): Map<string, string> {
   ]);
 }
 
-/** Number of lost values by channel, of channels that lost any. */
+/** Returns the number of lost values by channel, only for channels that lost some. */
 function lostOf(channels: readonly ExportedChannel[], from_ns: number, to_ns: number): Map<string, string> {
   const counts = channels.map(
     ({ name, ring }) => [name, missingIn(ring, from_ns, to_ns).reduce((sum, { lost }) => sum + lost, 0)] as const,
@@ -121,14 +121,14 @@ function put(tree: Tree, path: string[], value: number | string | boolean): void
   }
 }
 
-// Steps that are numbers are those of an array.
+// Numeric keys are indices of an array.
 function listed(tree: Tree | number | string | boolean): unknown {
   if (typeof tree !== "object") return tree;
   const values = Object.entries(tree).map(([step, inner]) => [step, listed(inner)] as const);
   return values.every(([step]) => /^\d+$/.test(step)) ? values.map(([, inner]) => inner) : Object.fromEntries(values);
 }
 
-// JSON has no NaN and no infinity.
+// JSON has neither NaN nor infinity.
 function jsonNumber(value: number): number | string {
   return Number.isFinite(value) ? value : String(value);
 }

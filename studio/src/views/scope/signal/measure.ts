@@ -9,12 +9,12 @@ export interface Measures {
   max: number;
   mean: number;
   rms: number;
-  /** Standard deviation, of the values themselves: the root of the mean squared difference from the mean. */
+  /** Standard deviation of the population: the root of the mean squared difference from the mean. */
   deviation: number;
   peak_to_peak: number;
 }
 
-/** Null where there is no value. */
+/** Measures a series between two times; returns null if there is no value. */
 export function measure(series: Series, from_ns = Number.NEGATIVE_INFINITY, to_ns = Number.POSITIVE_INFINITY): Measures | null {
   let count = 0;
   let min = Number.POSITIVE_INFINITY;
@@ -34,7 +34,7 @@ export function measure(series: Series, from_ns = Number.NEGATIVE_INFINITY, to_n
     }
   }
   if (count === 0) return null;
-  // Around the mean, which is known by now: of large values that differ little nothing else has digits enough.
+  // A second pass around the mean: for large values with small differences, no one-pass formula is accurate enough.
   const mean = sum / count;
   let spread = 0;
   for (const { times_ns, values, from, to } of series) {
@@ -47,20 +47,20 @@ export function measure(series: Series, from_ns = Number.NEGATIVE_INFINITY, to_n
   return measuresOf({ count, min, max, sum, squares, spread });
 }
 
-/** The same from exact sums over all values. */
+/** Computes the measures from exact sums of all values. */
 export function measuresOf({ count, min, max, sum, squares, spread }: Sums): Measures | null {
   if (count === 0) return null;
   const [mean, rms, deviation] = [sum / count, Math.sqrt(squares / count), Math.sqrt(spread / count)];
   return { count, min, max, mean, rms, deviation, peak_to_peak: max - min };
 }
 
-/** Of two parts together: both spreads, and how far their means lie apart. */
+/** Returns the spread of two parts together, from both spreads and the distance of their means. */
 export function spreadOf(one: Sums, other: Sums): number {
   const apart = other.sum / other.count - one.sum / one.count;
   return one.spread + other.spread + (apart * apart * one.count * other.count) / (one.count + other.count);
 }
 
-/** The value that a series has at a time: the last one at or before it; null before the first, and in a gap. */
+/** Returns the value of a series at a time, which is the last one at or before it; null before the first, and in a gap. */
 export function heldAt(series: Series, time_ns: number): number | null {
   let found: number | null = null;
   for (const { times_ns, values, from, to, broken } of series) {

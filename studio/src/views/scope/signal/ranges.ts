@@ -5,7 +5,7 @@ export interface Range {
   hi: number;
 }
 
-/** A range that holds `low … high` with some air, its ends on round numbers. */
+/** Returns a range with round ends that contains `low … high` with some margin. */
 export function roundRange(low: number, high: number): Range {
   if (!(low <= high)) return { lo: -1, hi: 1 };
   const size = high - low || Math.abs(high) || 1;
@@ -14,14 +14,14 @@ export function roundRange(low: number, high: number): Range {
   return { lo: Math.floor((low - air) / step) * step, hi: Math.ceil((high + air) / step) * step };
 }
 
-/** 1, 2 or 5 times a power of ten, at least `size`. */
+/** Returns 1, 2 or 5 times a power of ten, at least `size`. */
 export function roundStep(size: number): number {
   const power = 10 ** Math.floor(Math.log10(size));
   const part = size / power;
   return (part <= 1 ? 1 : part <= 2 ? 2 : part <= 5 ? 5 : 10) * power;
 }
 
-/** Ranges that follow what is shown, and stay where they are as long as it fills them well: an axis that jumps cannot be read. */
+/** Ranges that follow the values, but stay constant as long as the values fill them well: a jumping axis is unreadable. */
 export class Ranges {
   readonly #kept = new Map<string, Range>();
 

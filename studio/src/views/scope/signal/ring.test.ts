@@ -5,7 +5,7 @@ import { Ring } from "./ring";
 
 const KEEP = 1e12;
 
-/** All that a ring keeps: number, time and value, and what is missing in front of it. */
+/** Returns the content of a ring: number, time and value, and the missing values before it. */
 function kept(ring: Ring) {
   const made = [];
   for (let i = ring.first; i < ring.end; i += 1) {

@@ -1,17 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
 import type { Run } from "./frame";
 
-/** A place where values are missing: in front of the value `before`. */
+/** Missing values before the value `before`. */
 export interface Gap {
-  /** Index of the first value behind it. */
+  /** Index of the first value after the gap. */
   before: number;
-  /** Values that were stored in the system and did not come. */
+  /** Number of values that were stored in the system but not received. */
   lost: number;
-  /** Values that came while the scope was stopped, and were not kept. */
+  /** Number of values that were received while the scope was stopped, and discarded. */
   skipped: number;
 }
 
-/** Consecutive values as they lie in memory: `times_ns[from … to)`, and of each component the same. */
+/** Consecutive values in memory: `times_ns[from … to)`, and likewise for each component. */
 export interface Stretch {
   times_ns: Float64Array;
   columns: Float64Array[];
@@ -20,20 +20,20 @@ export interface Stretch {
 }
 
 export interface Counts {
-  /** Values that came. */
+  /** Number of received values. */
   received: number;
   lost: number;
-  /** Of those that came: not kept, because the scope was stopped. */
+  /** Number of received values that were discarded because the scope was stopped. */
   skipped: number;
 }
 
 const FIRST_CAPACITY = 1024;
 
 /**
- * The newest values of one channel, with time and number of each, and where values are missing.
+ * The newest values of one channel, each with its time and number, and the gaps between them.
  *
- * Values have indices that only grow: `first` is the oldest that is kept, `end` one behind the newest. The memory grows until it holds
- * `keep_ns`, or `capacity_max` values; from then on the newest takes the place of the oldest.
+ * The indices of values increase: `first` is the oldest value stored, `end` is one past the newest. The memory grows until it holds
+ * `keep_ns`, or `capacity_max` values; then new values overwrite the oldest.
  */
 export class Ring {
   readonly components: number;
@@ -46,12 +46,12 @@ export class Ring {
   #capacity = FIRST_CAPACITY;
   #times_ns = new Float64Array(FIRST_CAPACITY);
   #columns: Float64Array[];
-  // The number of value i is i plus the offset of the last of these that begins at or before i.
+  // The number of value i is i plus the offset of the last entry whose `from` is not greater than i.
   #offsets: { from: number; offset: number }[] = [];
   #missing = { lost: 0, skipped: 0 };
   #last: { number: number; time_ns: number } | null = null;
   #resumed = false;
-  // Number in front of the first value that came.
+  // Number before that of the first value.
   #origin: number | null = null;
 
   constructor(components: number, keep_ns: number, capacity_max: number) {
@@ -73,7 +73,7 @@ export class Ring {
     return this.#capacity * 8 * (1 + this.components);
   }
 
-  /** Time of the newest value, ns; null while there is none. */
+  /** Time of the newest value, ns; null if there is none. */
   get newest_ns(): number | null {
     return this.#end > this.#first ? this.time_ns(this.#end - 1) : null;
   }
@@ -82,12 +82,12 @@ export class Ring {
     return this.#end > this.#first ? this.time_ns(this.#first) : null;
   }
 
-  /** Returns the count by the numbers since the first value that came, that one included. */
+  /** Returns the number of values since the first, by their numbers. */
   get numbered(): number {
     return this.#last && this.#origin !== null ? this.#last.number - this.#origin : 0;
   }
 
-  /** Values that are missing behind the newest one, and have no value behind them yet. */
+  /** Number of missing values after the newest one. */
   get open(): { lost: number; skipped: number } {
     return this.#missing;
   }
@@ -100,7 +100,7 @@ export class Ring {
     return (this.#columns[component] as Float64Array)[index % this.#capacity] as number;
   }
 
-  /** The number that the system gave the value. */
+  /** Returns the number that the system assigned to the value. */
   number(index: number): number {
     let offset = 0;
     for (const one of this.#offsets) {
@@ -110,11 +110,11 @@ export class Ring {
     return index + offset;
   }
 
-  /** Takes what came in one frame. What is later than `keep_until_ns` is counted, and not kept. */
+  /** Adds the values of one frame. Values later than `keep_until_ns` are counted, but not stored. */
   take(run: Run, keep_until_ns = Number.POSITIVE_INFINITY): void {
     let missing = run.lost;
     if (this.#resumed && this.#last && run.numbers.length > 0) {
-      // The connection was broken: the numbers say how many values nobody sent.
+      // The connection was broken: the numbers show how many values were never sent.
       missing = Math.max(missing, (run.numbers[0] as number) - this.#last.number - this.#missing.lost - 1);
       this.#resumed = false;
     }
@@ -127,12 +127,12 @@ export class Ring {
     this.#missing.lost += behind;
   }
 
-  /** The connection was made again: what is missing by number until the next value was lost. */
+  /** Records a reconnection: values missing by number before the next value count as lost. */
   resume(): void {
     this.#resumed = true;
   }
 
-  /** Forgets all values, and counts from 0. */
+  /** Discards all values and resets the counts. */
   clear(): void {
     this.#first = this.#end;
     this.gaps = [];
@@ -143,7 +143,7 @@ export class Ring {
     Object.assign(this.counts, { received: 0, lost: 0, skipped: 0 });
   }
 
-  /** Index of the first value at or behind `time_ns`. */
+  /** Returns the index of the first value at or after `time_ns`. */
   indexAt(time_ns: number): number {
     let low = this.#first;
     let high = this.#end;
@@ -155,7 +155,7 @@ export class Ring {
     return low;
   }
 
-  /** The values `from … to`, as at most two pieces of memory. */
+  /** Returns the values `from … to`, in at most two pieces of memory. */
   stretches(from: number, to: number): Stretch[] {
     const start = Math.max(from, this.#first);
     const stop = Math.min(to, this.#end);
@@ -220,8 +220,8 @@ export class Ring {
   }
 }
 
-// Where in a run its lost values are missing, `last` being the number of the value before them, or of those that are known to be lost: where the numbers jump. What no jump explains is behind it; of the first run that ever comes,
-// whose first number says nothing, in front of it.
+// Locates the lost values in a run: where the numbers jump. `last` is the number of the previous value, including those known to be
+// lost. Losses that no jump explains are after the run; in the very first run, whose first number proves nothing, they are before it.
 function placesOf(run: Run, lost: number, last: number | null): { jumps: Map<number, number>; behind: number } {
   const jumps = new Map<number, number>();
   let left = lost;

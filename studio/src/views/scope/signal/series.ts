@@ -1,20 +1,20 @@
 // SPDX-License-Identifier: Apache-2.0
 import type { Ring } from "./ring";
 
-/** One piece of a trace: values without a gap between them, `from … to` of both arrays. */
+/** A piece of a trace without gaps: `from … to` of both arrays. */
 export interface Piece {
   times_ns: Float64Array;
   values: Float64Array;
   from: number;
   to: number;
-  /** Values are missing in front of it. */
+  /** True if values are missing before the piece. */
   broken: boolean;
 }
 
-/** Values that are drawn, measured and exported: pieces in order of time. */
+/** Values to be drawn, measured and exported: pieces in order of time. */
 export type Series = Piece[];
 
-/** Where values of a channel are missing: behind `from_ns`, before `to_ns`. */
+/** Missing values of a channel between `from_ns` and `to_ns`, both exclusive. */
 export interface Missing {
   from_ns: number;
   to_ns: number;
@@ -22,9 +22,7 @@ export interface Missing {
   skipped: number;
 }
 
-/**
- * The values of one component between two times, and one more on each side, so that lines go on to the border of the screen.
- */
+/** Returns the values of one component between two times, and one more on each side, so that lines continue to the edges of the screen. */
 export function seriesOf(ring: Ring, component: number, from_ns: number, to_ns: number): Series {
   return piecesOf(ring, component, Math.max(ring.first, ring.indexAt(from_ns) - 1), Math.min(ring.end, ring.indexAt(to_ns) + 1));
 }
@@ -44,7 +42,7 @@ function piecesOf(ring: Ring, component: number, from: number, to: number): Seri
   return pieces;
 }
 
-/** Returns the spans between two times in which values of a channel are missing; the last one may be open: `to_ns` is then infinite. */
+/** Returns the spans between two times in which values of a channel are missing. The last one may be open, with an infinite `to_ns`. */
 export function missingIn(ring: Ring, from_ns: number, to_ns: number): Missing[] {
   const found: Missing[] = [];
   for (const { before, lost, skipped } of ring.gaps) {

@@ -1,20 +1,20 @@
 // SPDX-License-Identifier: Apache-2.0
 
-/** A sine in values at regular times: its cycles per value, and its amplitude. */
+/** A sine in equidistant values: cycles per value, and amplitude. */
 export interface Sine {
   cycles: number;
   amplitude: number;
 }
 
 const ROUNDS_MAX = 30;
-/** The number of values from which a sine is sought. */
+/** Minimum number of values for fitting a sine. */
 const COUNT_MIN = 8;
 
 /**
- * The sine with an offset that is nearest to the values, near `cycles` per value; null where there is none within 1.5 bins of it.
+ * Returns the sine with an offset that best fits the values, near `cycles` per value; null if there is none within 1.5 bins.
  *
- * The four-parameter fit of IEEE Std 1057, weighted by the window of the spectrum: for one sine it is exact whatever the phase, the window
- * and the number of cycles are; the window keeps other sines out as it does in the spectrum.
+ * The method is the four-parameter fit of IEEE Std 1057, weighted by the window of the spectrum. For a single sine it is exact for any
+ * phase, window and number of cycles; the window suppresses other sines as in the spectrum.
  */
 export function sineNear(values: Float64Array, weights: Float64Array, cycles: number): Sine | null {
   const count = values.length;
@@ -38,11 +38,11 @@ export function sineNear(values: Float64Array, weights: Float64Array, cycles: nu
 interface Fit {
   cos: number;
   sin: number;
-  /** Required change of the turn per value. */
+  /** Required change of the angle per value. */
   step: number;
 }
 
-/** Makes one Gauss-Newton step from the fit `before`; without one it fits offset and amplitude and keeps the turn per value. */
+/** Makes one Gauss-Newton step from the fit `before`. Without one, fits offset and amplitude for a fixed angle per value. */
 function gaussNewton(values: Float64Array, weights: Float64Array, turn: number, before: Fit | null): Fit | null {
   const count = values.length;
   const middle = (count - 1) / 2;
@@ -55,7 +55,7 @@ function gaussNewton(values: Float64Array, weights: Float64Array, turn: number, 
     row[0] = 1;
     row[1] = cos;
     row[2] = sin;
-    // Scaled to the size of the others.
+    // Scaled to the magnitude of the other columns.
     if (before) row[3] = ((before.sin * cos - before.cos * sin) * at) / middle;
     row[size] = values[n] as number;
     const weight = weights[n] as number;
@@ -71,7 +71,10 @@ function gaussNewton(values: Float64Array, weights: Float64Array, turn: number, 
   return { cos: solved[1] as number, sin: solved[2] as number, step: before ? (solved[3] as number) / middle : 0 };
 }
 
-/** Solves linear equations, the right side in the last column, by Gauss with pivots. Null where they have no single solution. */
+/**
+ * Solves linear equations by Gaussian elimination with pivoting; the last column is the right-hand side. Returns null if there is no
+ * unique solution.
+ */
 function solve(rows: Float64Array[]): number[] | null {
   const size = rows.length;
   const at = (i: number, k: number) => (rows[i] as Float64Array)[k] as number;

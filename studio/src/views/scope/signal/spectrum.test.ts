@@ -5,7 +5,7 @@ import { measure, measuresOf, spreadOf } from "./measure";
 import type { Series } from "./series";
 import { type Amount, peakOf, regular, spectrumOf, spectrumUnit, WINDOW_FUNCTIONS, type WindowFunction } from "./spectrum";
 
-/** Values at these times, s, as a series. */
+/** Returns values at these times, s, as a series. */
 function series(times_s: number[], values: number[]): Series {
   return [
     {
@@ -57,7 +57,7 @@ test.each(Object.keys(SCIPY) as WindowFunction[])("the spectrum is that of scipy
   BINS.forEach((k, i) => {
     const [power, mean_square] = [SCIPY[window].density[i] as number, SCIPY[window].spectrum[i] as number];
     expect(Math.abs((density.values[k] as number) - power)).toBeLessThan(1e-12 + 1e-9 * power);
-    // Of a sine: its amplitude, not the root of its mean square.
+    // The result is the amplitude of a sine, not its root mean square.
     const expected = Math.sqrt(mean_square * (k === 0 || k === 150 ? 1 : 2));
     expect(Math.abs((amplitude.values[k] as number) - expected)).toBeLessThan(1e-7 + 1e-9 * expected);
   });
@@ -92,7 +92,7 @@ test("a sine reads its frequency and its amplitude, whatever its phase, its leng
     const [amplitude, phase, offset] = [10 ** (6 * next() - 3), 2 * Math.PI * next(), 3 * next()];
     const values = Float64Array.from({ length: count }, (_, n) => amplitude * (offset + Math.sin(2 * Math.PI * hz * n * step_s + phase)));
     for (const window of WINDOW_FUNCTIONS) {
-      // Nearer to 0 the main lobe meets that of the negative frequency.
+      // Closer to 0, the main lobe overlaps that of the negative frequency.
       if (cycles < { rectangular: 2, hann: 2, hamming: 2, blackman: 3, flattop: 6 }[window]) continue;
       const about = `${cycles} cycles in ${count} values, phase ${phase}, ${window}`;
       const peak = (amount: Amount) => peakOf(spectrumOf({ step_s, values, held: 0 }, { window, amount }), null);

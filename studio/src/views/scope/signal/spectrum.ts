@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The spectrum of a trace over a span of time: what `scipy.signal.periodogram` computes, one-sided, the mean taken away, without added zeros.
+// The spectrum of a trace over a span of time: as computed by `scipy.signal.periodogram`, one-sided, without the mean, without zero
+// padding.
 import { dft } from "./dft";
 import type { Series } from "./series";
 import { sineNear } from "./sine";
@@ -16,50 +17,53 @@ const WINDOWS = {
 export type WindowFunction = keyof typeof WINDOWS;
 export const WINDOW_FUNCTIONS = Object.keys(WINDOWS) as WindowFunction[];
 
-/** amplitude: of a sine, in the trace's unit; decibel: 20 log10 of it; density: unit²/Hz. */
+/** `amplitude`: that of a sine, in the trace's unit. `decibel`: 20 log10 of the amplitude. `density`: power spectral density, unit²/Hz. */
 export const AMOUNTS = ["amplitude", "decibel", "density"] as const;
 export type Amount = (typeof AMOUNTS)[number];
 
 export interface SpectrumSetup {
   window: WindowFunction;
   amount: Amount;
-  /** The lowest frequency that is shown, Hz; as a rule 0. */
+  /** Lowest frequency shown, Hz; usually 0. */
   from_hz?: number;
-  /** The highest frequency that is shown, Hz; null: all. */
+  /** Highest frequency shown, Hz; null for all. */
   to_hz: number | null;
 }
 
 export interface Spectrum {
-  /** Value k is of the frequency k · `step_hz`. */
+  /** Distance between frequencies: value k is at k · `step_hz`. */
   step_hz: number;
   values: Float64Array;
-  /** Values of the trace that it is of. */
+  /** Number of values of the trace in the spectrum. */
   count: number;
-  /** Of them, those that came at no regular time, or in place of missing ones: the one before was held. */
+  /** Number of these values that were at irregular times or missing, and so replaced by the previous value. */
   held: number;
-  /** The sine behind a strongest value: its frequency lies between those of `values`. Null where the values are none. */
+  /** Returns the sine at a local maximum, whose frequency may be between those of `values`; null if there is none. */
   sineAt: (k: number) => Peak | null;
 }
 
-/** A frequency, and how strong it is in the unit of the spectrum. */
+/** A frequency, and its value in the unit of the spectrum. */
 export interface Peak {
   hz: number;
   value: number;
 }
 
-/** Values at regular times. */
+/** Equidistant values. */
 export interface Regular {
   step_s: number;
   values: Float64Array;
   held: number;
 }
 
-/** Values that a spectrum is computed from at the most: the newest. */
+/** Maximum number of values in a spectrum: the newest ones are used. */
 export const COUNT_MAX = 2 ** 20;
-/** Maximum deviation of a value from its regular time, as a part of the step. */
+/** Maximum deviation of a value from its regular time, as a fraction of the step. */
 const UNEVEN = 1e-3;
 
-/** The values between two times at regular ones: as they came where they are; else each is held until the next. Fewer than two give null. */
+/**
+ * Resamples the values between two times at equal steps: values at regular times are taken as they are, others are held until the next.
+ * Returns null for fewer than two values.
+ */
 export function regular(series: Series, from_ns: number, to_ns: number): Regular | null {
   const times: number[] = [];
   const values: number[] = [];
@@ -89,13 +93,13 @@ export function regular(series: Series, from_ns: number, to_ns: number): Regular
   return { step_s: step_ns / 1e9, values: made, held };
 }
 
-/** The middle one of the steps between times; NaN where there is none. */
+/** Returns the median step between times; NaN if there is none. */
 function median(times: readonly number[]): number {
   const steps = Float64Array.from({ length: Math.max(0, times.length - 1) }, (_, i) => (times[i + 1] as number) - (times[i] as number));
   return steps.sort()[steps.length >> 1] ?? Number.NaN;
 }
 
-/** The spectrum of values at regular times. */
+/** Computes the spectrum of equidistant values. */
 export function spectrumOf(of: Regular, { window, amount }: Pick<SpectrumSetup, "window" | "amount">): Spectrum {
   const count = of.values.length;
   const mean = of.values.reduce((sum, value) => sum + value, 0) / count;
@@ -110,36 +114,36 @@ export function spectrumOf(of: Regular, { window, amount }: Pick<SpectrumSetup, 
         ? 20 * Math.log10(amplitude)
         : amplitude;
   const amplitudes = new Float64Array(Math.floor(count / 2) + 1);
-  // The half of negative frequencies is counted here; 0 and the highest one of an even count have none.
+  // The energy of negative frequencies is included; frequency 0, and the highest one of an even count, have no negative counterpart.
   const sidesOf = (k: number) => (k === 0 || 2 * k === count ? 1 : 2);
   for (let k = 0; k < amplitudes.length; k += 1)
     amplitudes[k] = (sidesOf(k) * Math.hypot(out[2 * k] as number, out[2 * k + 1] as number)) / sum;
   const sineAt = (k: number): Peak | null => {
     const [before, here, after] = [amplitudes[k - 1] ?? 0, amplitudes[k] ?? 0, amplitudes[k + 1] ?? 0];
     if (here < before || here < after) return null;
-    // Under a flat top an error of the frequency hardly shows, so that the fit needs another window.
+    // With a flat-top window, an error of the frequency has little effect, so the fit needs another window.
     const found = sineNear(of.values, window === "flattop" ? weightsOf("blackman", count) : weights, k / count);
-    // A fit that is far stronger than the spectrum is there is of a drift, not of a sine.
+    // A fit that is much stronger than the spectrum there is of a drift, not of a sine.
     return found && found.amplitude < 2 * here ? { hz: found.cycles / of.step_s, value: shown(found.amplitude, 2) } : null;
   };
   return { step_hz: 1 / (count * of.step_s), values: amplitudes.map((one, k) => shown(one, sidesOf(k))), count, held: of.held, sineAt };
 }
 
-/** Periodic, as for spectra: they would be followed by the first one again. */
+/** Returns the weights of a periodic window, as usual for spectra: the first weight would follow the last. */
 function weightsOf(window: WindowFunction, count: number): Float64Array {
   const weight = (i: number) =>
     WINDOWS[window].reduce((sum, a, k) => sum + (k % 2 === 0 ? a : -a) * Math.cos((2 * Math.PI * k * i) / count), 0);
   return Float64Array.from({ length: count }, (_, i) => weight(i));
 }
 
-/** Unit of what is along y. */
+/** Returns the unit of the y axis. */
 export function spectrumUnit(unit: string | null, amount: Amount): string {
   const of = unit || "1";
   if (amount === "decibel") return `dB re 1 ${of}`;
   return amount === "density" ? `(${of})²/Hz` : of;
 }
 
-/** The strongest frequency that is shown, without the one of 0 Hz, as exactly as the values tell; null where there is none. */
+/** Returns the strongest frequency shown, except 0 Hz, as precisely as the values permit; null if there is none. */
 export function peakOf({ step_hz, values, sineAt }: Spectrum, to_hz: number | null, from_hz = 0): Peak | null {
   const end = to_hz === null ? values.length : Math.min(values.length, Math.floor(to_hz / step_hz) + 1);
   let best = -1;

@@ -1,10 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 
-/** roll: no trigger; auto: shows the present where none comes; normal: shows the last one; single: stops after the next one. */
+/**
+ * `roll`: no trigger. `auto`: shows the newest values if no trigger occurs. `normal`: shows the last trigger. `single`: stops after the
+ * next trigger.
+ */
 export type SweepMode = "roll" | "auto" | "normal" | "single";
 export type SweepState = "rolling" | "waiting" | "collecting" | "stopped";
 
-/** Span on the screen. `origin_ns`: where time 0 of the axis is. */
+/** Span on the screen; `origin_ns` is time 0 of the axis. */
 export interface Span {
   from_ns: number;
   to_ns: number;
@@ -12,22 +15,22 @@ export interface Span {
   triggered: boolean;
 }
 
-/** After how long without a trigger `auto` shows the present, ns of the system's clock; at least one span. */
+/** Time without a trigger after which `auto` shows the newest values, ns of the system's clock; at least one span. */
 const AUTO_NS = 500e6;
 
-/** Decides what is shown: from trigger to trigger, each with `pre_ns` before it and `span_ns` in all. */
+/** Decides which span is shown: one for each trigger, which begins `pre_ns` before it and has the length `span_ns`. */
 export class Sweep {
   readonly mode: SweepMode;
   readonly span_ns: number;
   readonly pre_ns: number;
-  /** Triggers that were shown. */
+  /** Number of triggers shown. */
   triggers = 0;
   #state: SweepState;
   #trigger_ns: number | null = null;
   #not_before_ns = Number.NEGATIVE_INFINITY;
   #newest_ns: number | null = null;
 
-  /** `before`: what it takes the place of; its last trigger stays on the screen. */
+  /** `before` is the sweep that this one replaces; its last trigger stays on the screen. */
   constructor(mode: SweepMode, span_ns: number, pre_ns: number, before?: Sweep) {
     this.mode = mode;
     this.span_ns = span_ns;
@@ -45,14 +48,14 @@ export class Sweep {
     return this.#state === "stopped";
   }
 
-  /** Waits for triggers behind `after_ns` only. */
+  /** Waits for triggers after `after_ns` only. */
   arm(after_ns: number): void {
     if (this.mode === "roll") return;
     this.#state = "waiting";
     this.#not_before_ns = after_ns;
   }
 
-  /** Values up to `time_ns` are there. */
+  /** Reports that values up to `time_ns` have arrived. */
   reached(time_ns: number): void {
     this.#newest_ns = Math.max(time_ns, this.#newest_ns ?? time_ns);
     if (this.#state !== "collecting" || this.#newest_ns < this.#ending()) return;
@@ -60,7 +63,7 @@ export class Sweep {
     this.#not_before_ns = this.#ending();
   }
 
-  /** The trigger's signal crossed its level, or its condition came. Answers whether it begins a sweep. */
+  /** Reports that the signal crossed the level, or that the event occurred. Returns whether this begins a sweep. */
   triggered(time_ns: number): boolean {
     if (this.#state !== "waiting" || time_ns < this.#not_before_ns) return false;
     this.#trigger_ns = time_ns;
@@ -70,7 +73,7 @@ export class Sweep {
     return true;
   }
 
-  /** Returns the span to show now; null while nothing came. */
+  /** Returns the span to show now; null before the first value. */
   span(): Span | null {
     const newest = this.#newest_ns;
     const trigger = this.#trigger_ns;

@@ -1,23 +1,23 @@
 // SPDX-License-Identifier: Apache-2.0
-// Export of the values of whole channels between two times, as they were stored.
+// Export of the stored values of whole channels between two times.
 import type { Ring } from "./ring";
 import { missingIn } from "./series";
 
-/** A channel to be exported, with the components of it that were chosen. */
+/** A channel to be exported, with its selected components. */
 export interface ExportedChannel {
   name: string;
   type_text: string;
   unit: string | null;
   ring: Ring;
   components: { name: string; index: number }[];
-  /** The names of all that it has. */
+  /** Names of all components. */
   all: string[];
 }
 
-/** A row: the channels that have a value at this time, each by its index in its ring. */
+/** Receiver of rows: the channels that have a value at this time, each with the index in its ring. */
 export type Row = (time_ns: number, indices: (number | null)[]) => void;
 
-/** Goes through the values of all channels in order of time; values of several channels with one time are one row. */
+/** Iterates over the values of all channels in order of time. Values of several channels at the same time form one row. */
 export function rows(channels: readonly ExportedChannel[], from_ns: number, to_ns: number, row: Row): void {
   const next = channels.map(({ ring }) => ring.indexAt(from_ns));
   const indices: (number | null)[] = channels.map(() => null);
@@ -40,7 +40,7 @@ export function rows(channels: readonly ExportedChannel[], from_ns: number, to_n
   }
 }
 
-/** In words what is missing between two times: one line for each place. */
+/** Describes the missing values between two times, one line per gap. */
 export function missingText(channels: readonly ExportedChannel[], from_ns: number, to_ns: number): string[] {
   return channels.flatMap(({ name, ring }) =>
     missingIn(ring, from_ns, to_ns).map(({ from_ns: start, to_ns: stop, lost, skipped }) => {
@@ -51,7 +51,7 @@ export function missingText(channels: readonly ExportedChannel[], from_ns: numbe
   );
 }
 
-/** A time in seconds, exact to the nanosecond. */
+/** Formats a time in seconds, exact to the nanosecond. */
 export function secondsText(time_ns: number): string {
   const sign = time_ns < 0 ? "-" : "";
   const size = Math.abs(time_ns);

@@ -1,14 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
-// Where an axis has marks, and what stands there.
+// Positions and labels of the marks on an axis.
 
-/** The unit in which times of a span are read, and how many of it are one second. */
+/** Returns a readable unit for times of a span, and its number per second. */
 export function timeUnit(span_s: number): { unit: string; per_s: number } {
   if (span_s < 2e-3) return { unit: "µs", per_s: 1e6 };
   if (span_s < 2) return { unit: "ms", per_s: 1e3 };
   return { unit: "s", per_s: 1 };
 }
 
-/** The distance of about `count` round marks between `lo` and `hi`: 1, 2 or 5 times a power of ten. NaN where the range is empty. */
+/**
+ * Returns the distance of about `count` round marks between `lo` and `hi`: 1, 2 or 5 times a power of ten. Returns NaN for an empty
+ * range.
+ */
 export function stepOf(lo: number, hi: number, count: number): number {
   const span = hi - lo;
   if (!(span > 0) || !Number.isFinite(span)) return Number.NaN;
@@ -17,18 +20,18 @@ export function stepOf(lo: number, hi: number, count: number): number {
   return power * ([1, 2, 5].find((part) => part * power >= raw) ?? 10);
 }
 
-/** Round values from `lo` to `hi`, about `count` of them. None where the range is empty. */
+/** Returns about `count` round values from `lo` to `hi`; none for an empty range. */
 export function ticks(lo: number, hi: number, count: number): number[] {
   const step = stepOf(lo, hi, count);
   return Number.isNaN(step) ? [] : multiples(lo, hi, step);
 }
 
-/** The multiples of `step` from `lo` to `hi`. */
+/** Returns the multiples of `step` from `lo` to `hi`. */
 export function multiples(lo: number, hi: number, step: number): number[] {
-  // An end that is a multiple itself counts, in spite of the rounding of the quotient.
+  // An end that is itself a multiple is included, despite the rounding of the quotient.
   const near = (end: number) => 1e-9 + 4 * Number.EPSILON * Math.abs(end / step);
   const first = Math.ceil(lo / step - near(lo));
   const last = Math.floor(hi / step + near(hi));
-  // Written as its digits, 3 · 0.1 is 0.3: as many digits as are left of a double.
+  // Rounded to 15 digits, so that 3 · 0.1 gives 0.3.
   return Array.from({ length: Math.max(0, last - first + 1) }, (_, i) => Number(((first + i) * step).toPrecision(15)));
 }

@@ -2,13 +2,13 @@
 
 export type Edge = "rising" | "falling" | "either";
 
-/** Finds where a signal crosses a level. It never crosses a gap: what happened there is not known. */
+/** Finds where a signal crosses a level. A gap is never a crossing, because the signal there is unknown. */
 export class EdgeFinder {
   readonly edge: Edge;
   readonly level: number;
-  /** Distance that it must go back before it can cross again. */
+  /** Distance by which the signal must return before it can cross again. */
   readonly hysteresis: number;
-  // At #up and more a signal that was below is above; below #down one that was above is below.
+  // A signal below the level becomes above at `#up`; one above becomes below when it is less than `#down`.
   readonly #up: number;
   readonly #down: number;
   #above: boolean | null = null;
@@ -23,12 +23,12 @@ export class EdgeFinder {
     this.#down = edge === "falling" ? level : edge === "rising" ? level - this.hysteresis : level - this.hysteresis / 2;
   }
 
-  /** Values are missing here. */
+  /** Reports a gap. */
   gap(): void {
     this.#above = null;
   }
 
-  /** The next value; the time at which the signal crossed the level (between this value and the one before), or null. */
+  /** Takes the next value. Returns the time at which the signal crossed the level, between the previous value and this one, or null. */
   next(time_ns: number, value: number): number | null {
     if (!Number.isFinite(value)) {
       this.gap();

@@ -6,7 +6,7 @@ import { Acquisition } from "./acquisition";
 const MS = 1e6;
 const double = (name: string) => ({ name, type_text: "double", unit: null, components: 1 });
 
-/** A run of a channel with period 1 ms: values `of(number)` from `first` on; `drop` are lost on the way. */
+/** Returns a run of a channel with a period of 1 ms: values `of(number)` from `first` on. Numbers in `drop` are lost. */
 function run(channel: number, first: number, count: number, of: (number: number) => number, drop: Set<number> = new Set()): MadeRun {
   const numbers = Array.from({ length: count }, (_, i) => first + i).filter((number) => !drop.has(number));
   return { channel, lost: count - numbers.length, times_ns: numbers.map((number) => number * MS), numbers, values: numbers.map(of) };
@@ -22,7 +22,7 @@ test("triggers at the start of a move, with what was before it", () => {
   }
   expect(acquisition.sweep.span()).toEqual({ from_ns: 479.5 * MS, to_ns: 579.5 * MS, origin_ns: 499.5 * MS, triggered: true });
   expect(acquisition.sweep.stopped).toBe(true);
-  // Nothing behind the sweep is kept, but all is counted.
+  // Values after the sweep are counted, but not stored.
   const ring = acquisition.channels.get("sensed")?.ring;
   expect(ring?.counts).toEqual({ received: 1000, lost: 0, skipped: 400 });
 });

@@ -31,24 +31,24 @@ function added(before: Sums | undefined, more: Sums): Sums {
   };
 }
 
-/** Bytes that all rings together may have. */
+/** Maximum memory of all rings together, bytes. */
 const BYTES_MAX = 512 * 2 ** 20;
 
-/** Acquisition from the stream: kept channel by channel, counted, and searched for the trigger. */
+/** Acquisition from the stream: stores and counts the values of each channel, and searches them for the trigger. */
 export class Acquisition {
   readonly channels = new Map<string, KeptChannel>();
   sweep = new Sweep("roll", 5e9, 0);
   hold = false;
-  /** Of what came from a recording: sums over all values of the span, also of those that did not come; by channel and component. */
+  /** For a recording, sums over all values of the span, including those not sent, by channel and component. */
   readonly sums = new Map<string, Sums>();
-  /** Frames that were refused. */
+  /** Number of malformed frames. */
   malformed = 0;
   readonly #subscriptions = new Map<number, StreamChannel[]>();
   #keep_ns = 60e9;
   #finder: { rule: TriggerRule; edge: EdgeFinder } | null = null;
   #held_from_ns = Number.POSITIVE_INFINITY;
 
-  /** A subscription begins, or begins again after the connection broke. */
+  /** Starts a subscription, or resumes it after a reconnection. */
   subscribed(subscription: number, channels: StreamChannel[]): void {
     this.#subscriptions.set(subscription, channels);
     for (const about of channels) {
@@ -62,7 +62,7 @@ export class Acquisition {
     this.#share();
   }
 
-  /** Takes a part of a span of a recording; where it begins, nothing else is kept. */
+  /** Adds a part of a span of a recording; the first part replaces all stored values. */
   past(begins: boolean, channels: readonly StreamChannel[], runs: readonly Run[], sums: readonly Sums[][]): void {
     if (begins) {
       this.channels.clear();
@@ -113,7 +113,7 @@ export class Acquisition {
     this.sweep.arm(this.newest_ns() ?? Number.NEGATIVE_INFINITY);
   }
 
-  /** Stops keeping what comes, or goes on. */
+  /** Stops storing new values, or resumes. */
   stop(hold: boolean): void {
     this.hold = hold;
     this.#held_from_ns = hold ? (this.newest_ns() ?? Number.NEGATIVE_INFINITY) : Number.POSITIVE_INFINITY;
@@ -123,7 +123,7 @@ export class Acquisition {
     if (!this.hold) this.sweep.triggered(time_ns);
   }
 
-  /** Takes a frame. Errors: `MalformedFrame`; then nothing of it is taken. */
+  /** Adds the values of a frame. Throws `MalformedFrame` without using any of it. */
   frame(subscription: number, buffer: ArrayBuffer): void {
     const channels = this.#subscriptions.get(subscription);
     if (!channels) return;
@@ -140,7 +140,7 @@ export class Acquisition {
     if (newest !== null) this.sweep.reached(newest);
   }
 
-  /** Time of the newest value of all channels that is kept. */
+  /** Returns the time of the newest stored value of all channels. */
   newest_ns(): number | null {
     let newest: number | null = null;
     for (const { ring } of this.channels.values()) {
@@ -161,7 +161,7 @@ export class Acquisition {
     }));
   }
 
-  // A sweep that is complete, and a scope that is stopped, keep nothing that comes behind.
+  // After a complete sweep, and while the scope is stopped, new values are not stored.
   #until_ns(): number {
     const span = this.sweep.stopped ? this.sweep.span() : null;
     return Math.min(this.#held_from_ns, span ? span.to_ns : Number.POSITIVE_INFINITY);
@@ -172,7 +172,7 @@ export class Acquisition {
     if (!kept) return;
     const { ring } = kept;
     const last = ring.newest_ns;
-    // Time that goes back: the system was started again, and what it was before is another system.
+    // If time jumps back, the system was restarted, and the previous values belong to another run.
     if (last !== null && run.times_ns.length > 0 && (run.times_ns[0] as number) < last) {
       this.clear();
     }

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-// Lines on a canvas, in pixels of the device.
+// Draws lines on a canvas, in device pixels.
 import type { Points } from "../signal/decimate";
 import type { Range } from "../signal/ranges";
 import type { Missing } from "../signal/series";
 
 export type Canvas = OffscreenCanvasRenderingContext2D;
 
-/** Where a scale lies on the screen: `lo` at `bottom`, `hi` at `top`. */
+/** Vertical position of a scale on the screen: `lo` at `bottom`, `hi` at `top`. */
 export interface PlacedScale extends Range {
   top: number;
   bottom: number;
@@ -20,7 +20,7 @@ export interface Pen {
   steps: boolean;
 }
 
-/** Where fewer values than this lie on a pixel, each is also drawn as a point. */
+/** Values per pixel below which each value is also drawn as a point. */
 const POINTS_BELOW = 1 / 8;
 
 export function drawLine(canvas: Canvas, points: Points, on: PlacedScale, pen: Pen, width: number): void {
@@ -62,7 +62,7 @@ export function drawLine(canvas: Canvas, points: Points, on: PlacedScale, pen: P
   canvas.restore();
 }
 
-/** Minimum and maximum value of points; `low > high` where there is none. */
+/** Returns the minimum and maximum of points; `low > high` if there are none. */
 export function extent(points: Points): { low: number; high: number } {
   let low = Number.POSITIVE_INFINITY;
   let high = Number.NEGATIVE_INFINITY;
@@ -81,7 +81,7 @@ interface Hole {
   skipped: number;
 }
 
-/** Hatches where values are missing, and says how many. */
+/** Shades gaps, and labels them with the number of missing values. */
 export function drawMissing(
   canvas: Canvas,
   missing: readonly Missing[],

@@ -6,7 +6,7 @@ import type { Acquisition } from "./acquisition";
 
 type ExportRequest = Extract<ToWorker, { kind: "export" }>;
 
-/** Makes the file: of CSV what is on the screen, component by component; of MCAP whole channels. Derived traces are not in it. */
+/** Makes the file: CSV contains the shown components, MCAP whole channels. Derived traces are not exported. */
 export async function exported(acquisition: Acquisition, traces: readonly ShownTrace[], asked: ExportRequest): Promise<FromWorker> {
   const channels = chosen(acquisition, traces);
   if (channels.length === 0) throw new Error("there is nothing to export: no trace has values");
@@ -15,7 +15,7 @@ export async function exported(acquisition: Acquisition, traces: readonly ShownT
   return { kind: "exported", number: asked.number, blob: new Blob(parts, { type }), message: "" };
 }
 
-// Loaded when it is first asked for.
+// Loaded on first use.
 async function mcapParts(channels: ExportedChannel[], asked: ExportRequest): Promise<Uint8Array<ArrayBuffer>[]> {
   const { mcap } = await import("../signal/mcap");
   return mcap(channels, asked.from_ns, asked.to_ns, asked.system);

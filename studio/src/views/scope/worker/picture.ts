@@ -17,13 +17,13 @@ import { type Line, svg } from "./svg";
 import { type Behind, live, missingOf, type Store, traceSeries } from "./traces";
 import { drawXy } from "./xy";
 
-/** Draws what is shown, and measures it. */
+/** Draws and measures the shown traces. */
 export class Picture {
   reference: Behind | null = null;
-  /** The same with all values of the span, where the screen's are not all: for spectra of a recording. */
+  /** The reference with all values of the span, for spectra of a recording. */
   wholeReference: Behind | null = null;
   readonly #acquisition: Acquisition;
-  /** Of a recording: all values of the span. */
+  /** For a recording, all values of the span. */
   readonly #whole: Acquisition;
   #spectra: ReadonlyMap<string, RowSpectrum> = new Map();
   #spectraBehind: ReadonlyMap<string, RowSpectrum> = new Map();
@@ -80,7 +80,7 @@ export class Picture {
     return [...rows, ...behind.filter((one) => one.measures !== null)];
   }
 
-  /** The same as a drawing of lines, for documents. Errors: `Error` where there is none. */
+  /** Returns the picture as SVG, for documents. Throws an `Error` if a trace is along x. */
   svg(show: Show, span: Span): string {
     const { spectrum } = show;
     if (show.xy !== null) throw new Error("SVG is of traces against time or frequency: choose one of them along x");
@@ -149,7 +149,7 @@ function stroke(canvas: Canvas, { trace, points, earlier, on }: Line & { on: Pla
   canvas.restore();
 }
 
-// Of a recording not every value came: what all of them are together did.
+// For a recording not every value is sent, but the sums over all values are.
 function exact(measured: Row, { setup }: ShownTrace, known: Acquisition["sums"] | null): Row {
   const sums = setup.derive ? undefined : known?.get(sumsKey(setup.channel, setup.component ?? ""));
   return sums ? { ...measured, measures: measuresOf(sums) } : measured;

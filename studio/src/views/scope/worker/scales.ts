@@ -2,13 +2,13 @@
 import type { Show, ShownTrace } from "../messages";
 import type { Range } from "../signal/ranges";
 
-/** The range of each scale by its key, and that of the x axis where a trace lies along it. */
+/** Ranges of the scales by key, and that of the x axis if a trace is along it. */
 export interface Scales {
   ranges: Record<string, Range>;
   x: Range | null;
 }
 
-/** Traces with one key have one scale: those of one unit, in each plot. */
+/** Returns the key of a trace's scale; in each plot, traces of one unit share a scale. */
 export function scaleKey(trace: Pick<ShownTrace, "id" | "unit" | "setup">, show: { scales: Show["scales"] }): string {
   if (show.scales !== "unit") return `trace ${trace.id}`;
   const { plot = 0 } = trace.setup;

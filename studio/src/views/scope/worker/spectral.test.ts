@@ -52,7 +52,7 @@ test("a spectrum is looked at closely, and that of what lies behind is of its ow
   expect(found.spectra.get("y")?.peak?.value).toBeCloseTo(3, 6);
   expect(found.behind.get("y")?.peak?.hz).toBeCloseTo(125, 6);
   expect(found.behind.get("y")?.peak?.value).toBeCloseTo(2, 6);
-  // The strongest value stands at its frequency, in pixels.
+  // The peak is at its frequency, in pixels.
   const [line] = found.lines;
   const points = line?.points;
   if (!points) throw new Error("there is a line");

@@ -11,12 +11,12 @@ import { scaleKey } from "./scales";
 import type { Line, PlacedLine } from "./svg";
 import { type Behind, type Store, traceSeries } from "./traces";
 
-/** Under the strongest frequency what is so many decibels weaker is no more than the digits of the numbers. */
+/** Levels this many decibels below the maximum are rounding errors of the numbers. */
 const DECIBELS = 160;
-/** The lowest frequency that the axis ends at, Hz. */
+/** Minimum upper end of the frequency axis, Hz. */
 const HIGHEST_MIN = 1e-9;
 
-/** Spectra as lines over frequency, and what each is of; `behind`: of what lies behind the traces. */
+/** Spectra as lines over frequency, and their properties; `behind` is for the traces shown behind. */
 export interface Spectra {
   lines: PlacedLine[];
   ranges: Record<string, Range>;
@@ -33,7 +33,7 @@ interface FoundSpectrum {
   peak: Peak | null;
 }
 
-/** The spectrum of each trace over the span, and over the same times of what lies behind it. */
+/** Computes the spectrum of each trace over the span, and over the same times of the store behind it. */
 export function spectraOf(show: SpectrumRequest, of: Store, behind: Behind | null, span: Span, ranges: Ranges): Spectra {
   const shift = (behind?.origin_ns ?? 0) - span.origin_ns;
   const found = show.traces.flatMap((trace) => {
@@ -75,7 +75,10 @@ function rowOf({ spectrum, rate_hz, peak }: FoundSpectrum): RowSpectrum {
   return { count: spectrum.count, held: spectrum.held, rate_hz, peak };
 }
 
-/** Frequencies in the place of times: those that are shown, one more on each side, and the strongest one where it lies between two. */
+/**
+ * Returns the spectrum as a series over frequency: the visible range, one value more on each side, and the peak if it is between two
+ * values.
+ */
 function overFrequency({ spectrum: { step_hz, values }, peak }: FoundSpectrum, { lo, hi }: Range): Series {
   const from = Math.max(0, Math.floor(lo / step_hz));
   const to = Math.min(values.length, Math.ceil(hi / step_hz) + 1);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The screen as a drawing of lines, in pixels of CSS.
+// Draws the screen as vector lines, in CSS pixels.
 import type { Show, ShownTrace } from "../messages";
 import type { Points } from "../signal/decimate";
 import { labelsOf, rangeText } from "../signal/labels";
@@ -8,30 +8,33 @@ import { stepOf, ticks } from "../signal/ticks";
 import type { PlacedScale } from "./draw";
 
 const [LEFT, RIGHT, TOP, BOTTOM, LEGEND] = [70, 16, 12, 44, 18];
-/** Characters of a label. */
+/** Maximum length of a label, characters. */
 const ROOM = 8;
 const FONT = 'font-family="sans-serif" font-size="12"';
 
-/** A trace as it is drawn, and what lies behind it. */
+/** A trace as drawn, and the trace behind it. */
 export interface Line {
   trace: ShownTrace;
   points: Points;
   earlier: Points | null;
 }
 
-/** A trace with its place on the screen, and which scale it has. */
+/** A trace with its position on the screen and the key of its scale. */
 export interface PlacedLine extends Line {
   on: PlacedScale;
   key: string;
 }
 
-/** Range of the x axis, and the unit in which it is written: so many of them are 1. */
+/** Range of the x axis, and the unit of its labels; a label is the value times `per`. */
 export interface Along extends Range {
   unit: string;
   per: number;
 }
 
-/** The lines with their axes and a legend. Scales that have no axis (all but the first) stand in the legend. */
+/**
+ * Returns the lines as SVG with axes and a legend. Only the first scale of a plot has an axis; the ranges of the others are in the
+ * legend.
+ */
 export function svg(lines: readonly PlacedLine[], show: Show, along: Along): string {
   const width = show.width / show.ratio;
   const height = show.height / show.ratio;
@@ -99,13 +102,13 @@ function axes(lines: readonly PlacedLine[], show: Show, along: Along, width: num
   return made;
 }
 
-/** Marks from `lo` to `hi`, and their labels. */
+/** Returns round marks from `lo` to `hi`, and their labels. */
 function marksOf(lo: number, hi: number, count: number): { ticks: number[]; texts: string[]; common: string } {
   const found = ticks(lo, hi, count);
   return { ticks: found, ...labelsOf(found, stepOf(lo, hi, count), ROOM) };
 }
 
-/** The line whose scale has the axis of its plot. */
+/** Returns the line whose scale has the axis of its plot. */
 function firstOf(one: PlacedLine, lines: readonly PlacedLine[]): PlacedLine | undefined {
   return lines.find((other) => other.on.top === one.on.top);
 }

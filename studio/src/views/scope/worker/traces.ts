@@ -6,12 +6,12 @@ import { type Formula, formula } from "../signal/formula";
 import { type Missing, missingIn, type Series, seriesOf } from "../signal/series";
 import type { Acquisition, KeptChannel } from "./acquisition";
 
-/** Where values of traces come from: what is kept now, or a reference. */
+/** Source of the values of traces: the acquisition, or a reference. */
 export interface Store {
   series(channel: string, component: string, from_ns: number, to_ns: number): Series;
 }
 
-/** Returns the store of what is kept now. */
+/** Returns the store of an acquisition. */
 export function live(acquisition: Acquisition): Store {
   return {
     series(channel, component, from_ns, to_ns) {
@@ -22,7 +22,7 @@ export function live(acquisition: Acquisition): Store {
   };
 }
 
-/** The values of a trace between two times, and one more on each side. */
+/** Returns the values of a trace between two times, and one more on each side. */
 export function traceSeries(store: Store, trace: TraceSetup, from_ns: number, to_ns: number): Series {
   if (trace.derive?.kind === "formula") {
     const series = trace.derive.of.map(({ channel, component }) => store.series(channel, component, from_ns, to_ns));
@@ -36,7 +36,7 @@ export function traceSeries(store: Store, trace: TraceSetup, from_ns: number, to
   return own;
 }
 
-/** Formulas that were read, each once and not for each picture. */
+/** Cache of parsed formulas, so that they are not parsed for each picture. */
 const read = new WeakMap<object, Formula>();
 
 function understood(derived: { text: string }): Formula {
@@ -45,13 +45,13 @@ function understood(derived: { text: string }): Formula {
   return known;
 }
 
-/** Store behind the traces, with the time that is 0 there, and exact sums if they are known. */
+/** Store shown behind the traces, with its time 0, and exact sums if they are known. */
 export interface Behind extends Store {
   readonly origin_ns: number;
   readonly sums: Acquisition["sums"] | null;
 }
 
-/** Another recording behind the one that is shown: what is 0 here is `origin_ns` there. */
+/** A recording shown behind the present one; `origin_ns` is the time there that corresponds to time 0. */
 export class Beside implements Behind {
   readonly origin_ns: number;
   readonly #of: Acquisition;
@@ -70,7 +70,7 @@ export class Beside implements Behind {
   }
 }
 
-/** Earlier traces that stay on the screen: a copy of the values, with the time that was 0. */
+/** Earlier traces that remain on the screen: a copy of their values, and of time 0. */
 export class Reference implements Behind {
   readonly sums = null;
   readonly origin_ns: number;
@@ -102,7 +102,7 @@ export class Reference implements Behind {
   }
 }
 
-/** Where values of the shown channels are missing: each place once, with all that is missing there. */
+/** Returns the gaps in the shown channels, each channel once. */
 export function missingOf(acquisition: Acquisition, traces: readonly ShownTrace[], from_ns: number, to_ns: number): Missing[] {
   const channels = new Set<KeptChannel>();
   for (const { setup } of traces) {

@@ -1,17 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
-// The worker of the scope: takes the frames, keeps the values, draws. The page shows its pictures and is free for the person.
+// The worker of the scope: receives the frames, stores the values, draws. The page only shows its pictures and stays responsive.
 import type { FromWorker, Into, Show, ToWorker } from "../messages";
 import { Acquisition } from "./acquisition";
 import { exported } from "./exporting";
 import { Picture } from "./picture";
 import { Beside, Reference } from "./traces";
 
-/** Between two pictures at the least, and between two measurements, ms. */
+/** Minimum time between two pictures, and between two measurements, ms. */
 const PICTURE_MS = 40;
 const MEASURE_MS = 250;
 
 const acquisition = new Acquisition();
-/** Of recordings: what is drawn is `shown`. */
+/** Stores of values of recordings, by destination. */
 const stores: Record<Into, Acquisition> = {
   shown: acquisition,
   beside: new Acquisition(),
@@ -168,7 +168,7 @@ function draw(): void {
   );
 }
 
-// What came last is measured too, where nothing comes behind it that would be drawn.
+// Draws again if no further picture is due, so that the latest values are measured too.
 function measureSoon(wait_ms: number): void {
   if (measuring !== undefined) return;
   measuring = setTimeout(() => {
@@ -186,7 +186,7 @@ function textOf(why: unknown): string {
   return why instanceof Error ? why.message : String(why);
 }
 
-// The same trouble twenty times a second is told once.
+// Reports an error, which may recur many times per second, only once.
 function trouble(why: unknown): void {
   const message = textOf(why);
   if (message === told) return;
