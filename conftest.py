@@ -3,7 +3,7 @@
 
 import os
 
-# Read when NumPy is loaded, here and in each program that a test starts: threads that no test needs take a quarter of that time.
+# Read when NumPy is loaded, here and in each program that a test starts: unneeded threads take a quarter of that time.
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 pytest_plugins = ["side_by_side"]

@@ -1,12 +1,12 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Eight EtherCAT axes at 1 kHz beside cyclictest, on one emulated segment with SOEM (pysoem) before it: lateness, exchange, allocations;
-and an axis that loses its power and has it again.
+"""Compares eight EtherCAT axes at 1 kHz with cyclictest, and the exchange with SOEM (pysoem) on one emulated segment: lateness, exchange
+time, allocations; also switches the power of an axis off and on.
 
     python bench/ethercat_cycles.py --minutes 10
 
-As root the segment is on a veth pair in a network namespace of its own, else on a local socket, and without SOEM. cyclictest runs at the
-same time, at the same priority and period. The exit code is 0 where no cycle allocated, the axes moved, the exchange took at most 1.5
-times SOEM's, and the axis was back in OP within 2 s and stood still until it was enabled.
+As root the segment is on a veth pair in its own network namespace; otherwise it is on a local socket, and SOEM is left out.
+cyclictest runs at the same time, at the same priority and period. The exit code is 0 if no cycle allocated, the axes moved, the
+exchange took at most 1.5 times SOEM's, and the axis was back in OP within 2 s and stood still until it was enabled.
 """
 
 from __future__ import annotations
@@ -35,16 +35,17 @@ from opengpac.drivers import fake
 AXES = 8
 PRIORITY = 80
 BAR = 1.5
-# What a thread of real-time priority may compute without a rest, µs: one that runs away ends, and not the machine.
+# Maximum time for which a real-time thread may compute without blocking, µs: a runaway thread is ended before it stops the machine.
 RTTIME_US = 5_000_000
 # The goals of the axes are 0.2 rad to either side.
 MOVED = 0.39
-# An axis that has its power again is in OP within so long, s.
+# Maximum time from the return of an axis's power to OP, s.
 BACK_S = 2.0
 
 
 def measured(seconds: int, rounds: int, times: int) -> dict[str, Any]:
-    """What one run measures, ns; `peer` and `ours` are medians of an exchange in turns, `cyclictest` is None where it could not run."""
+    """Returns the measurements of one run, ns; `peer` and `ours` are median exchange times taken in turns, `cyclictest` is None if it
+    could not run."""
     may = jitter.may_run_in_real_time()
     missing = "cyclictest is missing (apt install rt-tests)" if shutil.which("cyclictest") is None else ""
     missing = missing or ("" if may else "no right to real-time scheduling (rtprio in limits.conf)")
@@ -59,7 +60,7 @@ def measured(seconds: int, rounds: int, times: int) -> dict[str, Any]:
         interface = "ec0" if is_root else segment.interface
         if is_root:
             found |= _exchanges(kernel.example("ethercat", "exchange"), rounds, times)
-        # All that runs is in this list; a busy machine shows in its lateness, too.
+        # Everything that runs is in this list; other load on the machine shows in the lateness of cyclictest, too.
         beside = None if missing else subprocess.Popen(_cyclictest(seconds), stdout=subprocess.PIPE, text=True)
         command = [kernel.example("ethercat", "cycles"), interface, str(AXES), str(seconds), str(PRIORITY if may else 0)]
         try:
@@ -76,7 +77,7 @@ def measured(seconds: int, rounds: int, times: int) -> dict[str, Any]:
 
 
 def _exchanges(program: str, rounds: int, times: int) -> dict[str, float]:
-    """Exchanges with the segment in turns: SOEM's, and those of our main device."""
+    """Measures exchanges with the segment in turns, by SOEM and by our main device."""
     from ethercat_peer import soem
 
     peer, ours = [], []
@@ -92,7 +93,7 @@ def _cyclictest(seconds: int) -> list[str]:
 
 
 def power_cycled() -> dict[str, Any]:
-    """How long after its power came back an axis is in OP, s, and by how many counts it moved before it was enabled."""
+    """Returns the time from an axis's power return to OP, s, and the counts by which the axis moved before it was enabled."""
     victim = 3
     with (
         fake.ethercat(*({"name": f"d{number}", "watchdog": False} for number in range(AXES))) as segment,
@@ -132,7 +133,7 @@ def _until(holds: Callable[[], bool], what: str) -> None:
 
 
 def problems(found: dict[str, Any]) -> list[str]:
-    """What does not hold."""
+    """Returns the requirements that do not hold."""
     wrong: list[str] = []
     if found["allocations"]:
         wrong.append(f"{found['allocations']} allocations in {found['cycles']} cycles")
@@ -147,7 +148,7 @@ def problems(found: dict[str, Any]) -> list[str]:
 
 
 def show(found: dict[str, Any]) -> None:
-    """The figures, for people."""
+    """Prints the figures."""
     us = lambda ns: f"{ns * 1e-3:.1f} µs"  # noqa: E731
     late, took = found["lateness"], found["exchange"]
     print(f"{AXES} axes, {found['cycles']} cycles of 1 ms; load {found['load_before']:.1f} before, {found['load_after']:.1f} after")

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""An independent EtherCAT main device, SOEM by pysoem, on the interface `ec0`: what an exchange of its takes."""
+"""Independent EtherCAT main device, SOEM through pysoem, on the interface `ec0`: the time of its exchange."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ VELOCITY = 9
 
 
 def soem(times: int) -> float:
-    """The median exchange of so many, ns, with all drives in operation."""
+    """Returns the median time of `times` exchanges, ns, with all drives in operation."""
     main = pysoem.Master()
     main.open("ec0")
     main.config_init()

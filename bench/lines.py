@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A line of the table, and how it is printed."""
+"""Lines of the table, and their printing."""
 
 from __future__ import annotations
 
@@ -12,9 +12,9 @@ from typing import Any
 
 @dataclass
 class Line:
-    """One measurement: `value` is judged against `bar` (the maximum; with `at_least` the minimum), `shown` is its text.
+    """Measurement: `value` is judged against `bar` (the maximum; with `at_least` the minimum), `shown` is its text.
 
-    `open`: why its bar is not held yet; it may be missed until then.
+    `open` is the reason why its bar is not met yet; until then it may be missed.
     """
 
     row: str
@@ -31,7 +31,7 @@ class Line:
 
     @property
     def verdict(self) -> str:
-        """`holds`, `misses`, `open` where it misses and that is known, or nothing where there is no bar or no measurement."""
+        """Verdict: `holds`, `misses`, `open` for a known miss, or empty without a bar or a measurement."""
         if self.bar is None or self.value is None:
             return ""
         if self.value >= self.bar if self.at_least else self.value <= self.bar:
@@ -43,7 +43,7 @@ class Line:
 
 
 def time(ns: float) -> str:
-    """ns, µs or ms with three digits."""
+    """Returns a time as text in ns, µs or ms with three digits."""
     for limit, divisor, unit in ((1e3, 1, "ns"), (1e6, 1e3, "µs"), (1e9, 1e6, "ms")):
         if abs(ns) < limit:
             return f"{digits(ns / divisor)} {unit}"
@@ -51,12 +51,12 @@ def time(ns: float) -> str:
 
 
 def digits(value: float) -> str:
-    """Three digits."""
+    """Returns a number with three digits."""
     return f"{value:.{2 if abs(value) < 10 else 1 if abs(value) < 100 else 0}f}"
 
 
 def median(values: Iterable[float]) -> float:
-    """The middle value."""
+    """Returns the median."""
     return statistics.median(values)
 
 
@@ -69,7 +69,7 @@ def heading() -> str:
 
 
 def row(line: Line, before: str) -> str:
-    """The line as text, under the name of its group where that is new."""
+    """Returns the line as text, under the name of its group if that differs from the previous one."""
     cells = (line.what, line.ours, line.peer, line.shown, line.bar_text, line.verdict)
     text = "  ".join(f"{cell:<{width}}" for cell, width in zip(cells, WIDTHS, strict=True)).rstrip()
     room = shutil.get_terminal_size((200, 50)).columns - sum(WIDTHS) - 2 * len(WIDTHS)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Bars that are not held yet, each with why: a run that misses one of them is in order. A mended bar loses its line."""
+"""Bars that are not met yet, each with its reason: a run may miss them. A bar that is met again loses its line."""
 
 from __future__ import annotations
 
@@ -24,9 +24,9 @@ OPEN = {
     ("python blocks", "the first block of a process"): "a PID 1.4 s, 2.1 s where Python keeps no byte code; a tiny block 0.97 s",
     ("policy", "large"): "0.60 to 0.62 of onnxruntime: 760 kB of weights come at 84 GB/s, the bar takes 103 (decision 203)",
 }
-"""Row, and how the line begins."""
+"""Reason by row and beginning of the line."""
 
 
 def reason(line: Line) -> str:
-    """Why the bar of a line is open; nothing where it is not."""
+    """Returns the reason why the bar of a line is open; empty if it is not."""
     return next((why for (row, begin), why in OPEN.items() if line.row == row and line.what.startswith(begin)), "")

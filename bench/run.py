@@ -1,14 +1,14 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The benchmarks: one table of ratios, taken in one run, with the bars of DESIGN.md section 5. It ends with an error where a bar is
-missed that `open_bars.py` does not list.
+"""Benchmarks: one table of ratios, taken in one run, with the bars of DESIGN.md section 5. It fails if a bar is missed that is not
+listed in `open_bars.py`.
 
     make bench                                     all of it, some minutes
     .venv/bin/python bench/run.py --quick          fewer rounds, to see that it works
     .venv/bin/python bench/run.py --only dispatch  one group, or several
     .venv/bin/python bench/run.py --json FILE      also as JSON
 
-Everything is measured in turns (A B A B …) on the same core, at real-time priorities where the rights are given; of each round
-the ratio, of the rounds the median. A machine that does other things meanwhile shows in the figures: run it on a quiet one.
+Everything is measured in turns (A B A B …) on the same core, at real-time priorities if permitted; the result is the median over the
+rounds of the ratio in each. Other load shows in the figures: run it on a quiet machine.
 """
 
 from __future__ import annotations
@@ -49,7 +49,7 @@ from rows import (
 
 @dataclass(frozen=True)
 class Options:
-    """How to measure."""
+    """Settings of a run."""
 
     rounds: int
     quick: bool
@@ -80,7 +80,8 @@ GROUPS: dict[str, Callable[[Options], Iterator[lines.Line]]] = {
 
 
 def main() -> int:
-    """0 where every group was taken and every bar holds that is not marked as open (`open_bars.py`). Of few rounds bars say nothing."""
+    """Runs the groups; returns 0 if each was measured and every bar holds that is not marked as open (`open_bars.py`). With few rounds
+    bars are not judged."""
     options = arguments()
     chosen = options.only or list(GROUPS)
     settings = Options(rounds=2 if options.quick else 7, quick=options.quick)
@@ -97,7 +98,7 @@ def main() -> int:
                 before = line.row
                 measured.append(line)
         except Exception:
-            # The others are worth having all the same.
+            # The other groups are useful all the same.
             traceback.print_exc()
             failed.append(group)
     verdicts = [line.verdict for line in measured]
@@ -125,7 +126,7 @@ def arguments() -> argparse.Namespace:
 
 
 def machine() -> str:
-    """One line about where this was measured."""
+    """Returns one line about the machine."""
     cpu = next(
         (text.split(":")[1].strip() for text in Path("/proc/cpuinfo").read_text().splitlines() if text.startswith("model name")), "?"
     )

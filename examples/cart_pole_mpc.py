@@ -1,9 +1,10 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Model-predictive control: a pole is held upright on a cart that goes to and fro, while a gusty wind pushes the pole.
+"""Model-predictive control: holds a pole upright on a cart that moves to and fro, while a gusty wind pushes the pole.
 
-The model is symbolic, the controller a quadratic programme over the next 0.6 s whose solver is symbolic too and written as C by CasADi;
-the plant is MuJoCo's. The exit code is 0 only if the pole stayed up, the cart kept its rail, and, in real time, no solution took longer
-than its budget.
+The model is symbolic. The controller is a quadratic programme over the next 0.6 s; its solver is symbolic too, and CasADi generates
+it as C. The plant runs in MuJoCo. The exit code is 0 only if the pole stayed up, the cart kept its rail and, in real time, no
+solution took longer than its budget.
+
 Needs `pip install 'opengpac[casadi,mujoco]'`.
 """
 
@@ -26,20 +27,20 @@ PERIOD = 0.02
 STEPS = 30
 FORCE_MAX = 10.0
 RAIL = 0.6
-"""How far the cart is to go from the middle of its rail, m; the rail ends at 1.2 m."""
+"""Maximum distance of the cart from the middle of its rail, m; the rail ends at 1.2 m."""
 
 WIND = 0.1
-"""Standard deviation of what pushes the pole, N.m: at 0.1 rad its weight does as much."""
+"""Standard deviation of the wind's torque on the pole, N.m: as much as the pole's weight exerts at 0.1 rad."""
 
 ITERATIONS = 80
 RHO_FORCE, RHO_RAIL = 0.1, 1000.0
 
 BUDGET_S = 0.01
-"""What one solution may take: half a period."""
+"""Time budget of one solution: half a period."""
 
 
 def step(x: Any, u: Any) -> Any:
-    """The state (position, angle, speed, rate) a period later: a cart of 1 kg, a mass of 0.2 kg on a pole of 0.5 m."""
+    """Returns the state (position, angle, speed, rate) one period later, for a cart of 1 kg and a mass of 0.2 kg on a pole of 0.5 m."""
     cart, mass, length, g = 1.0, 0.2, 0.5, 9.81
 
     def rates(x: Any) -> Any:
@@ -55,14 +56,14 @@ def step(x: Any, u: Any) -> Any:
 
 
 def linear() -> tuple[np.ndarray, np.ndarray]:
-    """The model near the upright pole: x' = A x + B u."""
+    """Returns A and B of the model linearised at the upright pole: x' = A x + B u."""
     x, u = ca.SX.sym("x", 4), ca.SX.sym("u")
     found = ca.Function("linear", [x, u], [ca.jacobian(step(x, u), x), ca.jacobian(step(x, u), u)])(np.zeros(4), 0.0)
     return np.array(found[0]), np.array(found[1])
 
 
 def cost_to_go(a: np.ndarray, b: np.ndarray, q: np.ndarray, r: float) -> np.ndarray:
-    """What is left to pay after the horizon: the solution of the Riccati equation."""
+    """Returns the cost-to-go matrix at the end of the horizon: the solution of the Riccati equation."""
     p = q
     for _ in range(2000):
         gain = np.linalg.solve(b.T @ p @ b + r, b.T @ p @ a)
@@ -72,7 +73,8 @@ def cost_to_go(a: np.ndarray, b: np.ndarray, q: np.ndarray, r: float) -> np.ndar
 
 @dataclass(frozen=True)
 class Problem:
-    """The forces f of the horizon: minimise f'Hf/2 + (F given)'f, where |A f + S given| ≤ upper. Given: the state and the target."""
+    """Quadratic programme in the forces f of the horizon: minimise f'Hf/2 + (F given)'f subject to |A f + S given| ≤ upper, where
+    `given` is the state and the target."""
 
     h: np.ndarray
     f: np.ndarray
@@ -82,7 +84,7 @@ class Problem:
 
 
 def problem() -> Problem:
-    """The quadratic programme of the horizon, with the states put in: its unknowns are the forces alone."""
+    """Returns the quadratic programme of the horizon with the states eliminated; only the forces remain unknown."""
     a, b = linear()
     q, r = np.diag([20.0, 20.0, 1.0, 1.0]), 0.05
     last = cost_to_go(a, b, q, r)
@@ -101,9 +103,10 @@ def problem() -> Problem:
 
 
 def controller() -> ca.Function:
-    """The law: measured state and target → force, by operator splitting (Stellato and others, OSQP, 2020) in a fixed number of iterations.
+    """Returns the control law, measured state and target → force: operator splitting (Stellato and others, OSQP, 2020) with a fixed
+    number of iterations, so that every solution takes the same time.
 
-    So each solution takes as long as any other. It begins with the forces, the constrained values z and the multipliers y of the last one.
+    Each solution starts from the forces, the constrained values z and the multipliers y of the previous one.
     """
     p = problem()
     rho = np.repeat([RHO_FORCE, RHO_RAIL], STEPS)
@@ -130,7 +133,7 @@ def controller() -> ca.Function:
 
 
 def block() -> gpac.CasadiBlock:
-    """The law as a function block: five inputs with units, a force, a condition; what it remembers is its state."""
+    """Returns the law as a function block with five inputs with units, a force, a condition, and the warm start as its state."""
     return gpac.casadi(
         controller(),
         inputs={
@@ -147,9 +150,9 @@ def block() -> gpac.CasadiBlock:
 
 
 def hold(law: gpac.CasadiBlock, seconds: float, budget: float | None) -> gpac.Verb[..., Any]:
-    """hold(position_channel, …, motor, gust, position, angle, force): holds the pole for so long, whatever the wind does.
+    """hold(position_channel, …, motor, gust, position, angle, force): holds the pole against the wind for `seconds`.
 
-    A solution that takes longer than the `budget` is a fault.
+    A solution that exceeds the `budget` is a fault.
     """
     reads = ["position", "angle", "speed", "rate"]
     fast = [*(f"read_{name}" for name in reads), "wave", "wind", "push", "move", "clock"]
@@ -192,7 +195,7 @@ def hold(law: gpac.CasadiBlock, seconds: float, budget: float | None) -> gpac.Ve
 
 
 def main() -> int:
-    """Runs the program; 0 where the pole stayed up within the budget."""
+    """Runs the program; returns 0 if the pole stayed up and every solution kept its budget."""
     parser = programs.parser(__doc__)
     parser.add_argument("--seconds", type=float, default=60.0, help="how long the pole is held")
     options = parser.parse_args()
@@ -209,7 +212,7 @@ def main() -> int:
         cell.block_times(slow, during="1 h")
         cart, pole = plant["cart"], plant["pole"]
         channels = cart.position, pole.position, cart.velocity, pole.velocity, cart.effort, pole.effort
-        # Under the virtual clock nothing waits for real time, and what else this machine does is no fault.
+        # Under the virtual clock nothing depends on real time, so other load on this machine must not count as a fault.
         budget = None if cell.virtual else BUDGET_S
         instance = hold(law, options.seconds, budget).on({"law": slow, "*": fast}).new_instance(*channels, position, angle, force)
         instance.start()

@@ -1,10 +1,12 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A cell with a PLC: an arm, a conveyor on EtherCAT, a scanner on a serial line, and the PLC of the line on Modbus.
+"""A cell with a PLC: an arm, a conveyor on EtherCAT, a scanner on a serial line, and the line's PLC on Modbus.
 
-The PLC asks for a part. The conveyor brings it, the scanner reads its code, the arm puts it away if it is one of ours, and the PLC is told:
-one verb, whose transitions the real-time system makes alone. The PLC has the emergency stop chain, too. What is not here, the PLC, scanner
-and drives, the example starts itself; `--driver ur` commands the arm over its own protocol. The run is recorded and run again from the
-record. The exit code is 0 only if all went as it should.
+The PLC requests a part. The conveyor brings it, the scanner reads its code, the arm puts it away if the code is one of ours, and the
+result is reported to the PLC. All this is one verb, whose transitions the real-time system makes by itself. The emergency stop chain
+is read from the PLC, too.
+
+The example emulates the PLC, the scanner and the drives; `--driver ur` commands the arm over its own protocol. The run is recorded
+and replayed from the record. The exit code is 0 only if everything went as expected.
 """
 
 from __future__ import annotations
@@ -23,11 +25,11 @@ from opengpac.robots import Arm, Joint
 from programs import BLOCKS, Account, Trace
 
 PITCH = 0.25
-"""From part to part on the conveyor, m."""
+"""Distance between parts on the conveyor, m."""
 HOME, BELT, BOX = gpac.deg([0, -90, 90, -90, -90, 0]), gpac.deg([30, -70, 100, -120, -90, 0]), gpac.deg([-40, -75, 95, -110, -90, 0])
-"""Where the arm waits, takes and puts."""
+"""Poses in which the arm waits, takes a part and puts it down."""
 
-# What the PLC has where: discrete inputs and coils of its Modbus tables.
+# Addresses of the PLC's signals: discrete inputs and coils of its Modbus tables.
 SIGNALS = {
     "wanted": {"discrete": 0},
     "chain": {"discrete": 1},
@@ -38,7 +40,7 @@ SIGNALS = {
 
 @dataclass(frozen=True)
 class Counterparts:
-    """What a real cell has in their place: at the same addresses, the rest of this program stays as it is."""
+    """Emulated counterparts of the cell. With real ones at the same addresses the rest of this program stays unchanged."""
 
     plc: fake.Modbus
     scanner: fake.Text
@@ -47,7 +49,7 @@ class Counterparts:
 
 @contextmanager
 def counterparts() -> Iterator[Counterparts]:
-    """Starts PLC, scanner and drives."""
+    """Starts the PLC, the scanner and the drives."""
     with fake.modbus() as plc, fake.text(serial=True, end="\r") as scanner, fake.ethercat("belt") as drives:
         for name, signal in SIGNALS.items():
             table = "coil" if "coil" in signal else "discrete"
@@ -56,12 +58,12 @@ def counterparts() -> Iterator[Counterparts]:
 
 
 class Line:
-    """The hardware: physical devices, and the logical devices that verbs use."""
+    """Hardware of the cell: physical devices, and the logical devices that verbs use."""
 
     def __init__(self, cell: gpac.System, there: Counterparts, driver: gpac.drivers.Driver | None = None) -> None:
         rtp = cell.processor("rtp0")
         fast, slow = rtp.timer("fast", period="1 ms", priority=80), rtp.timer("slow", period="10 ms", priority=60)
-        # The drives are a program here, which may be late; real ones get the defaults.
+        # The drives are emulated by a program, which may be late; for real ones the defaults will do.
         axes = gpac.drivers.ethercat(
             there.drives.interface, {"belt": {"counts": 100_000, "unit": "m", "speed_max": 0.5}}, timeout="5 s", lost_after=4_000
         )
@@ -80,13 +82,13 @@ class Line:
         cell.place({"*": slow})
 
     def enable(self) -> None:
-        """Enables everything; nothing moves."""
+        """Enables all devices; nothing moves."""
         for device in (self.arm, self.belt, self.wanted, self.delivered, self.rejected):
             device.enable()
 
 
 def deliver(next_code: gpac.Block) -> gpac.ComposedVerb:
-    """The program of the cell, once for each part."""
+    """Returns the program of the cell, run once for each part."""
     scan = gpac.Verb(
         "scan",
         doc="Waits for the next code of the scanner, and looks at its first letter.",
@@ -126,14 +128,14 @@ def deliver(next_code: gpac.Block) -> gpac.ComposedVerb:
 
 
 def perform(cell: gpac.System, line: Line, there: Counterparts, account: Account) -> None:
-    """Three parts: one of ours, one that is not, and one during which somebody opens the emergency stop chain."""
+    """Delivers parts: one of ours, a foreign one, one during which the emergency stop chain opens, and one more after the reset."""
     program = deliver(cell.download(BLOCKS / "next_code.c").next_code)
     print(program)
     objects = {"wanted": line.wanted, "belt": line.belt, "arm": line.arm, "delivered": line.delivered, "rejected": line.rejected}
     part = program.new_instance(**objects, count=line.scanner["count"], text=line.scanner["code"], code=line.code)
 
     def begin(code: str) -> None:
-        """The verb waits; then the PLC wants a part, and the conveyor carries it past the scanner."""
+        """Starts the verb; then the PLC requests a part, and the conveyor carries it past the scanner."""
         begins = line.belt.sensed.value
         part.start(pitch=PITCH, belt_place=BELT, box=BOX, home=HOME, speed="60 %", belt_speed="100 %", width="0.1 s")
         there.plc.put("discrete", 0, True)
@@ -166,7 +168,7 @@ def perform(cell: gpac.System, line: Line, there: Counterparts, account: Account
 
 
 def plot(record: Path, file: Path) -> None:
-    """Conveyor, arm and what the PLC was told, over time."""
+    """Plots the conveyor, the arm and the signals of the PLC over time."""
     import matplotlib
 
     matplotlib.use("Agg")
@@ -190,7 +192,7 @@ def plot(record: Path, file: Path) -> None:
 
 
 def main() -> int:
-    """Runs the program; 0 where all went as it should."""
+    """Runs the program; returns 0 if everything went as expected."""
     parser = programs.parser(__doc__)
     programs.add_driver(parser)
     options = parser.parse_args()

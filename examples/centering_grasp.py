@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """Centering grasp: a UR5e with two fingers grasps a block that is not where it was taught, without pushing it away.
 
-The fingers close; the arm gives way to the finger that touches first, until the other touches too; then they squeeze, and the verb
-says how wide the block is. The arm lifts it, puts it down and lets it go. With `--driver ur` the arm is commanded by the driver of its
-controller and the hand, which has a controller of its own, on Modbus; both are emulated. The exit code is 0 only if the block was hardly
-moved.
+The fingers close. The arm yields to the finger that touches first until the other touches too; then they squeeze, and the verb
+returns the width of the block. The arm lifts the block, puts it down and releases it. With `--driver ur` the driver of the arm's
+controller commands the arm, and the hand, which has its own controller, is on Modbus; both are emulated. The exit code is 0 only if
+the block hardly moved.
 """
 
 from __future__ import annotations
@@ -23,14 +23,14 @@ from opengpac import library as lib
 from programs import SCENES, Account, Trace
 
 TOOL = "two_finger"
-"""The gripper at the arm's flange."""
+"""Gripper at the arm's flange."""
 
 PUSHED_MAX = 0.002
-"""How far the block may be moved by being grasped, m."""
+"""Maximum displacement of the block by the grasp, m."""
 
 
 def centering_grasp(blocks: grasping.Blocks) -> gpac.ComposedVerb:
-    """centering_grasp(hand, arm, closing, gain, grip, firm): approach, center, squeeze, with no Python between them."""
+    """centering_grasp(hand, arm, closing, gain, grip, firm): approaches, centers and squeezes, with no Python in between."""
     return gpac.compose(
         "centering_grasp",
         {"approach": grasping.approach(blocks), "center": grasping.center(blocks), "squeeze": grasping.squeeze(blocks)},
@@ -40,7 +40,7 @@ def centering_grasp(blocks: grasping.Blocks) -> gpac.ComposedVerb:
 
 
 class Workcell:
-    """The arm, its hand, the block on the bench, and the verbs; `robot` is the controller that moves the arm, where one does."""
+    """Workcell: the arm, its hand, the block on the bench, and the verbs; `robot` is the controller that moves the arm, if there is one."""
 
     def __init__(self, cell: gpac.System, robot: gpac.drivers.fake.ur | None = None) -> None:
         rtp = cell.processor("rtp0")
@@ -59,11 +59,11 @@ class Workcell:
         self.trace = Trace(*watched, *(svv for finger in self.hand for svv in (finger.sensed, finger.force)))
 
     def block(self) -> np.ndarray:
-        """Where the block really is, m, which no verb of the grasp knows."""
+        """Returns the true position of the block, m; no verb of the grasp has access to it."""
         return np.array(self.place.value if self.robot is None else self.robot.sensor("object"))
 
     def watch(self) -> AbstractContextManager[Any]:
-        """Keeps the SVV `place` in the simulation. An emulated controller knows nothing of the block, as a real one."""
+        """Keeps the SVV `place` up to date in the simulation. An emulated controller, like a real one, does not know the block."""
         if self.robot is not None:
             return nullcontext()
         watching = gpac.Verb(
@@ -76,7 +76,7 @@ class Workcell:
 
 
 def perform(work: Workcell, offset: float, account: Account) -> None:
-    """Grasps the block with the arm `offset` metres beside it, lifts it, and puts it back."""
+    """Grasps the block with the arm off its centre by `offset` metres, lifts it, and puts it back."""
     shift, release = grasping.shift(work.blocks), grasping.release(work.blocks)
     grasp = centering_grasp(work.blocks)
     if offset:
@@ -103,7 +103,7 @@ def perform(work: Workcell, offset: float, account: Account) -> None:
 
 
 def main() -> int:
-    """Runs the program; 0 where every verb ended as it should, and the block was not pushed away."""
+    """Runs the program; returns 0 if every verb ended as expected and the block was not pushed away."""
     parser = programs.parser(__doc__)
     programs.add_driver(parser)
     parser.add_argument("--offset", type=float, default=15.0, help="how far the arm is beside the block, mm, -20 to 20 (default 15)")

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Compliant motion: a UR5e whose tool gives way to a push as a spring would, and comes back.
+"""Compliant motion: the tool of a UR5e yields to a push like a spring, and returns.
 
-The arm is position-controlled and stiff. The verb `comply` turns the force that the wrist feels into a deviation along a line, as a
-mass on a spring with a damper would move: an admittance. The arm is pushed with different stiffness and must give way by force over
-stiffness; with none it stays where it is pushed to. The exit code is 0 only if it does.
+The arm is position-controlled and stiff. The verb `comply` turns the force measured at the wrist into a deviation along a line, as a
+mass on a spring with a damper would move: an admittance. The arm is pushed at several stiffnesses and must yield by force over
+stiffness; at zero stiffness it stays where it was pushed. The exit code is 0 only if it does so.
 """
 
 from __future__ import annotations
@@ -21,11 +21,11 @@ from programs import BLOCKS, Account, Trace
 
 EVERY = "1 ms"
 FORCE = 30.0
-"""How hard the tool is pushed, N."""
+"""Force with which the tool is pushed, N."""
 
 
 def comply(admittance: gpac.Module, line: gpac.Module) -> gpac.Verb[..., Any]:
-    """comply(arm, force, yielded, stiffness, damping, mass, seconds): gives way along x of the tool. N/m; N.s/m; kg; s."""
+    """comply(arm, force, yielded, stiffness, damping, mass, seconds): yields along the x axis of the tool. N/m; N.s/m; kg; s."""
     return gpac.Verb(
         "comply",
         doc="Gives way to a force at the tool as a mass on a spring does.",
@@ -63,7 +63,7 @@ def comply(admittance: gpac.Module, line: gpac.Module) -> gpac.Verb[..., Any]:
 
 
 def push() -> gpac.Verb[..., Any]:
-    """push(tool, force): somebody pushes the simulated tool, after a while and for a second. N, in the world frame."""
+    """push(tool, force): pushes the simulated tool, after 0.2 s and for 1.5 s. N, in the world frame."""
     return gpac.Verb(
         "push",
         blocks={"write": lib.block("write_vector")},
@@ -75,7 +75,7 @@ def push() -> gpac.Verb[..., Any]:
 
 
 def perform(cell: gpac.System, arm: gpac.Group[Joint], account: Account) -> Trace:
-    """Pushes the tool along its own x axis, which is y of the world, at three stiffnesses."""
+    """Pushes the tool along its own x axis, which is the y axis of the world, at three stiffnesses."""
     machine = cell.physical_devices["ur5e"]
     yielded, pushed = cell.svv("yielded", unit="m", history=20_000), cell.svv("pushed", unit="N", history=20_000)
     trace = Trace(yielded, pushed, arm["shoulder_pan"].sensed)
@@ -101,7 +101,7 @@ def perform(cell: gpac.System, arm: gpac.Group[Joint], account: Account) -> Trac
 
 
 def main() -> int:
-    """Runs the program; 0 where the arm gave way as a spring does."""
+    """Runs the program; returns 0 if the arm yielded like a spring."""
     options = programs.parser(__doc__).parse_args()
     account = Account()
     with programs.system("compliant_motion", options) as cell:

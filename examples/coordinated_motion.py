@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """Coordinated motion of the six joints of a UR5e: the example of the paper, on a simulated robot in real time.
 
-The arm is at its home position. It makes moves in the three ways in which a verb can be invoked, meets a force that it does
-not expect, recovers, and ends with a report and a plot. With `--driver ur` it is commanded by the driver of its controller, which is
-emulated. The exit code is 0 only if every move ended as it should.
+The arm starts at its home position. It moves in the three ways in which a verb can be invoked, meets an unexpected force, recovers,
+and ends with a report and a plot. With `--driver ur` the driver of its controller, which is emulated, commands it. The exit code is 0
+only if every move ended as expected.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ from programs import Account, Trace
 
 
 class UnexpectedForce(gpac.Terminated):
-    """The tool met a force above the limit; `value` is its magnitude in N."""
+    """Raised if the tool met a force above the limit; `value` is its magnitude in N."""
 
 
 @gpac.verb(
@@ -67,7 +67,7 @@ class UnexpectedForce(gpac.Terminated):
 def guarded_move(
     arm: gpac.Group[Joint], /, force: gpac.Channel, goal: Sequence[float] | np.ndarray, speed: float = 0.5, force_max: float = 30.0
 ) -> Moved:
-    """Moves the arm until it has arrived, or until the tool meets a force. goal: rad; speed: rad/s; force_max: N."""
+    """Moves the arm until it arrives or the tool meets a force. goal: rad; speed: rad/s; force_max: N."""
     ...
 
 
@@ -79,7 +79,7 @@ def guarded_move(
     command_lists={"start": [wait("0.8 s"), activate("write", every="1 ms"), wait("0.3 s"), deactivate("write")]},
 )
 def push(tool: gpac.Channel, force: Sequence[float]) -> gpac.Report:
-    """Pushes the simulated tool, after a while and for a while. force: N, in the world frame."""
+    """Pushes the simulated tool, after 0.8 s and for 0.3 s. force: N, in the world frame."""
     ...
 
 
@@ -89,16 +89,16 @@ def push(tool: gpac.Channel, force: Sequence[float]) -> gpac.Report:
     command_lists={"start": [activate("sensor", every="1 ms"), wait("0.1 s"), deactivate("sensor")]},
 )
 def settle(force: gpac.Channel) -> gpac.Report:
-    """Waits until a controller has told that nothing touches the tool any more."""
+    """Waits until the controller no longer reports contact at the tool."""
     ...
 
 
 Push = Callable[[], Callable[[], None]]
-"""Pushes the tool of an arm that moves; what it returns is called when that motion has ended."""
+"""Function that pushes the tool of a moving arm; it returns a function to call after the motion has ended."""
 
 
 def pushed_in_simulation(device: gpac.PhysicalDevice, fast: gpac.Source, log: Account) -> Push:
-    """A verb pushes the simulated tool."""
+    """Returns a `Push` in which a verb pushes the simulated tool."""
 
     def begin() -> Callable[[], None]:
         pushing = push.on(fast).asynch(device["tool.push"], force=[0.0, 60.0, 0.0])
@@ -108,7 +108,7 @@ def pushed_in_simulation(device: gpac.PhysicalDevice, fast: gpac.Source, log: Ac
 
 
 def pushed_by_hand(robot: gpac.drivers.fake.ur, device: gpac.PhysicalDevice, fast: gpac.Source, pan: Joint) -> Push:
-    """A hand pushes the tool of the arm that a controller moves, when its first joint is a third of its way there."""
+    """Returns a `Push` in which a hand pushes the tool of an arm that a controller moves, when its first joint is a third of the way."""
 
     def end() -> None:
         robot.press([0.0, 0.0, 0.0])
@@ -123,14 +123,14 @@ def pushed_by_hand(robot: gpac.drivers.fake.ur, device: gpac.PhysicalDevice, fas
 
 
 class JointTrace(Trace):
-    """What the joints were commanded and where they were, collected move by move."""
+    """Commanded and sensed positions of the joints, collected move by move."""
 
     def __init__(self, arm: gpac.Group[Joint]) -> None:
         super().__init__(*(svv for joint in arm for svv in (joint.sensed, joint.commanded)))
         self._arm = arm
 
     def tracking_error(self) -> np.ndarray:
-        """Maximum distance of each joint from its interpolated set-point, rad; the servo is one generator period behind."""
+        """Returns each joint's maximum distance from its interpolated set-point, rad; the servo lags by one generator period."""
         errors = []
         for joint in self._arm:
             times, sensed = self.of(joint.sensed)
@@ -140,7 +140,7 @@ class JointTrace(Trace):
         return np.array(errors)
 
     def plot(self, file: Path) -> None:
-        """Commanded and sensed positions of all joints."""
+        """Plots the commanded and sensed positions of all joints."""
         import matplotlib
 
         matplotlib.use("Agg")
@@ -158,12 +158,12 @@ class JointTrace(Trace):
 
 
 def error_text(report: Moved) -> str:
-    """How far the worst joint is from its goal."""
+    """Returns the largest distance of a joint from its goal, as text."""
     return f", {report.error * 1e3:.3f} mrad from the goal"
 
 
 def perform(arm: gpac.Group[Joint], device: gpac.PhysicalDevice, slow: gpac.Source, fast: gpac.Source, pushing: Push, log: Account) -> None:
-    """The moves."""
+    """Performs the moves."""
     home = np.array(arm.values("home"))
     motion = move.on(slow)
 
@@ -207,7 +207,7 @@ def perform(arm: gpac.Group[Joint], device: gpac.PhysicalDevice, slow: gpac.Sour
 
 
 def summary(cell: gpac.System, trace: JointTrace, arm: gpac.Group[Joint]) -> None:
-    """How well the joints and the interrupt sources kept to what they were told."""
+    """Prints how well the joints and the interrupt sources kept to their set-points and periods."""
     print("\nGreatest tracking error (mrad)")
     for joint, error in zip(arm, trace.tracking_error(), strict=True):
         print(f"  {joint.short_name:<16} {error * 1e3:.3f}")
@@ -220,7 +220,7 @@ def summary(cell: gpac.System, trace: JointTrace, arm: gpac.Group[Joint]) -> Non
 
 
 def main() -> int:
-    """Runs the program; 0 where every verb ended as it should."""
+    """Runs the program; returns 0 if every verb ended as expected."""
     parser = programs.parser(__doc__)
     programs.add_driver(parser)
     options = parser.parse_args()

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A servo whose encoder and drive sit on different real-time processors: the same graph and verb, placed otherwise.
+"""A servo whose encoder and drive are wired to different real-time processors: the same graph and verb, placed differently.
 
-The drive moves an axis; the encoder that sees it is wired to another processor. First both are wired to one processor, then to two: only
-the hardware section and the placement differ. The exit code is 0 only if both servos go where they are told.
+The drive moves an axis; an encoder measures it. The first servo has both wired to one processor, the second to two: only the hardware
+section and the placement differ. The exit code is 0 only if both servos reach their goal.
 """
 
 from __future__ import annotations
@@ -17,17 +17,17 @@ from opengpac import library as lib
 from programs import Account, Trace
 
 GOAL = 0.5
-"""Where the axis is told to go, rad."""
+"""Goal of the axis, rad."""
 
 ENCODER = [
     {"name": "shaft", "direction": "write", "type": "double", "unit": "rad"},
     {"name": "position", "direction": "read", "type": "double", "unit": "rad", "loop_of": "shaft"},
 ]
-"""An encoder on the shaft of the axis."""
+"""Encoder on the shaft of the axis."""
 
 
 def servo() -> gpac.Graph:
-    """Encoder, controller, drive. It says nothing about processors."""
+    """Returns the graph of encoder, controller and drive, independent of processors."""
     return gpac.Graph(
         "servo",
         doc="Brings an axis to its set-point.",
@@ -44,7 +44,7 @@ def servo() -> gpac.Graph:
 
 
 def go() -> gpac.Verb[..., Any]:
-    """go(encoder, drive, setpoint, angle): closes the loop for a while, and returns where the axis is."""
+    """go(encoder, drive, setpoint, angle): closes the loop for one second and returns the position of the axis."""
     return gpac.Verb(
         "go",
         doc="Closes the loop for a second.",
@@ -62,7 +62,7 @@ def go() -> gpac.Verb[..., Any]:
 
 
 def turning() -> gpac.Verb[..., Any]:
-    """turning(axis, shaft): the world, not the controller: the encoder's shaft turns with the axis."""
+    """turning(axis, shaft): simulates the world, not the controller: the encoder's shaft turns with the axis."""
     return gpac.Verb(
         "turning",
         blocks={"axis": lib.block("read_channel"), "shaft": lib.block("write_channel")},
@@ -75,7 +75,7 @@ def turning() -> gpac.Verb[..., Any]:
 
 @dataclass(frozen=True)
 class Wiring:
-    """The hardware of one of the two servos, and the sources that serve its encoder (here) and its drive (there)."""
+    """Hardware of one of the two servos, and the sources that serve its encoder (`here`) and its drive (`there`)."""
 
     encoder: gpac.PhysicalDevice
     drive: gpac.PhysicalDevice
@@ -84,7 +84,7 @@ class Wiring:
 
 
 def wire(cell: gpac.System, name: str, sensing: gpac.Processor, acting: gpac.Processor) -> Wiring:
-    """Wires an encoder to one processor, and a drive to another or the same."""
+    """Wires an encoder to one processor, and a drive to the same or another one."""
     sources = {
         processor.name: cell.sources.get(f"{processor.name}.fast") or processor.timer("fast", period="1 ms", priority=80)
         for processor in (sensing, acting)
@@ -96,7 +96,7 @@ def wire(cell: gpac.System, name: str, sensing: gpac.Processor, acting: gpac.Pro
 
 
 def perform(cell: gpac.System, name: str, wiring: Wiring, account: Account) -> Trace:
-    """Closes one loop: where its blocks ran, and where it went."""
+    """Closes one loop; reports where its blocks ran and where the axis went."""
     setpoint, angle = (cell.svv(f"{name}.{what}", unit="rad", history=3000) for what in ("setpoint", "angle"))
     verb = go().on({"servo.drive": wiring.there, "*": wiring.here})
     world = turning().on({"axis": wiring.there, "*": wiring.here})
@@ -115,7 +115,7 @@ def perform(cell: gpac.System, name: str, wiring: Wiring, account: Account) -> T
 
 
 def main() -> int:
-    """Runs the program; 0 where both servos go where they are told."""
+    """Runs the program; returns 0 if both servos reach their goal."""
     options = programs.parser(__doc__).parse_args()
     account = Account()
     with programs.system("distributed_servo", options) as cell:

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A servo with a digital filter put in by editing its graph only: what a filter does to a noisy encoder.
+"""A servo into which a digital filter is inserted by editing only its graph, to show its effect on a noisy encoder.
 
-The elbow of a small arm swings. Its encoder is noisy, so its servo shakes the motor. The same servo with a filter from the library
-between encoder and controller is another graph; nothing else changes. The exit code is 0 only if the filter makes the motor quiet.
+The elbow of a small arm swings. Its encoder is noisy, so the servo shakes the motor. The same servo with a filter from the library
+between encoder and controller is another graph; nothing else changes. The exit code is 0 only if the filter quietens the motor.
 """
 
 from __future__ import annotations
@@ -22,11 +22,11 @@ from programs import BLOCKS, Account, Trace
 TWO_JOINT = Path(robots.__file__).parent / "two_joint.xml"
 
 SECONDS = 2.0
-"""How long each servo is watched."""
+"""Time for which each servo is observed."""
 
 
 def servo(code: gpac.Module) -> gpac.Graph:
-    """The servo as a data flow graph: encoder, controller, motor."""
+    """Returns the servo as a data flow graph: encoder, controller, motor."""
     return gpac.Graph(
         "servo",
         doc="Keeps a joint at its set-point.",
@@ -43,12 +43,12 @@ def servo(code: gpac.Module) -> gpac.Graph:
 
 
 def filtered(graph: gpac.Graph) -> gpac.Graph:
-    """The same servo with a filter between encoder and controller. This line is all that changes."""
+    """Returns the same servo with a filter between encoder and controller. This line is the only change."""
     return graph.insert("filter", lib.block("second_order")(frequency=20.0), between=("encoder.y", "pid.measured"))
 
 
 def swing(graph: gpac.Graph) -> gpac.Verb[..., Any]:
-    """swing(position, bias, effort, setpoint, angle, torque): swings a joint with that servo, for as long as it is watched."""
+    """swing(position, bias, effort, setpoint, angle, torque): swings a joint with the given servo for `SECONDS`."""
     return gpac.Verb(
         "swing",
         doc="Swings a joint.",
@@ -73,7 +73,7 @@ def swing(graph: gpac.Graph) -> gpac.Verb[..., Any]:
 
 
 class Figures:
-    """What a servo does with the noise: how much the motor shakes, and how far the joint is from its set-point."""
+    """Effect of the noise on a servo: the shaking of the motor, and the distance of the joint from its set-point."""
 
     def __init__(self, rows: np.ndarray) -> None:
         setpoint, angle, torque = rows
@@ -88,7 +88,7 @@ class Figures:
 
 
 def plot(file: Path, rows: dict[str, np.ndarray]) -> None:
-    """The torque and the angle, without the filter and with it."""
+    """Plots the torque and the angle, without and with the filter."""
     import matplotlib
 
     matplotlib.use("Agg")
@@ -108,7 +108,7 @@ def plot(file: Path, rows: dict[str, np.ndarray]) -> None:
 
 
 def main() -> int:
-    """Runs the program; 0 where the filter makes the motor quiet and the joint is where it should be."""
+    """Runs the program; returns 0 if the filter quietens the motor and the joint follows its set-point."""
     options = programs.parser(__doc__).parse_args()
     with programs.system("filtered_servo", options) as cell:
         rtp = cell.processor("rtp0")

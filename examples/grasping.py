@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The simple verbs that a centering grasp is composed of, each of use alone: shift, approach, center, squeeze, release.
+"""Simple verbs of which a centering grasp is composed, each useful alone: shift, approach, center, squeeze, release.
 
-They are made of the blocks in `blocks/grasp.c`, `blocks/glide.c` and `blocks/tool_line.c`. None knows a processor, an arm's name or
-another verb.
+They are made of the blocks in `blocks/grasp.c`, `blocks/glide.c` and `blocks/tool_line.c`. None refers to a processor, an arm's name
+or another verb.
 """
 
 from __future__ import annotations
@@ -16,16 +16,16 @@ from opengpac.robots import Finger, Joint
 from programs import BLOCKS
 
 EVERY = "1 ms"
-"""How often the fingers move and feel, and the arm yields."""
+"""Interval at which the fingers move and sense, and the arm yields."""
 
 
 class NothingGrasped(gpac.Terminated):
-    """The fingers met, and there was nothing between them."""
+    """Raised if the fingers met with nothing between them."""
 
 
 @dataclass(frozen=True)
 class Blocks:
-    """The blocks, downloaded into a system."""
+    """Blocks downloaded into a system."""
 
     grasp: gpac.Module
     glide: gpac.Module
@@ -33,12 +33,12 @@ class Blocks:
 
 
 def download(cell: gpac.System) -> Blocks:
-    """Downloads the blocks."""
+    """Downloads the blocks into a system."""
     return Blocks(*(cell.download(BLOCKS / file) for file in ("grasp.c", "glide.c", "tool_line.c")))
 
 
 def shift(blocks: Blocks) -> gpac.Verb[..., Any]:
-    """shift(arm, distance, direction, speed): moves the tool along a line, its orientation held. m; in the tool's frame; m/s."""
+    """shift(arm, distance, direction, speed): moves the tool along a line with constant orientation. m; in the tool's frame; m/s."""
     return gpac.Verb(
         "shift",
         doc="Moves the tool along a line in its own frame, its orientation held.",
@@ -57,7 +57,7 @@ def shift(blocks: Blocks) -> gpac.Verb[..., Any]:
 
 
 def _hand(fingers: str, touch: str) -> dict[str, Any]:
-    """The fingers' SVVs, bound to the blocks that move them and feel with them."""
+    """Returns the bindings of the fingers' SVVs to the blocks that move the fingers and sense with them."""
     return {
         "hand.commanded": [f"{fingers}.start", f"{fingers}.setpoint"],
         "hand.force_max": f"{fingers}.force_max",
@@ -67,7 +67,7 @@ def _hand(fingers: str, touch: str) -> dict[str, Any]:
 
 
 def approach(blocks: Blocks) -> gpac.Verb[..., Any]:
-    """approach(hand, closing): closes the fingers until one touches: `contact`, with the difference of the forces. m/s."""
+    """approach(hand, closing): closes the fingers until one touches; `contact` returns the difference of the forces. m/s."""
     return gpac.Verb(
         "approach",
         doc="Closes the fingers, with little force, until one touches.",
@@ -85,7 +85,7 @@ def approach(blocks: Blocks) -> gpac.Verb[..., Any]:
 
 
 def center(blocks: Blocks) -> gpac.Verb[..., Any]:
-    """center(hand, arm, closing, gain): goes on closing while the arm yields to the finger that feels more. m/s; m/s for each N."""
+    """center(hand, arm, closing, gain): keeps closing while the arm yields to the finger with the larger force. m/s; m/s per N."""
     chi = _hand("fingers", "touch")
     chi["hand.force"] += ["yielding.force"]
     return gpac.Verb(
@@ -118,7 +118,7 @@ def center(blocks: Blocks) -> gpac.Verb[..., Any]:
 
 
 def squeeze(blocks: Blocks) -> gpac.Verb[..., Any]:
-    """squeeze(hand, grip, firm): closes with the force `grip` until both fingers feel `firm`; returns the width. N."""
+    """squeeze(hand, grip, firm): closes with the force `grip` until both fingers sense `firm`; returns the width. N."""
     return gpac.Verb(
         "squeeze",
         doc="Closes with force until both fingers are firm; returns the distance between them.",

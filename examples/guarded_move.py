@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A guarded move: the tool of a UR5e goes down until it meets something, and slows to a stop.
+"""A guarded move: the tool of a UR5e moves down until it meets something, and slows to a stop.
 
-How far down that is nobody has told it. The move is one verb of two command lists: `go` moves and watches the force; when that is above its
-limit, the transition to `stop` slows the motion down from the speed that it has, within the same millisecond. The exit code is 0 only if
-the tool stopped at the mat, gently.
+The distance to the mat is unknown. The move is one verb with two command lists: `go` moves and watches the force; when the force
+exceeds its limit, the transition to `stop` decelerates from the present speed, within the same millisecond. The exit code is 0 only
+if the tool stopped gently at the mat.
 """
 
 from __future__ import annotations
@@ -23,14 +23,14 @@ EVERY = "1 ms"
 
 @dataclass(frozen=True)
 class Blocks:
-    """The blocks, downloaded into a system."""
+    """Blocks downloaded into a system."""
 
     glide: gpac.Module
     line: gpac.Module
 
 
 def guarded_move(blocks: Blocks) -> gpac.Verb[..., Any]:
-    """guarded_move(arm, force, magnitude, distance, direction, speed, force_max, deceleration): m; m/s; N; m/s^2."""
+    """guarded_move(arm, force, magnitude, distance, direction, speed, force_max, deceleration): moves until contact. m; m/s; N; m/s^2."""
     return gpac.Verb(
         "guarded_move",
         doc="Moves the tool along a line until it meets a force, and slows to a stop.",
@@ -76,7 +76,7 @@ def guarded_move(blocks: Blocks) -> gpac.Verb[..., Any]:
 
 
 def perform(cell: gpac.System, arm: gpac.Group[Joint], blocks: Blocks, account: Account) -> Trace:
-    """Goes down to the mat, twice; the second time it presses harder."""
+    """Moves down to the mat twice; the second time it presses harder."""
     force = cell.physical_devices["ur5e"]["tool.force"]
     magnitude = cell.svv("magnitude", unit="N", history=20_000)
     trace = Trace(magnitude, *(svv for joint in arm for svv in (joint.commanded, joint.sensed)))
@@ -97,7 +97,7 @@ def perform(cell: gpac.System, arm: gpac.Group[Joint], blocks: Blocks, account: 
 
 
 def main() -> int:
-    """Runs the program; 0 where the tool stopped at the mat, gently."""
+    """Runs the program; returns 0 if the tool stopped gently at the mat."""
     parser = programs.parser(__doc__)
     programs.add_driver(parser)
     options = parser.parse_args()

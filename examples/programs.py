@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What the example programs share: their options, the account of how their verbs ended, traces, and how they end themselves."""
+"""Shared parts of the example programs: options, the account of how their verbs ended, traces, and exit codes."""
 
 from __future__ import annotations
 
@@ -15,14 +15,14 @@ import numpy as np
 import opengpac as gpac
 
 BLOCKS = Path(__file__).parent / "blocks"
-"""The examples' function blocks in C."""
+"""Folder of the examples' function blocks in C."""
 
 SCENES = Path(__file__).parent / "scenes"
-"""What stands around the arms, as MJCF files."""
+"""Folder of the arms' surroundings, as MJCF files."""
 
 
 def parser(about: str | None) -> argparse.ArgumentParser:
-    """The options that every example has."""
+    """Returns a parser with the options that every example has."""
     made = argparse.ArgumentParser(description=about)
     made.add_argument("--clock", choices=["real", "virtual"], default="real", help="virtual: as fast as it goes, and the same each time")
     made.add_argument("--output", type=Path, default=Path("out"), help="folder of plots")
@@ -31,12 +31,12 @@ def parser(about: str | None) -> argparse.ArgumentParser:
 
 
 def system(name: str, options: argparse.Namespace) -> gpac.System:
-    """The example's system, under the clock that was asked for."""
+    """Returns the example's system, under the requested clock."""
     return gpac.System(name, clock="virtual" if options.clock == "virtual" else "monotonic")
 
 
 def add_driver(parser: argparse.ArgumentParser) -> None:
-    """The option that says how the arm is moved."""
+    """Adds the option that selects how the arm is moved."""
     parser.add_argument(
         "--driver", choices=["mujoco", "ur"], default="mujoco", help="the arm: simulated, or by the driver of its controller"
     )
@@ -44,7 +44,7 @@ def add_driver(parser: argparse.ArgumentParser) -> None:
 
 @contextmanager
 def controller(options: argparse.Namespace, *, tool: str | None = None, scene: Path | None = None) -> Iterator[gpac.drivers.fake.ur | None]:
-    """The emulated controller that `--driver ur` puts in place of a real one, with such an arm behind it; None: the arm is simulated."""
+    """Yields the emulated controller that `--driver ur` uses in place of a real one, with its arm; `None` if the arm is simulated."""
     if options.driver == "mujoco":
         yield None
         return
@@ -53,24 +53,24 @@ def controller(options: argparse.Namespace, *, tool: str | None = None, scene: P
 
 
 def commanding(robot: gpac.drivers.fake.ur | None) -> gpac.drivers.Driver | None:
-    """The driver of the arm of that controller."""
-    # This machine may be late where a controller is not.
+    """Returns the driver of that controller's arm."""
+    # This machine may be late where a real controller would not be.
     return None if robot is None else robot.driver(timeout="5 s", silence="5 s")
 
 
 def studio(cell: gpac.System, options: argparse.Namespace) -> None:
-    """Prints where the page of the system is; under the virtual clock it would be over before anybody opens it."""
+    """Prints the address of the system's page, except under the virtual clock: the run would end before anybody opens the page."""
     if options.clock == "virtual":
         return
     try:
         print(f"studio: {cell.studio().url}", flush=True)
     except gpac.FileFailed as missing:
-        # A checkout in which the page was not built: everything else works.
+        # In a checkout without a built page everything else works.
         print(f"studio: none, {missing.message}; {missing.remedy}", flush=True)
 
 
 def run(main: Callable[[], int]) -> None:
-    """Runs a program to its exit code; Ctrl-C is 130: what ran was halted when its system was left."""
+    """Runs a program and exits with its code; 130 after Ctrl-C, when leaving the system has halted all that ran."""
     try:
         sys.exit(main())
     except KeyboardInterrupt:
@@ -79,7 +79,7 @@ def run(main: Callable[[], int]) -> None:
 
 
 class Trace:
-    """The values of some SVVs with a history, collected piece by piece before the histories forget them."""
+    """Values of SVVs with a history, collected in pieces before they drop out of the histories."""
 
     def __init__(self, *svvs: gpac.SVV[Any]) -> None:
         self._svvs = svvs
@@ -87,7 +87,7 @@ class Trace:
         self._rows: dict[str, list[np.ndarray]] = {}
 
     def collect(self) -> None:
-        """Takes what is new in the histories."""
+        """Collects the new entries of the histories."""
         for svv in self._svvs:
             rows = svv.history[:]
             new = rows[rows["time"] > self._last.get(svv.name, -1.0)]
@@ -96,14 +96,14 @@ class Trace:
                 self._rows.setdefault(svv.name, []).append(new)
 
     def of(self, svv: gpac.SVV[Any]) -> tuple[np.ndarray, np.ndarray]:
-        """Times (s) and values. Where the program is only checked nothing has run, and there is nothing to be looked at."""
+        """Returns times (s) and values. Exits the program if nothing was recorded, as when it is only checked."""
         if svv.name not in self._rows:
             sys.exit(f"nothing was recorded of '{svv.name}'")
         rows = np.concatenate(self._rows[svv.name])
         return rows["time"], rows["value"]
 
     def table(self, every: float) -> str:
-        """One row for each `every` seconds: the time, and what each SVV was then; `nan` before its first value."""
+        """Returns a row for every `every` seconds: the time, and the value of each SVV then; `nan` before its first value."""
         last = max(self._last.values(), default=0.0)
         times = np.arange(int(last / every) + 1) * every
         names, columns = ["time"], [times]
@@ -117,7 +117,7 @@ class Trace:
         return "\n".join([" ".join(names), *rows]) + "\n"
 
     def save(self, file: Path | None, every: float) -> None:
-        """Writes the table where one was asked for."""
+        """Writes the table if a file was requested."""
         if file is not None:
             self.collect()
             file.parent.mkdir(parents=True, exist_ok=True)
@@ -125,7 +125,7 @@ class Trace:
 
 
 class Account:
-    """How each verb ended, and how it should have."""
+    """Account of how each verb ended, and how it should have."""
 
     def __init__(self, trace: Trace | None = None) -> None:
         self._trace = trace
@@ -133,29 +133,29 @@ class Account:
         self._begun = 0
 
     def begin(self, what: str) -> None:
-        """Says what comes."""
+        """Announces the next step."""
         self._begun += 1
         print(f"  {self._begun}. {what} …", flush=True)
 
     def end(self, what: str, report: gpac.Report, wanted: str, more: str = "") -> None:
-        """Notes an end."""
+        """Records how a verb ended."""
         if self._trace is not None:
             self._trace.collect()
         self.rows.append((what, report.condition, wanted, f"{report.time:.2f} s{more}"))
         print(f"     {report.condition} after {report.time:.2f} s{more}", flush=True)
 
     def expect(self, what: str, holds: bool, more: str = "") -> None:
-        """Notes a figure that is as it should be, or is not."""
+        """Records whether a figure is as expected."""
         self.rows.append((what, "holds" if holds else "fails", "holds", more))
         print(f"     {what}: {more or holds}", flush=True)
 
     @property
     def as_wanted(self) -> bool:
-        """Whether every verb ended as it should, and every figure holds."""
+        """True if every verb ended as expected and every figure holds."""
         return all(condition == wanted for _, condition, wanted, _ in self.rows)
 
     def verdict(self) -> int:
-        """Prints the account; the exit code, 0 if all is as it should be."""
+        """Prints the account; returns the exit code, 0 if all is as expected."""
         print("\nHow each verb ended")
         for what, condition, wanted, more in self.rows:
             print(f"  {what:<34} {condition:<11} {'as it should' if condition == wanted else 'should be ' + wanted:<16} {more}")

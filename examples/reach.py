@@ -1,9 +1,10 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A learned policy: a UR5e reaches for goals that a camera sees, by a network that `reach_training.py` has trained under the virtual clock.
+"""A learned policy: a UR5e reaches for goals that a camera sees, with a network trained by `reach_training.py` under the virtual clock.
 
-The network thinks at 50 Hz, and gives joint speeds; a generator makes them set-points at 1 kHz within acceleration and jerk, and the
-servos follow these within their own limits. What it was not trained for ends it: a goal that is too far away is `out_of_distribution`, a
-camera that says nothing is `stale`, and a guard verb takes over and brings the arm to rest. The exit code is 0 only if it all does so.
+The network runs at 50 Hz and outputs joint speeds. A generator turns these into set-points at 1 kHz within acceleration and jerk
+limits, and the servos follow them within their own limits. The policy ends if it meets a situation outside its training: with
+`out_of_distribution` if the goal is too far away, with `stale` if the camera is silent. A guard verb then takes over and brings the
+arm to rest. The exit code is 0 only if all this happens.
 """
 
 from __future__ import annotations
@@ -22,21 +23,21 @@ from opengpac.robots import Joint
 from programs import BLOCKS, Account, Trace
 
 NETWORK = Path(__file__).parent / "policies" / "reach.onnx"
-"""The trained network: `reach_training.py` makes it, and its metadata say with which seed."""
+"""Trained network, made by `reach_training.py`; its metadata contain the seed."""
 
 EVERY = "20 ms"
-"""How often the policy thinks."""
+"""Interval at which the policy runs."""
 
 JOINTS = ["shoulder_pan", "shoulder_lift", "elbow", "wrist_1", "wrist_2", "wrist_3"]
 HOME = np.array([0.0, -np.pi / 2, np.pi / 2, -np.pi / 2, -np.pi / 2, 0.0])
 RATE_MAX = 1.0
-"""Maximum speed of a joint that the policy can ask for, rad/s."""
+"""Maximum joint speed that the policy can request, rad/s."""
 
 TOLERANCE = 0.01
-"""How near the tip has to come on each axis, m."""
+"""Maximum distance of the tip from the goal on each axis, m."""
 
 SPREAD = np.array([0.2, 0.25, 0.2])
-"""How far from the tip's place at home a goal may be, m."""
+"""Maximum distance of a goal from the tip's home position on each axis, m."""
 
 OBSERVATIONS = [
     gpac.Term("q", names=JOINTS, unit="rad", offset=HOME, within=(HOME - 1.6, HOME + 1.6), doc="joint positions"),
@@ -48,7 +49,7 @@ _SEES = {"arm.sensed": ["kinematics.q"], "goal": ["to_goal.goal"], "error": ["to
 _MOVES = {"arm.commanded": ["generator.start", "generator.setpoint"], "arm.commanded_velocity": ["generator.start_velocity"]}
 _LIMITS = {
     "chain": gpac.input("kinematics.chain", member="arm.chain"),
-    # Less than the joints can: the servos smooth what they are given, and come to 1 % more.
+    # Less than the joints can do: the servos smooth their set-points, and reach 1 % more.
     "acceleration": gpac.input("generator.acceleration", default="90 %", within=(1e-6, "arm.max_acceleration")),
     "arm.max_jerk": ["generator.jerk"],
     "arm.position_min": ["generator.position_min"],
@@ -62,7 +63,7 @@ def _blocks(code: gpac.Module) -> dict[str, Any]:
 
 
 def moved(code: gpac.Module) -> gpac.Verb[..., Any]:
-    """moved(arm, goal, error, tip, rate): the arm without its policy. Its joints move as fast as `rate` says, rad/s."""
+    """moved(arm, goal, error, tip, rate): moves the arm's joints at the speeds in `rate`, without a policy. rad/s."""
     return gpac.Verb(
         "moved",
         doc="Moves joints at speeds that are stored from outside, and tells the way from the tip to a goal.",
@@ -77,7 +78,7 @@ def moved(code: gpac.Module) -> gpac.Verb[..., Any]:
 
 
 def environment(name: str = "reach", seconds: float = 4.0) -> Any:
-    """The Gymnasium environment that the policy is trained in: the arm with its servos, its generator and its kinematics."""
+    """Returns the Gymnasium environment in which the policy is trained: the arm with its servos, generator and kinematics."""
 
     def setup(cell: gpac.System) -> gpac.gym.Task:
         fast = cell.processor("rtp0").timer("fast", period="1 ms", priority=80)
@@ -100,7 +101,7 @@ def environment(name: str = "reach", seconds: float = 4.0) -> Any:
 
 
 def policy() -> gpac.Policy:
-    """The trained network as a block: its file says the joints and the interval, and is compared with this."""
+    """Returns the trained network as a block; the joints and interval in its file are compared with those declared here."""
     return gpac.policy(NETWORK, inputs={"obs": OBSERVATIONS}, outputs={"actions": ACTIONS}, every=EVERY, age_max="100 ms")
 
 
@@ -135,7 +136,7 @@ def reach(code: gpac.Module) -> gpac.Verb[..., Any]:
                 activate("near", every=EVERY),
                 activate("generator", every="1 ms"),
             ],
-            # The generator goes on, and brings the arm to rest from how it moves.
+            # The generator continues, and brings the arm to rest from its present motion.
             "resting": [activate("generator", every="1 ms"), execute("hold")],
         },
         initial="reaching",
@@ -150,7 +151,7 @@ def reach(code: gpac.Module) -> gpac.Verb[..., Any]:
 
 
 def guarded_reach(code: gpac.Module) -> gpac.Verb[..., Any]:
-    """The same with a guard: `motion.stop` takes over, in the same firing, where the policy must not go on."""
+    """Returns the same verb with a guard: `motion.stop` takes over, in the same firing, when the policy must not continue."""
     return gpac.compose(
         "guarded_reach",
         {"reach": reach(code), "guard": gpac.motion.stop},
@@ -159,7 +160,7 @@ def guarded_reach(code: gpac.Module) -> gpac.Verb[..., Any]:
 
 
 def watching(code: gpac.Module) -> gpac.Verb[..., Any]:
-    """watching(target, goal, observed): a camera sees the goal 50 times a second, until it is halted."""
+    """watching(target, goal, observed): simulates a camera that sees the goal 50 times a second, until it is halted."""
     return gpac.Verb(
         "watching",
         blocks={"camera": code.camera},
@@ -169,7 +170,7 @@ def watching(code: gpac.Module) -> gpac.Verb[..., Any]:
 
 
 class Work:
-    """A cell with an arm, a camera and the policy."""
+    """Cell with an arm, a camera and the policy."""
 
     def __init__(self, cell: gpac.System) -> None:
         fast = cell.processor("rtp0").timer("fast", period="1 ms", priority=80)
@@ -191,7 +192,7 @@ class Work:
         return self.reaching.start(time_limit=time_limit).wait()
 
     def reach_unseen(self, goal: np.ndarray) -> gpac.Report:
-        """The same with a camera that falls silent."""
+        """Does the same with a camera that falls silent."""
         self.target.value = goal
         self._let_it_see()
         self.reaching.start(time_limit="6 s")
@@ -199,7 +200,7 @@ class Work:
         return self.reaching.wait()
 
     def _let_it_see(self) -> None:
-        """Two pictures of the camera: a policy that starts before them would find itself at the goal before."""
+        """Waits for two pictures of the camera; a policy started earlier would find itself at the previous goal."""
         if self.cell.virtual:
             self.cell.advance("40 ms")
         else:
@@ -207,7 +208,7 @@ class Work:
 
 
 def accelerations(arm: gpac.Group[Joint]) -> np.ndarray:
-    """The greatest acceleration that each servo was commanded in what is kept, from references 1 ms apart, rad/s²."""
+    """Returns the maximum acceleration commanded to each servo within its history, from references 1 ms apart, rad/s²."""
     found = []
     for joint in arm:
         rows = joint.reference.history[:]
@@ -218,7 +219,7 @@ def accelerations(arm: gpac.Group[Joint]) -> np.ndarray:
 
 
 def perform(work: Work, account: Account) -> Trace:
-    """Three goals, then one that is too far away, then a camera that falls silent."""
+    """Reaches for three goals, then for one that is too far away, then with a camera that falls silent."""
     trace = Trace(work.tip, work.arm["elbow"].commanded)
     rng = np.random.default_rng(2026)
     work.camera.start()
@@ -240,7 +241,7 @@ def perform(work: Work, account: Account) -> Trace:
 
 
 def main() -> int:
-    """Runs the program; 0 where the policy reached its goals and the guard took over where it should."""
+    """Runs the program; returns 0 if the policy reached its goals and the guard took over when it should."""
     options = programs.parser(__doc__).parse_args()
     account = Account()
     with programs.system("reach", options) as cell:

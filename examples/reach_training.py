@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Trains the policy of `reach.py`, in plain NumPy, and writes it as an ONNX file: some minutes on two cores.
+"""Trains the policy of `reach.py` in plain NumPy, and writes it as an ONNX file; takes some minutes on two cores.
 
-First it imitates: what damped least squares on the arm's Jacobian would do, at random postures. Then an evolution strategy betters the
-last layer by episodes in the environment of `reach.py`, which is the system that it will run in, under the virtual clock. The seed makes
-it the same each time on one machine; 100 goals that it has not seen tell how good it is.
+First the network imitates damped least squares on the arm's Jacobian, at random postures. Then an evolution strategy improves the
+last layer over episodes in the environment of `reach.py`, which is the system in which the policy will run, under the virtual clock.
+On one machine the same seed gives the same network; 100 unseen goals measure its quality.
 
     python examples/reach_training.py            writes examples/policies/reach.onnx
 """
@@ -28,20 +28,20 @@ from reach import EVERY, HOME, JOINTS, NETWORK, RATE_MAX, TOLERANCE, environment
 SEED = 17
 LAYERS = [9, 64, 64, 6]
 GAIN = 3.0
-"""Speed of the tip for each metre that it is away, 1/s."""
+"""Speed of the tip per metre of distance, 1/s."""
 
 Weights = list[np.ndarray]
 
 
 def forward(weights: Weights, x: np.ndarray) -> np.ndarray:
-    """The network: tanh, tanh, linear."""
+    """Evaluates the network: tanh, tanh, linear."""
     for at in range(0, len(weights) - 2, 2):
         x = np.tanh(x @ weights[at] + weights[at + 1])
     return x @ weights[-2] + weights[-1]
 
 
 class Teacher:
-    """What the network is to imitate: damped least squares, and what is left over goes back home."""
+    """Teacher of the network: damped least squares, whose remaining freedom moves the arm back home."""
 
     def __init__(self, kinematics: gpac.robots.Kinematics) -> None:
         self.axes = np.array([axis.direction for axis in kinematics.axes])
@@ -49,7 +49,7 @@ class Teacher:
         self.tip = np.array(kinematics.home.position)
 
     def jacobian(self, q: np.ndarray) -> np.ndarray:
-        """The tip's velocity for joint speeds of 1: (n, 3, 6)."""
+        """Returns the tip's velocity per unit joint speed, (n, 3, 6)."""
         count = len(q)
         turn, place = np.broadcast_to(np.eye(3), (count, 3, 3)), np.zeros((count, 3))
         lines = []
@@ -63,7 +63,7 @@ class Teacher:
         return np.stack([np.cross(axis, tip - point) for axis, point in lines], axis=2)
 
     def rates(self, q: np.ndarray, error: np.ndarray) -> np.ndarray:
-        """Joint speeds, rad/s."""
+        """Returns the joint speeds, rad/s."""
         jacobian = self.jacobian(q)
         inverse = np.swapaxes(jacobian, 1, 2) @ np.linalg.inv(jacobian @ np.swapaxes(jacobian, 1, 2) + 0.01 * np.eye(3))
         to_goal = (inverse @ (GAIN * error)[..., None])[..., 0]
@@ -74,7 +74,7 @@ class Teacher:
 
 
 def imitated(teacher: Teacher, rng: np.random.Generator, steps: int) -> Weights:
-    """Weights that do what the teacher does, by Adam."""
+    """Returns weights that imitate the teacher, trained with Adam."""
     weights: Weights = []
     for inputs, outputs in itertools.pairwise(LAYERS):
         weights += [rng.standard_normal((inputs, outputs)) / np.sqrt(inputs), np.zeros(outputs)]
@@ -86,7 +86,7 @@ def imitated(teacher: Teacher, rng: np.random.Generator, steps: int) -> Weights:
         x, wanted = np.concatenate([q - HOME, 10.0 * error], axis=1), teacher.rates(q, error) / RATE_MAX
         h = np.tanh(x @ weights[0] + weights[1])
         g = np.tanh(h @ weights[2] + weights[3])
-        # Near the goal small differences count: they are what is left at the end.
+        # Near the goal small differences matter: they remain as the final error.
         wrong = (g @ weights[4] + weights[5] - wanted) / (0.05 + np.linalg.norm(10.0 * error, axis=1, keepdims=True)) / len(x)
         to_g = wrong @ weights[4].T * (1 - g * g)
         to_h = to_g @ weights[2].T * (1 - h * h)
@@ -100,26 +100,26 @@ def imitated(teacher: Teacher, rng: np.random.Generator, steps: int) -> Weights:
 
 
 def episode(env: Any, weights: Weights, seed: int) -> tuple[float, float]:
-    """What is lost in an episode, and how far away the tip is at its end, m."""
+    """Returns the loss of an episode, and the distance of the tip at its end, m."""
     seen, _ = env.reset(seed=seed)
     lost, over, reward, ended = 0.0, False, 0.0, False
     while not over:
         seen, reward, ended, truncated, _ = env.step(np.clip(forward(weights, seen), -1.0, 1.0))
         over = ended or truncated
-        # The way there counts, and the last millimetres more.
+        # The path counts, and the last millimetres count more.
         lost += 0.1 * -reward + float(np.log1p(-reward / 0.002)) * 0.01
     return lost, -reward if not ended else np.inf
 
 
 class Episodes:
-    """Environments side by side, one a thread: the system runs without Python's lock."""
+    """Parallel environments, one per thread; the system runs without Python's lock."""
 
     def __init__(self, threads: int = 2, seconds: float = 3.0) -> None:
         self.environments = [environment(seconds=seconds) for _ in range(threads)]
         self.pool = ThreadPoolExecutor(threads)
 
     def play(self, given: Sequence[tuple[Weights, int]]) -> list[tuple[float, float]]:
-        """Plays each with its seed."""
+        """Plays an episode for each pair of weights and seed."""
         count = len(self.environments)
 
         def share(at: int) -> list[tuple[float, float]]:
@@ -136,7 +136,7 @@ class Episodes:
 
 
 def bettered(weights: Weights, episodes: Episodes, rng: np.random.Generator, generations: int, pairs: int = 8, goals: int = 2) -> Weights:
-    """An evolution strategy with pairs of opposite steps, on the last layer."""
+    """Improves the last layer by an evolution strategy with pairs of opposite steps."""
     size, step = 0.01, 0.01
     for generation in range(generations):
         seeds = [int(s) for s in rng.integers(1_000_000, 2_000_000, goals)]
@@ -154,7 +154,7 @@ def bettered(weights: Weights, episodes: Episodes, rng: np.random.Generator, gen
 
 
 def save(weights: Weights, file: Path, seed: int, made: str) -> None:
-    """Writes it as ONNX, with what its numbers mean."""
+    """Writes the network as ONNX, with the meaning of its numbers as metadata."""
     nodes, constants, x = [], [], "obs"
     for layer in range(len(LAYERS) - 1):
         out = "actions" if layer == len(LAYERS) - 2 else f"h{layer}"
@@ -176,13 +176,13 @@ def save(weights: Weights, file: Path, seed: int, made: str) -> None:
 
 
 def told(ends: Sequence[tuple[float, float]]) -> str:
-    """How many goals were reached, and how well."""
+    """Returns how many goals were reached, and the median distance, as text."""
     far = np.array([end for _, end in ends])
     return f"{(far < TOLERANCE).sum()} of {len(far)} unseen goals, median {np.median(far) * 1e3:.1f} mm"
 
 
 def main() -> None:
-    """Trains, tells how good it is, and saves."""
+    """Trains the network, prints its quality, and saves it."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").split("\n\n")[0])
     parser.add_argument("--seed", type=int, default=SEED)
     parser.add_argument("--steps", type=int, default=2000, help="steps of imitation")

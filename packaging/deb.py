@@ -1,11 +1,11 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Makes a package of Debian out of a wheel: the command, the daemon as a service of systemd, and the rights of real time.
+"""Makes a Debian package from a wheel: the command, the daemon as a systemd service, and real-time privileges.
 
     python packaging/deb.py WHEEL FOLDER [--python 3.11]
 
-The package has an environment of its own in /opt/opengpac, with the versions in constraints.txt of what it depends on, so that it is
-installed without a network and disturbs nothing. It is of one processor, that of the wheel, and of one Python: 3.11 is that of
-Debian 12, 3.12 that of Ubuntu 24.04, 3.13 that of Debian 13.
+The package has its own environment in /opt/opengpac, with its dependencies in the versions of constraints.txt, so that it installs
+without a network and disturbs nothing. It is for one processor, that of the wheel, and for one Python: 3.11 for Debian 12, 3.12 for
+Ubuntu 24.04, 3.13 for Debian 13.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ from opengpac.cli import main
 sys.exit(main())
 """
 
-# Where each part is installed, and with which mode.
+# Installation path and mode of each file.
 PLACES = {
     "opengpac@.service": ("usr/lib/systemd/system/opengpac@.service", 0o644),
     "70-opengpac.rules": ("usr/lib/udev/rules.d/70-opengpac.rules", 0o644),
@@ -71,7 +71,7 @@ def made(wheel: Path, folder: Path, python: str) -> Path:
 
 
 def install(wheel: Path, environment: Path, machine: str, python: str) -> None:
-    """Installs the wheel and what it depends on into a new environment, for that processor and that Python."""
+    """Installs the wheel and its dependencies into a new environment, for that processor and that Python."""
     packages = environment / "lib" / f"python{python}" / "site-packages"
     platforms = [f"--platform=manylinux{name}_{machine}" for name in ("_2_28", "_2_27", "_2_17", "2014")]
     pip = [sys.executable, "-m", "pip", "install", "--quiet", "--disable-pip-version-check", "--root-user-action=ignore"]
@@ -80,7 +80,7 @@ def install(wheel: Path, environment: Path, machine: str, python: str) -> None:
     ended = subprocess.run([*pip, *chosen, *target, "-c", str(HERE / "constraints.txt"), f"{wheel}[mujoco]"])
     if ended.returncode != 0:
         sys.exit(f"what {wheel.name} depends on cannot be installed for Python {python} on {machine}")
-    # The commands of the dependencies name the Python that installed them.
+    # The dependencies' commands contain the path of the Python that installed them.
     shutil.rmtree(packages / "bin", ignore_errors=True)
     if sys.version_info[:2] == tuple(map(int, python.split("."))):
         compileall.compile_dir(
@@ -94,7 +94,7 @@ def install(wheel: Path, environment: Path, machine: str, python: str) -> None:
 
 
 def describe(root: Path, version: str, processor: str, python: str) -> None:
-    """Writes what dpkg reads of the package: its description, the digests of its files, and which of them are a user's to change."""
+    """Writes dpkg's metadata of the package: its description, the digests of its files, and the list of its configuration files."""
     files = sorted(path for path in root.rglob("*") if path.is_file() and not path.is_symlink() and "DEBIAN" not in path.parts)
     major, minor = python.split(".")
     control = f"""\
@@ -120,7 +120,7 @@ Description: real-time automation controller, configured from Python
 
 
 def copyright_text() -> str:
-    """What Debian wants to know of the licence."""
+    """Returns the licence file that Debian requires."""
     return (
         "Format: https://www.debian.org/doc/packaging-manuals/copyright-format/1.0/\n\n"
         "Files: *\nCopyright: the authors of OpenGPAC\nLicense: Apache-2.0\n"
@@ -130,14 +130,14 @@ def copyright_text() -> str:
 
 
 def write(path: Path, content: bytes, mode: int) -> None:
-    """Writes a file with that mode, and the folders that lead to it."""
+    """Writes a file with the given mode, and creates its parent folders."""
     path.parent.mkdir(parents=True, exist_ok=True)
     path.write_bytes(content)
     os.chmod(path, mode)
 
 
 def main() -> None:
-    """The command."""
+    """Runs the command."""
     given = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
     given.add_argument("wheel", type=Path)
     given.add_argument("folder", type=Path)

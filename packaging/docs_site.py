@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Builds the site of the documentation into one archive, which the package carries: `python packaging/docs_site.py ARCHIVE`.
+"""Builds the documentation site into one archive, which the package contains: `python packaging/docs_site.py ARCHIVE`.
 
-A warning of Sphinx (a link, an anchor or a page that leads nowhere) is an error. The same pages give the same bytes.
+A Sphinx warning (a broken link, anchor or page) is an error. The same pages give the same bytes.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ LEFT_OUT = ("_sources/", ".buildinfo", "objects.inv", "genindex.html")
 
 
 def main(archive: Path) -> int:
-    """The command; its exit code is Sphinx's."""
+    """Runs the command; returns Sphinx's exit code."""
     words = ["-W", "--keep-going", "-q", "-b", "html", "-d", str(TOP / "out" / "doctrees"), str(TOP / "docs"), str(OUT)]
     ended = subprocess.run([sys.executable, "-m", "sphinx", *words])
     if ended.returncode != 0:

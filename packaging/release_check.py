@@ -1,9 +1,11 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Builds all that is given away and tries each where people have it: `make release-check`, about an hour; the table is out/release.md.
+"""Builds all release artefacts and tries each in its users' environment: `make release-check`, about an hour; the table is
+out/release.md.
 
     python packaging/release_check.py [--only NAME …]
 
-What this machine cannot try (no emulation, no rights, no builder of containers) is a line that says what is missing, and no success.
+A check that this machine cannot run (no emulation, no privileges, no container builder) is a line that names the missing part, never
+a success.
 """
 
 from __future__ import annotations
@@ -35,15 +37,15 @@ INSTALLED = "dpkg -i /tmp/opengpac.deb; apt-get update -q && apt-get install -y 
 
 
 class NotTried(Exception):
-    """What this machine lacks to try something."""
+    """Raised if this machine lacks something that a check needs."""
 
 
 class Failed(Exception):
-    """What did not hold, with the end of what was said."""
+    """Raised if a check fails; contains the end of the output."""
 
 
 def ran(*words: str | Path, folder: Path = TOP, seconds: float = 3600, environment: dict[str, str] | None = None) -> str:
-    """Runs a command and returns what it said; raises Failed where it ends with another status than 0."""
+    """Runs a command and returns its output; raises `Failed` if it exits with a status other than 0."""
     try:
         said = {"stdout": subprocess.PIPE, "stderr": subprocess.STDOUT, "text": True}
         ended = subprocess.run([str(word) for word in words], cwd=folder, timeout=seconds, env=environment, **said)
@@ -55,7 +57,7 @@ def ran(*words: str | Path, folder: Path = TOP, seconds: float = 3600, environme
 
 
 def wheel_of(machine: str) -> Path:
-    """The wheel of a processor in dist/, the newest one."""
+    """Returns the newest wheel for a processor in dist/."""
     found = sorted(DIST.glob(f"opengpac-*_{machine}.whl"), key=lambda path: path.stat().st_mtime)
     if not found:
         raise NotTried(f"no wheel of {machine} was built")
@@ -63,7 +65,7 @@ def wheel_of(machine: str) -> Path:
 
 
 def wheel(machine: str) -> str:
-    """Builds the wheel of a processor; how large it is, and which C library it needs in the judgement of auditwheel."""
+    """Builds the wheel for a processor; returns its size and the C library that it requires according to auditwheel."""
     ran("make", "wheel", f"MACHINE={machine}")
     made = wheel_of(machine)
     size = made.stat().st_size / 1e6
@@ -77,7 +79,7 @@ def wheel(machine: str) -> str:
 
 
 def sources() -> str:
-    """Builds the source distribution, and from it alone a wheel that moves an arm."""
+    """Builds the source distribution, and from it alone a wheel; moves an arm with that wheel."""
     shutil.rmtree(TOP / "target/sources", ignore_errors=True)
     ran(sys.executable, "-m", "maturin", "sdist", "--out", "target/sources")
     made = next((TOP / "target/sources").glob("*.tar.gz"))
@@ -95,7 +97,7 @@ def sources() -> str:
 
 
 def installs(distribution: roots.Distribution) -> Callable[[], str]:
-    """Installs the wheel by pip in a fresh root file system, where neither Rust nor Node nor a compiler is, and moves an arm."""
+    """Returns a check that installs the wheel with pip in a fresh root file system without Rust, Node or a compiler, and moves an arm."""
 
     def tried() -> str:
         if why := distribution.lacks():
@@ -119,12 +121,13 @@ def installs(distribution: roots.Distribution) -> Callable[[], str]:
 
 @functools.cache
 def debian_package(machine: str) -> Path:
-    """The package of Debian for a processor, built once a run out of its wheel."""
+    """Returns the Debian package for a processor, built from its wheel once per run."""
     return deb.made(wheel_of(machine), DIST, "3.11")
 
 
 def package(machine: str) -> Callable[[], str]:
-    """Builds the package of Debian for a processor; on this one also installs it, runs its daemon as its unit does, and purges it."""
+    """Returns a check that builds the Debian package for a processor and, on this processor, installs it, runs its daemon as its unit
+    does, and purges it."""
 
     def tried() -> str:
         if shutil.which("dpkg-deb") is None:
@@ -149,7 +152,7 @@ def package(machine: str) -> Callable[[], str]:
 
 
 def unit_of(made: Path) -> Path:
-    """The unit of a package, which starts a stand-in of the command: this machine has not installed it."""
+    """Returns the unit of a package with a stand-in for the command, which is not installed on this machine."""
     folder = TOP / "target/unit"
     shutil.rmtree(folder, ignore_errors=True)
     ran("dpkg-deb", "-x", made, folder)
@@ -160,7 +163,7 @@ def unit_of(made: Path) -> Path:
 
 
 def container() -> str:
-    """Builds the container from its file, and moves an arm in it on the virtual clock."""
+    """Builds the container from its file, and moves an arm in it under the virtual clock."""
     if shutil.which("buildah") is None:
         raise NotTried("buildah: apt-get install buildah")
     if why := roots.DEBIAN_12.lacks():
@@ -188,7 +191,7 @@ def container() -> str:
 
 
 def carry_network(root: roots.Root) -> None:
-    """Lets the root file system find this machine's network."""
+    """Gives the root file system access to this machine's network."""
     root.brings(Path("/etc/resolv.conf"), to="etc")
     certificates = Path("/etc/ssl/certs/ca-certificates.crt")
     if certificates.exists():
@@ -196,7 +199,7 @@ def carry_network(root: roots.Root) -> None:
 
 
 def index() -> list[str]:
-    """The variables by which pip and apt here know their index."""
+    """Returns the environment variables that configure the index of pip and apt here."""
     known = [name for name in os.environ if name.startswith(("PIP_", "SSL_CERT")) or name.lower().endswith("_proxy")]
     return [f"{name}={os.environ[name]}" for name in known]
 
@@ -216,7 +219,7 @@ CHECKS: dict[str, Callable[[], str]] = {
 
 
 def main() -> None:
-    """The command."""
+    """Runs the command."""
     given = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
     given.add_argument("--only", nargs="+", choices=CHECKS, metavar="NAME", help=f"of: {', '.join(CHECKS)}")
     options = given.parse_args()

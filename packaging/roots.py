@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Root file systems of distributions, to try in them what is given away: made once by debootstrap, used through copies that vanish."""
+"""Root file systems of distributions in which release artefacts are tried: created once by debootstrap, used through temporary copies."""
 
 from __future__ import annotations
 
@@ -13,14 +13,14 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 
-# Several checkouts may share them.
+# Several checkouts may share the root file systems.
 ROOTS = Path(os.environ.get("OPENGPAC_ROOTS", Path(__file__).parent.parent / "target" / "roots"))
 QEMU = Path("/proc/sys/fs/binfmt_misc/qemu-aarch64")
 
 
 @dataclass(frozen=True)
 class Distribution:
-    """A distribution: its name here, the suite and mirror that debootstrap reads, its processor and what is installed besides the base."""
+    """Distribution: its name here, the suite and mirror for debootstrap, its processor, and its packages in addition to the base."""
 
     name: str
     suite: str
@@ -31,11 +31,12 @@ class Distribution:
 
     @property
     def foreign(self) -> bool:
-        """Whether its programs run here under emulation only."""
+        """True if programs of the distribution run here only under emulation."""
         return self.processor != "amd64"
 
     def lacks(self) -> str | None:
-        """What this machine lacks to make and enter it, with the line that installs it; None where all is there."""
+        """Returns the tool that this machine lacks to create and enter the root file system, with the command that installs it; `None`
+        if nothing is missing."""
         if os.geteuid() != 0:
             return "root: a root file system is made and entered with chroot"
         if shutil.which("debootstrap") is None:
@@ -52,7 +53,7 @@ DEBIAN_12_ARM = Distribution("debian-12-arm64", "bookworm", processor="arm64")
 
 
 class Root:
-    """A copy of a distribution's root file system that vanishes with its `with` block: `run` runs commands in it as root."""
+    """Temporary copy of a distribution's root file system, removed at the end of its `with` block; `run` runs commands in it as root."""
 
     def __init__(self, base: Path, folder: Path):
         self._base, self._folder = base, folder
@@ -61,7 +62,7 @@ class Root:
         self.files = folder / "upper"
 
     def brings(self, *paths: Path, to: str = "tmp") -> None:
-        """Copies files into a folder of it."""
+        """Copies files into a folder of the root file system."""
         place = self.files / to
         place.mkdir(parents=True, exist_ok=True)
         if to == "tmp":
@@ -70,7 +71,7 @@ class Root:
             shutil.copy(path, place)
 
     def run(self, command: str, *, seconds: float = 1200, environment: Sequence[str] = ()) -> subprocess.CompletedProcess[str]:
-        """Runs a line of shell in it, in namespaces of its own, so that all that it has started ends with it."""
+        """Runs a shell command in the root file system, in its own namespaces, so that everything it started ends with it."""
         inside = f"""
             set -e
             mount -t overlay root -o lowerdir={self._base},upperdir={self.files},workdir={self._folder}/work {self._folder}/merged
@@ -86,14 +87,14 @@ class Root:
 
 @contextmanager
 def copy_of(distribution: Distribution) -> Iterator[Root]:
-    """A fresh copy of the distribution's root file system."""
+    """Yields a fresh copy of the distribution's root file system."""
     base = made(distribution)
     with tempfile.TemporaryDirectory(prefix=f"{distribution.name}-", dir=ROOTS) as folder:
         yield Root(base, Path(folder))
 
 
 def made(distribution: Distribution) -> Path:
-    """The folder of its pristine root file system, made where it is not there yet: one that was begun and not finished is begun again."""
+    """Returns the folder of the pristine root file system, and creates it if necessary; an unfinished one is started over."""
     finished = ROOTS / distribution.name
     if finished.exists():
         return finished
@@ -101,7 +102,8 @@ def made(distribution: Distribution) -> Path:
     begun = ROOTS / f"{distribution.name}.begun"
     shutil.rmtree(begun, ignore_errors=True)
     scripts = Path("/usr/share/debootstrap/scripts")
-    # An Ubuntu that is newer than this debootstrap is made as the others are; its keys are not here, and nothing of it leaves this folder.
+    # An Ubuntu newer than this debootstrap uses the script of the others; its keys are missing here, and nothing of it leaves this
+    # folder.
     script = [] if (scripts / distribution.suite).exists() else [str(scripts / "gutsy")]
     unchecked = ["--no-check-gpg"] if "ubuntu" in distribution.mirror else []
     words = ["debootstrap", "--variant=minbase", f"--arch={distribution.processor}", f"--components={distribution.components}", *unchecked]

@@ -1,11 +1,11 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Tries a wheel as somebody who has neither Rust nor Node: a new environment, pip, and an arm moves.
+"""Tries a wheel as a user with neither Rust nor Node would: creates an environment, installs with pip, and moves an arm.
 
     python packaging/try_wheel.py WHEEL [--at-most SECONDS] [--virtual] [--c]
 
-The seconds count from `pip install`, with what pip fetches, to the arm at its goal. It needs the package index for the dependencies.
-With --virtual the arm moves on the virtual clock and that is all: an emulated processor is too slow for real time. With --c a block in C is
-built too, by the compiler that the extra of this name brings.
+The time is counted from `pip install`, including downloads, until the arm is at its goal. The dependencies come from the package
+index. With --virtual the arm only moves under the virtual clock: an emulated processor is too slow for real time. With --c a block in
+C is built too, by the compiler that the extra of this name installs.
 """
 
 from __future__ import annotations
@@ -43,7 +43,7 @@ assert (home / "include" / "opengpac.h").read_text() == _native.header_text()
 assert (home / "include" / "opengpac_driver.h").read_text() == _native.driver_header_text()
 
 with gpac.System("line", progress=False) as cell:
-    # A process of its own that the guard watches: both are programs of the wheel.
+    # A separate process that the guard watches: both are programs of the wheel.
     there = cell.processor("there", process=True).timer("fast", period="5 ms", priority=50)
     brief = gpac.Verb(
         "brief",
@@ -77,10 +77,10 @@ print("a block in C was built by the compiler of the extra")
 
 
 def tried(wheel: Path, folder: Path, virtual: bool, in_c: bool) -> float:
-    """The seconds from `pip install` until an arm has arrived; leaves with an error where something fails."""
+    """Returns the seconds from `pip install` until an arm has arrived; exits with an error if a step fails."""
     new = folder / "new"
     venv.create(new, with_pip=True)
-    # Nothing but the new environment is found: no compiler, no Rust, no Node, no checkout.
+    # Only the new environment is on the path: no compiler, no Rust, no Node, no checkout.
     kept = {name: value for name, value in os.environ.items() if name.startswith(("PIP_", "SSL_"))}
     clean = {**kept, "HOME": str(folder), "PATH": str(new / "bin")}
 
@@ -103,7 +103,7 @@ def tried(wheel: Path, folder: Path, virtual: bool, in_c: bool) -> float:
 
 
 def main() -> None:
-    """The command."""
+    """Runs the command."""
     given = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
     given.add_argument("wheel", type=Path)
     given.add_argument("--at-most", type=float, metavar="SECONDS", help="an error where it takes longer")

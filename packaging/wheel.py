@@ -1,10 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Makes the wheel that is given away out of the one that maturin built: debug information goes beside it, the C headers into it.
+"""Makes the release wheel from the one that maturin built: moves debug information into a separate file, and adds the C headers.
 
     python packaging/wheel.py FROM.whl FOLDER [--at-most MB]
 
-What is missing in it (the studio's page, links between hosts) is an error:
-whoever installs a wheel has no Node and no Rust to build it with.
+A missing part (the studio's page, links between hosts) is an error: users who install a wheel have no Node and no Rust to build it.
 """
 
 from __future__ import annotations
@@ -28,7 +27,7 @@ PAGE = "opengpac/studio_page/index.html"
 
 
 def made(source: Path, folder: Path) -> Path:
-    """The wheel, in the folder; beside it NAME.debug with the debug information of its extension."""
+    """Returns the wheel in the folder; writes NAME.debug with the debug information of its extension beside it."""
     with tempfile.TemporaryDirectory() as name:
         inside = Path(name)
         with zipfile.ZipFile(source) as wheel:
@@ -44,7 +43,7 @@ def made(source: Path, folder: Path) -> Path:
 
 
 def complete(inside: Path, extension: Path) -> None:
-    """Leaves with an error where the wheel lacks a part. The extension is read, not loaded: it may be of another processor."""
+    """Exits with an error if the wheel lacks a part. The extension is read, not loaded: it may be for another processor."""
     if not (inside / PAGE).is_file():
         sys.exit("the studio's page is not in the wheel: make page builds it")
     if b"zenoh" not in extension.read_bytes():
@@ -73,7 +72,7 @@ def packed(inside: Path, wheel: Path) -> Path:
 
 
 def main() -> None:
-    """The command."""
+    """Runs the command."""
     given = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
     given.add_argument("source", type=Path)
     given.add_argument("folder", type=Path)

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The last words of `make test`: how long its strands and its longest tests took, what each runner counted, and of what failed its
-name and the end of its output. A picture of the strands is in out/strands.svg.
+"""Summary at the end of `make test`: the times of its strands and longest tests, each runner's counts, and for each failure its name and
+the end of its output. A picture of the strands is in out/strands.svg.
 
 python tests/closing.py out/rust.log out/pytest.log out/beside.log
 """
@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import Any
 
 LINES_MAX = 40
-"""Lines shown of one failure: its last ones."""
+"""Maximum number of lines shown of one failure: its last ones."""
 
 COUNTED = re.compile(r"test result: \w+\. (\d+) passed; (\d+) failed")
 CARGO_BLOCK = re.compile(r"^---- (.+) stdout ----\n(.*?)(?=^---- .+ stdout ----$|^failures:$|^test result:)", re.DOTALL | re.MULTILINE)
@@ -23,12 +23,12 @@ PYTEST_BLOCK = re.compile(r"^_{3,} (.+?) _{3,}\n(.*?)(?=^_{3,} .+? _{3,}$|^={3,}
 PYTEST_NAMED = re.compile(r"^(?:FAILED|ERROR) (?:.*?::|[^ ]+$).*", re.MULTILINE)
 PYTEST_ENDS = re.compile(r"^=* ?(\d+ (?:passed|failed|errors?)\b.* in [\d.]+s.*?)=*$", re.MULTILINE)
 LONGEST = 10
-"""Number of tests that are named for their time, and for their processor time."""
+"""Number of tests listed by duration, and by processor time."""
 COLOURS = re.compile(r"\x1b\[[0-9;]*m")
 
 
 def closing(text: str) -> Iterator[str]:
-    """What one log says at its end, line by line."""
+    """Yields the summary of one log, line by line."""
     text = COLOURS.sub("", text)
     for pattern in (CARGO_BLOCK, PYTEST_BLOCK):
         for name, output in pattern.findall(text):
@@ -42,18 +42,18 @@ def closing(text: str) -> Iterator[str]:
 
 
 def longest(notes: list[dict[str, Any]], key: str) -> Iterator[str]:
-    """The tests that took most of `lasted_s` or `processor_s`, longest first, with these seconds."""
+    """Yields the tests with the longest `lasted_s` or `processor_s`, longest first, with these seconds."""
     for note in sorted(notes, key=lambda note: -note[key])[:LONGEST]:
         yield f"{note[key]:7.1f} s  {note['test']}"
 
 
 def noted(file: Path) -> list[dict[str, Any]]:
-    """The lines of a file of JSON lines; none where there is no file."""
+    """Returns the entries of a JSON Lines file; none if there is no file."""
     return [json.loads(line) for line in file.read_text().splitlines()] if file.exists() else []
 
 
 def strands(notes: list[dict[str, Any]]) -> Iterator[str]:
-    """When each strand began and ended, in seconds of the run, and the processor time that it took, in the order of their beginnings."""
+    """Yields the start and end of each strand, in seconds of the run, and its processor time, in the order of the starts."""
     first = min((note["began"] for note in notes), default=0.0)
     for note in sorted(notes, key=lambda note: note["began"]):
         began, ended = note["began"] - first, note["ended"] - first
@@ -65,7 +65,7 @@ def strands(notes: list[dict[str, Any]]) -> Iterator[str]:
 
 
 def draw(notes: list[dict[str, Any]], picture: Path) -> None:
-    """Draws the strands as bars along the time of the run; nothing without the package matplotlib."""
+    """Draws the strands as bars along the time of the run; does nothing without the package matplotlib."""
     try:
         from matplotlib.figure import Figure
     except ImportError:
@@ -87,7 +87,7 @@ def draw(notes: list[dict[str, Any]], picture: Path) -> None:
 
 
 def main() -> None:
-    """The command; a log that is not there says so."""
+    """Prints the summary; reports missing logs."""
     out = Path(__file__).parent.parent / "out"
     if notes := noted(out / "strands.jsonl"):
         draw(notes, out / "strands.svg")

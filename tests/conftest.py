@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Options of the tests, and what their processes have in common."""
+"""Options of the tests, and the common environment of their processes."""
 
 from __future__ import annotations
 
@@ -14,11 +14,11 @@ from collections.abc import Generator
 import pytest
 from hypothesis import HealthCheck, settings
 
-# How long an example takes, and how long it is drawn, is the machine's doing: Hypothesis fails above 200 ms an example if nothing is said.
+# The time to generate and run an example depends on the machine's load; by default Hypothesis fails above 200 ms.
 settings.register_profile("any machine", deadline=None, suppress_health_check=[HealthCheck.too_slow])
 settings.load_profile("any machine")
 
-# A shell starts what runs in its background without Ctrl-C; tests press it.
+# A shell starts background jobs with SIGINT ignored; tests send it.
 signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
@@ -28,20 +28,21 @@ def pytest_addoption(parser: pytest.Parser) -> None:
 
 def pytest_configure(config: pytest.Config) -> None:
     if "OPENGPAC_COMPILED" not in os.environ:
-        # Workers inherit it: each block in Python is compiled once for all of them, and nothing of the user's is written.
+        # Inherited by the workers: each block in Python is compiled only once for all of them, and nothing is written to the user's
+        # cache.
         os.environ["OPENGPAC_COMPILED"] = compiled = tempfile.mkdtemp(prefix="og-blocks-")
         atexit.register(_remove, compiled, os.getpid())
 
 
 def _remove(folder: str, owner: int) -> None:
-    # Not by a process that a test forked off.
+    # A process forked by a test must not delete it.
     if os.getpid() == owner:
         shutil.rmtree(folder, ignore_errors=True)
 
 
 @pytest.hookimpl(wrapper=True)
 def pytest_runtest_makereport() -> Generator[None, pytest.TestReport, pytest.TestReport]:
-    """A test that failed says how busy the machine was and which day's seeds it had: without them it can hardly be tried again."""
+    """Adds the machine's load and the day's seeds to the report of a failed test: without them it can hardly be reproduced."""
     report = yield
     if report.failed:
         load = " ".join(f"{average:.1f}" for average in os.getloadavg())

@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What a change needs before the next one: lints and tests of the crates that changed, and of the Python that stands on them.
+"""Checks of a change during development: lints, and tests of the crates that changed and of the Python that depends on them.
 
-    python tests/fast.py                what differs from the last commit, or the last commit where nothing does
+    python tests/fast.py                what differs from the last commit, or the last commit if nothing does
     python tests/fast.py supervisor     these crates
 
-`make test` is what a change needs before it is given away: every mapping, every page, the browser, the long and the rare.
+`make test` checks a change before it is handed over: every mapping, every page, the browser, long and rare tests.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from pathlib import Path
 ROOT = Path(__file__).parent.parent
 LINTED = ("--config", 'build.rustc-workspace-wrapper="clippy-driver"')
 CARGO = ("-p", "bindings", "--features", "bindings/hosts", "--profile", "checked", "--quiet", *LINTED)
-"""With `bindings` every crate has the features with which it was built for the package, and its compiler: nothing is built again."""
+"""With `bindings` every crate has the features with which it was built for the package, and its compiler: nothing is rebuilt."""
 
 SUITE = ["tests/python/conformance"]
 IN_VIRTUAL_TIME = "not threads and not processes and not shared and not mixture and not real"
@@ -46,11 +46,11 @@ STANDS_ON = {
     "supervisor": ["tests/python/cell"],
     "kernel": ["tests/python/test_writers.py", "tests/python/test_exchange.py"],
 }
-"""Crate → what is told apart there beside the suite in virtual time; what is not here has the suite only."""
+"""Crate → the Python tests that depend on it, besides the suite in virtual time; other crates have the suite only."""
 
 
 def changed() -> list[str]:
-    """Files that differ from the last commit; those of the last commit where none does."""
+    """Returns the files that differ from the last commit; the files of the last commit if none does."""
     now = _git("diff", "--name-only", "HEAD") + _git("ls-files", "--others", "--exclude-standard")
     return now or _git("diff", "--name-only", "HEAD~1", "HEAD")
 
@@ -60,19 +60,19 @@ def _git(*words: str) -> list[str]:
 
 
 def crates_of(files: Iterable[str]) -> list[str]:
-    """The folders of crates that hold them."""
+    """Returns the folders of the crates that contain the files."""
     found = {parts[1] for parts in (Path(file).parts for file in files) if parts[0] == "crates" and len(parts) > 2}
     return sorted(crate for crate in found if (ROOT / "crates" / crate / "Cargo.toml").is_file())
 
 
 def package_of(crate: str) -> str:
-    """The name of a crate in its Cargo.toml: that of its folder, but for a few."""
+    """Returns the name of a crate in its Cargo.toml, which is that of its folder except for a few."""
     lines = (ROOT / "crates" / crate / "Cargo.toml").read_text().splitlines()
     return next(line.split('"')[1] for line in lines if line.startswith("name = "))
 
 
 def commands(crates: list[str], files: list[str]) -> list[list[str]]:
-    """What to run, the quickest first."""
+    """Returns the commands to run, the quickest first."""
     python = [file for file in files if file.endswith((".py", ".pyi")) and (ROOT / file).exists()]
     checked = [file for file in python if file.startswith(("python/", "examples/", "bench/"))]
     tests = [file for file in python if Path(file).name.startswith("test_")]
@@ -94,7 +94,7 @@ def commands(crates: list[str], files: list[str]) -> list[list[str]]:
 
 
 def main() -> None:
-    """The command."""
+    """Runs the command."""
     crates = sys.argv[1:]
     for crate in crates:
         if not (ROOT / "crates" / crate / "Cargo.toml").is_file():

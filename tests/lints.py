@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Runs a build whose compiler is clippy, and fails where it warned: `lints.py cargo test … --no-run`.
+"""Runs a build with clippy as the compiler, and fails if it warned: `lints.py cargo test … --no-run`.
 
-What the lints said of a crate cargo says again with every later build of it, so that this costs nothing behind a build of the same.
+Cargo repeats the warnings of a crate in each later build of it, so this costs nothing after the same build.
 """
 
 from __future__ import annotations
@@ -11,7 +11,7 @@ import sys
 
 
 def run(command: list[str]) -> int:
-    """The build's exit status, or 1 where it ended well and warned. Its words are passed on."""
+    """Returns the build's exit status, or 1 if it succeeded with warnings. Passes its output on."""
     ended = subprocess.run(command, stderr=subprocess.PIPE, text=True, check=False)
     sys.stderr.write(ended.stderr)
     return ended.returncode or int(any(line.startswith("warning") for line in ended.stderr.splitlines()))

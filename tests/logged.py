@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Runs a command with its output in a file, and shows the file as it grows: `logged.py FILE COMMAND …`.
 
-A pipe would be open as long as anything that the command left behind lives; a file keeps nobody waiting.
+A pipe would stay open as long as any process that the command left behind; with a file there is nothing to wait for.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ LOOK_S = 0.2
 
 
 def run(log: Path, command: list[str]) -> int:
-    """The command's exit status; 128 and the signal where one ended it."""
+    """Returns the command's exit status; 128 plus the signal if a signal ended it."""
     with log.open("wb") as out:
         process = subprocess.Popen(command, stdout=out, stderr=subprocess.STDOUT)
     with log.open("rb") as said:
@@ -25,7 +25,7 @@ def run(log: Path, command: list[str]) -> int:
             except subprocess.TimeoutExpired:
                 show(said)
             except KeyboardInterrupt:
-                # The command has got it too, and ends in its own way.
+                # The command has received the signal too, and ends in its own way.
                 continue
             else:
                 show(said)
@@ -33,7 +33,7 @@ def run(log: Path, command: list[str]) -> int:
 
 
 def show(said: BinaryIO) -> None:
-    """What has come since the last time."""
+    """Shows the output since the last call."""
     sys.stdout.buffer.write(said.read())
     sys.stdout.buffer.flush()
 

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Runs one strand of `make test` and notes when it began and ended and what processor time it took: `strand.py FILE NAME COMMAND …`.
+"""Runs one strand of `make test` and notes its start, its end and its processor time: `strand.py FILE NAME COMMAND …`.
 
-A line of JSON in the file; `tests/closing.py` draws and counts them.
+The note is a line of JSON in the file; `tests/closing.py` draws and counts the strands.
 """
 
 from __future__ import annotations
@@ -16,9 +16,9 @@ from pathlib import Path
 
 
 def run(notes: Path, name: str, command: list[str]) -> int:
-    """Returns the command's exit status; 128 and the signal where one ended it."""
+    """Returns the command's exit status; 128 plus the signal if a signal ended it."""
     began = time.time()
-    # Whoever ends this process means the command: a signal waits until there is one. Ctrl-C reaches the command by itself.
+    # A signal to this process is meant for the command: it waits until the command runs. Ctrl-C reaches the command by itself.
     signal.pthread_sigmask(signal.SIG_BLOCK, [signal.SIGTERM])
     process = subprocess.Popen(command, preexec_fn=lambda: signal.pthread_sigmask(signal.SIG_UNBLOCK, [signal.SIGTERM]))
     signal.signal(signal.SIGTERM, lambda *_: process.terminate())

@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The groups of rows: each module has `measure`, which gives lines."""
+"""Groups of rows: each module has a function `measure` that yields lines."""

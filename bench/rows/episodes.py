@@ -1,9 +1,10 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Episodes: a Gymnasium environment over the virtual clock beside a bare Python loop over MuJoCo with the same physics.
+"""Episodes: a Gymnasium environment over the virtual clock, compared with a bare Python loop over MuJoCo with the same physics.
 
-The loop has the controller written out in NumPy, as short as it can be: joint speeds are summed up to set-points, and a law of PID without
-I with the weight of the arm makes them efforts, 1,000 times a second. Ours has the whole system behind it: six joints as devices, their
-servos with limits, a generator within acceleration and jerk, kinematics at 50 Hz. Physics at 2 kHz are the same in both; one core each.
+The loop has the controller written out in NumPy, as short as possible: joint speeds are integrated to set-points, and a PID law
+without its I part, with the weight of the arm fed forward, turns them into efforts 1,000 times a second. Ours runs the whole system:
+six joints as devices, their servos with limits, a generator within acceleration and jerk limits, kinematics at 50 Hz. The physics run
+at 2 kHz in both, each on one core.
 """
 
 from __future__ import annotations
@@ -29,7 +30,7 @@ MODEL = Path(gpac.__file__).parent / "robots" / "ur5e.xml"
 
 
 def measure(rounds: int, quick: bool) -> Iterator[Line]:
-    """Episodes of 3 s with actions that are drawn beforehand."""
+    """Measures episodes of 3 s with actions drawn beforehand."""
     what = f"episodes of {SECONDS:g} s, UR5e, actions at 50 Hz, servos at 1 kHz"
     try:
         environment: Any = importlib.import_module("reach").environment
@@ -58,7 +59,7 @@ def measure(rounds: int, quick: bool) -> Iterator[Line]:
 
 
 def _taken(does: Callable[[], object], count: int) -> float:
-    """The time of one, s."""
+    """Returns the time per call, s."""
     begun = clock.perf_counter()
     for _ in range(count):
         does()
@@ -66,7 +67,7 @@ def _taken(does: Callable[[], object], count: int) -> float:
 
 
 def _bare() -> Callable[[np.ndarray], None]:
-    """The loop and its controller."""
+    """Returns the bare loop with its controller."""
     mujoco: Any = importlib.import_module("mujoco")
     model = mujoco.MjModel.from_xml_path(str(MODEL))
     data = mujoco.MjData(model)
@@ -89,7 +90,7 @@ def _bare() -> Callable[[np.ndarray], None]:
 
 
 def _physics() -> Callable[[], None]:
-    """The steps of an episode, with nothing between them."""
+    """Returns the physics steps of an episode alone."""
     mujoco: Any = importlib.import_module("mujoco")
     model = mujoco.MjModel.from_xml_path(str(MODEL))
     data = mujoco.MjData(model)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""EtherCAT on an emulated segment: an exchange beside SOEM's, and eight axes at 1 kHz beside cyclictest, in one run of
+"""EtherCAT on an emulated segment: an exchange compared with SOEM's, and eight axes at 1 kHz compared with cyclictest, in one run of
 `ethercat_cycles.py`."""
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ EXCHANGE, CYCLES = f"EtherCAT, exchange with {DRIVES} drives", f"EtherCAT, {DRIV
 
 
 def measure(rounds: int, quick: bool) -> Iterator[Line]:
-    """The exchange, then the cycles."""
+    """Yields the exchange, then the cycles."""
     minutes, times = (2 / 60, 500) if quick else (10.0, 5_000)
     command = [sys.executable, str(PROGRAM), "--json", "--minutes", str(minutes), "--rounds", str(rounds), "--times", str(times)]
     found = json.loads(subprocess.run(command, check=False, stdout=subprocess.PIPE, text=True).stdout.splitlines()[-1])

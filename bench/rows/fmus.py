@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A step of an imported FMU: its block's entry beside the FMU's own functions, both called from C in turns."""
+"""A step of an imported FMU: its block's entry compared with the FMU's own functions, both called from C in turns."""
 
 from __future__ import annotations
 
@@ -19,8 +19,8 @@ BAR_NS = 1000.0
 
 
 def measure(rounds: int) -> Iterator[Line]:
-    """One line: what the block takes more than the FMU itself."""
-    # The FMU of the tests, with the headers that fmpy brings.
+    """Yields one line: the overhead of the block over the FMU itself."""
+    # FMU of the tests, with the headers that fmpy provides.
     sys.path.insert(0, str(ROOT / "tests" / "python"))
     try:
         making = importlib.import_module("fmi.making")

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""LinuxCNC HAL beside dispatch, where it is installed (Debian's `linuxcnc-uspace`): 500 `sum2` in a chain in one thread of 1 ms, by the
-time that the thread itself tells. HAL counts in ticks of the processor, so those are measured here too."""
+"""LinuxCNC HAL compared with dispatch, if it is installed (Debian's `linuxcnc-uspace`): 500 `sum2` in a chain in one thread of 1 ms, by
+the time that the thread itself reports. HAL counts processor ticks, so these are measured here too."""
 
 from __future__ import annotations
 
@@ -26,7 +26,8 @@ TICKS = "unsigned long long ticks(void) { return __builtin_ia32_rdtsc(); }\n"
 
 
 def measure(quick: bool) -> Iterator[Line]:
-    """ns a function by HAL's own time of its thread; or why there are none. Ours is the row `gain in C, chain` of dispatch."""
+    """Yields HAL's own time of its thread per function, ns, or the reason why there is none. The row of ours is `gain in C, chain` of
+    dispatch."""
     if shutil.which("halrun") is None:
         yield Line(ROW, WHAT, note="not taken: LinuxCNC HAL is not installed (apt install linuxcnc-uspace)")
         return
@@ -43,14 +44,14 @@ def measure(quick: bool) -> Iterator[Line]:
 
 
 def _looks(times: int) -> list[float]:
-    """Ticks of firings of the thread."""
+    """Returns the durations of `times` firings of the thread, in ticks."""
     nets = [f"net s{at} sum2.{at}.out sum2.{at + 1}.in0" for at in range(COUNT - 1)]
     calls = [f"addf sum2.{at} bench" for at in range(COUNT)]
     setup = ["loadrt threads name1=bench period1=1000000", f"loadrt sum2 count={COUNT}", *nets, *calls, "start", "loadusr -w sleep 1"]
-    # A pin in newer versions, a parameter in older ones; what is not there is said on standard error only.
+    # A pin in newer versions, a parameter in older ones; a missing one is reported on standard error only.
     look = ["getp bench.time", "loadusr -w sleep 0.005"]
     with tempfile.TemporaryDirectory() as folder:
-        # As root it wants to know who it is to be, and that one must reach its socket.
+        # As root HAL must be given a user id, and that user must be able to reach its socket.
         os.chmod(folder, 0o777)
         env = {**os.environ, "RTAPI_FIFO_PATH": f"{folder}/fifo", **({"RTAPI_UID": NOBODY} if os.geteuid() == 0 else {})}
         script = Path(folder) / "bench.hal"
@@ -63,7 +64,7 @@ def _looks(times: int) -> list[float]:
 
 
 def _ticks_per_ns() -> float:
-    """Ticks of the processor's counter in a nanosecond."""
+    """Returns the ticks of the processor's counter per nanosecond."""
     with tempfile.TemporaryDirectory() as folder:
         source, library = Path(folder) / "ticks.c", Path(folder) / "ticks.so"
         source.write_text(TICKS)

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Rows of values and groups between hosts, beside bare zenoh: the example `bench` of the crate `hosts`, which is built here (zenoh takes
-minutes the first time). It makes network namespaces, which needs root, and a kernel that lets it."""
+"""Values and groups between hosts, compared with bare zenoh: rows of the example `bench` of the crate `hosts`, which is built here
+(building zenoh takes minutes the first time). Network namespaces are created, which requires root and a kernel that permits it."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from rows.kernel import example, printed_by
 
 
 def measure(rounds: int) -> Iterator[Line]:
-    """The lines, those over loopback first."""
+    """Yields the lines, those over loopback first."""
     try:
         yield from printed_by([example("hosts", "bench"), str(rounds)], "hosts")
     except RuntimeError:
@@ -26,7 +26,7 @@ def measure(rounds: int) -> Iterator[Line]:
 
 
 def _no_namespaces() -> str:
-    """Why no network namespace can be made here; empty: it can."""
+    """Returns why no network namespace can be created here; empty if one can."""
     if shutil.which("ip") is None:
         return "there is no `ip` (apt install iproute2)"
     name = f"ogbench{os.getpid() % 100_000}"

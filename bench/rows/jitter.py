@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Release jitter at 1 kHz beside cyclictest: the same core, the same priority, the same number of releases, in turns."""
+"""Release jitter at 1 kHz compared with cyclictest: the same core, priority and number of releases, in turns."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from rows import kernel
 
 
 def measure(rounds: int, quick: bool) -> Iterator[Line]:
-    """Median, 99th percentile and greatest; or why there are none."""
+    """Yields the median, the 99th percentile and the maximum, or the reason why there are none."""
     if shutil.which("cyclictest") is None:
         yield Line("jitter", "release jitter at 1 kHz", bar_text="≤ 1 ×", note="not taken: cyclictest is missing (apt install rt-tests)")
         return
@@ -30,5 +30,5 @@ def measure(rounds: int, quick: bool) -> Iterator[Line]:
 
 
 def may_run_in_real_time() -> bool:
-    """Whether a thread of this process may have a real-time priority; none is taken here."""
+    """Returns whether a thread of this process may take a real-time priority, without taking one."""
     return os.geteuid() == 0 or resource.getrlimit(resource.RLIMIT_RTPRIO)[0] > 0

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Rows that the kernel's example `bench` takes: it is built here, with the loops and blocks in C beside it."""
+"""Rows measured by the kernel's example `bench`, which is built here together with the loops and blocks in C."""
 
 from __future__ import annotations
 
@@ -15,14 +15,14 @@ from lines import Line
 
 ROOT = Path(__file__).resolve().parents[2]
 C = ROOT / "bench" / "c"
-# As a code module is compiled, and as a careful person compiles a loop that must give the same bits. At which multiple of 16 a function
-# begins is an accident of what lies before it: of the loops over independent gains it decides a seventh (1.94 or 1.70 ns).
+# Flags of code modules, and of careful people compiling a loop that must give the same bits. The alignment of a function to 16 bytes
+# depends on the code before it and decides a seventh of the loops over independent gains (1.94 or 1.70 ns).
 FLAGS = ["-O2", "-fPIC", "-shared", "-ffp-contract=off", "-fno-fast-math", "-fno-math-errno", "-falign-functions=64"]
 
 
 def measure(group: str, rounds: int, processes: int = 1) -> Iterator[Line]:
-    """The lines of one group. Where code and memory lie is drawn anew for each process, and matters for a loop of nanoseconds: of
-    several processes each line is the one with the median value, of chains the worst."""
+    """Yields the lines of one group. The addresses of code and memory vary by process, and matter for a loop of nanoseconds: of several
+    processes each line is the one with the median value, for chains the worst."""
     if processes == 1:
         yield from _once(group, rounds)
         return
@@ -41,7 +41,7 @@ def _once(group: str, rounds: int) -> Iterator[Line]:
 
 
 def printed_by(command: list[str], group: str) -> Iterator[Line]:
-    """The lines that a program prints as JSON."""
+    """Yields the lines that a program prints as JSON."""
     with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as running:
         assert running.stdout is not None
         for text in running.stdout:
@@ -53,7 +53,7 @@ def printed_by(command: list[str], group: str) -> Iterator[Line]:
 
 @functools.cache
 def built() -> tuple[str, str, str]:
-    """The example, the loops and the blocks."""
+    """Builds the example, the loops and the blocks, and returns their paths."""
     folder = Path(tempfile.mkdtemp(prefix="opengpac-bench-"))
     peer, blocks = folder / "peer.so", folder / "blocks.so"
     compiler = os.environ.get("CC", "cc")
@@ -65,12 +65,12 @@ def built() -> tuple[str, str, str]:
 
 
 def example(crate: str, name: str, *options: str) -> str:
-    """An example of a crate, built; in another profile only to see that it works. `OPENGPAC_EXAMPLES`: where `make test` has built it a
-    moment ago, so that what it builds beside the tests keeps none of them waiting."""
+    """Builds an example of a crate and returns its path; any profile but release only shows that it works. `OPENGPAC_EXAMPLES` is the
+    folder in which `make test` has already built the examples, so that no test waits for a build."""
     if (there := Path(os.environ.get("OPENGPAC_EXAMPLES", os.devnull)) / name).exists():
         return str(there)
     profile = os.environ.get("OPENGPAC_BENCH_PROFILE", "release")
-    # Beside the package every crate has the features that it was built with for that: its dependencies are not built again.
+    # With the package each crate has the features with which it was built for the package: its dependencies are not rebuilt.
     beside = [] if profile == "release" else ["-p", "bindings", "--features", "bindings/hosts"]
     chosen = ["--profile", profile, "-p", crate, "--example", name, *beside, *options]
     command = ["cargo", "build", "--quiet", *chosen, "--message-format=json"]

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The whole way of an installation from Python: a verb of many blocks is defined (checked), and an instance of it created
-(planned, placed in memory, its table made) in a running system. The kernel's part alone is the group `install`."""
+"""A complete installation from Python: a verb of many blocks is defined (checked), and an instance of it is created (planned, placed in
+memory, its table made) in a running system. The kernel's share alone is the group `install`."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ SIZES = (1, 1_000, 10_000)
 
 
 def measure(quick: bool) -> Iterator[Line]:
-    """A chain of gains, driven by one activation."""
+    """Measures a chain of gains driven by one activation."""
     native = EmbeddedSystem("bench", "monotonic", "{}")
     try:
         native.processor("r")
@@ -55,7 +55,7 @@ def _once(native: EmbeddedSystem, name: str, size: int) -> tuple[float, float, f
 
 
 def chain(name: str, size: int) -> dict[str, object]:
-    """A verb of `size` gains, each driven by the one before."""
+    """Returns a verb of `size` gains, each driven by the previous one."""
     gain = {"block": {"subroutine": "library.gain"}}
     blocks: dict[str, object] = {f"g{i}": gain for i in range(size)}
     cells = {f"c{i}": [f"g{i}.y", f"g{i + 1}.u"] for i in range(size - 1)}

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""One evaluation of a learned policy, in its block on the virtual clock, beside onnxruntime: one thread, bound inputs and outputs."""
+"""An evaluation of a learned policy in its block on the virtual clock, compared with onnxruntime: one thread, bound inputs and outputs."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ BAR = 0.5
 
 
 def measure(rounds: int, quick: bool) -> Iterator[Line]:
-    """Three networks of fully connected layers with Elu."""
+    """Measures three networks of fully connected layers with Elu."""
     for name, sizes in SIZES.items():
         what = f"{name}, {'-'.join(map(str, sizes))}, batch 1"
         try:
@@ -65,7 +65,7 @@ def _taken(sizes: tuple[int, ...], rounds: int, times: int) -> tuple[list[float]
 
 
 def _block(cell: gpac.System, policy: gpac.Policy, x: np.ndarray) -> Callable[[int], float]:
-    """Lets the block run so many times; the mean of these, ns, as a probe measures them."""
+    """Returns a function that runs the block `times` times and returns the mean duration by a probe, ns."""
     source = cell.processor("rtp0").timer("fast", period="1 ms")
     verb = gpac.Verb(
         "thinking",
@@ -86,7 +86,7 @@ def _block(cell: gpac.System, policy: gpac.Policy, x: np.ndarray) -> Callable[[i
 
 
 def _seen(cell: gpac.System) -> tuple[float, int]:
-    """Time of all evaluations that the probe has measured, ns, and how many these are."""
+    """Returns the total time of the evaluations that the probe has measured, ns, and their number."""
     found: list[dict[str, Any]] = cell.statistics["sources"]["rtp0.fast"].get("blocks", [])
     return sum(block["mean_ns"] * block["samples"] for block in found), sum(block["samples"] for block in found)
 
@@ -101,7 +101,7 @@ def _median(does: Callable[[], Any], times: int) -> float:
 
 
 def _dense(file: Path, sizes: tuple[int, ...]) -> Path:
-    """A network of random weights."""
+    """Writes a network of random weights."""
     import onnx
     from onnx import TensorProto, helper, numpy_helper
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Rows of the example `crossing`: publications and rows to another thread and to another process, with iceoryx2 beside them."""
+"""Rows of the example `crossing`: publications and rows to another thread and to another process, compared with iceoryx2."""
 
 from __future__ import annotations
 
@@ -11,5 +11,5 @@ from rows import kernel
 
 
 def measure(rounds: int) -> Iterator[Line]:
-    """The lines; iceoryx2 is built for them alone."""
+    """Yields the lines; iceoryx2 is built for them alone."""
     yield from kernel.printed_by([kernel.example("shared-memory", "crossing", "--features", "peer"), str(rounds)], "processes")

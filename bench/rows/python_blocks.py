@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A PID as a block in Python, beside the same in C: its entry called in a bare loop, and how long the first block takes to compile."""
+"""A PID as a block in Python, compared with the same in C: its entry called in a bare loop, and the compilation time of the first block."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ def pid(
 
 
 def measure(rounds: int) -> Iterator[Line]:
-    """Three lines: one call, beside C; the first block of a process."""
+    """Yields three lines: one call, the same in C, the first block of a process."""
     with tempfile.TemporaryDirectory() as folder:
         os.environ["OPENGPAC_COMPILED"] = folder
         importlib.import_module("numba")
@@ -74,5 +74,5 @@ def measure(rounds: int) -> Iterator[Line]:
 
 
 def _processor_time_s() -> float:
-    """Processor time of this process and of the compilers that it has run."""
+    """Returns the processor time of this process and of the compilers that it has run."""
     return clock.process_time() + sum(resource.getrusage(resource.RUSAGE_CHILDREN)[:2])

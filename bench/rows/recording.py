@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Recording, beside the same without it: firings of a chain whose every output is recorded, at full rate and under the virtual clock."""
+"""Recording, compared with the same run without it: firings of a chain whose every output is recorded, at full rate and under the
+virtual clock."""
 
 from __future__ import annotations
 
@@ -20,7 +21,7 @@ BAR_ATTACHED = 1.05
 
 
 def measure(rounds: int, quick: bool) -> Iterator[Line]:
-    """A chain of 200 blocks at 1 kHz."""
+    """Measures a chain of 200 blocks at 1 kHz."""
     looks = 200 if quick else 2000
     with tempfile.TemporaryDirectory() as folder:
         yield _attached(Path(folder), rounds, looks)
@@ -29,7 +30,7 @@ def measure(rounds: int, quick: bool) -> Iterator[Line]:
 
 
 def _chain(cell: gpac.System) -> gpac.Verb[..., gpac.Report]:
-    """`u` goes through 200 gains; every output is a private cell."""
+    """Returns a chain of 200 gains fed by a signal generator; every output is a private cell."""
     blocks = {"wave": lib.signal_generator, **{f"g{n}": lib.gain for n in range(BLOCKS)}}
     ports = ["wave.y", *(f"g{n}.y" for n in range(BLOCKS))]
     cells = {f"c{n}": [port, f"g{n}.u"] for n, port in enumerate(ports[:-1])}
@@ -40,7 +41,8 @@ def _chain(cell: gpac.System) -> gpac.Verb[..., gpac.Report]:
 
 
 def _in_turns(files: Path, rounds: int, taken: Callable[[Path | None], float]) -> tuple[float, list[float]]:
-    """The ratio of what is taken with a record to what is taken without, and the latter of each round; `files`: how the records begin."""
+    """Returns the ratio of the times with and without a record, and the times without in each round; the records' names begin with
+    `files`."""
     ratios, plain = [], []
     for turn in range(rounds):
         plain.append(taken(None))
@@ -49,7 +51,7 @@ def _in_turns(files: Path, rounds: int, taken: Callable[[Path | None], float]) -
 
 
 def _attached(folder: Path, rounds: int, looks: int) -> Line:
-    """The time of a firing while a recorder writes every SVV and the log, beside one without."""
+    """Compares the time of a firing with and without a recorder that writes every SVV and the log."""
     with gpac.System("bench") as cell:
         _chain(cell).asynch()
         wave = lib.signal_generator
@@ -67,8 +69,8 @@ def _attached(folder: Path, rounds: int, looks: int) -> Line:
 
 
 def _for_replay(folder: Path, rounds: int, looks: int) -> Line:
-    """The time of a firing while everything is recorded that a replay needs, beside one without: a copy of what comes from outside, and a
-    digest of what 200 blocks stored."""
+    """Compares the time of a firing with and without a record for replay: a copy of all external input, and a digest of the values
+    stored by 200 blocks."""
 
     def fires(record: Path | None) -> float:
         with gpac.System("bench") as cell:
@@ -81,7 +83,7 @@ def _for_replay(folder: Path, rounds: int, looks: int) -> Line:
 
 
 def _duration(cell: gpac.System, looks: int) -> float:
-    """The middle of what firings of `fast` took, ns."""
+    """Returns the median duration of firings of `fast`, ns."""
     taken = []
     for _ in range(looks):
         taken.append(cell.statistics["sources"]["rtp0.fast"]["duration_last_ns"])
@@ -90,7 +92,7 @@ def _duration(cell: gpac.System, looks: int) -> float:
 
 
 def _recorded(folder: Path, rounds: int, firings: int) -> Line:
-    """Virtual time with every output of the chain recorded, all the way to the disk, beside the same without."""
+    """Compares virtual time with and without recording every output of the chain to disk."""
 
     def took(record: Path | None) -> float:
         with gpac.System("bench", clock="virtual") as cell:

@@ -1,10 +1,11 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Calling and starting a verb from a remote programming system, beside a bare HTTP request over the same Unix socket to the same daemon.
+"""Calls and starts of a verb from a remote programming system, compared with a bare HTTP request over the same Unix socket to the same
+daemon.
 
-The bare request is one that does nothing there (`POST /v1/heartbeat`), made with the standard library's client on a connection that is
-kept. What is above it is the package's work, JSON, the command's way into the system, and the audit file. The package reads answers
-with a reader of its own, which is faster than the standard library's; so beside it stands the same request as bytes that were made
-before, and whose answer nobody reads but for its end: what the socket and the daemon take alone.
+The bare request does nothing in the daemon (`POST /v1/heartbeat`), and is made with the standard library's client on a kept
+connection. The difference is the package's work, JSON, the command's path into the system, and the audit file. The package reads
+answers with its own reader, which is faster than the standard library's. For comparison the same request is therefore also sent as
+prepared bytes, of whose answer only the end is read: the time of the socket and the daemon alone.
 """
 
 from __future__ import annotations
@@ -29,7 +30,7 @@ BAR = 1.5
 
 
 def measure(rounds: int, quick: bool) -> Iterator[Line]:
-    """A start alone, and the four calls of a verb's life."""
+    """Measures a start alone, and the four calls of a verb's life."""
     times = 50 if quick else 300
     with _daemon() as path, gpac.connect(f"unix://{path}", name="bench", progress=False) as cell:
         soft = cell.processor("rtp0").software("soft", priority=50)
@@ -66,7 +67,7 @@ def measure(rounds: int, quick: bool) -> Iterator[Line]:
 
 @contextlib.contextmanager
 def _daemon() -> Iterator[Path]:
-    """The socket of a daemon of its own, in real time."""
+    """Yields the socket of a private daemon in real time."""
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "cell.sock"
         words = ["rts", "--name", "bench", "--socket", str(path), "--clock", "monotonic"]
@@ -83,7 +84,7 @@ def _daemon() -> Iterator[Path]:
 
 
 class _Bare:
-    """A connection of the standard library's client to the same socket, in the same session."""
+    """Connection of the standard library's client to the same socket, in the same session."""
 
     def __init__(self, path: Path, cell: gpac.System) -> None:
         assert cell.session is not None
@@ -99,7 +100,7 @@ class _Bare:
         self._connection.getresponse().read()
 
     def exchange(self) -> None:
-        """The same as bytes; the answer is an object of JSON."""
+        """Sends the same request as bytes; the answer is a JSON object."""
         self._connection.sock.sendall(self._bytes)
         answer = b""
         while not answer.endswith(b"}"):
@@ -110,12 +111,12 @@ class _Bare:
 
 
 def _start(instance: gpac.VerbInstance[gpac.Report], bare: _Bare) -> tuple[float, float, float]:
-    """ns of a start, of a bare request after it, and of its bytes alone."""
+    """Returns the times of a start, of a bare request after it, and of its bytes alone, ns."""
     begun = clock.perf_counter_ns()
     instance.start()
     started = clock.perf_counter_ns()
     instance.wait()
-    # Once before it is measured: the package does not use the standard library's client, and code that nobody used lately is slower.
+    # Warms up: the package does not use the standard library's client, and cold code is slower.
     bare.request()
     asked = clock.perf_counter_ns()
     bare.request()
@@ -126,7 +127,7 @@ def _start(instance: gpac.VerbInstance[gpac.Report], bare: _Bare) -> tuple[float
 
 
 def _call(verb: gpac.Verb[..., gpac.Report], bare: _Bare) -> tuple[float, float]:
-    """ns of a call of the verb, and of a bare request after it as bytes."""
+    """Returns the times of a call of the verb and of a bare request as bytes after it, ns."""
     begun = clock.perf_counter_ns()
     verb()
     called = clock.perf_counter_ns()
@@ -135,7 +136,7 @@ def _call(verb: gpac.Verb[..., gpac.Report], bare: _Bare) -> tuple[float, float]
 
 
 def _life(verb: gpac.Verb[..., gpac.Report]) -> float:
-    """ns of the four calls."""
+    """Returns the time of the four calls, ns."""
     begun = clock.perf_counter_ns()
     instance = verb.new_instance()
     instance.start()

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Six servos on a serial bus, read and written in each exchange: what that costs the host, beside the maker's own kit on the same line."""
+"""Six servos on a serial bus, read and written in each exchange: the cost to the host, compared with the maker's own kit on the same
+line."""
 
 from __future__ import annotations
 
@@ -17,7 +18,7 @@ KINDS = ("feetech", "dynamixel")
 
 
 def measure(rounds: int, quick: bool) -> Iterator[Line]:
-    """One line for each protocol."""
+    """Yields one line per protocol."""
     for kind in KINDS:
         taken = [found for _ in range(rounds) for found in _exchanges(kind, 50 if quick else 500)]
         value = median(taken)
@@ -34,7 +35,7 @@ def measure(rounds: int, quick: bool) -> Iterator[Line]:
 
 
 def _exchanges(kind: str, count: int) -> list[float]:
-    """Processor time of the host for exchanges in which every joint holds its goal, ns."""
+    """Returns the host's processor time for exchanges in which every joint holds its goal, ns."""
     with gpac.drivers.fake.servos(kind, range(1, JOINTS + 1)) as bus, gpac.System("bench", progress=False) as cell:
         fast = cell.processor("rtp0").timer("fast", period="10 ms", priority=60)
         servos = {f"j{id}": {"id": id} for id in bus.servos}
@@ -56,7 +57,7 @@ def _exchanges(kind: str, count: int) -> list[float]:
 
 
 def _hold() -> gpac.Verb[..., gpac.Report]:
-    """Writes a goal in each firing."""
+    """Returns a verb that writes a goal in each firing."""
     return gpac.Verb(
         "hold",
         blocks={"write": library.block("write_channel")},

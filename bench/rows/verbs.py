@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A verb from Python, embedded, monotonic clock: a call of it, which is one request, and create, start, wait, delete one by one.
-Overhead is the time of all that; for the verb that waits for a release, less the time from its start to the release at which it ended."""
+"""A verb from Python, embedded, monotonic clock: a call, which is one request; and create, start, wait and delete one by one. The
+overhead is the total time; for the verb that waits for a release, the time from its start to the release at which it ended is
+subtracted."""
 
 from __future__ import annotations
 
@@ -21,7 +22,7 @@ CORE_NS = 60_000
 
 
 def measure(rounds: int, quick: bool) -> Iterator[Line]:
-    """Two verbs, through the compiled core and through the package."""
+    """Measures two verbs, through the compiled core and through the package."""
     times = 50 if quick else 200
     with gpac.System("bench") as cell:
         rtp = cell.processor("rtp0")
@@ -67,7 +68,8 @@ def measure(rounds: int, quick: bool) -> Iterator[Line]:
 
 
 def _line(what: str, turns: list[list[list[float]]]) -> Line:
-    """`turns`: of each round and call, ns of create, start, wait, delete and of the verb itself."""
+    """Returns a line of four calls. `turns` contains per round and call the times of create, start, wait, delete and of the verb itself,
+    ns."""
     calls = [call for turn in turns for call in turn]
     waits = "firing" in what
     overhead = median([median([sum(call[:4]) - call[4] * waits for call in turn]) for turn in turns])
@@ -78,7 +80,7 @@ def _line(what: str, turns: list[list[list[float]]]) -> Line:
 
 
 def _called(what: str, turns: list[list[list[float]]], bar_ns: float) -> Line:
-    """`turns`: of each round and call, its ns and those of the verb itself."""
+    """Returns a line of one call. `turns` contains per round and call its time and that of the verb itself, ns."""
     waits = "firing" in what
     overhead = median([median([whole - own * waits for whole, own in turn]) for turn in turns])
     own = median([own for turn in turns for _, own in turn])

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The virtual clock: how much faster than real time a simulated six-joint arm moves, servos at 1 kHz, physics included."""
+"""The virtual clock: the speed of a simulated six-joint arm relative to real time, with servos at 1 kHz and physics."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ GOALS = ([30, -70, 70, -60, -90, 20], [0, -90, 90, -90, -90, 0])
 
 
 def measure(rounds: int) -> Iterator[Line]:
-    """The same move in each round, on a system of its own."""
+    """Measures the same move in each round, on a new system."""
     try:
         turns = [_move() for _ in range(min(rounds, 5))]
     except ImportError as why:

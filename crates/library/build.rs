@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Registers every file of `src/blocks` and its folders: presence is all that a block needs, and the folder is its category.
+//! Registers every file of `src/blocks` and its folders: a block needs no other registration, and the folder is its category.
 use std::path::{Path, PathBuf};
 use std::{env, fs};
 
@@ -24,7 +24,7 @@ fn main() {
     fs::write(Path::new(&out).join("blocks.rs"), text).expect("the output folder can be written");
 }
 
-/// The Rust files of a folder and of the folders in it.
+/// Returns the Rust files of a folder and its subfolders.
 fn files_in(folder: &Path) -> Vec<PathBuf> {
     println!("cargo::rerun-if-changed={}", folder.display());
     let mut files = Vec::new();
@@ -43,7 +43,7 @@ fn name(file: &Path) -> String {
     file.file_stem().expect("a file has a name").to_string_lossy().into_owned()
 }
 
-/// `signal_generator` is the block `SignalGenerator`.
+/// Converts to camel case: `signal_generator` is the block `SignalGenerator`.
 fn camel(name: &str) -> String {
     name.split('_').map(|word| word[..1].to_uppercase() + &word[1..]).collect()
 }

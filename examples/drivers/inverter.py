@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A driver in Python on a library that others wrote: a frequency inverter on Modbus TCP, by `pymodbus` (pip install pymodbus).
+"""A driver in Python on top of a third-party library: a frequency inverter on Modbus TCP, with `pymodbus` (pip install pymodbus).
 
 `rtp.physical_device("fan", gpac.drivers.python("examples/drivers/inverter.py", host="192.0.2.9"), exchange=slow)` opens one.
 """
@@ -9,12 +9,12 @@ from pymodbus.exceptions import ModbusIOException
 
 from opengpac.driver import Driver, Option, counter, read, service, write
 
-# Holding registers: control word and wanted frequency (0.01 Hz); status word, frequency (0.01 Hz), current (0.1 A).
+# Holding registers: control word and requested frequency (0.01 Hz); status word, frequency (0.01 Hz), current (0.1 A).
 COMMAND, STATUS, STOP, RUN, RESET, FAULT = 0, 16, 0, 1, 128, 8
 
 
 class Inverter(Driver):
-    """A frequency inverter on Modbus TCP."""
+    """Frequency inverter on Modbus TCP."""
 
     host: str = Option("its address")
     port: int = Option("its port", 502)
@@ -43,7 +43,7 @@ class Inverter(Driver):
 
     @service
     def reset_fault(self) -> None:
-        """Takes a fault of the inverter back."""
+        """Resets a fault of the inverter."""
         self.tell(RESET, 0.0)
 
     def tell(self, control: int, wanted: float) -> None:

@@ -1,20 +1,20 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A driver in Python on a library that others wrote: an I/O module by CiA 401 on CANopen, by `canopen` (pip install canopen).
+"""A driver in Python on top of a third-party library: a CiA 401 I/O module on CANopen, with `canopen` (pip install canopen).
 
-`rtp.physical_device("io", gpac.drivers.python("examples/drivers/io_module.py", channel="can0"), exchange=slow)` opens one. Any bus that
-python-can reaches will do, an adapter on a serial line too: `interface="slcan", channel="/dev/ttyACM0"`.
+`rtp.physical_device("io", gpac.drivers.python("examples/drivers/io_module.py", channel="can0"), exchange=slow)` opens one. Any bus
+that python-can supports will do, including an adapter on a serial line: `interface="slcan", channel="/dev/ttyACM0"`.
 """
 
 import canopen
 
 from opengpac.driver import Driver, Option, read, service, write
 
-# Of its object dictionary: eight inputs, eight outputs, an analog input and output (32767 is 10 V), its serial number.
+# Entries of the object dictionary: eight inputs, eight outputs, an analog input and output (32767 is 10 V), the serial number.
 INPUTS, OUTPUTS, ANALOG_IN, ANALOG_OUT, SERIAL, FULL = (0x6000, 1), (0x6200, 1), (0x6401, 1), (0x6411, 1), (0x1018, 4), 3276.7
 
 
 class IoModule(Driver):
-    """An I/O module by CiA 401 on CANopen."""
+    """CiA 401 I/O module on CANopen."""
 
     channel: str = Option("the bus: can0, or the line of an adapter")
     interface: str = Option("what python-can calls its kind: socketcan, slcan, pcan", "socketcan")
@@ -29,7 +29,7 @@ class IoModule(Driver):
 
     def open(self) -> None:
         self.bus = canopen.Network()
-        # As long as closing waits for the thread that reads; 1 s where it is not said.
+        # Closing waits this long for the reading thread; the default is 1 s.
         self.bus.NOTIFIER_CYCLE = 0.02
         self.bus.connect(interface=self.interface, channel=self.channel, bitrate=self.bitrate, sleep_after_open=self.settle)
         self.module = self.bus.add_node(self.node, canopen.ObjectDictionary())
@@ -50,7 +50,7 @@ class IoModule(Driver):
 
     @service
     def serial_number(self) -> int:
-        """Reads its serial number."""
+        """Reads the serial number of the module."""
         return int.from_bytes(self.module.sdo.upload(*SERIAL), "little")
 
     def tell(self, valve: bool, voltage: float) -> None:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A driver in Python: a bench power supply that speaks SCPI over TCP, as most of them do at port 5025.
+"""A driver in Python: a bench power supply that speaks SCPI over TCP, usually at port 5025.
 
 `rtp.physical_device("supply", gpac.drivers.python("examples/drivers/lab_supply.py", host="192.0.2.7"), exchange=slow)` opens one.
 """
@@ -10,7 +10,7 @@ from opengpac.driver import Driver, Option, read, write
 
 
 class LabSupply(Driver):
-    """A bench power supply over TCP."""
+    """Bench power supply over TCP."""
 
     host: str = Option("its address")
     port: int = Option("its port", 5025)
@@ -41,13 +41,13 @@ class LabSupply(Driver):
         self.line.close()
 
     def tell(self, what: str, value: float) -> None:
-        """Sends a setting where it has changed."""
+        """Sends a setting if it has changed."""
         if self.told.get(what) != value:
             self.line.sendall(f"{what} {value:g}\n".encode())
             self.told[what] = value
 
     def ask(self, what: str) -> str:
-        """The answer to a question. Its end is that of the connection."""
+        """Returns the answer to a query. Raises `ConnectionError` if the supply has closed the connection."""
         self.line.sendall(f"{what}\n".encode())
         if not (answer := self.answers.readline()):
             raise ConnectionError(f"the supply at {self.host} has closed the connection")

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Second level, concurrency: which blocks run together, and what ends them. Written by the machine's engineer.
 
-Each function makes a simple verb of the blocks of `closed_loop.c`.
+Each function makes a simple verb of the blocks in `closed_loop.c`.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from opengpac import activate, on
 
 
 def slide(code: gpac.Module) -> gpac.Verb[..., Any]:
-    """The verb that keeps the slide going: it supports a device."""
+    """Returns the verb that supports the slide as a device and keeps it running."""
     return gpac.Verb(
         "slide",
         blocks={"slide": code.slide},
@@ -23,7 +23,7 @@ def slide(code: gpac.Module) -> gpac.Verb[..., Any]:
 
 
 def advance(code: gpac.Module, device: type[gpac.LogicalDevice], name: str, speed: float) -> gpac.Verb[..., Any]:
-    """A verb that acts on the slide: it goes on at `speed` until it has come to `to`."""
+    """Returns a verb that acts on the slide: it advances at `speed` until it reaches `to`."""
     return gpac.Verb(
         name,
         doc=f"Advances the slide to a position, at {speed} m/s.",

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Three levels of control in three files: blocks (`closed_loop.c`), simple verbs (`actions.py`), a composed verb (`sequence.py`).
 
-This file has the hardware, and puts the three together: `python examples/levels/program.py`.
+This file configures the hardware and combines the three: `python examples/levels/program.py`.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ def main() -> gpac.Report:
         code = cell.download(Path(__file__).with_name("closed_loop.c"))
 
         class Slide(gpac.LogicalDevice, verb=actions.slide(code)):
-            """A slide with a speed and a position."""
+            """Slide with a speed and a position."""
 
             speed: gpac.SVV[float] = gpac.svv(unit="m/s")
             position: gpac.SVV[float] = gpac.svv(unit="m")

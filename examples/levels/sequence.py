@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Third level, sequence: what comes after what. Written by the product's engineer: it names verbs, and no block."""
+"""Third level, sequence: the order of the verbs. Written by the product's engineer: it refers to verbs, never to blocks."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import opengpac as gpac
 
 
 def press(approach: gpac.Verb[..., Any], insert: gpac.Verb[..., Any]) -> gpac.ComposedVerb:
-    """Fast to the part, then slowly into it, in one real-time program."""
+    """Returns a verb that moves fast to the part, then slowly into it, in one real-time program."""
     return gpac.compose(
         "press",
         {"approach": approach, "insert": insert},

@@ -1,8 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A joint with an operator's panel: `opengpac studio examples/operator_panel/program.py`, then `#/panel/joint` behind the address.
+"""A joint with an operator's panel: run `opengpac studio examples/operator_panel/program.py`, then append `#/panel/joint` to the
+address.
 
-The panel is the file `joint.workspace.json` beside this program. It starts what its buttons name and nothing else: the three verb
-instances that are made here. With `--clock virtual` time stands still until somebody moves it from the page.
+The panel is the file `joint.workspace.json` beside this program. Its buttons start only the verb instances that they name, the three
+that are created here. With `--clock virtual` time stands still until somebody advances it from the page.
 """
 
 from __future__ import annotations
@@ -36,7 +37,7 @@ sway = gpac.Verb(
 
 
 def make(clock: str) -> gpac.System:
-    """The system: a joint on a simulated drive, what its panel starts, an alarm of its own, and the panel."""
+    """Returns the system: a joint on a simulated drive, the verb instances for its panel, an alarm of its own, and the panel."""
     cell = gpac.System("bench", clock=clock)
     rtp = cell.processor("rtp0")
     fast = rtp.timer("fast", period="1 ms", priority=80)

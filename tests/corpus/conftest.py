@@ -1,4 +1,4 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The programs of the corpus are checked, not imported."""
+"""Excludes the programs of the corpus from collection: they are checked, not imported."""
 
 collect_ignore = ["programs"]

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The fault corpus: small programs, each with a fault, and what `opengpac check` says of it.
+"""The fault corpus: small programs, each with a fault, and the expected output of `opengpac check`.
 
-The expected text lies beside the program as `NAME.expected`; `pytest tests/corpus --renew` writes it anew, to be read before it is
+The expected text is beside the program as `NAME.expected`; `pytest tests/corpus --renew` rewrites it, to be reviewed before it is
 committed.
 """
 
@@ -20,7 +20,7 @@ PROGRAMS = sorted((HERE / "programs").rglob("*.py"))
 
 
 def said(program: Path, monkeypatch: pytest.MonkeyPatch) -> tuple[int, str]:
-    """What `opengpac check` says of a program, in its own folder, which is left out of the text."""
+    """Returns exit code and output of `opengpac check` for a program, run in the program's folder, whose path is cut out of the text."""
     monkeypatch.chdir(program.parent)
     monkeypatch.syspath_prepend(str(program.parent))
     out, err = io.StringIO(), io.StringIO()

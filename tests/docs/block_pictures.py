@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Pictures of what a block of one number does: its answer to a step and a ramp, drawn from a trial of the block itself."""
+"""Pictures of blocks of one number: their response to a step and a ramp, drawn from a trial of the block itself."""
 
 from __future__ import annotations
 
@@ -9,13 +9,13 @@ from opengpac.definition.blocks import Block
 from opengpac.library.components import Component, items_of
 
 TRIED = [0.0] * 10 + [1.0] * 30 + [1.0 - (k + 1) / 20 for k in range(40)]
-"""Values of the input, one an invocation: a step up, then a ramp down to -1."""
+"""Values of the input, one per invocation: a step up, then a ramp down to -1."""
 
 WIDTH, HEIGHT, EDGE = 460, 150, 26
 
 
 def picture(component: Component) -> str | None:
-    """The drawing of a block with one number as input and a number as its first output; nothing for others."""
+    """Returns the picture of a block with one number as input and a number as its first output; `None` for other blocks."""
     block = component.value
     if not isinstance(block, Block):
         return None
@@ -34,7 +34,7 @@ def picture(component: Component) -> str | None:
 
 
 def drawing(of: str, given: Sequence[float], name: str, values: Sequence[float]) -> str:
-    """Input and output as stairs over the invocations."""
+    """Draws the input and the output as steps over the invocations."""
     low, high = min(*given, *values), max(*given, *values)
     span = (high - low) or 1.0
 

@@ -1,4 +1,4 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The design listing is a program, run by its test in a folder that has what it asks for."""
+"""Fixtures of the documentation's tests; the design listing is not collected: its test runs it as a program, in a folder with its files."""
 
 collect_ignore = ["design_listing.py"]

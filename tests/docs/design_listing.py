@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
 # ruff: noqa: E501, I001
-"""The program that fixed what the Python interface looks like, before there was one: every call stands as it was first written.
+"""The program that fixed the design of the Python interface before it existed: every call is as it was first written.
 
-Added are the classes that it leaves to its reader, the virtual clock, and gains that hold an arm against its weight: with `pid` as it
-comes, P alone, the joints sag and the motion ends with `time_limit`.
+Added are the classes that the program leaves to its reader, the virtual clock, and gains that hold an arm against its weight: with
+the default `pid`, P alone, the joints sag and the motion ends with `time_limit`.
 """
 
 from collections.abc import Sequence

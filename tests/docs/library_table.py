@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The table of docs/library.md, made from the library itself. Run as a program it writes the table into the page."""
+"""The table of docs/library.md, generated from the library itself. Run as a program it writes the table into the page."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ BEGIN, END = "<!-- table -->\n", "<!-- end of table -->\n"
 
 
 def table() -> str:
-    """Every component of the standard library, by category."""
+    """Returns every component of the standard library, by category."""
     found = sorted((c for c in standard() if isinstance(c, Component)), key=lambda c: (c.category, c.name))
     lines = ["| category | name | what it is |", "|---|---|---|"]
     for component in found:
@@ -23,7 +23,7 @@ def table() -> str:
 
 
 def parts() -> tuple[str, str, str]:
-    """The page before its table, the table, and what comes after it."""
+    """Returns the text of the page before its table, the table, and the text after it."""
     before, _, rest = PAGE.read_text().partition(BEGIN)
     present, _, after = rest.partition(END)
     return before, present, after

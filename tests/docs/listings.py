@@ -1,16 +1,16 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The listings of a Markdown page, and how they run.
+"""Listings of a Markdown page, and their execution.
 
-The Python listings of a page are one program, in order, under the virtual clock, in a folder of its own. A comment in the line
-before a fence says more, `<!-- program; file: first.py -->`:
+The Python listings of a page are one program, in order, under the virtual clock, in a folder of its own. A comment in the line before
+a fence says more, `<!-- program; file: first.py -->`:
 
     program              a new program begins: no names, no systems
-    file: lowpass.c      the listing is written into the folder as that file; equal to the repository's where there is one
+    file: lowpass.c      the listing is written into the folder as that file; equal to the repository's if it exists there
     output               what the listings before it have printed since the last output; `…` stands for any text
     raises: CoverError   the listing raises that; the exception counts as printed
     pytest               the listing is a file of tests, and they pass
-    run                  the lines `$ opengpac …` are run, and what they print is what stands below them
-    daemon               a real-time system is a daemon from here on, with the virtual clock and the socket `cell.sock` in the folder
+    run                  the lines `$ opengpac …` are run, and must print the lines below them
+    daemon               from here a real-time system is a daemon, with the virtual clock and the socket `cell.sock` in the folder
     prose                it is not run
 
 A C listing is compiled; a Rust listing is the `src/lib.rs` of `examples/rust-module` and is built with cargo, offline.
@@ -36,7 +36,7 @@ _FENCE = re.compile(r"(?:<!-- (?P<words>[^>]*?) -->\n)?^```(?P<language>\w+)\n(?
 
 @dataclass(frozen=True)
 class Listing:
-    """A fenced block: its language, text, the line of its first line in the page, and what the comment before it says."""
+    """Fenced block: its language, its text, the line of its first line in the page, and the options in the comment before it."""
 
     page: Path
     line: int
@@ -46,7 +46,7 @@ class Listing:
 
     @property
     def file(self) -> str:
-        """The name of the file that it is in its folder."""
+        """Name of the listing's file in its folder."""
         return Path(self.words.get("file", "program.py" if self.language == "python" else f"listing_{self.line}.{self.language}")).name
 
     def __str__(self) -> str:
@@ -54,7 +54,7 @@ class Listing:
 
 
 def listings(page: Path) -> Iterator[Listing]:
-    """Every listing of a page, in order."""
+    """Yields every listing of a page, in order."""
     text = page.read_text()
     for found in _FENCE.finditer(text):
         words = (word.strip().partition(":") for word in (found["words"] or "").split(";") if word.strip())
@@ -63,18 +63,18 @@ def listings(page: Path) -> Iterator[Listing]:
 
 
 class Program:
-    """The Python listings of a page, in one namespace, and what they have printed."""
+    """Python listings of a page, run in one namespace, and their output."""
 
     def __init__(self) -> None:
         self.names: dict[str, Any] = {}
         self.printed = ""
 
     def run(self, listing: Listing) -> None:
-        """Runs one listing; its place in messages is its file, else `program.py`, with the lines of the listing itself."""
+        """Runs one listing; messages refer to its file, or to `program.py`, with the line numbers of the listing itself."""
         if "program" in listing.words:
             self.close()
         self.names.setdefault("__name__", "__main__")
-        # As a notebook does: what asks for the source of a function finds it.
+        # As in a notebook: code that reads the source of a function finds it.
         linecache.cache[listing.file] = (len(listing.text), None, listing.text.splitlines(keepends=True), listing.file)
         code = compile(listing.text, listing.file, "exec")
         raises = listing.words.get("raises")
@@ -91,19 +91,19 @@ class Program:
         self.printed += out.getvalue()
 
     def close(self) -> None:
-        """Ends the program: what a process does at its exit."""
+        """Ends the program, as a process does at its exit."""
         self.names = {}
         for made in open_systems.systems():
             made.close()
 
     def check(self, listing: Listing) -> None:
-        """Compares an output listing with what was printed since the last one."""
+        """Compares an output listing with the text printed since the last one."""
         printed, self.printed = self.printed, ""
         assert_prints(listing, listing.text, printed)
 
 
 def assert_prints(listing: Listing, expected: str, printed: str) -> None:
-    """Asserts that `printed` is what a page shows, `…` standing for any text within a line, a line of it for any lines."""
+    """Asserts that `printed` is the text shown in a page, where `…` stands for any text within a line, and a line of it for any lines."""
     pattern = "".join(
         ".*?" if part == "\n…\n" else "[^\n]*" if part == "…" else re.escape(part)
         for part in re.split(r"(\n…\n|…)", "\n".join(line.rstrip() for line in expected.strip().splitlines()))

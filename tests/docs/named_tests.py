@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The tests of the whole tree by name: where each is, and whether it runs when everything is tested."""
+"""Tests of the whole tree by name: the file of each, and whether it runs when everything is tested."""
 
 from __future__ import annotations
 
@@ -15,15 +15,15 @@ from listings import ROOT
 
 MAKEFILE = (ROOT / "Makefile").read_text()
 WAYS_OUT = re.compile(r"pytest\.(?:skip|xfail|importorskip)|mark\.(?:skip|skipif|xfail)|pytest_collection_modifyitems")
-"""By these a Python test is collected and yet shows nothing, or taken out after it was collected."""
+"""Constructs by which a Python test is collected yet not run, or removed after collection."""
 REGISTERED = ROOT / "crates" / "library" / "src" / "blocks"
-"""The build script of the library makes a module of each file of this folder."""
+"""Folder each of whose files the library's build script makes a module."""
 RUN_ALONE = {"loom": "--cfg loom", "rtsan": "--cfg rtsan"}
-"""Configurations of Rust that have a target of the Makefile, and the words in it."""
+"""Rust configurations that have a target of the Makefile, and the words in it."""
 
 
 def python_tests() -> dict[str, list[Path]]:
-    """Name → files, of the functions that pytest takes."""
+    """Returns the test functions that pytest collects: name → files."""
     found = defaultdict(list)
     for file in (ROOT / "tests").rglob("test_*.py"):
         for node in ast.parse(file.read_text()).body:
@@ -33,14 +33,14 @@ def python_tests() -> dict[str, list[Path]]:
 
 
 def rust_tests() -> dict[str, list[Path]]:
-    """Name → files, of functions below `#[test]`, in a `proptest!`, or in a list of checks of every carrier."""
+    """Returns the functions below `#[test]`, in a `proptest!`, or in a list of checks of every carrier: name → files."""
     found = defaultdict(list)
     for file in (ROOT / "crates").rglob("*.rs"):
         text = file.read_text()
         names = re.findall(r"#\[test\]\s*(?:#\[[^\n]*\]\s*)*(?:///[^\n]*\s*)*fn (\w+)\(", text)
         for block in re.findall(r"^proptest! \{$.*?^\}$", text, re.M | re.S):
             names += re.findall(r"\bfn (\w+)\(", block)
-        # The macro makes a test of each that it lists.
+        # The macro makes a test of each name in its list.
         for listed in re.findall(r"\$crate::conformance! \{ \$on_each:([\w\s]*)\}", text):
             names += listed.split()
         for name in names:
@@ -49,7 +49,7 @@ def rust_tests() -> dict[str, list[Path]]:
 
 
 def collected(files: Iterable[Path]) -> set[str]:
-    """The names of the tests that pytest takes of these files, with the options of the project."""
+    """Returns the names of the tests that pytest collects from these files, with the options of the project."""
     command = [sys.executable, "-m", "pytest", "--collect-only", "-q", "-p", "no:cacheprovider", *sorted(map(str, {*files}))]
     done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stdout + done.stderr
@@ -57,13 +57,13 @@ def collected(files: Iterable[Path]) -> set[str]:
 
 
 def ways_out(file: Path) -> list[str]:
-    """What in a Python file, or in the configuration above it, may keep a test from showing anything."""
+    """Returns the constructs in a Python file, or in the configuration above it, that may keep a test from running."""
     above = [folder / "conftest.py" for folder in file.parents if ROOT in (folder, *folder.parents)]
     return [f"{of.name}: {word}" for of in (file, *above) if of.exists() for word in WAYS_OUT.findall(of.read_text())]
 
 
 def not_run(name: str, file: Path) -> str:
-    """Why a Rust test does not run; empty: it does."""
+    """Returns why a Rust test does not run; empty if it does."""
     text = file.read_text()
     if re.search(rf"#\[ignore[^\n]*\]\s*(?:#\[[^\n]*\]\s*)*fn {name}\(|#\[test\]\s*#\[ignore[^\n]*\]\s*fn {name}\(", text):
         return "it is ignored"
@@ -75,7 +75,7 @@ def not_run(name: str, file: Path) -> str:
 
 
 def _reached(file: Path) -> bool:
-    """Whether a file is compiled: the root of a crate or of a test, or a module of a file that is."""
+    """Returns whether a file is compiled: the root of a crate or of a test, or a module of a compiled file."""
     if REGISTERED in file.parents:
         return True
     if file.name in ("lib.rs", "main.rs", "build.rs") or (file.parent.name == "tests" and (file.parent.parent / "Cargo.toml").exists()):
@@ -88,5 +88,5 @@ def _reached(file: Path) -> bool:
 
 
 def files_of(names: Iterable[str], tests: Mapping[str, list[Path]]) -> set[Path]:
-    """The files in which they are."""
+    """Returns the files that contain the named tests."""
     return {file for name in names for file in tests.get(name, [])}

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The pages docs/reference.md and docs/reference, made from docstrings, signatures and the library. Run as a program it writes them."""
+"""The pages docs/reference.md and docs/reference, generated from docstrings, signatures and the library. Run as a program it writes
+them."""
 
 from __future__ import annotations
 
@@ -38,7 +39,7 @@ MODULES = [
     "opengpac.system.alarms",
     "opengpac.gym",
 ]
-"""The modules whose public names the page has. Those without `__all__` have what they define themselves."""
+"""Modules whose public names are on the page: the names in `__all__`, or else those that the module itself defines."""
 
 GROUPS: dict[str, tuple[str, str]] = {
     "Systems": (
@@ -95,7 +96,7 @@ GROUPS: dict[str, tuple[str, str]] = {
         "manuals scan Driver Drivers Manual Manuals Found",
     ),
 }
-"""Title → the module, and its names in the order of the page."""
+"""Groups of names: title → the module, and its names in the order of the page."""
 
 MADE_BY_YOU = [
     "System",
@@ -117,10 +118,10 @@ MADE_BY_YOU = [
     "AnalogInput",
     "AnalogOutput",
 ]
-"""The classes that a program calls; others come from calls of the system."""
+"""Classes that a program instantiates; objects of other classes come from calls of the system."""
 
 ALIASES = {"Quantity": "opengpac.values.quantities", "Command": "opengpac.definition.commands", "Frame": "opengpac.values.frames"}
-"""Names of types that are written otherwise: name → the module that says so."""
+"""Type aliases: name → the module that defines it."""
 
 FOR_OPENGPAC = [
     "json",
@@ -138,7 +139,7 @@ FOR_OPENGPAC = [
     "parameter_members",
     "svv_members",
 ]
-"""Members that are public for other modules of the package only."""
+"""Members that are public only for other modules of the package."""
 
 HEAD = """# Reference
 
@@ -156,19 +157,19 @@ examples: the docstrings, as `help(gpac.Verb)` shows them.
 
 
 def slug(title: str) -> str:
-    """The name of a file for a title."""
+    """Returns the file name for a title."""
     return re.sub(r"\W+", "-", title.lower()).strip("-")
 
 
 def public(module: ModuleType) -> list[str]:
-    """The public names of a module."""
+    """Returns the public names of a module."""
     if hasattr(module, "__all__"):
         return [name for name in module.__all__ if not inspect.ismodule(getattr(module, name))]
     return [n for n, found in vars(module).items() if not n.startswith("_") and getattr(found, "__module__", "") == module.__name__]
 
 
 def pages() -> dict[Path, str]:
-    """Every page that is made: path → text."""
+    """Returns every generated page: path → text."""
     made = {PAGE: page(), FOLDER / "commands.md": commands()}
     for title in GROUPS:
         made[FOLDER / f"{slug(title)}.md"] = module_page(title)
@@ -180,7 +181,7 @@ def pages() -> dict[Path, str]:
 
 
 def page() -> str:
-    """The index: every name in a line."""
+    """Returns the index: a line for every name."""
     parts = [HEAD]
     for title, (module, names) in GROUPS.items():
         found = importlib.import_module(module)
@@ -193,12 +194,12 @@ def page() -> str:
 
 
 def of_module(module: str) -> str:
-    """The line that says where names of another module than the package itself are."""
+    """Returns the line that states the module of names outside the package itself."""
     return "" if module == "opengpac" else f"In `{module.replace('opengpac', 'gpac', 1)}`.\n\n"
 
 
 def module_page(title: str) -> str:
-    """The page of a group of names: signature, docstring and members of each."""
+    """Returns the page of a group of names: signature, docstring and members of each."""
     module, names = GROUPS[title]
     found = importlib.import_module(module)
     return (
@@ -207,7 +208,7 @@ def module_page(title: str) -> str:
 
 
 def section(module: ModuleType, name: str) -> Iterator[str]:
-    """The section of a name, and of a class one for each of its members."""
+    """Yields the section of a name, with one for each member if it is a class."""
     found = getattr(module, name)
     called = name in MADE_BY_YOU or not (isinstance(found, type) or name in ALIASES)
     yield f"## {name}\n\n"
@@ -226,7 +227,7 @@ def section(module: ModuleType, name: str) -> Iterator[str]:
 
 
 def wrapped(call: str) -> str:
-    """A call as Python reads it, each argument on a line of its own where it is long."""
+    """Returns a call in Python's syntax, with each argument on its own line if it is long."""
     call = call.replace("…", "...")
     if len(call) <= 100:
         return call
@@ -241,19 +242,19 @@ def wrapped(call: str) -> str:
 
 
 def markdown(doc: str) -> str:
-    """A docstring, its examples as listings."""
+    """Returns a docstring with its examples as listings."""
     parts = doc.strip().split("\n\n")
     return "\n\n".join(f"```pycon\n{part}\n```" if part.startswith(">>> ") else part for part in parts)
 
 
 def categories() -> dict[str, list[Component]]:
-    """The components of the standard library by category."""
+    """Returns the components of the standard library by category."""
     found = sorted((c for c in standard() if isinstance(c, Component)), key=lambda c: (c.category, c.name))
     return {category: [*group] for category, group in itertools.groupby(found, key=lambda c: c.category)}
 
 
 def category_page(category: str, components: list[Component], drawn: set[str]) -> str:
-    """The page of a category: the manual of each component, as `opengpac blocks show` prints it, and its picture where it has one."""
+    """Returns the page of a category: the manual of each component, as `opengpac blocks show` prints it, and its picture if it has one."""
     about = " Pictures show the first output for a step and a ramp of the input, with the defaults." if drawn else ""
     parts = [f"# Library: {category}\n\nAs `opengpac blocks show NAME` prints it.{about}\n"]
     for component in components:
@@ -266,13 +267,13 @@ def category_page(category: str, components: list[Component], drawn: set[str]) -
 
 
 def commands() -> str:
-    """The page of the commands of the shell, with their options."""
+    """Returns the page of the shell commands, with their options."""
     parts = ["# Commands\n\nEvery command of `opengpac` with its words and options; `opengpac COMMAND --help` prints them too.\n"]
     return "".join([*parts, *command("opengpac", cli._parser(), 1)])
 
 
 def command(name: str, parser: argparse.ArgumentParser, depth: int) -> Iterator[str]:
-    """The sections of a command and of those below it."""
+    """Yields the sections of a command and of its subcommands."""
     rows = []
     for action in parser._actions:
         if isinstance(action, argparse._SubParsersAction):
@@ -287,25 +288,25 @@ def command(name: str, parser: argparse.ArgumentParser, depth: int) -> Iterator[
 
 
 def spelt(action: argparse.Action) -> str:
-    """An option or argument as it is typed."""
+    """Returns an option or argument as it is typed."""
     value = "" if action.nargs == 0 else str(action.metavar or "\\|".join(map(str, action.choices or ())) or action.dest.upper())
     words = [f"{option} {value}".strip() for option in action.option_strings] or [value]
     return ", ".join(f"`{word}`" for word in words)
 
 
 def meaning(parser: argparse.ArgumentParser, action: argparse.Action) -> str:
-    """The help of an option, with its default filled in."""
+    """Returns the help of an option, with its default filled in."""
     values = {**vars(action), "prog": parser.prog}
     return (action.help or "") % values
 
 
 def sentence(text: str) -> str:
-    """A text that begins with a capital letter and ends with a full stop."""
+    """Returns a text with a capital first letter and a full stop at the end."""
     return text and f"{text[0].upper()}{text[1:]}".rstrip(".") + "."
 
 
 def shell() -> Iterator[str]:
-    """The commands of `opengpac`, and the fixtures for pytest."""
+    """Yields the commands of `opengpac`, and the fixtures for pytest."""
     yield "\n## [At the shell](reference/commands.md), and in pytest\n\n"
     for action in cli._parser()._actions:
         for found in getattr(action, "_choices_actions", ()):
@@ -315,13 +316,13 @@ def shell() -> Iterator[str]:
 
 
 def fixtures() -> dict[str, str]:
-    """The docstrings of the fixtures: what pytest makes of a fixture has none in some of its versions."""
+    """Returns the docstrings of the fixtures, read from the source: in some versions pytest's fixture objects have none."""
     body = ast.parse(inspect.getsource(pytest_plugin)).body
     return {found.name: ast.get_docstring(found) or "" for found in body if isinstance(found, ast.FunctionDef)}
 
 
 def device_members(kind: type[gpac.LogicalDevice]) -> Iterator[str]:
-    """The SVVs and the parameters of a device type, each in one line, with units and defaults."""
+    """Yields the SVVs and parameters of a device type, one line each, with units and defaults."""
     svvs = [f"`{n}`" + (f" ({m.unit})" if m.unit else "") for n, m in vars(kind).items() if isinstance(m, SvvMember)]
     parameters = [
         f"`{name}` ({' '.join(filter(None, [f'{m.default:g}' if isinstance(m.default, float) else str(m.default), m.unit]))}"
@@ -335,7 +336,7 @@ def device_members(kind: type[gpac.LogicalDevice]) -> Iterator[str]:
 
 
 def members(kind: type) -> Iterator[tuple[str, str, str]]:
-    """The documented methods and properties of a class: name, call and docstring; those of a base stand with that base."""
+    """Yields the documented methods and properties of a class: name, call and docstring; inherited ones are listed with their base."""
     on_page = {
         getattr(importlib.import_module(module), name) for module, names in GROUPS.values() for name in names.split() if name != "Command"
     }
@@ -354,7 +355,7 @@ def members(kind: type) -> Iterator[tuple[str, str, str]]:
 
 
 def signature(found: Any, bound: bool = False) -> str:
-    """What stands in the parentheses of a call, with types and defaults; of a verb that of its call."""
+    """Returns the parameters of a call, with types and defaults; for a verb those of its call."""
     if isinstance(found, SignalVerb):
         return "(signal, …)"
     given = getattr(found, "signature", None)
@@ -373,7 +374,7 @@ def signature(found: Any, bound: bool = False) -> str:
 
 
 class _As:
-    """A text that is shown without quotes."""
+    """Text that is shown without quotes."""
 
     def __init__(self, text: str) -> None:
         self.text = text
@@ -383,14 +384,14 @@ class _As:
 
 
 def default(value: Any) -> Any:
-    """A default as a person writes it; what has no such form is `…`."""
+    """Returns a default in readable form; `…` if it has none."""
     if value is inspect.Parameter.empty or value is None or isinstance(value, bool | int | float | str | tuple):
         return value
     return _As("…")
 
 
 def written(annotation: Any) -> Any:
-    """A type as it is written in the source, without the mark of a private name."""
+    """Returns a type as written in the source, without the underscore of a private name."""
     if annotation is inspect.Parameter.empty:
         return annotation
     text = annotation if isinstance(annotation, str) else inspect.formatannotation(annotation)
@@ -398,7 +399,7 @@ def written(annotation: Any) -> Any:
 
 
 def documentation(found: Any, name: str) -> str:
-    """The docstring of a name; of an alias the one that stands below its assignment."""
+    """Returns the docstring of a name; for an alias the one below its assignment."""
     if name not in ALIASES:
         return inspect.getdoc(found) or ""
     body = ast.parse(inspect.getsource(importlib.import_module(ALIASES[name]))).body
@@ -411,7 +412,7 @@ def documentation(found: Any, name: str) -> str:
 
 
 def first(doc: str) -> str:
-    """The first paragraph of a docstring, as one line."""
+    """Returns the first paragraph of a docstring, as one line."""
     return re.sub(r"\s+", " ", doc.split("\n\n")[0]).strip()
 
 

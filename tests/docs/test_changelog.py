@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""CHANGELOG.md has areas, in each what was added, changed and fixed, a short line for each change."""
+"""CHANGELOG.md has areas, each with the added, changed and fixed, and a short line for each change."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ LONGEST = 160
 
 
 def areas() -> dict[str, str]:
-    """The areas of the newest release: title → text. What stands before the first waits for its place."""
+    """Returns the areas of the newest release: title → text. Entries before the first area are not assigned yet."""
     newest = re.split(r"^## ", (ROOT / "CHANGELOG.md").read_text(), flags=re.MULTILINE)[1]
     found = re.split(r"^### (.+)\n", newest, flags=re.MULTILINE)
     return dict(zip(found[1::2], found[2::2], strict=True))

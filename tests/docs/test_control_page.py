@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The page of the control interface: its requests are made against a daemon, its table of roles is that of the code."""
+"""The page of the control interface: its requests work against a daemon, and its table of roles equals that of the code."""
 
 from __future__ import annotations
 

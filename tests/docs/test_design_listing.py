@@ -21,7 +21,7 @@ FAULTY = {"kind": "message", "seed": 7, "delay_ns": [0, 100_000], "drop": 0.02, 
 
 @pytest.fixture(params=["memory", FAULTY], ids=["memory", "message"])
 def names(request: pytest.FixtureRequest, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[dict[str, Any]]:
-    """What the program has defined when it has run, in a folder with the arm and the blocks that it asks for."""
+    """Yields the names defined by the program after it has run, in a folder with the arm and the blocks that it uses."""
     shutil.copy(ROOT / "python/opengpac/robots/ur5e.xml", tmp_path)
     shutil.copy(ROOT / "examples/blocks/lowpass.c", tmp_path / "my_blocks.c")
     monkeypatch.chdir(tmp_path)

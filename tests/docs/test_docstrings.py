@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The docstrings of the public names say what every parameter is, and where an object comes from that a program does not make itself."""
+"""The docstrings of the public names explain every parameter, and say which call returns an object that a program does not create
+itself."""
 
 from __future__ import annotations
 
@@ -19,14 +20,14 @@ FUNCTIONS = {name: of for name, of in PUBLIC.items() if inspect.isfunction(of)}
 
 
 def unnamed(call: Callable[..., Any], doc: str) -> list[str]:
-    """The parameters of a call that a docstring does not name."""
+    """Returns the parameters of a call that a docstring does not name."""
     given = [p for p in inspect.signature(call).parameters.values() if p.kind not in (p.VAR_POSITIONAL, p.VAR_KEYWORD)]
     names = [p.name for p in given if p.name not in ("self", "cls")]
     return [name for name in names if not re.search(rf"\b{name}\b", doc)]
 
 
 def methods(of: type) -> Iterator[tuple[str, Callable[..., Any]]]:
-    """The public methods that a class itself defines."""
+    """Yields the public methods that a class itself defines."""
     yield from ((name, member) for name, member in vars(of).items() if inspect.isfunction(member) and not name.startswith("_"))
 
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The table of docs/library.md lists what the library has, in its words."""
+"""The table of docs/library.md lists the contents of the library, in its words."""
 
 from __future__ import annotations
 

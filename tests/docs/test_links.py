@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What a page points to is there."""
+"""The targets of a page's links exist."""
 
 from __future__ import annotations
 

@@ -20,7 +20,7 @@ from opengpac.system import system
 
 @pytest.fixture(autouse=True)
 def virtual(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Every system that a listing makes has the virtual clock."""
+    """Gives every system that a listing creates the virtual clock."""
     made = system.System.__init__
 
     def make(self: system.System, name: str, clock: str = "monotonic", **options: object) -> None:
@@ -31,13 +31,13 @@ def virtual(monkeypatch: pytest.MonkeyPatch) -> None:
 
 @pytest.fixture(autouse=True)
 def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """The folder that the listings run in."""
+    """Returns the folder that the listings run in."""
     monkeypatch.chdir(tmp_path)
     return tmp_path
 
 
 def command(*words: str, folder: Path, fails: bool = False) -> str:
-    """What a command prints; `opengpac` and `pytest` are those of this Python."""
+    """Returns the output of a command; `opengpac` and `pytest` are those of this Python."""
     paths = [str(Path(_native.__file__).parent.parent), os.environ.get("PYTHONPATH", "")]
     environment = {**os.environ, "PYTHONPATH": os.pathsep.join(filter(None, paths)), "PYTHONDONTWRITEBYTECODE": "1"}
     done = subprocess.run(words, cwd=folder, env=environment, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, check=False)
@@ -62,7 +62,7 @@ def build_rust(source: str, folder: Path) -> None:
 
 
 def run_commands(listing: Listing, folder: Path) -> None:
-    """Runs the lines `$ opengpac …` of a console listing and compares what they print."""
+    """Runs the lines `$ opengpac …` of a console listing and compares their output."""
     for part in ("\n" + listing.text).split("\n$ ")[1:]:
         line, _, expected = part.partition("\n")
         words = line.split("#")[0].split()
@@ -73,7 +73,7 @@ def run_commands(listing: Listing, folder: Path) -> None:
 
 
 def keep(listing: Listing, folder: Path) -> None:
-    """Writes a listing that is a file into the folder, and compares it with the repository's file of that path."""
+    """Writes a file listing into the folder, and compares it with the repository's file of that path."""
     kept = ROOT / listing.words["file"]
     if kept.exists():
         text = re.sub("^(//|#) SPDX-License-Identifier: .*\n", "", kept.read_text())

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The table of docs/motion.md for people from other controllers: names in its last column exist, and what it says is missing is."""
+"""The table of docs/motion.md for users of other controllers: the names in its last column exist, and features that it declares missing
+are missing."""
 
 from __future__ import annotations
 
@@ -18,7 +19,7 @@ NAMES = ("MC_Power", "MoveJ", "PTP", "movej", "MC_MoveCircularAbsolute", "mcBlen
 
 
 def rows() -> list[list[str]]:
-    """Rows of the table, cell by cell."""
+    """Returns the rows of the table, cell by cell."""
     lines = PAGE.read_text().partition("## By the names of other controllers")[2].strip().splitlines()
     table = [[cell.strip() for cell in line.strip("|").split("|")] for line in lines if line.startswith("|")]
     return table[2:]
@@ -32,7 +33,7 @@ def test_the_table_is_whole() -> None:
 
 @pytest.fixture(scope="module")
 def known() -> dict[str, object]:
-    """What the names of the last column begin with."""
+    """Returns the first components of the names in the last column."""
     arm = gpac.robots.load("ur5e", clock="virtual").enable()
     moving = motion.move_relative.asynch(arm["wrist_3"], 0.1)
     device = arm.system.physical_devices["ur5e"]

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The page that follows the paper: each requirement once, each test that it names is there and runs."""
+"""The page that follows the paper lists each requirement once, and each test that it names exists and runs."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ NAMED = {test for number in ROWS for test in shown_by(number)}
 
 
 def number_of(test: str) -> int | None:
-    """The requirement that a test names."""
+    """Returns the number of the requirement that a test names."""
     named = re.match(r"(?:test_)?r(\d{3})_", test)
     return int(named[1]) if named else None
 
@@ -51,20 +51,20 @@ def test_a_test_stands_where_its_name_says() -> None:
 
 
 def test_every_python_test_on_the_page_runs() -> None:
-    """It is collected with the options of the project, and nothing in its file or above can keep it from showing what it is to show."""
+    """Checks that each is collected with the options of the project, and that nothing in its file or above can keep it from running."""
     files = files_of(NAMED, PYTHON)
     assert not (NAMED & PYTHON.keys()) - collected(files)
     assert not {file.name: found for file in files if (found := ways_out(file))}
 
 
 def test_every_rust_test_on_the_page_runs() -> None:
-    """It is compiled by a target of the Makefile, and not ignored."""
+    """Checks that each is compiled by a target of the Makefile, and not ignored."""
     why_not = {name: [not_run(name, file) for file in RUST[name]] for name in NAMED & RUST.keys()}
     assert not {name: why for name, why in why_not.items() if all(why)}
 
 
 def test_what_does_not_run_is_told(tmp_path: Path) -> None:
-    """The checks of this page themselves, on tests that do not run."""
+    """Tests the checks of this page themselves, on tests that do not run."""
     (tmp_path / "test_it.py").write_text("import pytest\n\n@pytest.mark.skip\ndef test_it(): ...\n")
     assert ways_out(tmp_path / "test_it.py") == ["test_it.py: mark.skip"]
     crate = tmp_path / "crate"

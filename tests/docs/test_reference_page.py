@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The pages docs/reference.md and docs/reference have every public name, with its present signature and words."""
+"""The pages docs/reference.md and docs/reference contain every public name, with its present signature and docstring."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from reference_page import FOLDER, GROUPS, MODULES, PAGE, pages, public
 
 @pytest.fixture(scope="module")
 def made() -> dict[Path, str]:
-    """Every page, made once: the pictures of the blocks are drawn for them."""
+    """Returns every page, generated once, including the pictures of the blocks."""
     return pages()
 
 

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The modules of each Rust crate stand on each other in one direction, as the package's do (`tests/python/test_imports.py`).
+"""The modules of each Rust crate depend on each other in one direction, as the package's do (`tests/python/test_imports.py`).
 
-A module stands on those within it, whose items it hands on; what these take from it is no circle. So a circle that goes back by way of
-a parent is found: who uses the parent may use what a child of it has defined.
+A module depends on its submodules, whose items it re-exports; their use of it is not a cycle. A cycle through a parent is therefore
+found: a user of the parent may use an item that one of its children defines.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ COMMENT = re.compile(r"//[^\n]*")
 
 
 def modules(source: Path) -> dict[Module, Path]:
-    """The modules of a crate by their paths."""
+    """Returns the modules of a crate by their paths."""
     found: dict[Module, Path] = {}
     for file in source.rglob("*.rs"):
         parts = file.relative_to(source).with_suffix("").parts
@@ -34,7 +34,7 @@ def modules(source: Path) -> dict[Module, Path]:
 
 
 def flat(tree: str) -> Iterator[str]:
-    """The paths of a `use`: `a::{b, c::d}` is `a::b` and `a::c::d`."""
+    """Yields the paths of a `use`: `a::{b, c::d}` is `a::b` and `a::c::d`."""
     head, brace, rest = tree.partition("{")
     if not brace:
         yield tree.split(" as ")[0].strip()
@@ -50,7 +50,7 @@ def flat(tree: str) -> Iterator[str]:
 
 
 def target(path: str, module: Module, known: Container[Module]) -> Module:
-    """The module that a path leads to from another one."""
+    """Returns the module to which a path in another module leads."""
     first, *steps = path.split("::")
     at = list(module) if first in {"self", "super"} else []
     if first == "super":
@@ -65,7 +65,7 @@ def target(path: str, module: Module, known: Container[Module]) -> Module:
 
 
 def used(text: str, module: Module, known: Container[Module]) -> set[Module]:
-    """The modules that a source uses, but for tests within it and the modules around it."""
+    """Returns the modules that a source uses, except for its own tests and its parent modules."""
     text = COMMENT.sub("", text.split("#[cfg(test)]\nmod ")[0])
     paths = [path for tree in USE.findall(text) for path in flat(" ".join(tree.split()))] + PATH.findall(text)
     found = {target(path, module, known) for path in paths}
@@ -73,7 +73,7 @@ def used(text: str, module: Module, known: Container[Module]) -> set[Module]:
 
 
 def edges(known: dict[Module, str]) -> dict[Module, set[Module]]:
-    """The modules that each one stands on, from the sources of all."""
+    """Returns the modules on which each module depends, from the sources of all."""
     within = {module: {other for other in known if other[:-1] == module and other != ()} for module in known}
     return {module: used(text, module, known) | (within[module] if module else set()) for module, text in known.items()}
 

@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The site of the pages: docs/README.md names each of them in one of four kinds, each begins with what one gets, and anchors exist.
+"""The documentation site: docs/README.md lists every page under one of four kinds, each page begins with its benefit to the reader, and
+anchors exist.
 
-`make docs` builds it and checks its links with Sphinx; nothing here needs Sphinx.
+`make docs` builds the site and checks its links with Sphinx; no test here needs Sphinx.
 """
 
 from __future__ import annotations
@@ -18,21 +19,21 @@ DOCS = ROOT / "docs"
 FRONT = DOCS / "README.md"
 KINDS = ["Tutorials", "How-to guides", "Explanation", "Reference"]
 FIRST_SCREEN = 45
-"""Lines of a page that a window shows."""
+"""Number of lines of a page that fit in a window."""
 
 _FENCE = re.compile(r"^(```+).*?^\1$", re.DOTALL | re.MULTILINE)
 _ANCHOR = re.compile(r"\]\((?!https?://)([^)#\s]*)#([^)\s]+)\)")
 
 
 def of_kind(kind: str) -> list[Path]:
-    """The pages that the front page lists as of that kind."""
+    """Returns the pages that the front page lists under a kind."""
     text = FRONT.read_text().split(f"\n## {kind}\n")[1].split("\n## ")[0]
     return [DOCS / f"{name}.md" for name in re.findall(r"^- \[[^\]]+\]\(([\w./-]+)\.md\)", text, re.MULTILINE)]
 
 
 @functools.cache
 def anchors(page: Path) -> set[str]:
-    """The anchors of the headings of a page, as MyST and GitHub make them."""
+    """Returns the anchors of a page's headings, as MyST and GitHub generate them."""
     titles = re.findall(r"^#{1,6} (.+)$", _FENCE.sub("", page.read_text()), re.MULTILINE)
     plain = [re.sub(r"\[([^\]]*)\]\([^)]*\)", r"\1", title) for title in titles]
     return {re.sub(r"[^\w\- ]", "", title.strip().lower()).replace(" ", "-") for title in plain}

@@ -10,7 +10,7 @@ from listings import ROOT
 
 
 def folders() -> set[str]:
-    """The folders that have tests in Python."""
+    """Returns the folders that contain Python tests."""
     found = {path.parent.relative_to(ROOT) for path in (ROOT / "tests").rglob("test_*.py")}
     return {path.as_posix() for path in found}
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The notebook of the tutorial: it runs from its first cell to its last, and what it shows is there."""
+"""The notebook of the tutorial runs from its first cell to its last, and contains the outputs that it shows."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ import opengpac
 
 NOTEBOOK = Path(__file__).parent.parent.parent / "docs" / "tutorial.ipynb"
 CELL_S = 60
-"""Of each cell, as of each test: a hang fails it, slowness does not."""
+"""Time limit of each cell, as of each test: a hang fails it, slowness does not."""
 
 
 def code(notebook: Any) -> list[Any]:
@@ -25,7 +25,7 @@ def code(notebook: Any) -> list[Any]:
 
 
 def shown(cell: Any) -> dict[str, str]:
-    """What a cell shows, by its kind."""
+    """Returns the outputs of a cell, by kind."""
     found: dict[str, str] = {}
     for output in cell.outputs:
         found |= output.get("data", {})
@@ -33,13 +33,13 @@ def shown(cell: Any) -> dict[str, str]:
 
 
 def patience(**_: Any) -> None:
-    """Each cell has the time that a test has, before the watch over tests ends them."""
+    """Gives each cell the time of a test, within the limit of the watchdog over tests."""
     faulthandler.dump_traceback_later(CELL_S + 10, exit=True, file=sys.__stderr__)
 
 
 @pytest.fixture(scope="module")
 def run(tmp_path_factory: pytest.TempPathFactory) -> Any:
-    """The notebook after it has run, in a folder of its own."""
+    """Returns the notebook after it has run, in a folder of its own."""
     folder = tmp_path_factory.mktemp("tutorial")
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv("PYTHONPATH", os.pathsep.join([str(Path(opengpac.__file__).parent.parent), os.environ.get("PYTHONPATH", "")]))

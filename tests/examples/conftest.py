@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Example programs run whole, under the virtual clock, and their traces are compared with the recorded ones.
+"""Example programs run as a whole, under the virtual clock, and their traces are compared with the recorded ones.
 
-`pytest tests/examples --renew` records them anew; look at the difference before it is committed.
+`pytest tests/examples --renew` records them again; check the difference before you commit it.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ TRACES = Path(__file__).parent / "traces"
 
 @dataclass(frozen=True)
 class Run:
-    """How a program ended, what it printed, and what it recorded."""
+    """Exit code of a program, its output, and its trace."""
 
     code: int
     printed: str
@@ -31,13 +31,13 @@ class Run:
 
 
 class Programs:
-    """Runs example programs, and compares what they record."""
+    """Runner of example programs, and comparison of their traces."""
 
     def __init__(self, folder: Path, renew: bool) -> None:
         self._folder, self._renew = folder, renew
 
     def run(self, program: str, *words: str, replay: Path | None = None) -> Run:
-        """Runs `examples/PROGRAM.py` under the virtual clock; `replay`: a file from which the run can be replayed."""
+        """Runs `examples/PROGRAM.py` under the virtual clock; `replay` is a file from which the run can be replayed."""
         trace = self._folder / "trace.txt"
         options = ("--clock", "virtual", "--output", str(self._folder), "--trace", str(trace), *words)
         by = () if replay is None else ("-m", "opengpac", "record", "-o", str(replay))
@@ -45,7 +45,7 @@ class Programs:
         return Run(done.code, done.printed, trace.read_text() if trace.exists() else "")
 
     def script(self, path: str, *words: str, by: tuple[str, ...] = ()) -> Run:
-        """Runs a program of the repository with these options, by Python or by this command."""
+        """Runs a program of the repository with these options, by Python or by the command `by`."""
         paths = [str(Path(_native.__file__).parent.parent), os.environ.get("PYTHONPATH", "")]
         environment = {**os.environ, "PYTHONPATH": os.pathsep.join(filter(None, paths))}
         command = [sys.executable, *by, str(ROOT / path), *words]
@@ -53,7 +53,7 @@ class Programs:
         return Run(done.returncode, done.stdout + done.stderr, "")
 
     def compare(self, name: str, trace: str, within: float) -> None:
-        """Compares a trace with `traces/NAME.txt`: the same columns and times, values `within` that; 0 is to the bit."""
+        """Compares a trace with `traces/NAME.txt`: equal columns and times, and values equal `within` a tolerance; 0 means bit for bit."""
         kept = TRACES / f"{name}.txt"
         if self._renew:
             kept.write_text(trace)
@@ -70,5 +70,5 @@ class Programs:
 
 @pytest.fixture
 def programs(tmp_path: Path, request: pytest.FixtureRequest) -> Programs:
-    """The example programs."""
+    """Returns the runner of the example programs."""
     return Programs(tmp_path, bool(request.config.getoption("--renew")))

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The examples' own blocks in C, each tried with no system at all."""
+"""The examples' own blocks in C, each tried without a system."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ Code = dict[str, gpac.Module]
 
 @pytest.fixture(scope="module")
 def code() -> Iterator[Code]:
-    """The modules by their file names."""
+    """Yields the modules by their file names."""
     with gpac.System("blocks", clock="virtual") as cell:
         yield {name: cell.download(BLOCKS / f"{name}.c") for name in ("admittance", "glide", "grasp", "noise")}
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The example of model-predictive control: its solver finds what CasADi's own one finds, and it holds the pole."""
+"""The example of model-predictive control: its solver agrees with CasADi's own, and it holds the pole."""
 
 from typing import Any
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The cell with a PLC: four protocols, one verb, an emergency stop, and the same run again from its record."""
+"""The cell with a PLC: four protocols, one verb, an emergency stop, and a replay of the run from its record."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ def test_it_delivers_rejects_stops_recovers_and_is_replayed(programs: Any, tmp_p
     assert (tmp_path / "cell_with_a_plc.png").stat().st_size > 0
     recorded = gpac.open_recording(tmp_path / "cell_with_a_plc.mcap")
     assert recorded.complete
-    # The PLC was told of each part once, and the conveyor never leapt.
+    # Each part was reported to the PLC once, and the conveyor never jumped.
     told = {name: recorded[f"{name}.value"]["value"].astype(int) for name in ("delivered", "rejected")}
     assert {name: int((values[1:] > values[:-1]).sum()) for name, values in told.items()} == {"delivered": 2, "rejected": 1}
     steps = abs(recorded["belt.reference"]["value"][1:] - recorded["belt.reference"]["value"][:-1])

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Centering grasp: the block is not pushed away, wherever it is between the fingers, and the verb says how wide it is."""
+"""Centering grasp: the block is not pushed away, wherever it is between the fingers, and the verb returns its width."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ OFFSETS_MM = [-20, -15, -10, -5, 0, 5, 10, 15, 20]
 
 @pytest.fixture
 def work() -> Iterator[Workcell]:
-    """The workcell of the example, enabled."""
+    """Yields the workcell of the example, enabled."""
     with gpac.System("grasp", clock="virtual") as cell:
         made = Workcell(cell)
         with made.arm.enabled(), made.hand.enabled(), made.watch():
@@ -34,7 +34,7 @@ def beside(work: Workcell, offset: float) -> None:
 
 
 def pushed(work: Workcell, before: Any) -> float:
-    """How far the block has come on the bench, m."""
+    """Returns the displacement of the block on the bench, m."""
     return float(np.hypot(*(np.array(work.place.value) - before)[:2]))
 
 
@@ -101,7 +101,7 @@ def test_where_nothing_is_it_says_so(work: Workcell) -> None:
 
 
 def test_the_tool_moves_on_a_line_and_does_not_turn(work: Workcell) -> None:
-    """The block's kinematics against those of the physics engine, at every step of 40 mm along a slanting line."""
+    """Compares the block's kinematics with those of the physics engine, at every step of 40 mm along a slanting line."""
     import mujoco
 
     from opengpac import robots

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Every example program runs unchanged on a real-time system that is a process of its own: `OPENGPAC_SYSTEM` says where it is."""
+"""Every example program runs unchanged on a real-time system in another process; `OPENGPAC_SYSTEM` is its address."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ OPTIONS = {"centering_grasp": ("--offset", "-12")}
 
 @pytest.fixture
 def daemon(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Daemon]:
-    """A daemon with the virtual clock, on which every program of this test runs."""
+    """Yields a daemon with the virtual clock, on which every program of this test runs."""
     made = Daemon(tmp_path)
     monkeypatch.setenv("OPENGPAC_SYSTEM", made.url)
     yield made

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The example programs end as they should, with the traces that are recorded in `traces/`.
+"""The example programs end as expected, with the traces recorded in `traces/`.
 
-A simulated arm is compared within a tolerance, because its physics engine may give other bits on another machine; what is made of our
-blocks alone is compared to the last digit that is written.
+A simulated arm is compared within a tolerance, because its physics engine may give other bits on another machine; results of our own
+blocks alone are compared to the last digit written.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ WITHIN = {
     "guarded_move": 1e-2,
     "compliant_motion": 1e-3,
 }
-"""How close a program's trace must be to the recorded one, in the units of its columns (rad, m, N)."""
+"""Maximum distance of a program's trace from the recorded one, in the units of its columns (rad, m, N)."""
 
 
 @pytest.mark.parametrize("program", WITHIN)

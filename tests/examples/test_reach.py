@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The trained policy of the examples: in its environment, in its verb with the guard, and how far it keeps to what its arm can do."""
+"""The trained policy of the examples: in its environment, in its verb with the guard, and within the limits of its arm."""
 
 from __future__ import annotations
 
@@ -17,15 +17,15 @@ import opengpac as gpac
 import reach
 
 GOALS = int(os.environ.get("OPENGPAC_GOALS", "10"))
-"""`make faults` tries 100."""
+"""Number of goals; `make faults` tries 100."""
 
 UNSEEN = 5_000
-"""The training took no seed of a goal from here on."""
+"""First seed of the unseen goals, which training did not use."""
 
 
 @pytest.fixture
 def work() -> Iterator[reach.Work]:
-    """The cell of the example, enabled, with a camera that sees."""
+    """Yields the cell of the example, enabled, with a camera that sees."""
     with gpac.System("reach", clock="virtual") as cell:
         made = reach.Work(cell)
         with made.arm.enabled():
@@ -49,7 +49,7 @@ def test_it_reaches_goals_that_it_has_not_seen_within_the_acceleration_of_its_ar
         report = work.reach(goal)
         if report.condition != "arrived" or np.abs(np.array(work.arm.pose().position) - goal).max() > reach.TOLERANCE:
             missed.append((seed, report.condition))
-        # The histories keep ten seconds, and one goal takes at most six.
+        # The histories cover ten seconds, and one goal takes at most six.
         if work.cell.now - looked > 3.5 or seed == UNSEEN + GOALS - 1:
             assert (reach.accelerations(work.arm) <= limits * 1.001).all() and work.cell.now - looked < 10.0
             looked = work.cell.now
@@ -65,7 +65,7 @@ def test_in_its_environment_it_does_the_same_with_the_reference_evaluator() -> N
         given: Any = network.run(None, {"obs": seen[None]})[0]
         seen, _, _, over, _ = env.step(given[0])
     assert np.abs(env.values["error"]).max() < reach.TOLERANCE
-    # Where an episode was does not show in the next one.
+    # An episode leaves no trace in the next one.
     first = [env.reset(seed=1)[0], *(env.step(np.full(6, 0.3, np.float32))[0] for _ in range(5))]
     env.step(np.full(6, -1.0, np.float32))
     again = [env.reset(seed=1)[0], *(env.step(np.full(6, 0.3, np.float32))[0] for _ in range(5))]

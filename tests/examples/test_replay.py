@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Each example is recorded twice and run again: record = record = replay, bit for bit. `make faults` does it for 10^6 firings of each."""
+"""Each example is recorded twice and replayed: record = record = replay, bit for bit. `make faults` does so for 10^6 firings of each."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Faults where the programming system and the supervisor are processes of their own: a daemon, and a program that is connected to it."""
+"""Faults with the programming system and the supervisor in separate processes: a daemon, and a program connected to it."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ from rounds import LIMIT, PROCESS, Round, runs_for_a_while, started
 VICTIM = Path(__file__).parent / "victim.py"
 
 LEAVES = {"halt": "halted", "safe": "aborted"}
-"""What an instance ends with that follows this word; one that continues does not end."""
+"""End condition of an instance by its policy; with any other policy it continues and does not end."""
 
 
 class Daemon:
@@ -39,11 +39,11 @@ class Daemon:
         self.url = self.process.stdout.readline().strip().removeprefix("listening on ")
 
     def kill(self) -> None:
-        """Kills it, as a fault would."""
+        """Kills the daemon, as a fault would."""
         self.process.kill()
 
     def stop(self) -> int:
-        """Ends it in order, where it was not killed; its exit code."""
+        """Ends the daemon in order unless it was killed; returns its exit code."""
         if self.process.poll() is None:
             self.process.send_signal(signal.SIGTERM)
         try:
@@ -56,7 +56,7 @@ class Daemon:
 
 @contextlib.contextmanager
 def daemon() -> Iterator[Daemon]:
-    """A daemon that is gone behind the block."""
+    """Yields a daemon, which has ended after the block."""
     with tempfile.TemporaryDirectory() as folder:
         made = Daemon(folder)
         try:
@@ -66,14 +66,14 @@ def daemon() -> Iterator[Daemon]:
 
 
 def said_counts(victim: subprocess.Popen[str], lines: int) -> list[str]:
-    """Hears that many lines of a victim; what was wrong with them."""
+    """Reads `lines` lines from a victim; returns a message about the first wrong one, if any."""
     assert victim.stdout
     said = [victim.stdout.readline() for _ in range(lines)]
     return next(([f"the victim said {line!r}"] for line in said if not line.startswith("count ")), [])
 
 
 def of_the_supervisor(found: Round, before: Before, chosen: random.Random, blocks: str) -> None:
-    """kill -9 of a daemon while its client waits, or asks for values: the client is told, processors in processes say farewell."""
+    """kill -9 of a daemon while its client waits or reads values: the client is notified, processors in processes end in order."""
     with daemon() as system:
         plant = Plant()
         cell = gpac.connect(system.url, name="operator", progress=False)
@@ -110,7 +110,7 @@ def of_the_supervisor(found: Round, before: Before, chosen: random.Random, block
 
 
 def of_the_programming_system(found: Round, _: Before, chosen: random.Random, blocks: str) -> None:
-    """kill -9 of a daemon's client: every verb follows its policy, and the next client of the name collects the end reports."""
+    """kill -9 of a daemon's client: every verb follows its policy, and the next client of that name collects the end reports."""
     policies = {
         "healthy": "continue",
         "pushing": chosen.choice(["halt", "safe"]),

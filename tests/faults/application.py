@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The application that a campaign makes faults in: a doomed processor with a drive, a healthy one beside it, four verbs."""
+"""The application in which a campaign injects faults: a doomed processor with a drive, a healthy one beside it, four verbs."""
 
 from __future__ import annotations
 
@@ -13,30 +13,31 @@ from opengpac import library as lib
 from plant import Plant
 
 PUSH = 1.0
-"""What the doomed processor writes to the drive; its safe value is 0."""
+"""Value that the doomed processor writes to the drive; its safe value is 0."""
 
 NONE: Mapping[str, str] = {}
 
 
 @dataclass
 class Application:
-    """What runs in one round."""
+    """Application of one round."""
 
     cell: gpac.System
     doomed: dict[str, gpac.VerbInstance[Any]]
-    """Verbs on the doomed processor: each must have an end report of its own."""
+    """Verbs on the doomed processor: each must have its own end report."""
     healthy: gpac.VerbInstance[Any]
-    """A verb on the other processor: it must go on."""
+    """Verb on the other processor: it must continue."""
     count: gpac.SVV[int]
-    """What the healthy verb counts."""
+    """Count of the healthy verb."""
 
 
 def run(
     cell: gpac.System, blocks: str, failing: str, at: int, doomed: Mapping[str, Any], plant: Plant, policies: Mapping[str, str] = NONE
 ) -> Application:
-    """Starts the application; the block `failing` of the doomed processor fails in invocation `at`. `doomed`: what that processor is.
+    """Starts the application; the block `failing` of the doomed processor fails in invocation `at`. `doomed` contains that processor's
+    options.
 
-    The plant is pushed before anything fails. `policies`: what verbs do where their program is cut off, by name.
+    The plant is pushed before anything fails. `policies` contains the verbs' policies for a lost program, by name.
     """
     safe = cell.processor("rtp0")
     lost = cell.processor("rtp1", **doomed)

@@ -1,20 +1,20 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Drives on EtherCAT and CANopen for the campaign of kills: each an emulated one, whose own watchdog stops it where nobody commands it."""
+"""Drives on EtherCAT and CANopen for the campaign of kills: emulated drives whose own watchdog stops them when commands cease."""
 
 from __future__ import annotations
 
 import opengpac as gpac
 
 COUNTS = 1_000
-"""Counts of an axis to 1 rad."""
+"""Counts of an axis per rad."""
 WATCHDOG = "1 s"
-"""Of the drives: what is commanded again after longer has been held up by more than a busy machine."""
+"""Watchdog of the drives: a longer pause between commands has causes other than a busy machine."""
 LOST_AFTER = 600
-"""Cycles without an answer, 3 s at 5 ms."""
+"""Number of cycles without an answer, 3 s at 5 ms."""
 
 
 class Axis:
-    """A drive at work, and the driver for it."""
+    """Drive in operation, and the driver for it."""
 
     channel = "a.goal"
     value = 0.5
@@ -27,11 +27,11 @@ class Axis:
         self.peer = peer
 
     def commanded(self) -> bool:
-        """Whether it moves."""
+        """Returns whether the drive moves."""
         return self.peer.drives()[0].position > 0
 
     def safe(self) -> bool:
-        """Whether it is switched off: told so, or by its own watchdog."""
+        """Returns whether the drive is switched off, by command or by its own watchdog."""
         return self.peer.drives()[0].drive != "operation enabled"
 
     def close(self) -> None:
@@ -39,11 +39,11 @@ class Axis:
 
 
 def ethercat(address: str) -> gpac.drivers.Driver:
-    """A drive on a segment."""
+    """Returns the driver of a drive on a segment."""
     return gpac.drivers.ethercat(address, {"a": {"counts": COUNTS, "speed_max": 1.0}}, timeout=WATCHDOG, lost_after=LOST_AFTER)
 
 
 def canopen(address: str) -> gpac.drivers.Driver:
-    """A drive on a bus."""
+    """Returns the driver of a drive on a bus."""
     axis = {"node": 1, "counts": COUNTS, "speed_max": 1.0}
     return gpac.drivers.canopen(address, {"a": axis}, cycle="5 ms", timeout=WATCHDOG, heartbeat=WATCHDOG, lost_after=LOST_AFTER)

@@ -1,11 +1,11 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A fault campaign: breaks a running application in every way that it must survive, and accounts for what followed.
+"""A fault campaign: breaks a running application in every way that it must survive, and accounts for the consequences.
 
     python tests/faults/campaign.py                       all kinds, as often as they must be shown
     python tests/faults/campaign.py --bounded             a few of each, as the tests do
     python tests/faults/campaign.py --only segfault --seed 7
 
-It writes a table and `out/campaign.json`, and fails if anything did not hold. Ctrl-C ends it, with what was found so far.
+It writes a table and `out/campaign.json`, and fails if a requirement did not hold. Ctrl-C ends it with the results so far.
 """
 
 from __future__ import annotations
@@ -33,21 +33,21 @@ HERE = Path(__file__).parent
 OUT = HERE.parent.parent / "out" / "campaign.json"
 
 Found = dict[str, list[Round]]
-"""The rounds of each kind, by its name."""
+"""Rounds of each kind, by its name."""
 
 
 def rounds_of(kind: Kind, count: int, seed: int, blocks: str) -> Iterator[Round]:
-    """That many faults of a kind, one after the other; a seed and a round make the same fault again."""
+    """Makes `count` faults of a kind, one after the other; the same seed and round make the same fault."""
     return (kind.make(random.Random(f"{seed} {kind.name} {number}"), blocks) for number in range(count))
 
 
 def built(folder: str) -> str:
-    """The module of the blocks that fail."""
+    """Builds the module of failing blocks."""
     return _native.build([str(HERE / "blocks.c")], str(Path(folder) / "faulty.so"))
 
 
 def spread(times: Iterable[float | None]) -> dict[str, float] | None:
-    """Median and 99th percentile, ms; None where nothing was measured."""
+    """Returns the median and 99th percentile, ms; `None` if nothing was measured."""
     ordered = sorted(time for time in times if time is not None)
     if not ordered:
         return None
@@ -55,7 +55,7 @@ def spread(times: Iterable[float | None]) -> dict[str, float] | None:
 
 
 def summary(rounds: list[Round]) -> dict[str, Any]:
-    """What a kind led to."""
+    """Returns the consequences of a kind."""
     return {
         "rounds": len(rounds),
         "held": sum(not one.wrong for one in rounds),
@@ -65,7 +65,7 @@ def summary(rounds: list[Round]) -> dict[str, Any]:
 
 
 def table(found: Found) -> str:
-    """What every kind led to, one line each."""
+    """Returns the consequences of every kind, one line each."""
 
     def words(of: dict[str, float] | None) -> str:
         return "—" if of is None else f"{of['median_ms']:.1f} / {of['p99_ms']:.1f} ms"
@@ -85,7 +85,7 @@ def written(found: Found) -> None:
 
 
 def break_it(options: argparse.Namespace, found: Found) -> None:
-    """Makes all the faults; what each led to is in `found` as soon as it is known."""
+    """Makes all the faults; `found` contains the consequences of each as soon as they are known."""
     kinds = [kind for kind in KINDS.values() if options.only in kind.name]
     with tempfile.TemporaryDirectory() as folder:
         blocks = built(folder)

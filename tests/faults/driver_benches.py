@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The table of drivers that a campaign kills: each with its counterpart, the channel that is commanded, and what is safe behind it."""
+"""Table of the drivers that a campaign kills: each with its counterpart, the channel that is commanded, and the safe state behind it."""
 
 from __future__ import annotations
 
@@ -25,51 +25,51 @@ import opengpac as gpac
 from plant import LINGER, Plant
 
 PATIENT = "10 s"
-"""Any wait of a driver for its device: what ends it here is a kill, and no busy machine."""
+"""Timeout of a driver's waits for its device: here a kill ends them, never a busy machine."""
 FURNACE = Path(__file__).parents[1] / "python" / "drivers" / "furnace.py"
 RAIL = Path(__file__).parent / "rail.xml"
 HOME = (0.0, -1.5, 1.5, -1.5, -1.5, 0.0)
-"""Where the arm of Universal Robots stands, rad."""
+"""Pose of the Universal Robots arm, rad."""
 SILENT = "1 s"
-"""From when on a plant counts as lost that makes no step, a server's device that nobody asks any more."""
+"""Time without a step after which a plant counts as lost; time without a request after which a server's device does."""
 
 
 class Bench(ABC):
-    """A counterpart at work, and the driver for it. `BENCHES` has one for each driver."""
+    """Counterpart in operation, and the driver for it. `BENCHES` has one for each driver."""
 
     channel: str
-    """What the verb commands."""
+    """Channel that the verb commands."""
     value = 1.0
-    """What it is to be."""
+    """Commanded value."""
 
     @abstractmethod
     def driver(self) -> gpac.drivers.Driver:
-        """The driver for it, here or in another process that was told `address`."""
+        """Returns the driver of the counterpart, here or in another process that received `address`."""
 
     @abstractmethod
     def commanded(self) -> bool:
-        """Whether the counterpart has what was commanded."""
+        """Returns whether the counterpart has the commanded value."""
 
     host: str | None = None
-    """The process of its device, where a driver starts that itself: an entry of the native module."""
+    """Process of the device, if the driver itself starts it: an entry of the native module."""
 
     @staticmethod
     def met(_: gpac.PhysicalDevice) -> bool:
-        """Whether the driver knows of its counterpart, so that it misses it when it is gone."""
+        """Returns whether the driver has met its counterpart, so that it notices its loss."""
         return True
 
     def safe(self) -> bool | None:
-        """Whether its outputs are safe; None: a killed process of the driver leaves them as they are, for the device's own watchdog."""
+        """Returns whether the outputs are safe; `None` if a killed driver process leaves them unchanged, for the device's own watchdog."""
         return None
 
     @property
     @abstractmethod
     def address(self) -> str:
-        """Where another process finds it."""
+        """Address of the counterpart for another process."""
 
     @abstractmethod
     def close(self) -> None:
-        """Ends it."""
+        """Ends the counterpart."""
 
     def __enter__(self) -> Self:
         return self
@@ -160,7 +160,7 @@ class _CanOpen(axis_benches.Axis, Bench):
 
 
 class _Python(Bench):
-    """Its process is the counterpart: a furnace that writes down what happens to it."""
+    """Bench whose driver process is the counterpart: a furnace that logs its events."""
 
     channel, host = "heater", "opengpac.driver.process"
 
@@ -185,12 +185,12 @@ class _Python(Bench):
         return file.read_text().split("\n") if file.exists() else []
 
     def close(self) -> None:
-        # Its process may write its last words a little later.
+        # The process may still write its last lines.
         atexit.register(shutil.rmtree, self.folder, ignore_errors=True)
 
 
 class _Mujoco(Bench):
-    """A simulated carriage in a process of its own, which outlives who commands it."""
+    """Simulated carriage in a process of its own, which outlives its commanders."""
 
     channel, host = "x.effort", "run_plant"
 
@@ -217,7 +217,7 @@ class _Mujoco(Bench):
 
 
 class _Ur(Bench):
-    """A controller whose own program brings its arm to rest and ends when nobody commands it; no goal of it ever leapt."""
+    """Controller whose own program brings its arm to rest and ends when commands cease; its goals never jump."""
 
     channel, value = "shoulder_pan.goal", 1.0
 
@@ -243,12 +243,12 @@ class _Ur(Bench):
 
 
 class _ModbusServer(Bench):
-    """A controller of the line that asks for the level again and again, as soon as somebody offers it."""
+    """Controller of the line that polls the level as soon as a server offers it."""
 
     channel, value = "level", 2.5
 
     def __init__(self) -> None:
-        # Bound, it is given to nobody else; a server that allows the reuse of addresses can listen there.
+        # Bound, so that the port is assigned to no one else; a server that allows the reuse of addresses can still listen on it.
         self._held = socket.socket()
         self._held.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
         self._held.bind(("127.0.0.1", 0))
@@ -289,38 +289,38 @@ class _ModbusServer(Bench):
 
 
 def modbus(address: str) -> gpac.drivers.Driver:
-    """A device with one register pair."""
+    """Returns the driver of a device with one register pair."""
     speed = {"holding": 0, "type": "float", "write": True}
     return gpac.drivers.modbus(address, channels={"speed": speed, "seen": {"holding": 0, "type": "float"}}, answer="0.5 s", age_max=PATIENT)
 
 
 def text(address: str) -> gpac.drivers.Driver:
-    """A scale that is told a set-point."""
+    """Returns the driver of a scale with a set-point."""
     return gpac.drivers.text(address, reads=["{weight} kg"], writes=["SP {setpoint}"], asks="P", answer="0.5 s", age_max=PATIENT)
 
 
 def servos(kind: str, address: str) -> gpac.drivers.Driver:
-    """Two servos."""
+    """Returns the driver of two servos."""
     return getattr(gpac.drivers, kind)(address, {"a": {"id": 1}, "b": {"id": 2}}, latency="0.5 s", age_max=PATIENT, echo=False)
 
 
 def python(address: str) -> gpac.drivers.Driver:
-    """A furnace in a process of its own."""
+    """Returns the driver of a furnace in a process of its own."""
     return gpac.drivers.python(FURNACE, folder=address, period="5 ms", age_max=PATIENT)
 
 
 def mujoco(name: str) -> gpac.drivers.Driver:
-    """A carriage in a process of its own."""
+    """Returns the driver of a carriage in a process of its own."""
     return gpac.drivers.plant_process(gpac.drivers.mujoco(RAIL), name=name, linger=LINGER, silent=SILENT)
 
 
 def ur(host: str) -> gpac.drivers.Driver:
-    """An arm of Universal Robots."""
+    """Returns the driver of a Universal Robots arm."""
     return gpac.drivers.ur(host, silence=PATIENT, timeout="1 s")
 
 
 def modbus_server(port: str) -> gpac.drivers.Driver:
-    """A level that is offered."""
+    """Returns the driver of a server that offers a level."""
     level = {"input": 0, "type": "float", "write": True}
     return gpac.drivers.modbus_server(f"tcp/127.0.0.1:{port}", channels={"level": level}, silent=SILENT, age_max=PATIENT)
 
@@ -337,14 +337,14 @@ BENCHES: dict[str, Callable[[], Bench]] = {
     "mujoco": _Mujoco,
     "ur": _Ur,
 }
-"""What a counterpart is made by, for each driver."""
+"""Constructor of the counterpart, for each driver."""
 
 DRIVERS = {
     "modbus": modbus, "text": text, "feetech": lambda address: servos("feetech", address),
     "dynamixel": lambda address: servos("dynamixel", address), "python": python, "ethercat": axis_benches.ethercat,
     "canopen": axis_benches.canopen, "modbus_server": modbus_server, "mujoco": mujoco, "ur": ur,
 }  # fmt: skip
-"""The driver for an address."""
+"""Constructor of each driver for an address."""
 
 _COUNTERPART = """
 import sys
@@ -358,7 +358,7 @@ with BENCHES[sys.argv[2]]() as bench:
 
 @contextmanager
 def apart(name: str) -> Iterator[tuple[subprocess.Popen[str], str]]:
-    """A counterpart in a process of its own, and its address."""
+    """Yields a counterpart in a process of its own, and its address."""
     command = [sys.executable, "-c", _COUNTERPART, str(Path(__file__).parent), name]
     process = subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
     assert process.stdout is not None
@@ -370,18 +370,18 @@ def apart(name: str) -> Iterator[tuple[subprocess.Popen[str], str]]:
 
 
 def told(name: str, address: str) -> str:
-    """What another process needs to open it."""
+    """Returns the text from which another process can open the counterpart."""
     return json.dumps({"name": name, "address": address})
 
 
 def kind_of(name: str) -> type[Bench]:
-    """The class of the benches of a driver."""
+    """Returns the bench class of a driver."""
     made = BENCHES[name]
     return made if isinstance(made, type) else _Servos
 
 
 def opened(words: str) -> tuple[str, float, gpac.drivers.Driver]:
-    """The channel, its value and the driver, from what was told."""
+    """Returns the channel, its value and the driver from the text of `told`."""
     asked: dict[str, Any] = json.loads(words)
     name = asked["name"]
     of = kind_of(name)

@@ -1,11 +1,11 @@
 # SPDX-License-Identifier: Apache-2.0
-"""kill -9 of what commands each driver's device, of the process that its driver runs in, and of the device, at random instants of a verb.
+"""kill -9 of each driver's commander, of the driver's process, and of the device, at random instants of a verb.
 
     python tests/faults/driver_kills.py                   50 of each for each driver: make faults
     python tests/faults/driver_kills.py --rounds 3 --only servos
 
-The verb has its end report, what the driver promises of its outputs is so, and nothing is left behind. The exit code is 0 only if all
-held.
+The verb must have its end report, the outputs must be as the driver promises, and nothing may be left behind. The exit code is 0 only
+if all this held.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ COMMANDER = "import sys; sys.path.insert(0, sys.argv[1]); import driver_kills; d
 
 
 def pushing(cell: gpac.System, channel: str, value: float, driver: gpac.drivers.Driver, where: Mapping[str, Any]) -> Any:
-    """A verb that commands a device, on a processor of that kind."""
+    """Starts a verb that commands a device, on a processor of the given kind."""
     rtp = cell.processor("rtp0", **where)
     fast = rtp.timer("fast", period="5 ms", priority=50)
     device: Any = rtp.physical_device("device", driver, exchange=fast)
@@ -55,7 +55,7 @@ def pushing(cell: gpac.System, channel: str, value: float, driver: gpac.drivers.
 
 
 def command(words: str) -> None:
-    """What the process of a commander does until it is killed."""
+    """Commands a device until the process is killed."""
     channel, value, driver = opened(words)
     cell = gpac.System("commander", progress=False)
     pushing(cell, channel, value, driver, THREAD)
@@ -77,13 +77,13 @@ def of_its_commander(found: Round, _: Before, chosen: random.Random, name: str) 
         killed_ns = time.monotonic_ns()
         commander.kill()
         commander.wait()
-        # Its plant has this line, too, and may keep it open for a while.
+        # The plant's process has inherited this pipe, and may keep it open for a while.
         commander.stdout.close()
         safe(found, bench.safe, killed_ns)
 
 
 def of_its_process(found: Round, before: Before, chosen: random.Random, name: str) -> None:
-    """kill -9 of the processor that its driver runs in."""
+    """kill -9 of the processor in which the driver runs."""
     with BENCHES[name]() as bench, gpac.System("campaign", progress=False) as cell:
         instance = pushing(cell, bench.channel, bench.value, bench.driver(), PROCESS)
         until(bench.commanded, "nothing is commanded")
@@ -97,7 +97,7 @@ def of_its_process(found: Round, before: Before, chosen: random.Random, name: st
 
 
 def of_its_counterpart(found: Round, _: Before, chosen: random.Random, name: str) -> None:
-    """kill -9 of the device; where the driver starts its process, of that one."""
+    """kill -9 of the device; if the driver starts its process, of that process."""
     with contextlib.ExitStack() as stack:
         kind = kind_of(name)
         address: str
@@ -124,7 +124,7 @@ def of_its_counterpart(found: Round, _: Before, chosen: random.Random, name: str
 
 
 def safe(found: Round, holds: Callable[[], bool | None], killed_ns: int) -> None:
-    """What the driver promises of its killed process comes true."""
+    """Checks that the outputs become as the driver promises for its killed process."""
     if holds() is None:
         return
     try:
@@ -138,7 +138,7 @@ KILLS = {"commander": of_its_commander, "process": of_its_process, "counterpart"
 
 
 def one(name: str, victim: str, number: int, seed: int = 1) -> Round:
-    """A kill and what followed; the same numbers make the same again."""
+    """Makes a kill and accounts for the consequences; the same numbers repeat it."""
     found, before = Round(), Before()
     try:
         KILLS[victim](found, before, random.Random(f"{seed} {name} {victim} {number}"), name)
@@ -150,7 +150,7 @@ def one(name: str, victim: str, number: int, seed: int = 1) -> Round:
 
 
 def median_ms(times: list[float]) -> str:
-    """Median and the longest, ms."""
+    """Returns the median and the maximum as text, ms."""
     return f"{sorted(times)[len(times) // 2] * 1e3:7.1f} / {max(times) * 1e3:7.1f} ms" if times else "—"
 
 

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""An FMU of `fmi-export`, a tool that nobody here wrote, as a block and as a device: what it gives is what `fmpy` gets from it.
+"""An FMU of `fmi-export`, a third-party tool, as a block and as a device: both give the results of `fmpy`.
 
-It is built here by that tool, `cargo-fmi`, which takes some minutes and libclang (of the package `libclang`); so this is no part of
-`make test`.
+The FMU is built here by that tool, `cargo-fmi`, which takes some minutes and requires libclang (of the package `libclang`); so this
+is not part of `make test`.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ STEPS, STEP = 200, 0.01
 
 
 def built(folder: Path) -> Path:
-    """The FMU of `fmi_export/src/lib.rs`."""
+    """Builds the FMU of `fmi_export/src/lib.rs`."""
     include = subprocess.run(["cc", "-print-file-name=include"], check=True, capture_output=True, text=True).stdout.strip()
     found = importlib.util.find_spec("clang")
     if found is None or found.origin is None:
@@ -50,7 +50,7 @@ def as_a_block(fmu: Path) -> np.ndarray:
 
 
 def as_a_device(fmu: Path) -> float:
-    """The last value, after as many steps."""
+    """Returns the last value after the same number of steps."""
     with gpac.System("fmi-export", clock="virtual") as cell:
         rtp = cell.processor("rtp0")
         beat = rtp.timer("beat", period="10 ms", priority=80)

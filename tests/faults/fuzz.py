@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Fuzzes what reads bytes that others wrote, coverage-guided, each target of `crates/fuzz-targets` for as long as asked.
+"""Fuzzes the parsers of external bytes, coverage-guided, each target of `crates/fuzz-targets` for the requested time.
 
     python tests/faults/fuzz.py                           ten minutes each
     python tests/faults/fuzz.py --seconds 60 --only types
@@ -22,7 +22,7 @@ CORPUS = ROOT / "crates" / "fuzz-targets" / "corpus"
 OUT = ROOT / "out" / "fuzz"
 TRIPLE = "x86_64-unknown-linux-gnu"
 LONGEST = 4096
-"""Bytes of an input."""
+"""Maximum size of an input in bytes."""
 
 INSTRUMENTED = " ".join(
     [
@@ -34,7 +34,7 @@ INSTRUMENTED = " ".join(
 
 
 def built() -> Path:
-    """The instrumented program, in a target folder of its own."""
+    """Builds the instrumented program in a target folder of its own."""
     target = Path(os.environ.get("CARGO_TARGET_DIR", ROOT / "target")) / "fuzz"
     command = ["cargo", "build", "--release", "--quiet", "--target", TRIPLE, "--manifest-path", str(ROOT / "fuzz" / "Cargo.toml")]
     subprocess.run(command, check=True, env={**os.environ, "RUSTFLAGS": INSTRUMENTED, "CARGO_TARGET_DIR": str(target)})
@@ -42,12 +42,12 @@ def built() -> Path:
 
 
 def targets() -> list[str]:
-    """The names of the targets: each has a corpus."""
+    """Returns the names of the targets: each has a corpus."""
     return sorted(folder.name for folder in CORPUS.iterdir() if folder.is_dir())
 
 
 def run(program: Path, target: str, seconds: int) -> tuple[bool, str]:
-    """Fuzzes one target; whether it held, and what libFuzzer says at the end."""
+    """Fuzzes one target; returns whether it held, and libFuzzer's last lines."""
     grown, failed = OUT / target / "corpus", OUT / target / "failed"
     for folder in (grown, failed):
         folder.mkdir(parents=True, exist_ok=True)
@@ -59,7 +59,7 @@ def run(program: Path, target: str, seconds: int) -> tuple[bool, str]:
 
 
 def keep(program: Path, target: str) -> None:
-    """Puts the inputs that reach code which the corpus does not into it."""
+    """Adds the inputs that reach new code to the corpus."""
     command = [str(program), "-merge=1", f"-max_len={LONGEST // 8}", str(CORPUS / target), str(OUT / target / "corpus")]
     subprocess.run(command, check=True, capture_output=True, env={**os.environ, "FUZZ_TARGET": target})
 

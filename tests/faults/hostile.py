@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Connections that mean ill, in a process of their own: `hostile.py PORT INSTANCE COUNT TOKEN…`, until its input ends.
+"""Hostile connections in a process of their own: `hostile.py PORT INSTANCE COUNT TOKEN…`, until its input ends.
 
-It has a lower priority than the daemon: hostile machines do not compute on that of the plant.
+The process has a lower priority than the daemon: real attackers do not run on the plant's machine.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ PAUSE_S = 0.01
 
 
 def drawing(blocks: int) -> bytes:
-    """A definition with a chain of blocks."""
+    """Returns a definition with a chain of blocks."""
     chain = {f"b{k}": {"block": {"subroutine": "library.gain"}, "constants": {}} for k in range(blocks)}
     cells = {f"c{k}": [f"b{k}.y", f"b{k + 1}.u"] for k in range(blocks - 1)}
     graph = {"name": "g", "blocks": chain, "inputs": {"u": ["b0.u"]}, "outputs": {"y": [f"b{blocks - 1}.y"]}, "cells": cells}
@@ -37,7 +37,7 @@ LARGE = [drawing(count) for count in (300, 1_000, 3_000, 6_000)]
 
 
 def idle(port: int, _token: str, _instance: int) -> None:
-    """Says nothing."""
+    """Sends nothing."""
     with socket.create_connection(("127.0.0.1", port)) as wire:
         wire.settimeout(30.0)
         wire.recv(1)
@@ -62,7 +62,7 @@ def slow_body(port: int, token: str, _instance: int) -> None:
 
 
 def garbage(port: int, _token: str, _instance: int) -> None:
-    """Sends what is no request."""
+    """Sends bytes that are not a request."""
     with socket.create_connection(("127.0.0.1", port)) as wire:
         wire.settimeout(30.0)
         wire.sendall(random.randbytes(4096))
@@ -70,7 +70,7 @@ def garbage(port: int, _token: str, _instance: int) -> None:
 
 
 def waits(port: int, token: str, instance: int) -> None:
-    """Waits for what does not end."""
+    """Waits for an instance that does not end."""
     panel = Panel(port, token)
     while not over.is_set():
         status, _ = panel.call("wait", instance=instance, slice_ms=1000)
@@ -80,7 +80,7 @@ def waits(port: int, token: str, instance: int) -> None:
 
 
 def histories(port: int, token: str, _instance: int) -> None:
-    """Reads a history, again and again."""
+    """Reads a history repeatedly."""
     panel = Panel(port, token)
     while not over.is_set():
         status, _ = panel.call("history", name="y", count=10_000)
@@ -88,7 +88,7 @@ def histories(port: int, token: str, _instance: int) -> None:
 
 
 def checks(port: int, token: str, _instance: int) -> None:
-    """Has large definitions checked."""
+    """Requests checks of large definitions."""
     panel = Panel(port, token)
     while not over.is_set():
         status, _ = panel.ask("POST", "/v1/call/check_definition", random.choice(LARGE))
@@ -96,7 +96,7 @@ def checks(port: int, token: str, _instance: int) -> None:
 
 
 def unread(port: int, token: str, _instance: int) -> None:
-    """Asks for histories and reads no answer."""
+    """Requests histories and reads no answer."""
     panel = Panel(port, token)
     body = json.dumps({"name": "y", "count": 10_000}).encode()
     request = f"POST /v1/call/history HTTP/1.1\r\n{panel.head}content-length: {len(body)}\r\n\r\n".encode() + body
@@ -116,7 +116,7 @@ def scopes(port: int, token: str, _instance: int) -> None:
 
 
 def reads(port: int, token: str, _instance: int) -> None:
-    """Reads values as fast as it gets them."""
+    """Reads values as fast as possible."""
     panel = Panel(port, token)
     while not over.is_set():
         status, _ = panel.call("read", names=["y"] * 100)
@@ -127,7 +127,7 @@ KINDS: tuple[Callable[[int, str, int], None], ...] = (idle, slow_head, slow_body
 
 
 def again_and_again(kind: Callable[[int, str, int], None], port: int, token: str, instance: int) -> None:
-    """One connection, made again whenever it ends."""
+    """Repeats one kind of connection: opens it again whenever it ends."""
     while not over.is_set():
         try:
             kind(port, token, instance)
@@ -137,7 +137,7 @@ def again_and_again(kind: Callable[[int, str, int], None], port: int, token: str
 
 
 def main() -> None:
-    """As the module says."""
+    """Runs the command."""
     with contextlib.suppress(OSError):
         os.nice(10)
     port, instance, count, tokens = int(sys.argv[1]), int(sys.argv[2]), int(sys.argv[3]), sys.argv[4:]
@@ -147,7 +147,7 @@ def main() -> None:
         threading.Thread(target=again_and_again, args=of, daemon=True).start()
     print("ready", flush=True)
     sys.stdin.read()
-    # A check takes long beside the others: who asked for few stops waits for the first answer.
+    # A check takes long under this load: a run with few stops waits for the first answer.
     until = time.monotonic() + CHECKED_S
     while not any(name.startswith("check ") for name in list(said)) and time.monotonic() < until:
         time.sleep(PAUSE_S)

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The conformance kit on `examples/drivers/io_module.py`, against a module that the package `canopen` makes behind an adapter.
+"""The conformance kit on `examples/drivers/io_module.py`, against a module that the package `canopen` simulates behind an adapter.
 
-python tests/faults/io_module.py                      a minute of processor time: make faults
+python tests/faults/io_module.py a minute of processor time: make faults
 """
 
 from __future__ import annotations

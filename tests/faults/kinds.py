@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The kinds of faults of a campaign: what each breaks, and what must hold after it."""
+"""Kinds of faults of a campaign: the damage of each, and the requirements after it."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from rounds import PROCESS, THREAD, Kind, Round, accounted, instant_ns, runs_for
 
 
 def in_a_block(block: str, doomed: Mapping[str, Any] = THREAD) -> Callable[[random.Random, str], Round]:
-    """A signal or an endless loop inside a block: `fault` for the verbs of its source, and nothing for anybody else."""
+    """Makes a signal or an endless loop inside a block: `fault` for the verbs of its source, and no effect on others."""
 
     def broken(found: Round, _: Before, chosen: random.Random, blocks: str) -> None:
         with gpac.System("campaign", progress=False) as cell:
@@ -48,7 +48,7 @@ def in_a_block(block: str, doomed: Mapping[str, Any] = THREAD) -> Callable[[rand
 
 
 def of_its_process_by_a_block(block: str, *, by_guard: bool = True) -> Callable[[random.Random, str], Round]:
-    """A block ends the process of its processor: `processor_lost` for every verb that has a block there, nothing for anybody else.
+    """Lets a block end the process of its processor: `processor_lost` for every verb with a block there, no effect on others.
 
     `by_guard`: only the guard can make its outputs safe.
     """
@@ -73,7 +73,7 @@ def of_its_process_by_a_block(block: str, *, by_guard: bool = True) -> Callable[
 
 
 def of_a_processor(found: Round, before: Before, chosen: random.Random, blocks: str) -> None:
-    """kill -9 of the process of a processor at a random instant: as an abort."""
+    """kill -9 of a processor's process at a random instant: the same effect as an abort."""
     with gpac.System("campaign", progress=False) as cell:
         plant = Plant()
         made = application.run(cell, blocks, "counts", at=0, doomed=PROCESS, plant=plant)
@@ -95,7 +95,7 @@ def _kill_processor(found: Round, plant: Plant, made: application.Application, p
 
 
 def of_the_guard(found: Round, before: Before, chosen: random.Random, blocks: str) -> None:
-    """kill -9 of the guard: another one guards with all that was registered, also what dies before it does."""
+    """kill -9 of the guard: another one takes over all registrations, including those of processes that die before it starts."""
     with gpac.System("campaign", progress=False) as cell:
         plant = Plant()
         made = application.run(cell, blocks, "counts", at=0, doomed=PROCESS, plant=plant)
@@ -121,9 +121,9 @@ def _guards_again(cell: gpac.System) -> bool:
 
 
 def of_everything(doomed: Mapping[str, Any]) -> Callable[[random.Random, str], Round]:
-    """kill -9 of the process of programming system and supervisor, at a random instant: nothing is left, no processor either.
+    """kill -9 of the process of programming system and supervisor, at a random instant: nothing is left, not even a processor.
 
-    Where the doomed processor is a thread of that process, nobody is there to make its outputs safe, and nobody promises it.
+    If the doomed processor is a thread of that process, nothing remains to make its outputs safe, and this is not promised.
     """
 
     def broken(found: Round, _: Before, chosen: random.Random, blocks: str) -> None:
@@ -145,7 +145,7 @@ def of_everything(doomed: Mapping[str, Any]) -> Callable[[random.Random, str], R
 
 
 def _kill_in_its_start(victim: subprocess.Popen[str], after_s: float) -> None:
-    """Whatever it was about to make then, nothing of it must stay."""
+    """Kills a starting process; nothing that it was creating may remain."""
     try:
         victim.wait(after_s)
     except subprocess.TimeoutExpired:

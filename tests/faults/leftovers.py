@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What a fault must not leave behind: processes, and names in shared memory."""
+"""Leftovers that a fault must not leave behind: processes, and names in shared memory."""
 
 from __future__ import annotations
 
@@ -13,16 +13,17 @@ import time
 from pathlib import Path
 
 MARK = "OPENGPAC_FAULT_CAMPAIGN"
-"""An environment variable that every process of a campaign inherits."""
+"""Environment variable that every process of a campaign inherits."""
 
 ALONE = "OPENGPAC_FAULT_CAMPAIGN_ALONE"
-"""Set where the campaign has a shared memory folder and process numbers of its own."""
+"""Environment variable that is set if the campaign has its own shared memory folder and process numbers."""
 
 _ALONE_SCRIPT = 'mount -t tmpfs tmpfs /dev/shm && "$@"; exit $?'
 
 
 def enter_alone(program: list[str]) -> None:
-    """Runs the program again in namespaces of its own, where the system gives them; returns where it does not, or when it is there."""
+    """Runs the program again in its own namespaces, if the system permits them; returns if it does not, or if the program already runs
+    in them."""
     if os.environ.get(ALONE):
         return
     unshare = ["unshare", "--mount", "--pid", "--ipc", "--fork", "--kill-child", "--mount-proc"]
@@ -34,13 +35,13 @@ def enter_alone(program: list[str]) -> None:
         given = False
     if given:
         os.environ[ALONE] = "1"
-        # Ctrl-C is for the one inside, which says what it has found so far.
+        # Ctrl-C is for the inner program, which reports its results so far.
         signal.signal(signal.SIGINT, lambda *_: None)
         sys.exit(subprocess.run([*unshare, "bash", "-c", _ALONE_SCRIPT, "bash", sys.executable, *program]).returncode)
 
 
 def processes() -> set[int]:
-    """The processes of this campaign, but this one."""
+    """Returns the processes of this campaign, except this one."""
     mark = f"{MARK}={os.environ.setdefault(MARK, str(os.getpid()))}".encode()
     found = set()
     for entry in Path("/proc").iterdir():
@@ -54,22 +55,22 @@ def processes() -> set[int]:
 
 
 def shared_memory() -> set[str]:
-    """The names in shared memory."""
+    """Returns the names in shared memory."""
     return {str(path) for path in Path("/dev/shm").rglob("*")}
 
 
 class Before:
-    """What there was before a fault."""
+    """Processes and shared memory before a fault."""
 
     def __init__(self) -> None:
         self._processes, self._shared_memory = processes(), shared_memory()
 
     def new(self) -> set[int]:
-        """The processes that have come since."""
+        """Returns the processes that have been started since."""
         return processes() - self._processes
 
     def left_over(self, within_s: float = 10.0) -> list[str]:
-        """What is there now and was not, once nothing of it goes away any more, or `within_s` has passed; in words."""
+        """Returns descriptions of the leftovers, once they no longer shrink or `within_s` has passed."""
         end = time.monotonic() + within_s
         while True:
             new = self.new()
@@ -93,7 +94,7 @@ def _until_one_ends(pids: set[int], limit_s: float) -> None:
 
 
 def command_of(pid: int) -> str:
-    """The beginning of a process's command line."""
+    """Returns the beginning of a process's command line."""
     try:
         return (Path("/proc") / str(pid) / "cmdline").read_bytes().replace(b"\0", b" ").decode(errors="replace")
     except OSError:

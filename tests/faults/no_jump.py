@@ -1,13 +1,13 @@
 # SPDX-License-Identifier: Apache-2.0
-"""No jump on a simulated arm: whatever is commanded, in whatever order, what its servos follow keeps to the limits of each joint.
+"""No jump on a simulated arm: whatever is commanded, in whatever order, the references of its servos keep to the limits of each joint.
 
     python tests/faults/no_jump.py                       100,000 sequences of commands, by their seeds
     python tests/faults/no_jump.py --from 4700 --to 4725   those of one system again
 
 A sequence is six commands to a UR5e with the motions of the library: moves, velocities, paths, lines, stops, halts, suspensions, time
 limits, overrides, and now and then a device that is disabled or an emergency stop. In every other system each motion takes over from
-the one before, at whatever instant. Every ms of it position, speed and acceleration of
-the reference are looked at. `make test` takes another slice of the seeds each day. The report is in `out/no_jump.json`.
+the previous one, at any instant. Position, speed and acceleration of the reference are checked every ms. `make test` takes another
+slice of the seeds each day. The report is in `out/no_jump.json`.
 """
 
 from __future__ import annotations
@@ -33,22 +33,23 @@ from opengpac import motion
 SEEDS = 100_000
 COMMANDS = 6
 A_SYSTEM = 25
-"""Sequences of one system; the next ones have a new one."""
+"""Number of sequences per system; then a new system is created."""
 TAKES_OVER_S = 0.05
-"""How long after it was switched on, perhaps while the arm still moved, a servo comes from where the arm was to where it is to be."""
+"""Time after it was switched on, perhaps during a motion of the arm, in which a servo moves its reference from the actual to the
+commanded position."""
 OUT = Path(__file__).parent.parent.parent / "out" / "no_jump.json"
 HOME = gpac.deg([0, -90, 90, -90, -90, 0])
 
 
 def of_the_day(count: int, day: datetime.date | None = None) -> range:
-    """The seeds of a day: in time every slice has its turn."""
+    """Returns the seeds of a day: every slice has its turn in time."""
     slices = SEEDS // count
     at = (day or datetime.date.today()).toordinal() % slices
     return range(at * count, (at + 1) * count)
 
 
 class Sequences:
-    """An arm under the virtual clock, and sequences of commands to it."""
+    """Arm under the virtual clock, and sequences of commands to it."""
 
     def __init__(self, takes_over: bool = False) -> None:
         self.arm = gpac.robots.load("ur5e", clock="virtual", arbitration="abort" if takes_over else "refuse").enable()
@@ -61,7 +62,7 @@ class Sequences:
         self._looked_s = self.cell.now
 
     def run(self, seed: int) -> list[str]:
-        """One sequence; what is wrong with it, with the story of its commands."""
+        """Runs one sequence; returns its faults, with the story of its commands."""
         chosen = random.Random(seed)
         story = []
         for _ in range(COMMANDS):
@@ -71,7 +72,7 @@ class Sequences:
 
     @property
     def is_lost(self) -> bool:
-        """A joint has met something, the arm itself or the floor, and is disabled by its following error."""
+        """True if a joint has hit the arm itself or the floor, and was disabled by its following error."""
         return any(joint.state == "fault" for joint in self.arm)
 
     def close(self) -> None:
@@ -94,7 +95,7 @@ class Sequences:
         return " ".join(str(np.round(arg, 3).tolist()) for arg in args)
 
     def _end(self) -> None:
-        """Takes the report of what has ended; what still runs keeps its claims, and the next motion is refused."""
+        """Collects the report of an ended motion; a motion that still runs keeps its claims, and the next one is refused."""
         if self._moving is not None and self._moving.done:
             with contextlib.suppress(gpac.Terminated):
                 self._moving.wait()
@@ -123,7 +124,7 @@ class Sequences:
         return self._begin(motion.stop)
 
     def _halt(self, _: random.Random) -> str:
-        """Once: a second halt is immediate (docs/verbs.md), as it is to be where somebody insists."""
+        """Halts once: a second halt is immediate (docs/verbs.md), as intended for insistent callers."""
         if self._moving is None or self._moving is self._halted:
             return "not now"
         self._halted = self._moving
@@ -149,7 +150,7 @@ class Sequences:
         return ""
 
     def _again(self, chosen: random.Random) -> str:
-        """Now and then everything is switched off and on again: then the reference begins anew where the arm is."""
+        """Switches everything off and on again now and then; the reference then restarts at the arm's position."""
         if chosen.random() < 0.8:
             return "not now"
         begun_s = self.cell.now
@@ -162,7 +163,7 @@ class Sequences:
         return "off and on"
 
     def _look(self) -> Iterable[str]:
-        """Looks at each ms since the last time."""
+        """Checks each ms since the last call."""
         new = round((self.cell.now - self._looked_s) * 1e3) + 5
         rows = [joint.reference.history[-new:] for joint in self.arm]
         since = max(of["time"][0] for of in rows)
@@ -171,7 +172,7 @@ class Sequences:
         first = max(since, self._looked_s - 0.002)
         times = rows[0]["time"][rows[0]["time"] >= first - 1e-9]
         found = [of["value"][of["time"] >= first - 1e-9] for of in rows]
-        # A joint that met something has faulted: nothing follows it any more.
+        # A joint that hit something has faulted: its reference is no longer followed.
         least = min(len(values) for values in found)
         times, path = times[:least], np.array([values[:least] for values in found]).T
         self._looked_s = self.cell.now
@@ -184,7 +185,7 @@ class Sequences:
 
 
 def exceeded(times: np.ndarray, path: np.ndarray, steady: np.ndarray, speed: np.ndarray, acceleration: np.ndarray) -> Iterable[str]:
-    """Where a path goes beyond the limits of a joint: from each row to the next, and from each such difference to the next."""
+    """Yields the excesses of a path over a joint's limits: the differences between rows, and the differences of these."""
     if not np.isfinite(path).all():
         yield "a reference is no number"
     fast = np.abs(np.diff(path, axis=0)) / 1e-3
@@ -206,7 +207,7 @@ COMMAND_NAMES = [
 
 
 def sequences(seeds: Iterable[int]) -> tuple[list[str], Counter[str]]:
-    """Runs the sequences of these seeds until one is wrong: what is, and how often each command was carried out."""
+    """Runs the sequences of these seeds until one is wrong; returns its faults, and how often each command was executed."""
     wrong: list[str] = []
     done: Counter[str] = Counter()
     of: Sequences | None = None
@@ -233,7 +234,7 @@ def main() -> int:
     begun = time.monotonic()
     wrong: list[str] = []
     done: Counter[str] = Counter()
-    # Those of one system belong together: a sequence begins where the one before it has left the arm.
+    # Sequences of one system belong together: each begins where the previous one has left the arm.
     systems = [range(max(at, options.first), min(at + A_SYSTEM, options.last)) for at in range(options.first, options.last, A_SYSTEM)]
     with multiprocessing.get_context("spawn").Pool() as pool:
         for number, (found, commands) in enumerate(pool.imap_unordered(sequences, systems), 1):

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A panel in a few lines: requests over one connection of TCP, without the package, so that nothing of it is measured."""
+"""A minimal panel: requests over one TCP connection, without the package, so that the package's time is not measured."""
 
 from __future__ import annotations
 
@@ -11,11 +11,11 @@ import struct
 from typing import Any
 
 PATIENCE_S = 60.0
-"""A net, not a measure."""
+"""Safety net, not a measure."""
 
 
 class Panel:
-    """One connection of a caller to a control interface."""
+    """Connection of a caller to a control interface."""
 
     def __init__(self, port: int, token: str, session: str = "") -> None:
         self.wire = socket.create_connection(("127.0.0.1", port), timeout=PATIENCE_S)
@@ -24,7 +24,7 @@ class Panel:
         self.file = self.wire.makefile("rb")
 
     def ask(self, method: str, path: str, body: bytes = b"") -> tuple[int, Any]:
-        """A request: its status and its answer."""
+        """Makes a request; returns its status and its answer."""
         self.wire.sendall(f"{method} {path} HTTP/1.1\r\n{self.head}content-length: {len(body)}\r\n\r\n".encode() + body)
         line = self.file.readline()
         if not line:
@@ -36,17 +36,17 @@ class Panel:
         return int(line.split()[1]), json.loads(self.file.read(size) or b"null")
 
     def call(self, name: str, /, **arguments: Any) -> tuple[int, Any]:
-        """A call: its status and its answer."""
+        """Makes a call; returns its status and its answer."""
         return self.ask("POST", f"/v1/call/{name}", json.dumps(arguments).encode())
 
     def must(self, name: str, /, **arguments: Any) -> Any:
-        """The result of a call that is not refused."""
+        """Makes a call that must not be refused; returns its result."""
         status, answer = self.call(name, **arguments)
         assert status == 200, (name, answer)
         return answer.get("result")
 
     def to_its_end(self, name: str, /, **arguments: Any) -> Any:
-        """The result of a call that lasts, however many slices that takes."""
+        """Makes a long call in as many slices as necessary; returns its result."""
         while True:
             status, answer = self.call(name, **arguments)
             assert status == 200, (name, answer)
@@ -55,7 +55,7 @@ class Panel:
             name, arguments = answer["go_on"]["call"], answer["go_on"]["arguments"]
 
     def commander(self, name: str) -> str:
-        """A session that commands, of this connection from here on."""
+        """Opens a commanding session, which this connection uses from then on."""
         status, opened = self.ask("POST", "/v1/sessions", json.dumps({"name": name, "lost_after_ms": 60_000}).encode())
         assert status == 200, opened
         session = opened["result"]["session"]
@@ -64,7 +64,7 @@ class Panel:
         return session
 
     def stream(self) -> None:
-        """Makes a stream of the connection."""
+        """Turns the connection into a stream."""
         key = base64.b64encode(os.urandom(16)).decode()
         upgrade = f"connection: Upgrade\r\nupgrade: websocket\r\nsec-websocket-version: 13\r\nsec-websocket-key: {key}\r\n"
         self.wire.sendall(f"GET /v1/stream HTTP/1.1\r\n{self.head}{upgrade}\r\n".encode())
@@ -80,7 +80,7 @@ class Panel:
         self.wire.sendall(bytes([0x81, 0x80 | len(text)]) + mask + bytes(byte ^ mask[k % 4] for k, byte in enumerate(text)))
 
     def hear(self) -> tuple[int, bytes]:
-        """Kind and content of the next frame of the stream; kind 8 closes it, with a code of two bytes and a reason."""
+        """Returns kind and content of the next frame of the stream; kind 8 closes the stream, with a code of two bytes and a reason."""
         first, length = self._exactly(2)
         if length == 126:
             (length,) = struct.unpack(">H", self._exactly(2))

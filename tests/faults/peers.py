@@ -1,14 +1,14 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A compromised processor: writes whatever it likes, a million times, into all memory that its process shares, and truncates it.
+"""A compromised processor: writes random data, a million times, into all memory that its process shares, and truncates it.
 
     python tests/faults/peers.py                          10^6 writes and truncations over 40 victims
     python tests/faults/peers.py --writes 50000 --seed 7  fewer
 
-A victim is an application of three processors, two of them processes (`peers_victim.py`). What one of these processes has open in memory
-is written to from here, as it could do itself: bytes, whole words of numbers that programs trip over, blocks of noise, mostly into the
-words at the beginning of a memory; and every descriptor is truncated. Nobody but that process may end or hang: the supervisor answers,
-what the other processors do by themselves goes on, and `close()` returns. It writes `out/peers.json`, and fails if anything did not hold.
-Ctrl-C ends it, with what was found so far.
+A victim is an application of three processors, two of them processes (`peers_victim.py`). The open memory of one of these processes
+is written from here, as that process could do itself: bytes, words of notorious numbers, blocks of noise, mostly into the first words
+of a memory; and every descriptor is truncated. No other process may end or hang: the supervisor answers, the other processors
+continue their own work, and `close()` returns. It writes `out/peers.json`, and fails if any requirement did not hold. Ctrl-C ends it
+with the results so far.
 """
 
 from __future__ import annotations
@@ -34,12 +34,12 @@ VICTIMS = 40
 HEADER = 448
 SPECIAL = (0, 1, 2, 3, 4, 5, 6, 7, 255, 1023, 1024, 2**31, 2**32 - 1, 2**63, 2**64 - 2, 2**64 - 1)
 ANSWER_S = 30.0
-"""How long the supervisor may take to answer; a net, not a measure."""
+"""Time limit of the supervisor's answer; a safety net, not a measure."""
 
 
 @dataclass
 class Attack:
-    """What was done to one victim, and what followed."""
+    """Damage to one victim, and its consequences."""
 
     seed: str
     writes: int = 0
@@ -52,7 +52,7 @@ class Attack:
 
 
 class Victim:
-    """The application, in processes of its own."""
+    """Application in processes of its own."""
 
     def __init__(self) -> None:
         program = [sys.executable, str(HERE / "peers_victim.py")]
@@ -62,7 +62,7 @@ class Victim:
             raise RuntimeError("the victim does not start")
 
     def hear(self) -> str | None:
-        """Its next line; None where there is none in time, or it has ended."""
+        """Returns the victim's next line; `None` if it sends none in time or has ended."""
         line = b""
         assert self._process.stdout is not None
         while not line.endswith(b"\n"):
@@ -75,7 +75,7 @@ class Victim:
         return line.decode().strip()
 
     def ask(self, what: str) -> dict[str, Any] | None:
-        """Its answer; None where it does not answer."""
+        """Returns the victim's answer; `None` if it does not answer."""
         assert self._process.stdin is not None
         with contextlib.suppress(BrokenPipeError):
             self._process.stdin.write(f"{what}\n".encode())
@@ -83,17 +83,17 @@ class Victim:
         return None if said is None else json.loads(said)
 
     def status(self) -> int | None:
-        """How it ended; None while it runs."""
+        """Returns the exit status; `None` while the victim runs."""
         return self._process.poll()
 
     def processors(self) -> list[int]:
-        """The processes of its processors, by number."""
+        """Returns the processes of the victim's processors, by number."""
         children = Path(f"/proc/{self._process.pid}/task").glob("*/children")
         pids = sorted({int(pid) for file in children for pid in file.read_text().split()})
         return [pid for pid in pids if b"processor" in Path(f"/proc/{pid}/cmdline").read_bytes()]
 
     def end(self) -> None:
-        """Ends it, whatever it does."""
+        """Ends the victim, whatever its state."""
         with contextlib.suppress(subprocess.TimeoutExpired):
             self._process.wait(ANSWER_S)
         self._process.kill()
@@ -104,7 +104,7 @@ class Victim:
 
 
 def memories(pid: int) -> list[tuple[int, int]]:
-    """A descriptor of everything in memory that a process has open for others, with its size."""
+    """Returns a descriptor of each memory that a process has open for others, with its size."""
     found: dict[tuple[int, int], tuple[int, int]] = {}
     for link in Path(f"/proc/{pid}/fd").iterdir():
         with contextlib.suppress(OSError):
@@ -119,7 +119,7 @@ def memories(pid: int) -> list[tuple[int, int]]:
 
 
 def write(memory: mmap.mmap, rng: random.Random) -> None:
-    """One write."""
+    """Writes once."""
     size = len(memory)
     at = rng.randrange(min(size, HEADER) if rng.random() < 0.7 else size)
     kind = rng.random()
@@ -176,7 +176,7 @@ def attack(seed: str, writes: int) -> Attack:
 
 
 def main() -> int:
-    """0 where everything held."""
+    """Runs the attacks; returns 0 if everything held."""
     parser = argparse.ArgumentParser(description="Writes over the memory that processes share.")
     parser.add_argument("--writes", type=int, default=WRITES)
     parser.add_argument("--victims", type=int, default=VICTIMS)

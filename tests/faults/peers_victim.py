@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """The application that `peers.py` attacks: three processors, two of them processes, with connections between each pair.
 
-Each line of its input is answered with one line: `look` with what has moved on, `close` with how long that took, and then it ends.
+It answers each line of its input with one line: `look` with the counts that have moved, `close` with the time that closing took,
+after which it ends.
 """
 
 from __future__ import annotations
@@ -35,7 +36,7 @@ def main() -> None:
             command_lists={"start": [activate("wave", every="2 ms")]},
         )
         counting.on(timer).asynch(own[name])
-    # Values as they are, and rows one by one, around the circle.
+    # Values as they are, and rows one by one, around the ring.
     for writer, reader in zip(PROCESSORS, PROCESSORS[1:] + PROCESSORS[:1], strict=True):
         carries = gpac.Verb(
             f"{writer}_to_{reader}",

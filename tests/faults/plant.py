@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The machine that a campaign drives: a plant in a process of its own, which outlives its program and tells when it obeyed what."""
+"""The machine that a campaign drives: a plant in a process of its own, which outlives its program and reports when it obeyed a command."""
 
 from __future__ import annotations
 
@@ -16,28 +16,28 @@ import opengpac as gpac
 from opengpac import _native
 
 LIMIT_S = 20.0
-"""How long anything here may take; a net, not a measure."""
+"""Time limit of every wait; a safety net, not a measure."""
 
 LINGER = "1 s"
-"""How long it goes on when nobody commands it any more: then nothing of it is left."""
+"""Time for which the plant continues without a commander; after it nothing of the plant is left."""
 
 
 class Plant:
-    """A drive that moves as fast as it is pushed; its safe state is rest."""
+    """Drive with a speed proportional to the push; its safe state is rest."""
 
     def __init__(self, name: str | None = None) -> None:
         self.name = name or f"campaign-{secrets.token_hex(6)}"
 
     def driver(self) -> gpac.drivers.Driver:
-        """What opens it, here or in another process that was told the name."""
+        """Returns the driver of the plant, here or in another process that received its name."""
         return gpac.drivers.plant_process(gpac.drivers.loopback("x"), name=self.name, linger=LINGER)
 
     def until_pushed(self) -> None:
-        """Waits until it moves: what is not pushed cannot become safe."""
+        """Waits until the plant moves: a plant that is not pushed cannot become safe."""
         until(lambda: not self._rests(), "the plant is not pushed")
 
     def watched(self) -> Watch:
-        """Looks at it from now on until it is safe."""
+        """Starts to observe the plant until it is safe."""
         return Watch(self)
 
     def _rests(self) -> bool:
@@ -46,7 +46,7 @@ class Plant:
 
     @staticmethod
     def speed(state: dict[str, Any]) -> float:
-        """Of its drive."""
+        """Returns the speed of the drive."""
         _position, velocity = struct.unpack_from("dd", bytes(state["readings"]))
         return velocity
 
@@ -56,7 +56,7 @@ class Plant:
 
 
 class Watch:
-    """Somebody who looks at a plant until it is safe."""
+    """Observer of a plant until it is safe."""
 
     def __init__(self, plant: Plant) -> None:
         self._plant = plant
@@ -66,13 +66,13 @@ class Watch:
         self._looking.start()
 
     def safe_s(self, begin_ns: int | None) -> float | None:
-        """How long that took from an instant of CLOCK_MONOTONIC on, s; None where it is not safe within the limit."""
+        """Returns the time to safety from an instant of CLOCK_MONOTONIC, s; `None` if the plant did not become safe within the limit."""
         self._looking.join(2 * LIMIT_S)
         return None if self._safe_ns is None or begin_ns is None else max(0, self._safe_ns - begin_ns) * 1e-9
 
     @property
     def by_guard(self) -> bool:
-        """Whether it was the guard that made it safe."""
+        """True if the guard made the plant safe."""
         self._looking.join(2 * LIMIT_S)
         return self._by_guard
 
@@ -81,7 +81,7 @@ class Watch:
             until(self._is_safe, "the plant is not safe")
 
     def _is_safe(self) -> bool:
-        # The plant itself tells when it obeyed the guard. What its driver commanded is seen from here, a step or two later.
+        # The plant itself reports when it obeyed the guard. The commands of its driver are seen from here, a step or two later.
         state, seen_ns = self._plant.state(), time.monotonic_ns()
         if state is not None and (state["is_safe"] or self._plant.speed(state) == 0.0):
             self._by_guard = state["is_safe"]
@@ -90,7 +90,7 @@ class Watch:
 
 
 def until(holds: Callable[[], bool], otherwise: str) -> None:
-    """Asks until it holds; raises `TimeoutError` after the limit."""
+    """Polls a condition until it holds; raises `TimeoutError` after the limit."""
     end = time.monotonic() + LIMIT_S
     while not holds():
         if time.monotonic() > end:

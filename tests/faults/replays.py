@@ -1,12 +1,12 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Record = record = replay: every example is recorded twice, round after round, and run again, bit for bit.
+"""Record = record = replay: every example is recorded twice, round after round, and replayed, bit for bit.
 
     python tests/faults/replays.py                                   a million firings of each example
     python tests/faults/replays.py --firings 50000 --programs guarded_move
     python tests/faults/replays.py --also target/checked/lib_native.so   also replayed by another build of the same sources
 
-Under the virtual clock two records of one program have one fingerprint: every input and every value. Each is run again without the
-program, by this build and by the other one. The report is in `out/replays.json`.
+Under the virtual clock two records of one program have the same fingerprint: every input and every value. Each is replayed without
+the program, by this build and by the other one. The report is in `out/replays.json`.
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ for path in sys.argv[1:]:
 
 @dataclass
 class Found:
-    """What was found of one program."""
+    """Results of one program."""
 
     program: str
     rounds: int = 0
@@ -48,7 +48,7 @@ class Found:
 
 
 def main() -> int:
-    """0 where every replay was as its record, and all records of a round were the same."""
+    """Runs the command; returns 0 if every replay equalled its record, and all records of a round were the same."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--firings", type=int, default=1_000_000)
     parser.add_argument("--programs", nargs="+", choices=PROGRAMS, default=PROGRAMS)
@@ -70,7 +70,7 @@ def _told(one: Found) -> Found:
 
 
 def _package_with(native: Path, folder: Path) -> Path:
-    """The package with another native module."""
+    """Copies the package with another native module."""
     package = folder / "other"
     shutil.copytree(Path(opengpac.__file__).parent, package / "opengpac", ignore=shutil.ignore_patterns("*.so", "__pycache__"))
     shutil.copy(native, package / "opengpac" / "_native.abi3.so")
@@ -95,7 +95,7 @@ def _program(program: str, firings: int, packages: list[Path], folder: Path) -> 
 
 
 def _record(program: str, path: Path, package: Path) -> Path:
-    # A recording never writes over another one.
+    # A recording never overwrites another one.
     path.unlink(missing_ok=True)
     example = [str(ROOT / "examples" / f"{program}.py"), "--clock", "virtual", "--output", str(path.parent)]
     command = [sys.executable, "-m", "opengpac", "record", "-o", str(path), *example]

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""One fault of a campaign and what it led to, with what every kind of fault has in common."""
+"""A fault of a campaign and its consequences, and the common parts of all kinds of faults."""
 
 from __future__ import annotations
 
@@ -20,32 +20,32 @@ from plant import Watch
 
 THREAD: Mapping[str, Any] = {}
 PROCESS: Mapping[str, Any] = {"process": True}
-"""What the doomed processor is."""
+"""Options of the doomed processor."""
 
 LIMIT = "20 s"
-"""How long an end report may take; a net, not a measure."""
+"""Time limit of an end report; a safety net, not a measure."""
 
 INSTANT = "OPENGPAC_FAULT_INSTANT"
-"""The file in which a block that fails leaves when it did."""
+"""Environment variable with the path of the file into which a failing block writes its instant."""
 
 
 @dataclass
 class Round:
-    """What one fault led to."""
+    """Consequences of one fault."""
 
     wrong: list[str] = field(default_factory=list)
-    """What did not hold, in words."""
+    """Requirements that did not hold."""
     reported_s: float | None = None
-    """From the fault to the last of its end reports, or to the exception of who waited, s."""
+    """Time from the fault to the last of its end reports, or to the exception of the waiting client, s."""
     safe_s: float | None = None
-    """From the fault to the safe outputs, s; None where nobody promises them."""
+    """Time from the fault to the safe outputs, s; `None` if they are not promised."""
 
     def time_from(self, begin_ns: int) -> None:
-        """Everything is reported now."""
+        """Notes that everything has been reported now."""
         self.reported_s = (time.monotonic_ns() - begin_ns) * 1e-9
 
     def expect_safe(self, watch: Watch, begin_ns: int | None, *, by_guard: bool = False) -> None:
-        """The outputs must be safe; `by_guard`: it is the guard that must have written them."""
+        """Checks that the outputs become safe; with `by_guard` the guard must have written them."""
         self.safe_s = watch.safe_s(begin_ns)
         if self.safe_s is None:
             self.wrong.append("the outputs are not safe")
@@ -53,7 +53,7 @@ class Round:
             self.wrong.append("the guard has not written the safe outputs")
 
     def expect_end(self, instance: gpac.VerbInstance[Any], condition: str, block: str | None = None) -> None:
-        """The instance must have an end report, of this condition and the block that caused it."""
+        """Checks that the instance has an end report, with this condition and the block that caused it."""
         try:
             report = instance.wait(timeout=LIMIT)
         except gpac.Terminated as end:
@@ -67,7 +67,7 @@ class Round:
             self.wrong.append(f"'{instance.name}' ended normally, with '{report.condition}'")
 
     def expect_healthy(self, made: application.Application) -> None:
-        """The verb on the other processor must go on."""
+        """Checks that the verb on the other processor continues."""
         before = made.count.value
         try:
             made.healthy.wait(timeout="10 ms")
@@ -80,7 +80,7 @@ class Round:
 
 @dataclass(frozen=True)
 class Kind:
-    """A kind of fault: how often the whole campaign makes it, and how often the tests do."""
+    """Kind of fault, with the number of rounds in the whole campaign and in the tests."""
 
     name: str
     full: int
@@ -89,11 +89,12 @@ class Kind:
 
 
 Broken = Callable[[Round, Before, random.Random, str], None]
-"""Makes a fault and notes what followed: the round, what there was before, the choices, the module of the blocks that fail."""
+"""Function that makes a fault and notes its consequences; its arguments are the round, the state before, the random choices, and the
+module of failing blocks."""
 
 
 def accounted(broken: Broken) -> Callable[[random.Random, str], Round]:
-    """A round of a fault, with what it left behind once the system is closed and nobody holds it any more."""
+    """Returns the function that runs a round of a fault and accounts for its leftovers after the system was closed and released."""
 
     def make(chosen: random.Random, blocks: str) -> Round:
         instant = Path(blocks).with_suffix(".instant")
@@ -112,7 +113,7 @@ def accounted(broken: Broken) -> Callable[[random.Random, str], Round]:
 
 
 def instant_ns() -> int | None:
-    """When the block failed, on CLOCK_MONOTONIC, as it left it."""
+    """Returns the instant at which the block failed, on CLOCK_MONOTONIC, as the block wrote it."""
     with contextlib.suppress(OSError, ValueError):
         return int(Path(os.environ[INSTANT]).read_text())
     return None
@@ -125,5 +126,5 @@ def runs_for_a_while(made: application.Application, chosen: random.Random) -> No
 
 
 def started(before: Before, entry: str) -> list[int]:
-    """The processes that have come and run this entry of the native module."""
+    """Returns the new processes that run this entry of the native module."""
     return [pid for pid in before.new() if entry in command_of(pid)]

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A reader of a scope: every value of an SVV that counts up by 1, over the control interface."""
+"""A reader of a scope: receives every value of an SVV that counts up by 1, over the control interface."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from browser import Browser, Stream
 
 
 class Scope:
-    """A reader of the chain's number over the control interface, on a thread of its own."""
+    """Reader of the chain's number over the control interface, on a thread of its own."""
 
     def __init__(self, cell: gpac.System, folder: Path) -> None:
         (folder / "index.html").write_text("<!doctype html><title>soak</title>\n")

@@ -1,12 +1,13 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A shift ends as it began: 10,000 motions of a simulated arm leave the memory level, and the last start costs what the first did.
+"""Long shift: after 10,000 motions of a simulated arm memory is level, and the last start costs as much as the first.
 
     python tests/faults/shift.py                   10,000 motions
     python tests/faults/shift.py --motions 600     fewer
 
-Each motion is a verb instance that comes, writes the joints' histories, and goes. The processor time of a start and the resident memory
-are told every tenth of the shift, and are in `out/shift.json`. It fails where memory grows by more than 16 MB after the first tenth
-(log, end reports and alarms fill up to their bounds in it), or where a start of the last tenth costs more than twice one of the first.
+Each motion is a verb instance that is created, writes the joints' histories, and is deleted. The processor time of a start and the
+resident memory are reported every tenth of the shift, and are in `out/shift.json`. It fails if memory grows by more than 16 MB after
+the first tenth (in which log, end reports and alarms fill up to their bounds), or if a start in the last tenth costs more than twice
+one in the first.
 """
 
 from __future__ import annotations
@@ -28,13 +29,13 @@ REACH_RAD = 0.02
 
 
 def resident_mb() -> float:
-    """Resident memory of this process."""
+    """Returns the resident memory of this process."""
     lines = Path("/proc/self/status").read_text().splitlines()
     return next(int(line.split()[1]) for line in lines if line.startswith("VmRSS")) / 1000.0
 
 
 def tenth(arm: gpac.Group[gpac.robots.Joint], home: np.ndarray, rng: np.random.Generator, motions: int) -> dict[str, float]:
-    """So many motions: the mean processor time of a start, and the memory after them."""
+    """Runs `motions` motions; returns the mean processor time of a start, and the memory after them."""
     starting_s = 0.0
     for _ in range(motions):
         instance = gpac.robots.move.new_instance(arm)
@@ -47,7 +48,7 @@ def tenth(arm: gpac.Group[gpac.robots.Joint], home: np.ndarray, rng: np.random.G
 
 
 def main() -> int:
-    """0 where the shift ends as it began."""
+    """Runs the shift; returns 0 if it ends as it began."""
     parser = argparse.ArgumentParser(description="Moves a simulated arm for a whole shift, and looks whether anything grows.")
     parser.add_argument("--motions", type=int, default=10_000)
     options = parser.parse_args()

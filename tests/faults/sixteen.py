@@ -1,13 +1,13 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Sixteen processors in a ring, a thousand blocks at 250 Hz: what is lost, and whether the machine itself was late then.
+"""Sixteen processors in a ring, a thousand blocks at 250 Hz: counts losses, and checks whether the machine itself was late at the time.
 
     python tests/faults/sixteen.py                   ten minutes, four processes with four processors each
     python tests/faults/sixteen.py --processes 16    a process each
     python tests/faults/sixteen.py --processes 0     all are threads of this process
 
-Each processor numbers its firings, passes the numbers along a chain, and the next processor expects each of them. Beside it a process
-on each core sleeps from period to period. A skipped release or a number that did not come, in a time in which that process was late
-too, is the machine's; any other is a failure, and a lost number ends the run. The report is in `out/sixteen.json`.
+Each processor numbers its firings and passes the numbers along a chain; the next processor expects each of them. In parallel a
+process on each core sleeps from period to period. A skipped release or a missing number at a time in which that process was late too
+is blamed on the machine; any other is a failure, and a lost number ends the run. The report is in `out/sixteen.json`.
 """
 
 from __future__ import annotations
@@ -33,12 +33,12 @@ PROCESSORS = 16
 PERIOD_NS = 4_000_000
 NUMBERS = "numbers lost"
 LOOK = "250 ms"
-"""How often it is looked whether something was lost."""
+"""Interval of the checks for losses."""
 
 
 @dataclass
 class Loss:
-    """Something that was lost between two looks."""
+    """Loss between two checks."""
 
     begin_ns: int
     end_ns: int
@@ -47,13 +47,13 @@ class Loss:
 
     @property
     def is_number(self) -> bool:
-        """Whether a number did not come, not only a firing too late."""
+        """True if a number is missing, and not only a firing late."""
         return self.what.endswith(NUMBERS)
 
 
 @dataclass
 class Found:
-    """The report."""
+    """Report of the run."""
 
     processors: int
     processes: int
@@ -69,7 +69,7 @@ class Found:
 
 
 class Ring:
-    """The cell."""
+    """Cell with the ring of processors."""
 
     def __init__(self, cell: gpac.System, module: str, blocks: int, processes: int) -> None:
         self.cell = cell
@@ -79,7 +79,7 @@ class Ring:
         self.instances: list[gpac.VerbInstance[Any]] = []
         sources = []
         for number in range(PROCESSORS):
-            # Neighbours share a process: most of the ring is within one, and it crosses from each to the next.
+            # Neighbours share a process: most of the ring is within processes, and it crosses from each to the next.
             made = cell.processor(f"rtp{number}", process=f"cell-{number * processes // PROCESSORS}" if processes else False)
             sources.append((made.timer("fast", period="4 ms", priority=70), made.software("soft", priority=60)))
         sent = [cell.svv(f"sent{number}") for number in range(PROCESSORS)]
@@ -92,7 +92,7 @@ class Ring:
             self.blocks += each
 
     def counts(self) -> dict[str, int]:
-        """Everything that must stay at 0, by its name."""
+        """Returns every count that must stay at 0, by name."""
         sources = self.cell.statistics["sources"]
         skipped = {f"{name}: releases skipped": source["overruns"] for name, source in sources.items()}
         late = {f"{name}: values late": source["late"] for name, source in sources.items()}
@@ -123,11 +123,11 @@ class Ring:
 
 
 def watch(ring: Ring, seconds: float, files: dict[int, Path], found: Found) -> None:
-    """Looks at it for that long, or until a number was lost that the machine is not to blame for."""
+    """Observes the ring for `seconds`, or until a number was lost for which the machine is not to blame."""
     before, begin = ring.counts(), time.monotonic_ns()
     start = found.begin_ns = begin
     while time.monotonic_ns() - start < seconds * 1e9:
-        # Those of the last look wait for the next one: a machine that was late says so late.
+        # The losses of the last check wait for the next one: a machine that was late reports it late.
         judged = len(found.losses)
         with contextlib.suppress(TimeoutError):
             ring.instances[0].wait(timeout=LOOK)
@@ -144,7 +144,7 @@ def watch(ring: Ring, seconds: float, files: dict[int, Path], found: Found) -> N
 
 
 def blame(losses: list[Loss], late: list[tuple[int, int, int]]) -> None:
-    """Marks what was lost while the machine itself was late by a period."""
+    """Marks the losses that occurred while the machine itself was late by a period."""
     for loss in losses:
         loss.by_machine = any(loss.begin_ns <= at and at - by <= loss.end_ns and by >= PERIOD_NS for _, at, by in late)
 

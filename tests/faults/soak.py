@@ -3,13 +3,13 @@
 
     python tests/faults/soak.py                  two hours
     python tests/faults/soak.py --minutes 10     ten minutes
-    python tests/faults/soak.py --virtual        the same under the virtual clock, as fast as it goes
+    python tests/faults/soak.py --virtual        the same under the virtual clock, as fast as possible
 
-A chain of blocks numbers its firings; its last value goes to an SVV, to a reader on another source that expects each number, into a
-recording (a new one each minute; the last one is read back) and to a scope over the control interface. Beside it a process on each core
-only sleeps from period to period: an overrun in a time in which that was late too is the machine's. Overruns are told, not judged. It
-fails where a number, a row, a frame or an event was lost, a verb did not end as it should, or memory, descriptors or threads grew over
-the second half. Ctrl-C ends it with the report so far; the report is in `out/soak.json`.
+A chain of blocks numbers its firings. Its last value goes to an SVV, to a reader on another source that expects each number, into a
+recording (a new one each minute; the previous one is read back) and to a scope over the control interface. In parallel a process on
+each core only sleeps from period to period: an overrun at a time in which that process was late too is blamed on the machine.
+Overruns are reported, not judged. The soak fails if a number, a row, a frame or an event was lost, a verb did not end as expected, or
+memory, descriptors or threads grew over the second half. Ctrl-C ends it with the report so far; the report is in `out/soak.json`.
 """
 
 from __future__ import annotations
@@ -41,22 +41,22 @@ HERE = Path(__file__).parent
 OUT = HERE.parent.parent / "out" / "soak.json"
 PERIOD_NS = 1_000_000
 EVERY_S = 0.05
-"""A verb is started this often."""
+"""Interval between starts of a verb."""
 FIRINGS_A_VERB = 5
 MINUTE_S = 60.0
 LOOKS_A_MINUTE = 60
 GROWTH_MB_MAX = 8.0
-"""How much the memory may grow in the second half, by the line through what was measured in it."""
+"""Maximum growth of memory in the second half, by a line fitted to its measurements."""
 GROWTH_COUNT_MAX = 8
-"""The same of descriptors and threads, which a recording that begins or ends has a few more of."""
+"""Maximum growth of descriptors and threads; the start or end of a recording temporarily needs a few more."""
 JUDGED_S = 240.0
-"""A shorter soak says nothing of memory: log, end reports and caches fill up to their bounds."""
+"""Minimum duration for a verdict on memory: before it log, end reports and caches fill up to their bounds."""
 STALLED_S = 60.0
 
 
 @dataclass
 class Look:
-    """What was seen at an instant."""
+    """Measurements at an instant."""
 
     second: float
     firings: int
@@ -68,7 +68,7 @@ class Look:
 
 @dataclass
 class Found:
-    """The report."""
+    """Report of the soak."""
 
     blocks: int
     asked_s: float
@@ -92,13 +92,13 @@ class Found:
     looks: list[Look] = field(default_factory=list)
 
     def lose(self, what: str, count: int) -> None:
-        """Something is not there."""
+        """Notes a loss."""
         if count:
             self.lost[what] = self.lost.get(what, 0) + count
 
 
 class Machine:
-    """The chain, who reads it, and the verbs that come and go."""
+    """The chain, its readers, and the short-lived verbs."""
 
     def __init__(self, cell: gpac.System, module: str, blocks: int) -> None:
         self.cell = cell
@@ -114,20 +114,20 @@ class Machine:
         self._short = self._counting().on(self.fast)
 
     def a_verb(self) -> str | None:
-        """One that comes, does its work, and goes; what was wrong with it."""
+        """Runs a short verb to its end; returns its fault, if any."""
         report = self._short(self.counted, limit=float(FIRINGS_A_VERB), time_limit="60 s")
         if (report.condition, report.last, report.others) == ("enough", FIRINGS_A_VERB, ()):
             return None
         return f"a verb ended with {report.condition!r} at {report.last}"
 
     def look(self, second: float) -> Look:
-        """As it is now."""
+        """Returns the present measurements."""
         source = self.cell.statistics["sources"][self.fast.name]
         descriptors, threads = len(os.listdir("/proc/self/fd")), len(os.listdir("/proc/self/task"))
         return Look(second, source["firings"], source["overruns"], resident_mb(), descriptors, threads)
 
     def losses(self) -> Iterator[tuple[str, int]]:
-        """What the system itself counts as lost."""
+        """Yields the losses that the system itself counts."""
         yield "numbers at the reader", int(self.missed.value)
         for name, source in self.cell.statistics["sources"].items():
             yield f"events of {name}", source["lost"]
@@ -164,14 +164,14 @@ class Machine:
 
 
 def read_back(path: Path) -> tuple[int, int]:
-    """Rows of a recording, and how many are missing between them; the file is gone then."""
+    """Returns the rows of a recording and the number missing between them; deletes the file."""
     values = gpac.Recorded(path)["sent"]["value"]
     path.unlink()
     return len(values), int((np.diff(values) - 1).sum())
 
 
 class Recordings:
-    """One recording after the other; each is read back while the next one runs."""
+    """Consecutive recordings; each is read back while the next one runs."""
 
     def __init__(self, cell: gpac.System, folder: Path, found: Found) -> None:
         self._cell, self._folder, self._found = cell, folder, found
@@ -180,18 +180,18 @@ class Recordings:
         self._begin()
 
     def next(self) -> None:
-        """Ends the one that runs and begins another."""
+        """Ends the running recording and starts the next."""
         self._end()
         self._begin()
 
     def finish(self) -> None:
-        """Ends the last one and waits until all are read."""
+        """Ends the last recording and waits until all are read."""
         self._end()
         self._reader.shutdown()
         self.collect()
 
     def collect(self) -> None:
-        """Counts what has been read."""
+        """Adds up the results of the recordings that have been read."""
         for read in [read for read in self._read if read.done()]:
             self._read.remove(read)
             rows, missing = read.result()
@@ -222,11 +222,11 @@ class Pace:
 
     @property
     def second(self) -> float:
-        """Since the beginning."""
+        """Returns the seconds since the beginning."""
         return self._now() - self._begin
 
     def next_slot(self) -> None:
-        """Waits for the next one; those that have gone by are counted."""
+        """Waits for the next slot; counts missed ones."""
         gone = int(self.second / EVERY_S)
         self.missed += max(0, gone - self.slot)
         self.slot = max(self.slot, gone) + 1
@@ -241,7 +241,7 @@ class Pace:
 
 
 def soak(cell: gpac.System, module: str, found: Found, folder: Path, *, is_virtual: bool, say: Any = print) -> None:
-    """Runs for as long as `found` asks, or until Ctrl-C."""
+    """Runs for the time requested in `found`, or until Ctrl-C."""
     machine = Machine(cell, module, found.blocks)
     recordings = Recordings(cell, folder, found)
     with Scope(cell, folder) as scope:
@@ -272,7 +272,7 @@ def soak(cell: gpac.System, module: str, found: Found, folder: Path, *, is_virtu
 
 
 def settle(machine: Machine, is_virtual: bool) -> None:
-    """The reader takes what was on its way."""
+    """Lets the reader take the values in transit."""
     end = time.monotonic() + STALLED_S
     while machine.seen.value + machine.missed.value < machine.sent.value and time.monotonic() < end:
         if is_virtual:
@@ -282,7 +282,7 @@ def settle(machine: Machine, is_virtual: bool) -> None:
 
 
 def progress(found: Found, scope: Scope, machine: Machine) -> str:
-    """A line for each minute."""
+    """Returns the progress line of a minute."""
     look = found.looks[-1]
     return (
         f"{look.second / 60:.0f} min: {found.blocks} blocks, {look.firings} firings, {look.overruns} overruns; {found.verbs} verbs; "
@@ -293,7 +293,7 @@ def progress(found: Found, scope: Scope, machine: Machine) -> str:
 
 
 def conclude(found: Found, machine: Machine, scope: Scope) -> None:
-    """Counts what was lost, and whether anything grew."""
+    """Counts the losses, and checks whether anything grew."""
     found.firings, found.overruns = found.looks[-1].firings, found.looks[-1].overruns
     found.numbers = int(machine.seen.value)
     found.frames, found.values_in_frames = scope.frames, scope.values
@@ -319,7 +319,7 @@ def conclude(found: Found, machine: Machine, scope: Scope) -> None:
 
 
 def judge_overruns(found: Found, files: dict[int, Path], begin_ns: int) -> None:
-    """How many overruns came in a time in which a process that only sleeps was late as well."""
+    """Counts the overruns that coincide with late wake-ups of a process that only sleeps."""
     late = wakes.misses(files)
     found.late_wakes, found.latest_wake_ms = len(late), max((by for _, _, by in late), default=0) * 1e-6
     times = [(at - begin_ns) * 1e-9 for _, at, by in late if by >= PERIOD_NS // 2]
@@ -329,7 +329,7 @@ def judge_overruns(found: Found, files: dict[int, Path], begin_ns: int) -> None:
 
 
 def report(found: Found) -> int:
-    """Tells it, writes it, and gives the exit code."""
+    """Prints and writes the report; returns the exit code."""
     OUT.parent.mkdir(exist_ok=True)
     OUT.write_text(json.dumps(asdict(found), indent=1) + "\n")
     stopped = f", interrupted (of {found.asked_s / 60:.0f} min)" if found.interrupted else ""
@@ -352,12 +352,12 @@ def report(found: Found) -> int:
 
 
 def build(folder: Path) -> str:
-    """The module of the chain."""
+    """Builds the module of the chain."""
     return _native.build([str(HERE / "ring.c")], str(folder / "ring.so"))
 
 
 def main() -> int:
-    """0 where nothing was lost and nothing grew."""
+    """Runs the soak; returns 0 if nothing was lost and nothing grew."""
     parser = argparse.ArgumentParser(description="1,000 blocks at 1 kHz, a verb every 50 ms, a recorder and a scope: nothing is lost.")
     parser.add_argument("--minutes", type=float, default=120.0)
     parser.add_argument("--blocks", type=int, default=1000)

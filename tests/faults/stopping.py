@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Stopping beside hostile connections: `stopping.py [--stops N] [--hostile N] [--seed N]`.
+"""Stops under hostile connections: `stopping.py [--stops N] [--hostile N] [--seed N]`.
 
-A daemon in real time has a block that runs, and a panel that stops it, on connections that it keeps and on new ones, while as many
-connections as asked are idle, slow, full of garbage, wait, read histories, have definitions checked, and subscribe to scopes without
-reading. No stop may fail, the daemon may have 256 MB, and a revoked token is out within 2 s. Times are reported, with how late a
-thread of this machine wakes up beside it.
+A daemon in real time runs a block, and a panel stops it, on kept connections and on new ones, while the requested number of
+connections are idle, slow, send garbage, wait, read histories, request checks of definitions, and subscribe to scopes without
+reading. No stop may fail, the daemon may use 256 MB, and a revoked token is locked out within 2 s. The times are reported, with the
+lateness of a thread of this machine at the same time.
 """
 
 from __future__ import annotations
@@ -38,22 +38,22 @@ VERBS = ("emergency_stop", "halt", "disable", "pause")
 
 @dataclass
 class Found:
-    """What a campaign has found."""
+    """Results of a campaign."""
 
     times_ms: dict[str, list[float]] = field(default_factory=dict)
-    """From before a stop is sent (of a new connection: before it is made) to its answer."""
+    """Time from the sending of a stop (on a new connection: from before it is opened) to its answer."""
     late_ms: list[float] = field(default_factory=list)
-    """How late a thread woke up that slept for 1 ms."""
+    """Lateness of a thread that slept for 1 ms."""
     memory_mb: float = 0.0
     descriptors: int = 0
     threads: int = 0
     out_s: float | None = None
-    """From a token's revocation to the end of its stream."""
+    """Time from a token's revocation to the end of its stream."""
     hostile: dict[str, int] = field(default_factory=dict)
     wrong: list[str] = field(default_factory=list)
 
     def summary(self) -> str:
-        """All of it, a line each."""
+        """Returns all results, a line each."""
         lines = [f"{name:28} {told(times)}" for name, times in sorted(self.times_ms.items())]
         lines += [f"{'(wake-ups of this machine)':28} {told(self.late_ms)}"]
         lines += [f"daemon: at most {self.memory_mb:.0f} MB, {self.descriptors} descriptors, {self.threads} threads"]
@@ -62,7 +62,7 @@ class Found:
 
 
 def told(times_ms: list[float]) -> str:
-    """Percentiles of some times."""
+    """Returns percentiles of times as text."""
     if not times_ms:
         return "none"
     ordered = sorted(times_ms)
@@ -72,7 +72,7 @@ def told(times_ms: list[float]) -> str:
 
 
 def keep(file: Path, tokens: dict[str, str], revoked: str = "") -> None:
-    """Writes a file of tokens, as `opengpac token` does: a new one takes the place of the old one."""
+    """Writes a file of tokens, as `opengpac token` does: a new file replaces the old one."""
     entries: list[dict[str, Any]] = []
     for name, token in tokens.items():
         sha256 = hashlib.sha256(token.encode()).hexdigest()
@@ -85,7 +85,7 @@ def keep(file: Path, tokens: dict[str, str], revoked: str = "") -> None:
 
 @contextmanager
 def served(folder: Path) -> Iterator[tuple[subprocess.Popen[str], int, dict[str, str]]]:
-    """A daemon with a port, and a token for each caller."""
+    """Yields a daemon with a port, and a token for each caller."""
     tokens = {name: f"gpac_{secrets.token_urlsafe(32)}" for name in ROLES}
     keep(folder / "tokens.json", tokens)
     words = ["rts", "--name", "stopping", "--socket", str(folder / "s"), "--clock", "monotonic", "--listen", "127.0.0.1:0"]
@@ -109,7 +109,7 @@ def served(folder: Path) -> Iterator[tuple[subprocess.Popen[str], int, dict[str,
 
 
 def build(setup: Panel) -> int:
-    """A block that runs for good, with a history, and a device; the running instance."""
+    """Builds a block that runs indefinitely, with a history, and a device; returns the running instance."""
     wave = {"wave": {"block": {"subroutine": "library.signal_generator"}, "constants": {"shape": 0, "offset": 2.5}}}
     runs = {"start": {"commands": [{"command": "activate", "block": "wave", "every_ns": 1_000_000}]}}
     setup.must("processor", name="rtp0")
@@ -125,7 +125,7 @@ def build(setup: Panel) -> int:
 
 
 class Stops:
-    """The panel: it makes something run, stops it, and takes the time of that."""
+    """Panel that starts an instance, stops it, and measures the time."""
 
     def __init__(self, port: int, token: str, found: Found) -> None:
         self.port, self.token, self.found = port, token, found
@@ -134,7 +134,7 @@ class Stops:
         self.instance = self.kept.must("create", verb="wave", arguments={"y": {"svv": "z"}}, placement={"*": "rtp0.fast"})
 
     def stop(self, verb: str, observed: int, *, anew: bool) -> None:
-        """One stop, from running to running."""
+        """Makes one stop, from running to running."""
         self._run(observed)
         arguments: dict[str, dict[str, Any]] = {
             "emergency_stop": {"reason": "tried"}, "halt": {"instance": self.instance}, "disable": {"name": "red"}, "pause": {},
@@ -167,7 +167,7 @@ class Stops:
 
 
 def watched(daemon: subprocess.Popen[str], found: Found, over: threading.Event) -> None:
-    """Looks at the daemon's memory, and at how late this machine is, until it is over."""
+    """Monitors the daemon's memory and the machine's lateness until `over` is set."""
     folder = Path(f"/proc/{daemon.pid}")
     while not over.is_set():
         begun = time.perf_counter()
@@ -181,7 +181,7 @@ def watched(daemon: subprocess.Popen[str], found: Found, over: threading.Event) 
 
 
 def revoked(port: int, tokens: dict[str, str], file: Path) -> float:
-    """Revokes the token of a stream: how long that goes on, s."""
+    """Revokes the token of a stream; returns how long the stream continues, s."""
     with closing(Panel(port, tokens["gone"])) as panel:
         panel.stream()
         panel.say({"subscribe": "statistics", "id": "a", "every_ms": 100})
@@ -233,7 +233,7 @@ def campaign(stops: int, hostile: int, seed: int, folder: Path) -> Found:
 
 
 def main() -> None:
-    """As the module says."""
+    """Runs the command."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--stops", type=int, default=3_000)
     parser.add_argument("--hostile", type=int, default=64)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A few faults of each kind; `make faults` makes hundreds. A fault that leaves something behind is found by the accounting."""
+"""A few faults of each kind; `make faults` makes hundreds. The accounting finds faults that leave something behind."""
 
 from __future__ import annotations
 
@@ -13,13 +13,13 @@ from campaign import built, rounds_of
 from kinds import KINDS
 from leftovers import Before
 
-# What is left behind is looked for on the whole machine.
+# Leftovers are searched for on the whole machine.
 pytestmark = pytest.mark.alone
 
 
 @pytest.fixture(scope="module")
 def blocks(tmp_path_factory: pytest.TempPathFactory) -> str:
-    """The module of the blocks that fail."""
+    """Returns the module of failing blocks."""
     return built(str(tmp_path_factory.mktemp("faults")))
 
 
@@ -34,7 +34,7 @@ def test_the_accounting_finds_what_is_left() -> None:
     with subprocess.Popen(program, stdin=subprocess.PIPE, stdout=subprocess.PIPE) as child:
         shared.touch()
         try:
-            # Before it runs its own code its environment may not be there yet, by which it is known.
+            # Before the child runs its own code, its environment, by which it is recognised, may not exist yet.
             assert child.stdout is not None and child.stdout.readline() == b"\n"
             left = before.left_over(within_s=0)
         finally:

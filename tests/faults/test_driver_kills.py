@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The processor of each driver is killed once; `make faults` kills it, what commands it and its device 50 times each."""
+"""The processor of each driver is killed once; `make faults` kills it, its commander and its device 50 times each."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ import pytest
 from driver_benches import BENCHES
 from driver_kills import one
 
-# What is left behind is looked for on the whole machine.
+# Leftovers are searched for on the whole machine.
 pytestmark = pytest.mark.alone
 
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A slice of the sequences of commands to the simulated arm, another one each day; `make faults` runs all of them."""
+"""A slice of the sequences of commands to the simulated arm, a different one each day; `make faults` runs all of them."""
 
 from __future__ import annotations
 

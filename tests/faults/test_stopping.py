@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A few stops beside hostile connections; `make faults` has thousands."""
+"""A few stops under hostile connections; `make faults` makes thousands."""
 
 from __future__ import annotations
 

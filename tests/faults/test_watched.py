@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A few of the attacks on those who watch; `make faults` makes a thousand."""
+"""A few of the attacks on watchers; `make faults` makes a thousand."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ FEW = (
     "process: stop guard, kill program",
 )
 
-# What is left behind is looked for on the whole machine.
+# Leftovers are searched for on the whole machine.
 pytestmark = pytest.mark.alone
 
 

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The emulated controller is taken for a real one by a client that nobody here wrote, `ur_rtde`, which commands it with its own program.
+"""A third-party client, `ur_rtde`, accepts the emulated controller as a real one and commands it with its own program.
 
-That client waits in real time, with limits of some seconds that nobody here sets, and now and then for ever: so it is tried again, and
-this is no part of `make test`. The exit code is 0 only if one try went through whole.
+That client waits in real time, with fixed limits of some seconds, and sometimes indefinitely: so it is tried several times, and is
+not part of `make test`. The exit code is 0 only if one try was complete.
 """
 
 from __future__ import annotations
@@ -41,12 +41,13 @@ print("\\ntold " + json.dumps(told), flush=True)
 
 GOAL = [0.2, -1.4, 0.3, -1.6, 0.1, 0.2]
 UPRIGHT = [0.0, -0.2329, 1.0794]
-"""Where the flange of a UR5e is that stands upright, by the DH parameters that its maker publishes, m."""
+"""Position of the flange of an upright UR5e, by the DH parameters that its maker publishes, m."""
 TRIES = 6
 
 
 def asked(host: str) -> dict[str, Any] | str:
-    """What the peer tells of a controller, or why it gave up. It holds Python's lock while it waits, so it has a process of its own."""
+    """Returns the peer's report of a controller, or why it gave up. The peer holds Python's lock while it waits, so it has its own
+    process."""
     words = [sys.executable, "-c", PEER, host, json.dumps(GOAL)]
     try:
         done = subprocess.run(words, capture_output=True, text=True, timeout=60, check=False)
@@ -57,12 +58,12 @@ def asked(host: str) -> dict[str, Any] | str:
 
 
 def near(found: list[float], wanted: list[float], tolerance: float) -> bool:
-    """Whether each number is as near as that."""
+    """Returns whether each number is within the tolerance."""
     return all(abs(a - b) <= tolerance for a, b in zip(found, wanted, strict=True))
 
 
 def wrong(told: dict[str, Any], robot: gpac.drivers.fake.ur) -> list[str]:
-    """What is not as it should be of what the peer tells."""
+    """Returns the faults in the peer's report."""
     holds = {
         "it receives": near(told["began"], gpac.drivers.fake.HOME, 1e-9) and near(told["pose"][:3], UPRIGHT, 1e-6),
         "it asks": "RUNNING" in told["mode"] and told["remote"],
@@ -75,7 +76,7 @@ def wrong(told: dict[str, Any], robot: gpac.drivers.fake.ur) -> list[str]:
 
 
 def main() -> int:
-    """Tries it; 0: it went through."""
+    """Runs the tries; returns 0 if one succeeded."""
     for number in range(1, TRIES + 1):
         with gpac.drivers.fake.ur(lockstep=False) as robot:
             told = asked(robot.host)

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The application in a process of its own, which a campaign kills. It writes a line `count N` whenever it has moved on.
+"""The application in a process of its own, which a campaign kills. It writes a line `count N` whenever its count has changed.
 
-python victim.py JSON: `blocks`, `doomed`, `plant` (its name); `url` and `policies` where the system is a daemon's.
+python victim.py JSON: `blocks`, `doomed`, `plant` (its name); `url` and `policies` if the system is a daemon's.
 """
 
 from __future__ import annotations

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
-"""How late this machine wakes a process that sleeps until the next period: what no program on it can be better than.
+"""Lateness of this machine in waking a process that sleeps until the next period: a lower bound for every program on it.
 
     python tests/faults/wakes.py CORE PERIOD_NS
 
-writes a line `NOW_NS LATE_NS` for each wake later than half a period, until it is killed.
+writes a line `NOW_NS LATE_NS` for each wake-up later than half a period, until it is killed.
 """
 
 from __future__ import annotations
@@ -20,10 +20,10 @@ from pathlib import Path
 
 ABSOLUTE = 1  # TIMER_ABSTIME
 PRIORITY = 20
-"""Below every source of the cell, so that it takes nothing from them and yet outranks ordinary programs."""
+"""Priority below every source of the cell, so that these processes disturb none, and above ordinary programs."""
 
 RTTIME_MAX_US = 1_000_000
-"""Processor time between two sleeps, after which the system ends it."""
+"""Processor time between two sleeps after which the system ends the process."""
 
 
 class _Time(ctypes.Structure):
@@ -31,10 +31,10 @@ class _Time(ctypes.Structure):
 
 
 def sleep_late(core: int, period_ns: int) -> None:
-    """Sleeps from period to period, for ever, and writes how late it woke where that was more than half a period."""
+    """Sleeps from period to period, indefinitely, and writes the lateness of each wake-up that is later than half a period."""
     libc = ctypes.CDLL(None)
     os.sched_setaffinity(0, {core})
-    # Nothing runs at a real-time priority without a limit.
+    # No process runs at a real-time priority without a limit.
     hard = resource.getrlimit(resource.RLIMIT_RTTIME)[1]
     resource.setrlimit(resource.RLIMIT_RTTIME, (RTTIME_MAX_US if hard < 0 else min(RTTIME_MAX_US, hard), hard))
     with contextlib.suppress(PermissionError):
@@ -51,7 +51,7 @@ def sleep_late(core: int, period_ns: int) -> None:
 
 @contextlib.contextmanager
 def measured(period_ns: int, folder: Path) -> Iterator[dict[int, Path]]:
-    """One such process on each core, beside what runs in the block: core → file of its lines."""
+    """Runs such a process on each core for the duration of the block; yields core → file of its lines."""
     files = {core: folder / f"wakes.{core}" for core in sorted(os.sched_getaffinity(0))}
     started = []
     try:
@@ -66,7 +66,7 @@ def measured(period_ns: int, folder: Path) -> Iterator[dict[int, Path]]:
 
 
 def misses(files: dict[int, Path]) -> list[tuple[int, int, int]]:
-    """When each core woke somebody too late: (core, ns, how late in ns)."""
+    """Returns the late wake-ups of each core: (core, ns, lateness in ns)."""
     found = []
     for core, file in files.items():
         for line in file.read_text().splitlines():

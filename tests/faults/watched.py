@@ -1,13 +1,13 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Kills and stops any one or two of guard (both its processes), supervisor and processor, by threads and in processes: what is left makes
-the outputs safe.
+"""Kills and stops any one or two of guard (both its processes), supervisor and processor, with processors as threads and as processes:
+the rest makes the outputs safe.
 
-    python tests/faults/watched.py                       1,000 of them, and a supervisor that stands still for 30 s
+    python tests/faults/watched.py                       1,000 of them, and a supervisor that is stopped for 30 s
     python tests/faults/watched.py --count 60 --seed 7   fewer; a seed and a number make the same attack again
 
-Beside it a process on each core sleeps from period to period; an attack in which one of them woke late is the machine's, and counts for
-what held, not for how long it took. The report is in `out/watched.json`; it fails if anything did not hold. Ctrl-C ends it, with what was
-found so far.
+In parallel a process on each core sleeps from period to period. If one of them woke late, the machine is to blame for the attack's
+duration: the attack counts only for its results. The report is in `out/watched.json`; the campaign fails if any requirement did not
+hold. Ctrl-C ends it with the results so far.
 """
 
 from __future__ import annotations
@@ -38,43 +38,44 @@ OUT = HERE.parent.parent / "out" / "watched.json"
 KILL, STOP = "kill", "stop"
 SIGNALS = {KILL: signal.SIGKILL, STOP: signal.SIGSTOP}
 BOUND_MS = {KILL: 10.0, STOP: 250.0}
-"""From the attack to the first step of the plant that obeys its safe commands."""
+"""Time limit from the attack to the plant's first step under its safe commands."""
 TIMEOUT = "6 ms"
-"""The plant's own watchdog, where an attack leaves nobody else: the program and its guard."""
+"""Timeout of the plant's own watchdog, for attacks that leave no one else: those on the program and its guard."""
 STANDS_S = 30.0
 LATE_NS = 1_000_000
-"""A core that wakes somebody so late held everybody on it up."""
+"""A wake-up this late means that the core held up everything on it."""
 
 
 @dataclass(frozen=True)
 class Attack:
-    """Who is attacked, and how, where the processor is threads of the program (which is the supervisor) or a process."""
+    """Victims and kind of an attack; `process`: whether the processor is a process, rather than threads of the program (which is the
+    supervisor)."""
 
     process: bool
     how: tuple[tuple[str, str], ...]
 
     @property
     def name(self) -> str:
-        """For people."""
+        """Description of the attack."""
         return f"{'process' if self.process else 'threads'}: " + ", ".join(f"{how} {who}" for who, how in self.how)
 
     @property
     def endangers(self) -> str | None:
-        """How the program that commands the plant is attacked; None where it goes on."""
+        """Attack on the plant's commander; `None` if it continues."""
         how = dict(self.how)
         if not self.process:
             return how.get("program")
-        # A supervisor that is killed takes what is to halt without it; one that is stopped is waited for.
+        # A killed supervisor takes with it the instances that halt without it; a stopped one is waited for.
         return how.get("processor") or (KILL if how.get("program") == KILL else None)
 
     @property
     def is_left_alone(self) -> bool:
-        """Nobody is left who watches: only the plant's own watchdog is."""
+        """True if no watcher is left except the plant's own watchdog."""
         return not self.process and len(self.how) == 2
 
 
 def attacks() -> list[Attack]:
-    """Every one and every pair."""
+    """Returns the attacks on every victim and every pair."""
     found = []
     for process, who in ((False, ("guard", "program")), (True, ("guard", "program", "processor"))):
         for count in (1, 2):
@@ -85,7 +86,7 @@ def attacks() -> list[Attack]:
 
 @dataclass
 class Round:
-    """What one attack led to."""
+    """Consequences of one attack."""
 
     attack: str
     bound: str | None
@@ -95,7 +96,7 @@ class Round:
 
 
 class Program:
-    """The program, its guard and its processor."""
+    """Program with its guard and its processor."""
 
     def __init__(self, plant: Plant, *, process: bool, timeout: str | None = None, if_cut_off: str | None = None) -> None:
         told = {"plant": plant.name, "process": process, "timeout": timeout, "if_cut_off": if_cut_off}
@@ -108,20 +109,20 @@ class Program:
         return self.process.stdout.readline()
 
     def ask(self, what: str) -> str:
-        """Its answer."""
+        """Sends a request; returns the program's answer."""
         assert self.process.stdin
         self.process.stdin.write(f"{what}\n")
         self.process.stdin.flush()
         return self._line()
 
     def pids(self, who: str) -> list[int]:
-        """The processes of that part of it."""
+        """Returns the processes of a part of the program."""
         if who == "program":
             return [self.process.pid]
         return self.started({"guard": "run_guard", "processor": "run_processor"}[who])
 
     def started(self, entry: str) -> list[int]:
-        """The children of it that run so."""
+        """Returns the program's children that run the entry."""
         found: set[int] = set()
         for thread in (Path("/proc") / str(self.process.pid) / "task").iterdir():
             with contextlib.suppress(OSError):
@@ -129,7 +130,7 @@ class Program:
         return sorted(found)
 
     def end(self) -> None:
-        """Ends it, in order where it still can."""
+        """Ends the program, in order if it still can."""
         self.process.send_signal(signal.SIGCONT)
         try:
             self.process.communicate("close\n", timeout=20)
@@ -139,7 +140,7 @@ class Program:
 
 
 def one(attack: Attack, chosen: random.Random) -> tuple[Round, int, int]:
-    """Makes one attack; what followed, and from when to when that took, ns."""
+    """Makes one attack; returns its consequences, and their begin and end, ns."""
     found, before, plant = Round(attack.name, attack.endangers), Before(), Plant()
     timeout = TIMEOUT if attack.is_left_alone else None
     program = Program(plant, process=attack.process, timeout=timeout, if_cut_off="halt" if attack.process else None)
@@ -169,7 +170,7 @@ def one(attack: Attack, chosen: random.Random) -> tuple[Round, int, int]:
 
 
 def safe_ns(plant: Plant) -> int:
-    """When the plant obeyed its safe commands first, or was seen to be at rest."""
+    """Returns when the plant first obeyed its safe commands, or was seen at rest."""
     instant: list[int] = []
 
     def is_safe() -> bool:
@@ -189,7 +190,7 @@ def safe_ns(plant: Plant) -> int:
 
 
 def goes_on(found: Round, plant: Plant, program: Program, attack: Attack, guards: list[int]) -> None:
-    """Nobody who commands was attacked: the plant moves on, and a guard that is gone or stands still is replaced."""
+    """Checks an attack on no commander: the plant continues, and a guard that was killed or stopped is replaced."""
     attacked = dict(attack.how)
     if "guard" in attacked and "program" not in attacked:
         until(lambda: (now := program.started("run_guard")) != [] and not set(now) & set(guards), "no other guard came")
@@ -206,7 +207,7 @@ def goes_on(found: Round, plant: Plant, program: Program, attack: Attack, guards
 
 
 def put_away(before: Before) -> None:
-    """What was stopped or left alone ends."""
+    """Ends all processes that were stopped or left over."""
 
     def is_gone() -> bool:
         new = before.new()
@@ -219,7 +220,7 @@ def put_away(before: Before) -> None:
 
 
 def stands_still(seconds: float) -> Round:
-    """A supervisor that is stopped for so long costs nothing: what runs in a process goes on, and the program afterwards."""
+    """Checks that stopping a supervisor for `seconds` does no harm: its processes continue, and then so does the program."""
     found, before, plant = Round(f"process: the program is stopped for {seconds:g} s", None), Before(), Plant()
     program = Program(plant, process=True, if_cut_off="halt")
     try:
@@ -245,7 +246,7 @@ def stands_still(seconds: float) -> Round:
 
 
 def rounds(count: int, seed: int, files: dict[int, Path] | None = None) -> Iterator[Round]:
-    """So many attacks, every kind in turn."""
+    """Makes `count` attacks, every kind in turn."""
     every = attacks()
     for number in range(count):
         attack = every[number % len(every)]
@@ -256,7 +257,7 @@ def rounds(count: int, seed: int, files: dict[int, Path] | None = None) -> Itera
 
 
 def spread(found: Iterable[Round], bound: str) -> str:
-    """Median, 99th percentile and maximum, ms."""
+    """Returns the median, the 99th percentile and the maximum as text, ms."""
     times = sorted(one.safe_ms for one in found if one.bound == bound and one.safe_ms is not None)
     if not times:
         return "—"
@@ -264,7 +265,7 @@ def spread(found: Iterable[Round], bound: str) -> str:
 
 
 def table(found: list[Round]) -> str:
-    """What followed a death and a stop: all, and where the machine kept its period."""
+    """Returns the times after a death and a stop, of all attacks and of those in which the machine kept its period."""
     kept = [one for one in found if not one.by_machine]
     lines = [f"{'safe after, ms':40}{'n':>5} {'median':>8} {'p99':>8} {'max':>8}"]
     for bound in BOUND_MS:
@@ -276,7 +277,7 @@ def table(found: list[Round]) -> str:
 
 
 def too_late(found: list[Round]) -> list[str]:
-    """Where the 99th percentile is not what is promised."""
+    """Returns the bounds that the 99th percentile exceeds."""
     wrong = []
     for bound, limit_ms in BOUND_MS.items():
         times = sorted(one.safe_ms for one in found if one.bound == bound and one.safe_ms is not None and not one.by_machine)
@@ -286,7 +287,7 @@ def too_late(found: list[Round]) -> list[str]:
 
 
 def main() -> None:
-    """The campaign."""
+    """Runs the campaign."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").partition("\n")[0])
     parser.add_argument("--count", type=int, default=1000)
     parser.add_argument("--seed", type=int, default=1)

@@ -1,9 +1,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """The program whose watchers and processors a campaign kills and stops: one drive that is pushed, by threads or in a process of its own.
 
-python watched_program.py JSON: `plant` (its name), `process`, `timeout` (the plant's own), `lost_after`, `if_cut_off`. It writes `ready`,
-and does what each line that it reads says: `end` (what the push ended with), `look` (the same, where it has), `told` (texts of alarms by
-code and source, and of late sources), `reset`, `push`, `lose BLOCK` (a block of lost.c runs beside it), `close`.
+python watched_program.py JSON: `plant` (its name), `process`, `timeout` (the plant's own), `lost_after`, `if_cut_off`. It writes
+`ready`, and executes each line that it reads: `end` (the condition with which the push ended), `look` (the same, if it has ended),
+`told` (texts of alarms by code and source, and of late sources), `reset`, `push`, `lose BLOCK` (a block of lost.c runs in addition),
+`close`.
 """
 
 from __future__ import annotations
@@ -26,7 +27,7 @@ PAUSE_S = 0.001
 
 
 def main(told: dict[str, Any]) -> None:
-    """Runs until it is told to close, or killed."""
+    """Runs until a `close`, or until it is killed."""
     logging.getLogger("opengpac").setLevel(logging.ERROR)
     with gpac.System(told["plant"], progress=False) as cell:
         cell.processor("rtp0").timer("beside", period="10 ms", priority=60)
@@ -45,7 +46,7 @@ def main(told: dict[str, Any]) -> None:
         )
 
         def push() -> gpac.VerbInstance[Any]:
-            """Pushes; before the drive moves nobody has commanded anything that would have to be made safe."""
+            """Pushes and waits for the drive to move; until then there is no command that would have to be made safe."""
             pushed = pushing.on(fast).asynch(drive["x"].effort, u=PUSH)
             while not (pushed.done or cell.read(drive["x"].velocity)[0]):
                 time.sleep(PAUSE_S)
@@ -84,7 +85,7 @@ def lose(cell: gpac.System, source: gpac.Source, block: str) -> None:
 
 
 def ended(pushed: gpac.VerbInstance[Any], within: str) -> list[str]:
-    """With what the push ended, and why; nothing where it goes on."""
+    """Returns the condition with which the push ended, and its reason; nothing if it continues."""
     try:
         return [pushed.wait(timeout=within).condition, ""]
     except gpac.Terminated as end:

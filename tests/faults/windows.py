@@ -1,13 +1,13 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Measures for how long nobody guards: guards are killed or stopped, and after a span everything else that could make the outputs safe.
+"""Measures the windows without a guard: kills or stops guards and, after a span, everything else that could make the outputs safe.
 
     python tests/faults/windows.py             with one guard process lost, and with both: each span, 3 times
     python tests/faults/windows.py --times 10  more often
-    python tests/faults/windows.py --load 13   beside so many processes that compute
+    python tests/faults/windows.py --load 13   with that many processes that compute
 
-By threads, what follows is the program, killed or stopped; in processes under `continue` it is supervisor and processor, both killed. The
-plant has no watchdog of its own. A window is the longest span after which its outputs did not become safe within 2 s; the report is in
-`out/windows.json`. It fails where the loss of one guard process opens any.
+With threads the second victim is the program, killed or stopped; with processes under `continue` it is supervisor and processor, both
+killed. The plant has no watchdog of its own. A window is the longest span after which its outputs did not become safe within 2 s; the
+report is in `out/windows.json`. It fails if the loss of a single guard process opens a window.
 """
 
 from __future__ import annotations
@@ -30,13 +30,13 @@ from watched import KILL, SIGNALS, STOP, Program, put_away
 
 OUT = Path(__file__).parent.parent.parent / "out" / "windows.json"
 SPANS_MS = (0, 1, 2, 5, 10, 20, 30, 50, 100, 200)
-"""From the loss of the guards to that of what they guard."""
+"""Spans from the loss of the guards to that of the guarded processes."""
 WITHIN_S = 2.0
 
 
 @dataclass(frozen=True)
 class Kind:
-    """What is lost: so many guard processes, and then the program by threads, or supervisor and processor in processes."""
+    """Losses: a number of guard processes, and then the program (threads), or supervisor and processor (processes)."""
 
     process: bool
     guards: int
@@ -45,14 +45,14 @@ class Kind:
 
     @property
     def name(self) -> str:
-        """For people."""
+        """Description of the kind."""
         guards = "one guard" if self.guards == 1 else "all guards"
         others = "supervisor and processor" if self.process else "program"
         return f"{'processes' if self.process else 'threads'}: {self.of_guards} {guards}, then {self.of_others} {others}"
 
 
 def kinds() -> list[Kind]:
-    """All of them."""
+    """Returns all kinds."""
     found = []
     for guards in (1, 2):
         for of_guards in (KILL, STOP):
@@ -63,7 +63,7 @@ def kinds() -> list[Kind]:
 
 @dataclass
 class Loss:
-    """What one of these led to."""
+    """Consequences of one loss."""
 
     kind: str
     span_ms: float
@@ -72,7 +72,7 @@ class Loss:
 
 
 def lose(kind: Kind, span_ms: float) -> Loss:
-    """Loses them; whether the outputs became safe, and how long after the second loss."""
+    """Makes the losses; returns whether the outputs became safe, and how long after the second loss."""
     before, plant = Before(), Plant()
     program = Program(plant, process=kind.process, if_cut_off="continue" if kind.process else None)
     try:
@@ -91,7 +91,7 @@ def lose(kind: Kind, span_ms: float) -> Loss:
         return Loss(kind.name, span_ms, safe_ms is not None, safe_ms)
     finally:
         if kind.of_others == KILL:
-            # Its end is not waited for by a plant that nobody commands any more.
+            # A plant without commanders does not wait for the program's end.
             program.process.wait()
         else:
             program.end()
@@ -113,7 +113,7 @@ def _safe_ms(plant: Plant, lost_ns: int) -> float | None:
 
 
 def table(found: list[Loss]) -> str:
-    """The window of each kind, and the slowest that became safe."""
+    """Returns the window of each kind, and the slowest loss that became safe."""
     lines = [f"{'':74}{'window, ms':>10} {'safe after, ms':>15}"]
     for name in dict.fromkeys(loss.kind for loss in found):
         of_kind = [loss for loss in found if loss.kind == name]
@@ -126,7 +126,7 @@ def table(found: list[Loss]) -> str:
 
 @contextlib.contextmanager
 def load(count: int) -> Iterator[None]:
-    """So many processes compute beside it."""
+    """Runs `count` processes that compute for the duration of the block."""
     busy = [subprocess.Popen([sys.executable, "-c", "while True: pass"]) for _ in range(count)]
     try:
         yield
@@ -137,7 +137,7 @@ def load(count: int) -> Iterator[None]:
 
 
 def main() -> None:
-    """Measures all of them."""
+    """Measures all kinds."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").partition("\n")[0])
     parser.add_argument("--times", type=int, default=3)
     parser.add_argument("--load", type=int, default=0, help="processes that compute beside it")

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A system with a processor in a process of its own, for tests; and what of it is to be seen from outside."""
+"""A system with a processor in a process of its own, for tests, and its traces visible from outside."""
 
 from __future__ import annotations
 
@@ -16,11 +16,11 @@ import opengpac as gpac
 from opengpac import _native, activate, library, on
 
 DEADLINE_S = 120.0
-"""How long a condition may take to hold: a net for a machine that is busy, not a measure."""
+"""Time limit of a condition: a safety net for busy machines, not a measure."""
 
 
 def until(holds: Callable[[], Any], what: str) -> Any:
-    """What `holds` gives as soon as that is true; fails with `what` after the deadline."""
+    """Waits until `holds` returns a true value, and returns it; fails with `what` after the deadline."""
     end = time.monotonic() + DEADLINE_S
     while not (found := holds()):
         assert time.monotonic() < end, f"not within {DEADLINE_S} s: {what}"
@@ -29,7 +29,7 @@ def until(holds: Callable[[], Any], what: str) -> Any:
 
 
 def children(entry: str, of: int | None = None) -> list[int]:
-    """The child processes that were started for `entry`, of this process or another one."""
+    """Returns the child processes that were started for `entry`, of this process or another one."""
     found = []
     for thread in (Path("/proc") / str(of or os.getpid()) / "task").iterdir():
         with contextlib.suppress(OSError):
@@ -40,26 +40,26 @@ def children(entry: str, of: int | None = None) -> list[int]:
 
 
 def resident_kb(pid: int) -> int:
-    """The memory of a process that is in use, kB."""
+    """Returns the resident memory of a process, kB."""
     line = next(line for line in (Path("/proc") / str(pid) / "status").read_text().splitlines() if line.startswith("VmRSS"))
     return int(line.split()[1])
 
 
 def processor_time_s(pid: int) -> float:
-    """The processor time that a process has used, s."""
+    """Returns the processor time that a process has used, s."""
     fields = (Path("/proc") / str(pid) / "stat").read_text().rpartition(")")[2].split()
     return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
 
 
 def shared_memory(word: str) -> list[str]:
-    """The names in shared memory that contain the word."""
-    # Folders of other systems may go meanwhile, which `walk` passes over.
+    """Returns the names in shared memory that contain the word."""
+    # Folders of other systems may vanish meanwhile; `walk` skips them.
     found = (os.path.join(folder, name) for folder, folders, files in os.walk("/dev/shm") for name in (*folders, *files))
     return sorted(path for path in found if word in path)
 
 
 class Afar:
-    """`here` on `rtp0`, a thread; `there` on `rtp1`, a process of its own or the one of a name: timers of 2 ms."""
+    """System with timers of 2 ms: `here` on `rtp0`, a thread; `there` on `rtp1`, a process of its own or a named one."""
 
     def __init__(self, cell: gpac.System, built: dict[str, str], process: bool | str = True) -> None:
         self.cell = cell
@@ -71,14 +71,14 @@ class Afar:
         self._modules: dict[str, gpac.Module] = {}
 
     def block(self, name: str) -> gpac.Block:
-        """A block of `tests/blocks` by its name: `count.count`."""
+        """Returns a block of `tests/blocks` by name: `count.count`."""
         module, block = name.split(".")
         if module not in self._modules:
             self._modules[module] = self.cell.download(self.built[module], module)
         return self._modules[module][block]
 
     def counting(self, name: str = "counting", **changes: Any) -> gpac.Verb[..., Any]:
-        """A verb that counts into its SVV `y` and ends with `enough` when it comes to `limit`."""
+        """Returns a verb that counts into its SVV `y` and ends with `enough` at `limit`."""
         definition: dict[str, Any] = {
             "blocks": {"count": self.block("count.count")},
             "instantiation_parameters": {"y": "count.y"},
@@ -90,7 +90,7 @@ class Afar:
         return gpac.Verb(name, **{**definition, **changes})
 
     def failing(self, block: str, **activation: Any) -> gpac.Verb[..., Any]:
-        """A verb with a block that fails at invocation 3."""
+        """Returns a verb with a block that fails at invocation 3."""
         return gpac.Verb(
             f"failing_{block.split('.')[1]}",
             blocks={"bad": self.block(block)},
@@ -99,26 +99,26 @@ class Afar:
         )
 
     def process(self) -> int:
-        """The process of `rtp1`."""
+        """Returns the process of `rtp1`."""
         (pid,) = children("run_processor")
         return pid
 
     def end(self, by: signal.Signals = signal.SIGKILL) -> None:
-        """Sends the process of `rtp1` a signal."""
+        """Sends a signal to the process of `rtp1`."""
         os.kill(self.process(), by)
 
     def goes_on(self, counter: gpac.SVV[Any]) -> None:
-        """Waits until somebody has counted on."""
+        """Waits until a counter has advanced."""
         before = counter.value
         until(lambda: counter.value > before, f"'{counter.name}' goes on")
 
     def log(self, kind: str) -> list[dict[str, Any]]:
-        """The entries of one kind."""
+        """Returns the log entries of one kind."""
         return [entry for entry in self.cell.log() if entry["kind"] == kind]
 
 
 class Guarded:
-    """A device, on `rtp1` if nothing else is said, whose plant has a process of its own, so that it is there when the processor is not."""
+    """Device, on `rtp1` by default, whose plant has a process of its own and so outlives the processor."""
 
     def __init__(self, afar: Afar, rtp: gpac.Processor | None = None, source: gpac.Source | None = None, number: int = 0) -> None:
         self.name = f"plant-{os.getpid()}-{number}"
@@ -128,7 +128,7 @@ class Guarded:
         )
 
     def state(self) -> dict[str, Any]:
-        """How the plant is."""
+        """Returns the state of the plant."""
         text = _native.plant_state(self.name)
         assert text is not None, "there is a plant"
         return json.loads(text)
@@ -150,4 +150,4 @@ looking = gpac.Verb(
     instantiation_parameters={"channel": "read.channel", "q": "read.y"},
     command_lists={"start": [activate("read", every="2 ms")]},
 )
-"""Keeps in `q` what a channel reads."""
+"""Keeps the value of a channel in `q`."""

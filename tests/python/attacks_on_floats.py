@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Attacks on floating-point state: rounding, flushing to zero, traps, precision. No other block's value changes, nor Python's arithmetic;
-who did it is named."""
+"""Attacks on floating-point state: rounding, flushing to zero, traps, precision. Neither another block's value nor Python's arithmetic
+changes; the culprit is named."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ ATTACKS = [
     "x87_stack",
 ]
 HEALED = ["mmx", "x87_stack"]
-"""Leaves no control word changed: it is healed, and nobody is at fault."""
+"""Attacks that leave no control word changed: the state is restored, and no block is at fault."""
 RETURNS, FAULTS, CRASHES, STAYS = range(4)
 X86 = platform.machine() == "x86_64"
 CHANGED = "changed the floating-point state of its thread"
@@ -59,7 +59,7 @@ FUNCTION_BLOCK(attack, "y = invocation number; rounds upward when the body is th
 
 
 def words() -> bytes:
-    """The control words of this thread."""
+    """Returns the control words of this thread."""
     environment = ctypes.create_string_buffer(64)
     assert ctypes.CDLL(None).fegetenv(environment) == 0
     raw = environment.raw
@@ -68,7 +68,7 @@ def words() -> bytes:
 
 
 def arithmetic() -> tuple[Any, ...]:
-    """What comes out otherwise where anything is not as it should be."""
+    """Returns results that differ if any floating-point state is wrong."""
     one, ten, least = float("1"), float("10"), sys.float_info.min
     long_one = np.longdouble("1")
     return one / ten, -one / ten, least / 3.0, 5e-324 * 2.0**60, long_one / np.longdouble("3")
@@ -76,14 +76,14 @@ def arithmetic() -> tuple[Any, ...]:
 
 @pytest.fixture(autouse=True)
 def python_is_as_it_was() -> Iterator[None]:
-    """Python's own arithmetic, before and after each test."""
+    """Checks Python's own arithmetic before and after each test."""
     before = arithmetic(), words()
     yield
     assert (arithmetic(), words()) == before
 
 
 def attacking(rig: Rig, **constants: Any) -> gpac.Verb[..., Any]:
-    """A verb whose block attacks at invocation 3."""
+    """Returns a verb whose block attacks at invocation 3."""
     return gpac.Verb(
         "attacking",
         blocks={"bad": rig.block("floats.attack")(**constants)},
@@ -93,7 +93,7 @@ def attacking(rig: Rig, **constants: Any) -> gpac.Verb[..., Any]:
 
 
 class Witness:
-    """A verb that sees in each invocation whether arithmetic is what it always is."""
+    """Verb that checks in each invocation whether arithmetic is normal."""
 
     def __init__(self, rig: Rig, name: str, source: gpac.Source) -> None:
         self.n, self.odd = rig.svvs(f"{name}_n", f"{name}_odd")
@@ -106,7 +106,7 @@ class Witness:
         self.instance = verb.on(source).asynch(self.n, self.odd)
 
     def counts(self) -> tuple[float, float]:
-        """Invocations, and those in which something was odd."""
+        """Returns the number of invocations, and of those in which something was odd."""
         return self.n.value, self.odd.value
 
 
@@ -229,7 +229,7 @@ def test_what_nobody_could_see_stops_the_source_before_it_publishes(memory_rig: 
 def test_a_module_that_sets_something_when_it_is_loaded(memory_rig: Rig, tmp_path: Path, how: str) -> None:
     rig = memory_rig
     before = Witness(rig, "before", rig.fast)
-    # What -ffast-math links is a constructor that flushes to zero.
+    # -ffast-math links a constructor that sets flushing to zero.
     text = CONSTRUCTOR.replace("fesetround(FE_UPWARD)", FLUSHES) if how == "fast_math" else CONSTRUCTOR
     text = text % ("destructor" if how == "destructor" else "constructor")
     (tmp_path / "fast.c").write_text(text)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A machine for tests of motion: two axes on a loopback device under the virtual clock, and a watch on how smoothly they are commanded."""
+"""A machine for tests of motion: two axes on a loopback device under the virtual clock, and a watch on the smoothness of their commands."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ RANGE = (-2.0, 2.0)
 
 
 def machine(cell: gpac.System, on: Processor | None = None, **changes: Any) -> gpac.Group[Joint]:
-    """Two axes, `x` and `y`, enabled, on a processor of the system or a new one; `changes` go to both."""
+    """Returns two axes, `x` and `y`, enabled, on a processor of the system or a new one; `changes` apply to both."""
     rtp = on or cell.processor("rtp0")
     fast = rtp.timer("fast", period="1 ms", priority=80)
     rtp.timer("slow", period="20 ms", priority=60)
@@ -35,21 +35,22 @@ nap = gpac.Verb("nap", blocks={"b": gpac.library.flag}, command_lists={"start": 
 
 
 def late(rtp: Processor, ms: int) -> Callable[[], None]:
-    """A call that keeps the processor for so long, once."""
+    """Returns a function that keeps the processor busy for `ms`, once."""
     hog = rtp.trigger("hog", priority=90, virtual_cost=f"{ms} ms")
     nap.on(hog).asynch(rtp.system.svv("napped", bool))
     return hog.request
 
 
 class Watch:
-    """Lets time pass, and tells how smoothly the joints were commanded at 1 ms since it began: `watch.run(500)`, `watch.smooth()`."""
+    """Advances time, and checks how smoothly the joints have been commanded at 1 ms since its creation: `watch.run(500)`,
+    `watch.smooth()`."""
 
     def __init__(self, axes: gpac.Group[Joint]) -> None:
         self.axes = axes
         self._begun = axes.system.now
 
     def run(self, steps: int = 20_000, until: Callable[[], Any] = lambda: False) -> Watch:
-        """Lets up to so many ms pass, until something holds, which is looked at every 10 ms."""
+        """Advances up to `steps` ms, until a condition holds, which is checked every 10 ms."""
         for _ in range(0, steps, 10):
             self.axes.system.advance("10 ms")
             if until():
@@ -57,20 +58,20 @@ class Watch:
         return self
 
     def wait(self, instance: gpac.VerbInstance[Any]) -> Any:
-        """Lets time pass until a verb instance has ended, and 100 ms more; its report."""
+        """Advances until a verb instance has ended, and 100 ms more; returns its report."""
         self.run(until=lambda: instance.done)
         self.run(100)
         return instance.wait()
 
     @property
     def path(self) -> np.ndarray:
-        """Where the joints were commanded to be, every ms: one row a ms, one column a joint."""
+        """Commanded positions of the joints, one row per ms, one column per joint."""
         histories = [joint.reference.history[:] for joint in self.axes]
         assert all((np.diff(history["number"]) == 1).all() for history in histories), "every invocation of the servo"
         return np.array([history["value"][history["time"] > self._begun] for history in histories]).T
 
     def smooth(self, acceleration: float = ACCELERATION) -> np.ndarray:
-        """The speeds at 1 ms, once it is sure that neither position nor speed ever jumped."""
+        """Returns the speeds at 1 ms. Checks that neither position nor speed ever jumped."""
         speed = np.diff(self.path, axis=0) / 1e-3
         assert np.abs(speed).max() <= SPEED * (1 + 1e-6), f"{np.abs(speed).max()} rad/s"
         change = np.abs(np.diff(speed, axis=0)) / 1e-3

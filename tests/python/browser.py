@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What a browser does with the address of a studio, in plain requests: fetches, calls, a WebSocket."""
+"""A browser's use of the address of a studio, as plain requests: fetches, calls, a WebSocket."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ PATIENCE_S = 180.0
 
 
 class Browser:
-    """A page at an address: `http://127.0.0.1:PORT/#token=TOKEN`."""
+    """Page at an address: `http://127.0.0.1:PORT/#token=TOKEN`."""
 
     def __init__(self, url: str) -> None:
         parts = urlsplit(url)
@@ -27,7 +27,7 @@ class Browser:
         self.session = ""
 
     def fetch(self, method: str, path: str, body: Any = None, token: str | None = None) -> tuple[int, str]:
-        """A request as the page sends it; without a token where that is empty."""
+        """Makes a request as the page does; without a token if that is empty. Returns status and text."""
         connection = http.client.HTTPConnection(self.host, self.port, timeout=PATIENCE_S)
         headers = {"Origin": self.origin}
         if bearer := self.token if token is None else token:
@@ -41,13 +41,13 @@ class Browser:
         return answer.status, text
 
     def call(self, name: str, /, **arguments: Any) -> Any:
-        """The result of a call, which must be answered."""
+        """Returns the result of a call, which must succeed."""
         status, text = self.fetch("POST", f"/v1/call/{name}", arguments)
         assert status == 200, text
         return json.loads(text)["result"]
 
     def refused(self, name: str, /, **arguments: Any) -> str:
-        """The class of the error of a call."""
+        """Returns the error class of a refused call."""
         status, text = self.fetch("POST", f"/v1/call/{name}", arguments)
         assert status >= 400, text
         return json.loads(text)["errors"][0]["class"]
@@ -60,12 +60,12 @@ class Browser:
         assert status == 200, text
 
     def stream(self) -> Stream:
-        """The stream, as a page opens it."""
+        """Opens the stream, as a page does."""
         return Stream(self)
 
 
 class Stream:
-    """A WebSocket (RFC 6455): the token is a subprotocol."""
+    """WebSocket (RFC 6455) whose token is a subprotocol."""
 
     def __init__(self, browser: Browser) -> None:
         self.wire = socket.create_connection((browser.host, browser.port), timeout=PATIENCE_S)
@@ -86,13 +86,13 @@ class Stream:
         assert head.startswith(b"HTTP/1.1 101") and b"opengpac.v1" in head, head
 
     def say(self, **frame: Any) -> None:
-        """Sends one text."""
+        """Sends a text frame."""
         text = json.dumps(frame).encode()
         size = bytes([0x80 | len(text)]) if len(text) < 126 else b"\xfe" + struct.pack(">H", len(text))
         self.wire.sendall(b"\x81" + size + bytes(4) + text)
 
     def next(self) -> Any:
-        """The next frame: of JSON its value, of a scope its bytes."""
+        """Returns the next frame: the value of JSON, the bytes of a scope."""
         while True:
             first, length = self._exactly(2)
             size = length
@@ -106,7 +106,7 @@ class Stream:
                 return content
 
     def close(self) -> None:
-        """Ends it."""
+        """Ends the stream."""
         self.wire.close()
 
     def _exactly(self, size: int) -> bytes:

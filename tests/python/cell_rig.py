@@ -13,7 +13,7 @@ MS = 1_000_000
 
 
 def channel(name: str, direction: str = "read", type: str = "bool", **more: Any) -> dict[str, Any]:
-    """A channel of the scripted driver."""
+    """Returns a channel of the scripted driver."""
     return {"name": name, "direction": direction, "type": type, **more}
 
 
@@ -25,7 +25,8 @@ CHANNELS = [
 
 
 class Bench:
-    """`rtp0`: `fast` (1 ms), `slow` (20 ms), the device `drives` with the group `arm` (x, y), `io`; `rtp1`: `far` (1 ms), `far_io`."""
+    """Small cell. `rtp0`: `fast` (1 ms), `slow` (20 ms), the device `drives` with the group `arm` (x, y), `io`; `rtp1`: `far` (1 ms),
+    `far_io`."""
 
     def __init__(self, cell: gpac.System, rows: Sequence[tuple[int, dict[str, Any]]] = (), **drives: Any) -> None:
         self.cell = cell
@@ -40,10 +41,10 @@ class Bench:
         self.arm = gpac.Group("arm", *(Joint(f"arm.{p.name}", drive=p, on=self.fast, kp=50.0, kd=0.0) for p in self.drives))
 
     def output(self, name: str = "valve", far: bool = False) -> gpac.cell.DigitalOutput:
-        """The digital output, here or on the other processor, enabled."""
+        """Returns the digital output, here or on the other processor, enabled."""
         device = (self.far_io if far else self.io)["valve"]
         return gpac.cell.DigitalOutput(name, device).enable()
 
     def ends(self) -> list[str]:
-        """The texts of the ends so far."""
+        """Returns the texts of the ends so far."""
         return [f"{entry['about']}: {entry['text']}" for entry in self.cell.log() if entry["kind"] == "end"]

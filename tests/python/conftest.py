@@ -23,7 +23,7 @@ IN_VIRTUAL_TIME = ("virtual", "message")
 
 @pytest.fixture(scope="session")
 def built(tmp_path_factory: pytest.TempPathFactory) -> dict[str, str]:
-    """The paths of the compiled C blocks, by file name; of several processes that test side by side the first one compiles them."""
+    """Returns the paths of the compiled C blocks, by file name; of several test processes in parallel the first compiles them."""
     side_by_side = "PYTEST_WORKER" in os.environ
     folder = tmp_path_factory.getbasetemp().parent / "blocks" if side_by_side else tmp_path_factory.mktemp("blocks")
     folder.mkdir(exist_ok=True)
@@ -38,26 +38,26 @@ def built(tmp_path_factory: pytest.TempPathFactory) -> dict[str, str]:
 
 @pytest.fixture(params=IN_VIRTUAL_TIME)
 def cell(request: pytest.FixtureRequest) -> Iterator[gpac.System]:
-    """A system on each mapping of the virtual clock."""
+    """Yields a system on each mapping of the virtual clock."""
     with MAPPINGS[request.param].open("cell") as made:
         yield made
 
 
 @pytest.fixture
 def rig(cell: gpac.System, built: dict[str, str]) -> Rig:
-    """A small system, on each mapping."""
+    """Returns a small system, on each mapping."""
     return Rig(cell, built)
 
 
 @pytest.fixture
 def memory_rig(built: dict[str, str]) -> Iterator[Rig]:
-    """A small system on the memory interconnect only, where a test is not about connections."""
+    """Yields a small system on the memory interconnect only, for tests that do not concern connections."""
     with gpac.System("cell", clock="virtual", seed=1) as made:
         yield Rig(made, built)
 
 
 def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:
-    """Says what could not be tried on this machine, where nobody overlooks it."""
+    """Prints, in a prominent place, the tests that this machine could not run."""
     if missing := user_mode_linux.missing():
         terminalreporter.section("not tried")
         terminalreporter.line(f"CANopen beside the package canopen, on a virtual bus: {missing}")

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Real-time systems as daemons, for tests: real processes, which must end as they should and leave nothing behind."""
+"""Real-time systems as daemons, for tests: real processes, which must end in order and leave nothing behind."""
 
 from __future__ import annotations
 
@@ -12,17 +12,17 @@ from pathlib import Path
 from opengpac import _native
 
 PATIENCE_S = 180
-"""How long a daemon may take to end: a hang fails a test, slowness does not."""
+"""Time limit of a daemon's end: a hang fails a test, slowness does not."""
 
 
 def environment(**more: str) -> dict[str, str]:
-    """The environment of a process that uses this package."""
+    """Returns the environment of a process that uses this package."""
     paths = [str(Path(_native.__file__).parent.parent), os.environ.get("PYTHONPATH", "")]
     return {**os.environ, "PYTHONPATH": os.pathsep.join(filter(None, paths)), "PYTHONDONTWRITEBYTECODE": "1", **more}
 
 
 class Daemon:
-    """`opengpac rts` with a Unix socket in a folder: `url` is where it listens."""
+    """Daemon `opengpac rts` with a Unix socket in a folder; `url` is its address."""
 
     def __init__(self, folder: Path, clock: str = "virtual", *options: str) -> None:
         self.folder = folder
@@ -41,7 +41,7 @@ class Daemon:
         self.url = f"unix://{self.socket}"
 
     def _addresses(self, count: int) -> list[str]:
-        """Where it says that it listens."""
+        """Returns the addresses that the daemon prints."""
         found: list[str] = []
         assert self.process.stdout is not None
         while len(found) < count:
@@ -53,16 +53,16 @@ class Daemon:
         return found
 
     def kill(self) -> None:
-        """Kills it, as a fault would."""
+        """Kills the daemon, as a fault would."""
         self.process.kill()
         self.process.wait()
-        # Processes that outlive it have its output too: an end of that does not come.
+        # Processes that outlive the daemon hold its output too, so its end of file never comes.
         assert self.process.stdout is not None
         self.process.stdout.close()
         self.killed = True
 
     def stop(self) -> None:
-        """Ends it in order: with status 0, without its socket."""
+        """Ends the daemon in order: with status 0, its socket removed."""
         if self.killed:
             return
         if self.process.poll() is None:

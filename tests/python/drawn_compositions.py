@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Random compositions of verbs that count, and the ways to tell one to end: what must not begin afterwards is looked at from outside."""
+"""Random compositions of verbs that count, and commands that end one: observed from outside, nothing may begin afterwards that must not."""
 
 from __future__ import annotations
 
@@ -22,9 +22,8 @@ Leaf = gpac.Verb[..., Any]
 
 
 def leaf(rig: Rig, number: int, *, brakes: bool = True, loops: bool = False, uses: bool = False, enough: int = 4) -> Leaf:
-    """Counts into `y…` until it comes to `enough`; one that brakes counts into `b…` for 3 ms when it is told to end; one that `uses` the
-    joint `slide` ends where that is disabled or lost.
-    """
+    """Returns a leaf that counts into `y…` until `enough`. One that brakes counts into `b…` for 3 ms when it is ended; one that `uses`
+    the joint `slide` ends if the joint is disabled or lost."""
     lists = {"start": [activate("count", every="1 ms")], "again": [activate("count", every="1 ms"), wait("2 ms")]}
     blocks = {"count": rig.block("count.count")}
     conditions = {"enough": on("count.enough", returns=[])}
@@ -60,12 +59,12 @@ def arguments_of(verb: Leaf, svvs: dict[str, gpac.SVV[Any]]) -> list[gpac.SVV[An
 
 
 def work(svvs: dict[str, gpac.SVV[Any]], allowed: frozenset[int] = frozenset()) -> dict[str, float]:
-    """What the parts have counted that are no declared recovery."""
+    """Returns the counts of the parts that are not a declared recovery."""
     return {name: svv.value for name, svv in svvs.items() if name[0] == "y" and int(name[1:]) not in allowed}
 
 
 class Drawn:
-    """A random composition, and the leaves that it declares as what a halt leads to."""
+    """Random composition, and the leaves declared as the recovery after a halt."""
 
     def __init__(self, rig: Rig, rng: random.Random, devices: random.Random | None) -> None:
         self.rig, self.rng, self.devices = rig, rng, devices
@@ -77,7 +76,7 @@ class Drawn:
 
     @property
     def uses_a_device(self) -> bool:
-        """Whether one of its leaves does."""
+        """True if a leaf uses a device."""
         return bool(self.verb.objects)
 
     def leaf(self) -> Leaf:
@@ -114,20 +113,20 @@ class Drawn:
 # ---- ways to end ----
 
 ENDS = ("halt", "time_limit", "suspended", "paused", "emergency_stop", "halted twice", "ctrl_c")
-"""Ways to tell any instance to end."""
+"""Ways to end any instance."""
 ENDS_OF_DEVICES = ("disabled", "device_lost")
-"""Ways to end one that uses a device."""
+"""Ways to end an instance that uses a device."""
 ALLOWED = {
     "emergency_stop": {"emergency_stop"}, "disabled": {"device_disabled"},
     "device_lost": {"device_lost", "stopped"}, "time_limit": {"time_limit", "stopped", "halted", "completed"},
 }  # fmt: skip
-"""Conditions with which an instance ends that was told so in this way; `halted` by all others."""
+"""End conditions allowed for each way; `halted` for all others."""
 LOST_MS = 150
 """Time from the opening of the failing device to its loss."""
 
 
 class Slides:
-    """A joint whose device holds, and one whose device is lost `LOST_MS` after it was opened."""
+    """Two joints: one whose device stays, and one whose device is lost `LOST_MS` after it was opened."""
 
     def __init__(self, rig: Rig) -> None:
         self.rig = rig
@@ -140,7 +139,7 @@ class Slides:
         return gpac.robots.Joint(name, drive=device["x"], on=self.rig.fast, kp=50.0, kd=0.0)
 
     def ready(self, how: str, at_ms: float) -> gpac.robots.Joint:
-        """Returns a joint that is enabled; where its device is to be lost, that is about so much later."""
+        """Returns an enabled joint; if its device is to be lost, it will be lost about `at_ms` later."""
         if how != "device_lost":
             return self.holds.enable()
         self.rig.cell.advance(f"{LOST_MS} ms")
@@ -153,7 +152,7 @@ class Slides:
 
 @contextmanager
 def ctrl_c_after(cell: gpac.System, wait_for: str, told: Callable[[], None]) -> Iterator[None]:
-    """Presses Ctrl-C in the first wait within, after so much time of the virtual clock; `told` runs right before it."""
+    """Presses Ctrl-C in the first wait inside, after a time of the virtual clock; `told` runs right before it."""
 
     def pressed(*arguments: Any) -> Any:
         patched.undo()
@@ -169,7 +168,7 @@ def ctrl_c_after(cell: gpac.System, wait_for: str, told: Callable[[], None]) -> 
 
 
 def tell(rig: Rig, vi: gpac.VerbInstance[Any], how: str, slide: gpac.robots.Joint | None) -> None:
-    """Tells an instance to end; a time limit has been given at its start, and a device is lost by itself."""
+    """Ends an instance in the given way; a time limit was set at its start, and a device is lost by itself."""
     if how == "suspended":
         vi.suspend()
     elif how == "paused":
@@ -188,7 +187,7 @@ def tell(rig: Rig, vi: gpac.VerbInstance[Any], how: str, slide: gpac.robots.Join
 
 
 class Trial:
-    """A random composition that is told to end at random instants. `told` counts in which ways it was, while it ran."""
+    """Random composition that is ended at random instants. `told` counts the ways in which it was ended while it ran."""
 
     def __init__(self, rig: Rig, svvs: dict[str, gpac.SVV[Any]], seed: int, slides: Slides | None = None) -> None:
         self.rig, self.slides, self.svvs, self.seed = rig, slides, svvs, seed
@@ -196,18 +195,18 @@ class Trial:
         self.drawn = Drawn(rig, self.rng, random.Random(seed + 1) if slides else None)
 
     def try_ends(self, ends: Sequence[str] = ()) -> None:
-        """Ends it in four ways, or in these."""
+        """Ends the composition in four ways, or in the given ones."""
         kinds = [*ENDS, *(ENDS_OF_DEVICES if self.drawn.uses_a_device else ())]
         for how in ends or self.rng.sample(kinds, 4):
             self.try_end(how, self.rng.randint(0, 25) + 0.5)
 
     def try_end(self, how: str, at_ms: float) -> None:
-        """Starts it, tells it to end after so long, and looks whether anything begins."""
+        """Starts the composition, ends it after `at_ms`, and checks whether anything begins."""
         cell = self.rig.cell
         slide = self.slides.ready(how, at_ms) if self.slides and self.drawn.uses_a_device else None
         given = [*([slide] if slide else []), *arguments_of(self.drawn.verb, self.svvs)]
         where = f"seed {self.seed}, {how} at {at_ms} ms: {self.drawn.verb!r}"
-        # Only a halt leads to what is declared for one.
+        # Only a halt leads to the recovery declared for one.
         endings = frozenset[int]() if how in ALLOWED else frozenset(self.drawn.recovery)
         counted: list[dict[str, float]] = []
         count = lambda: counted.append(work(self.svvs, endings))  # noqa: E731
@@ -226,7 +225,7 @@ class Trial:
             assert vi.report is not None, where
             expected = ALLOWED.get(how, {"halted", "stopped", "completed"})
             if how == "device_lost" and vi.report.condition == "enough":
-                # It had ended before.
+                # The composition had ended before.
                 counted.clear()
             assert not counted or vi.report.condition in expected, (where, vi.report)
             self._shown(vi.report, where)
@@ -239,14 +238,15 @@ class Trial:
         self.told[how] += len(counted)
 
     def _shown(self, report: gpac.Report, where: str) -> None:
-        """Looks whether the verb's table has the way that was gone."""
+        """Checks that the verb's table contains the path taken."""
         rows = {(name, condition): outcome for name, condition, outcome in self.drawn.verb.table()}
         lists = [*(passed.command_list for passed in report.way), report.command_list]
         for passed, to in zip(report.way, lists[1:], strict=True):
             assert rows[passed.command_list, passed.condition] == f"→ {to}", (where, passed, to)
 
     def try_close(self) -> bool:
-        """Starts it and closes the system while it runs; false if it had ended before. Its report tells the way to its end."""
+        """Starts the composition and closes the system while it runs; returns false if it had ended before. The report describes the
+        path to its end."""
         at_ms = self.rng.randint(0, 25) + 0.5
         slide = [self.slides.ready("close", at_ms)] if self.slides and self.drawn.uses_a_device else []
         vi = self.drawn.verb.new_instance(*slide, *arguments_of(self.drawn.verb, self.svvs)).start()
@@ -265,7 +265,7 @@ class Trial:
         return True
 
     def labels(self) -> dict[str, str]:
-        """The leaf behind each label of a list, `a.b.r`."""
+        """Returns the leaf behind each label of a list, `a.b.r`."""
         found: dict[str, str] = {}
 
         def walk(verb: Leaf, label: str) -> None:
@@ -286,7 +286,7 @@ class Trial:
 
 
 def drawn_trial(rig: Rig, svvs: dict[str, gpac.SVV[Any]], seed: int, slides: Slides | None = None) -> Trial | None:
-    """A random composition, with devices if there are slides; none that the model refuses."""
+    """Returns a trial of a random composition, with devices if there are slides; `None` if the model refuses it."""
     try:
         trial = Trial(rig, svvs, seed, slides)
         slide = [slides.holds] if slides and trial.drawn.uses_a_device else []

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""`opengpac join` for tests: a real process that lends its host, and what it says."""
+"""`opengpac join` for tests: a real process that lends its host, and its output."""
 
 from __future__ import annotations
 
@@ -13,21 +13,21 @@ from daemons import PATIENCE_S, environment
 from ports import hold_port
 
 LISTENER = "cell-a"
-"""The name of the host that listens."""
+"""Name of the listening host."""
 
 
 _held: list[socket.socket] = []
-"""Ports that were given out; no other program gets them while this one lives."""
+"""Ports that were assigned; no other program gets them while this one runs."""
 
 
 def free_endpoint(scheme: str = "tcp", host: str = "127.0.0.1") -> str:
-    """An endpoint of this machine whose port nobody has or gets."""
+    """Returns an endpoint of this machine whose port no other program has or gets."""
     _held.append(hold_port())
     return f"{scheme}/{host}:{_held[-1].getsockname()[1]}"
 
 
 class Joining:
-    """A host that joins a system: a process that ends with the system, or with the test."""
+    """Host that joins a system: a process that ends with the system, or with the test."""
 
     def __init__(self, system: str, endpoint: str, name: str = "cell-b", *options: str) -> None:
         words = ["join", "--system", system, "--at", endpoint, "--name", name, *options]
@@ -41,12 +41,12 @@ class Joining:
         )
 
     def first_line(self) -> str:
-        """What it says before it joins."""
+        """Returns the first line of the output, printed before the host joins."""
         assert self.process.stdout is not None
         return self.process.stdout.readline()
 
     def ended(self) -> tuple[int, str]:
-        """Its status and what it has said, once it has ended by itself."""
+        """Waits for the process to end by itself; returns its status and output."""
         try:
             said, _ = self.process.communicate(timeout=PATIENCE_S)
         except subprocess.TimeoutExpired:
@@ -55,11 +55,11 @@ class Joining:
         return self.process.returncode, said
 
     def interrupt(self) -> None:
-        """What Ctrl-C does."""
+        """Sends Ctrl-C."""
         self.process.send_signal(signal.SIGINT)
 
     def kill(self) -> None:
-        """A host without power: it says nothing more."""
+        """Kills the host, as a power failure would."""
         with contextlib.suppress(ProcessLookupError):
             self.process.kill()
         self.process.communicate(timeout=PATIENCE_S)

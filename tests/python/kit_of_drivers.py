@@ -13,9 +13,10 @@ LIMIT_S = 1800
 
 
 def checked(*words: str) -> str:
-    """What `opengpac driver check` prints of these words; it passes.
+    """Returns the output of `opengpac driver check` with these arguments; checks that it passes.
 
-    Each of its checks opens the driver in a process of its own, which lasts on a busy machine: its limit is its own, not that of a test.
+    Each check opens the driver in a process of its own, which takes long on a busy machine: so the kit has its own time limit, not
+    that of a test.
     """
     faulthandler.cancel_dump_traceback_later()
     command = [sys.executable, "-m", "opengpac", "driver", "check", "--machine-is-safe", *words, "age_max=60 s", "--exchanges", "200"]

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Modbus devices that nobody here wrote: servers of pymodbus, over TCP and over a pair of pseudo terminals."""
+"""Third-party Modbus devices: servers of pymodbus, over TCP and over a pair of pseudo terminals."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ FORMATS = {"uint16": ">H", "int16": ">h", "float": ">f", "int32": ">i"}
 
 
 class Peer:
-    """A server of pymodbus with 64 addresses in each table, and what a test asks of it."""
+    """Server of pymodbus with 64 addresses in each table, and access to them for tests."""
 
     def __init__(self, loop: asyncio.AbstractEventLoop, server: ModbusTcpServer | ModbusSerialServer, address: str, unit: int) -> None:
         self._loop, self._server, self.address, self._unit = loop, server, address, unit
@@ -30,7 +30,7 @@ class Peer:
         return asyncio.run_coroutine_threadsafe(what, self._loop).result(30)
 
     def put(self, table: str, address: int, value: float, type: str = "uint16") -> None:
-        """As `put` of `gpac.drivers.fake.modbus`."""
+        """Sets a value, like `put` of `gpac.drivers.fake.modbus`."""
         if table in ("coil", "discrete"):
             self._run(self._server.async_setValues(self._unit, 5 if table == "coil" else 2, address, [bool(value)]))
             return
@@ -39,7 +39,7 @@ class Peer:
         self._run(self._server.async_setValues(self._unit, 16 if table == "holding" else 4, address, words))
 
     def get(self, table: str, address: int, type: str = "uint16") -> float:
-        """As `get` of `gpac.drivers.fake.modbus`."""
+        """Returns a value, like `get` of `gpac.drivers.fake.modbus`."""
         if table in ("coil", "discrete"):
             return self._run(self._server.async_getValues(self._unit, 1 if table == "coil" else 2, address, 1))[0]
         count = struct.calcsize(FORMATS[type]) // 2
@@ -68,7 +68,7 @@ def _loop() -> Iterator[asyncio.AbstractEventLoop]:
 
 @contextlib.contextmanager
 def tcp(unit: int = 1) -> Iterator[Peer]:
-    """On a port of this host."""
+    """Yields a server on a port of this host."""
 
     async def start() -> ModbusTcpServer:
         server = ModbusTcpServer(_device(unit), address=("127.0.0.1", 0))
@@ -86,7 +86,7 @@ def tcp(unit: int = 1) -> Iterator[Peer]:
 
 @contextlib.contextmanager
 def cable() -> Iterator[tuple[str, str]]:
-    """Two pseudo terminals, each the other's end of a cable."""
+    """Yields two pseudo terminals that are the ends of one cable."""
     ends = [os.openpty() for _ in range(2)]
     for _, line in ends:
         tty.setraw(line)
@@ -114,7 +114,7 @@ def cable() -> Iterator[tuple[str, str]]:
 
 @contextlib.contextmanager
 def rtu(unit: int = 1) -> Iterator[Peer]:
-    """On a pair of pseudo terminals."""
+    """Yields a server on a pair of pseudo terminals."""
 
     async def start(path: str) -> ModbusSerialServer:
         server = ModbusSerialServer(_device(unit), framer=FramerType.RTU, port=path, baudrate=19200)

@@ -3,9 +3,9 @@
 
 python orphans.py SYSTEM MODULES does SECOND
 
-`does`: `begins` it as new; `adopts` makes it again over what runs; `takes` takes that over. It says so, line by line, and begins when it
-reads a line; then it waits to be killed. `SECOND` is where a second processor runs: empty for none, `own` for a process of its own, else
-the name of a process that both share.
+`does`: `begins` creates the system; `adopts` creates it again over the running process; `takes` takes command of that. The program
+prints a line at each step, and begins when it reads a line; then it waits to be killed. `SECOND` places a second processor: empty for
+none, `own` for a process of its own, otherwise the name of a process that both share.
 """
 
 from __future__ import annotations
@@ -27,17 +27,17 @@ from opengpac import _native, activate, library, motion
 from opengpac.robots import Joint
 
 HOLDS = 0.5
-"""Where the first program leaves the joint."""
+"""Position in which the first program leaves the joint."""
 
 LEVEL = 7.0
-"""What the first program keeps."""
+"""Value that the first program keeps."""
 
 HOLD_ERROR = 0.01
-"""How far from its set-point the servo may keep the joint: it is a velocity drive with a proportional servo, so far less."""
+"""Maximum distance of the joint from its set-point: as a velocity drive with a proportional servo it stays far below."""
 
 
 class Cell:
-    """The system, made as new or over what runs: the joint `axis`, held by its servo, and verbs that go on when it is cut off."""
+    """System, created or adopted: the joint `axis`, held by its servo, and verbs that continue when their program is cut off."""
 
     def __init__(self, name: str, modules: dict[str, str], adopt: bool = False, second: str = "", **changes: Any) -> None:
         self.system = gpac.System(name, progress=False, adopt=adopt)
@@ -55,7 +55,7 @@ class Cell:
         self.level = self.system.svv("level")
 
     def keeping(self, level: float) -> gpac.VerbInstance[Any]:
-        """Keeps the SVV `level` where it is told."""
+        """Keeps the SVV `level` at the given value."""
         verb = gpac.Verb(
             "keeping",
             blocks={"kept": library.signal_generator(amplitude=0.0)},
@@ -81,7 +81,7 @@ class Cell:
         return verb.on({"count": self.fast, "twice": self.after}).asynch(self.system.svv("numbers"), self.doubled)
 
     def counting(self) -> gpac.VerbInstance[Any]:
-        """The same by its names, with another block."""
+        """Starts the same verb and instance name with another block."""
         count = self.system.download(self.modules["count"], "count")["count"]
         verb = gpac.Verb(
             "keeping",
@@ -97,7 +97,7 @@ class Cell:
 
 
 class Orphaned:
-    """Programs that are killed, one after the other, and what of them runs on."""
+    """Programs that are killed one after the other, and the processes that continue to run."""
 
     def __init__(self, name: str, modules: dict[str, str], second: str = "") -> None:
         self.name = name
@@ -105,14 +105,14 @@ class Orphaned:
         self.modules = modules
         self.programs: list[subprocess.Popen[str]] = []
         self.process = 0
-        """The process of `rtp1`."""
+        """Process of `rtp1`."""
         self.others: list[int] = []
-        """Those of other processors."""
+        """Processes of other processors."""
         self.guards: list[int] = []
         self.positions: list[float] = []
 
     def program(self, does: str) -> subprocess.Popen[str]:
-        """A program that is ready to begin: it has loaded what it needs."""
+        """Returns a program that is ready to begin: it has loaded its modules."""
         made = subprocess.Popen(
             [sys.executable, __file__, self.name, json.dumps(self.modules), does, self.second],
             env=environment(PYTHONPATH=os.pathsep.join([str(Path(__file__).parent), environment()["PYTHONPATH"]])),
@@ -123,14 +123,14 @@ class Orphaned:
         return made
 
     def begin(self) -> subprocess.Popen[str]:
-        """The first program, which holds the joint."""
+        """Starts the first program, which holds the joint."""
         made = self.program("begins")
         go(made, "begins")
         (self.process, *self.others), self.guards = children("run_processor", made.pid), children("run_guard", made.pid)
         return made
 
     def kill(self, program: subprocess.Popen[str]) -> None:
-        """Ends a program as no program ends itself. What it started has its output still, so that has no end."""
+        """Kills a program. Its children hold its output, so its end of file never comes."""
         program.send_signal(signal.SIGKILL)
         program.wait(60)
         for pipe in (program.stdin, program.stdout):
@@ -138,20 +138,20 @@ class Orphaned:
             pipe.close()
 
     def cell(self, **changes: Any) -> Cell:
-        """The same system, over what runs."""
+        """Returns the same system, adopting the running process."""
         return Cell(self.name, self.modules, adopt=True, second=self.second, **changes)
 
     def there(self) -> dict[str, Any]:
-        """How the plant is; nothing where it is gone."""
+        """Returns the state of the plant; empty if it has ended."""
         text = _native.plant_state(self.name)
         return {} if text is None else json.loads(text)
 
     def is_safe(self) -> bool:
-        """True where the guard has made the outputs safe."""
+        """Returns whether the guard has made the outputs safe."""
         return bool(self.there().get("is_safe"))
 
     def look(self) -> float:
-        """Where the joint is; it must never have been made safe."""
+        """Returns the position of the joint; checks that its outputs have never been made safe."""
         state = self.there()
         assert state, "there is a plant"
         assert not state["is_safe"], "the guard has not acted"
@@ -159,30 +159,30 @@ class Orphaned:
         return self.positions[-1]
 
     def held(self, at: float = HOLDS, looks: int = 20) -> bool:
-        """True where the joint does not move, at many looks."""
+        """Returns whether the joint stands still, in many samples."""
         return all(abs(self.look() - at) < HOLD_ERROR for _ in range(looks))
 
     def sockets(self) -> list[str]:
-        """What of it is left among the sockets of this user."""
+        """Returns the remaining sockets of the system in the user's folder."""
         folder = Path(os.environ.get("XDG_RUNTIME_DIR", "/nowhere"))
         folder = folder / "opengpac" if folder.is_dir() else Path(f"/tmp/opengpac-{os.getuid()}")
         return [path.name for path in folder.iterdir() if path.name.endswith(f"-{self.process}") or path.name == f"plant-{self.name}"]
 
     def close(self) -> None:
-        """Nobody is left over."""
+        """Kills the programs; checks that nothing is left over."""
         for program in self.programs:
             if program.poll() is None:
                 self.kill(program)
 
 
 def line(program: subprocess.Popen[str]) -> str:
-    """The next thing that a program says."""
+    """Returns the next line that a program prints."""
     assert program.stdout is not None
     return program.stdout.readline().strip()
 
 
 def go(program: subprocess.Popen[str], does: str) -> None:
-    """Lets it begin, and waits until it has done so."""
+    """Lets the program begin, and waits until it has done so."""
     assert program.stdin is not None
     program.stdin.write("go\n")
     program.stdin.flush()
@@ -190,7 +190,7 @@ def go(program: subprocess.Popen[str], does: str) -> None:
 
 
 def lives(pid: int) -> bool:
-    """Whether a process is there and has not ended."""
+    """Returns whether a process exists and has not ended."""
     try:
         return (Path("/proc") / str(pid) / "stat").read_text().rpartition(")")[2].split()[0] != "Z"
     except OSError:
@@ -198,7 +198,7 @@ def lives(pid: int) -> bool:
 
 
 def main(name: str, modules: str, does: str, second: str) -> None:
-    """Says that it is ready, waits for a line, does it, and waits for its end."""
+    """Prints that it is ready, waits for a line, performs its step, and waits to be killed."""
     print("ready", flush=True)
     sys.stdin.readline()
     cell = Cell(name, json.loads(modules), adopt=does != "begins", second=second)

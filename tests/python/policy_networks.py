@@ -1,4 +1,4 @@
-"""Small networks for the tests, and files with metadata as trainers write it."""
+"""Small networks for the tests, and files with metadata as trainers write them."""
 
 import itertools
 from collections.abc import Mapping, Sequence
@@ -16,7 +16,7 @@ def model(
     constants: Mapping[str, np.ndarray] | None = None,
     opset: int = 17,
 ) -> onnx.ModelProto:
-    """A model of 32-bit floats."""
+    """Returns a model of 32-bit floats."""
     values = [[helper.make_tensor_value_info(n, TensorProto.FLOAT, s) for n, s in side.items()] for side in (inputs, outputs)]
     initializers = [numpy_helper.from_array(np.asarray(x), name) for name, x in (constants or {}).items()]
     graph = helper.make_graph(list(nodes), "policy", values[0], values[1], initializers)
@@ -24,7 +24,7 @@ def model(
 
 
 def dense(file: Path, sizes: Sequence[int], activation: str = "Elu", seed: int = 1, metadata: Mapping[str, str] | None = None) -> Path:
-    """A network of fully connected layers: input `obs`, output `actions`."""
+    """Writes a network of fully connected layers: input `obs`, output `actions`."""
     rng = np.random.default_rng(seed)
     nodes, constants, x = [], {}, "obs"
     for i, (a, b) in enumerate(itertools.pairwise(sizes)):
@@ -42,7 +42,7 @@ def dense(file: Path, sizes: Sequence[int], activation: str = "Elu", seed: int =
 
 
 def identity(file: Path, width: int, metadata: Mapping[str, str] | None = None) -> Path:
-    """A network that gives what it gets: what a declaration does can be read off."""
+    """Writes a network that returns its input, which shows the effect of a declaration."""
     made = model([helper.make_node("Identity", ["obs"], ["actions"], name="same")], {"obs": [1, width]}, {"actions": [1, width]})
     helper.set_model_props(made, dict(metadata or {}))
     onnx.save(made, file)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Ports of this machine for servers of tests, which no other program gets meanwhile."""
+"""Ports of this machine for servers of tests, protected from other programs meanwhile."""
 
 from __future__ import annotations
 
@@ -9,8 +9,8 @@ from collections.abc import Iterator
 
 
 def hold_port(host: str = "127.0.0.1") -> socket.socket:
-    """Returns a socket that keeps a free port from being given to others until it is closed. It does not listen: a server that allows the
-    reuse of addresses can."""
+    """Returns a socket that reserves a free port until it is closed. It does not listen: a server that allows the reuse of addresses
+    can."""
     held = socket.socket()
     held.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
     held.bind((host, 0))
@@ -19,6 +19,6 @@ def hold_port(host: str = "127.0.0.1") -> socket.socket:
 
 @contextlib.contextmanager
 def held_port() -> Iterator[int]:
-    """A free port of the loopback address, held meanwhile."""
+    """Yields a free port of the loopback address, reserved meanwhile."""
     with hold_port() as held:
         yield held.getsockname()[1]

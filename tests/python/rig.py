@@ -12,7 +12,7 @@ from opengpac import activate, on
 
 
 class Rig:
-    """A system with one processor: `fast` (1 ms, priority 80), `slow` (10 ms, priority 60), a trigger, and C blocks by name."""
+    """System with one processor: `fast` (1 ms, priority 80), `slow` (10 ms, priority 60), a trigger, and C blocks by name."""
 
     def __init__(self, cell: gpac.System, built: dict[str, str]) -> None:
         self.cell = cell
@@ -23,18 +23,18 @@ class Rig:
         self._modules: dict[str, gpac.Module] = {}
 
     def block(self, name: str) -> gpac.Block:
-        """A block of `tests/blocks` by its name: `count.count`."""
+        """Returns a block of `tests/blocks` by name: `count.count`."""
         module, block = name.split(".")
         if module not in self._modules:
             self._modules[module] = self.cell.download(self.built[module], module)
         return self._modules[module][block]
 
     def svvs(self, *names: str, **options: Any) -> list[gpac.SVV[Any]]:
-        """SVVs of type double."""
+        """Returns SVVs of type double."""
         return [self.cell.svv(name, **options) for name in names]
 
     def counting(self, name: str = "counting", every: str = "1 ms", **changes: Any) -> gpac.Verb[..., Any]:
-        """A verb that counts into its SVV `y` and ends with `enough` when it comes to `limit`."""
+        """Returns a verb that counts into its SVV `y` and ends with `enough` at `limit`."""
         definition: dict[str, Any] = {
             "blocks": {"count": self.block("count.count")},
             "instantiation_parameters": {"y": "count.y"},
@@ -46,7 +46,7 @@ class Rig:
         return gpac.Verb(name, **{**definition, **changes})
 
     def until(self, holds: Callable[[], Any], what: str) -> Any:
-        """What `holds` gives as soon as that is true: the virtual clock is advanced for it, real time passes by itself."""
+        """Waits until `holds` returns a true value, and returns it; the virtual clock is advanced meanwhile, real time passes by itself."""
         if not getattr(self.cell, "is_virtual", True):
             return until(holds, what)
         for _ in range(10_000):
@@ -56,7 +56,7 @@ class Rig:
         raise AssertionError(f"not within 10 s of the virtual clock: {what}")
 
     def sampling(self, name: str = "sampling", every: str = "1 ms") -> gpac.Verb[..., Any]:
-        """A verb that takes the newest value of `u` to `y`."""
+        """Returns a verb that copies the newest value of `u` to `y`."""
         return gpac.Verb(
             name,
             blocks={"s": self.block("copy.sample")},
@@ -65,7 +65,7 @@ class Rig:
         )
 
     def copying(self, name: str = "copying") -> gpac.Verb[..., Any]:
-        """A verb that takes each value of `u` to `y`, and counts them in `n`."""
+        """Returns a verb that copies each value of `u` to `y`, and counts them in `n`."""
         return gpac.Verb(
             name,
             blocks={"copy": self.block("copy.copy")},

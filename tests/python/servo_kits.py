@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Ports of the kits that makers of servos publish, on emulated servos."""
+"""Ports of the kits that servo makers publish, on emulated servos."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import opengpac as gpac
 
 
 def patient(handler: Any) -> Any:
-    """A port of a maker's kit that waits as long as it must: its own time is less than a switch of threads here may take."""
+    """Returns a port of a maker's kit without its time limit, which is shorter than a thread switch here may take."""
 
     class Patient(handler):
         def isPacketTimeout(self) -> bool:
@@ -19,7 +19,7 @@ def patient(handler: Any) -> Any:
 
 
 def opened(handler: Any, bus: gpac.drivers.fake.FakeServos) -> Any:
-    """An open port of a maker's kit."""
+    """Returns an open port of a maker's kit."""
     port = patient(handler)(bus.port)
     assert port.openPort() and port.setBaudRate(1_000_000)
     return port

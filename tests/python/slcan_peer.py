@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A CAN adapter on a pseudo terminal, with an I/O module by CiA 401 on its bus: what the package `canopen` makes of a node of this host."""
+"""A CAN adapter on a pseudo terminal, with a CiA 401 I/O module on its bus: a node on this host simulated by the package `canopen`."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ INPUTS, OUTPUTS, ANALOG_IN, ANALOG_OUT, IDENTITY = 0x6000, 0x6200, 0x6401, 0x641
 
 
 def dictionary() -> canopen.ObjectDictionary:
-    """Of the module: values at the start, by index, subindex and type."""
+    """Returns the object dictionary of the module: initial values by index, subindex and type."""
     made = canopen.ObjectDictionary()
     for index, subindex, kind, value in [
         (INPUTS, 1, datatypes.UNSIGNED8, 0),
@@ -38,7 +38,7 @@ def dictionary() -> canopen.ObjectDictionary:
 
 
 class Adapter:
-    """The adapter: frames as lines, `t6012ABCD`. `port` is its line."""
+    """Adapter whose frames are lines, `t6012ABCD`; `port` is its terminal."""
 
     def __init__(self, node: int = 1) -> None:
         name = secrets.token_hex(6)
@@ -76,7 +76,7 @@ class Adapter:
             came = bytearray(rest)
             for line in lines:
                 if line == b"O":
-                    # What an earlier program has not read is none of this one's.
+                    # Discards data that an earlier program has not read.
                     termios.tcflush(self._slave, termios.TCIFLUSH)
                 if line[:1] == b"t" and not self.is_silent:
                     data = bytes.fromhex(line[5 : 5 + 2 * int(line[4:5])].decode())

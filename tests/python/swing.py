@@ -12,7 +12,7 @@ from opengpac.robots import Joint
 
 
 def build(cell: gpac.System) -> Joint:
-    """The hardware: `rtp0` with `fast` (1 ms) and `slow` (20 ms), the drive `drives`, and the joint `axis`."""
+    """Builds the hardware: `rtp0` with `fast` (1 ms) and `slow` (20 ms), the drive `drives`, and the joint `axis`."""
     rtp = cell.processors.get("rtp0") or cell.processor("rtp0")
     fast = cell.sources.get("rtp0.fast") or rtp.timer("fast", period="1 ms", priority=80)
     if "rtp0.slow" not in cell.sources:
@@ -22,7 +22,7 @@ def build(cell: gpac.System) -> Joint:
 
 
 def swing(name: str = "swing", **more: Any) -> gpac.Verb[..., Any]:
-    """swing(joint, seconds): the joint swings, until so many seconds are over."""
+    """swing(joint, seconds): swings the joint for `seconds`."""
     definition: dict[str, Any] = {
         "blocks": {"wave": lib.signal_generator(shape=1, amplitude=0.2, frequency=1.0), "clock": lib.time_limit},
         "objects": {"joint": Joint},

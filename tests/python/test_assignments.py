@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""An assignment that nobody declared is refused with what was meant; a member of a group's devices is set in all of them."""
+"""An assignment to an undeclared attribute is refused with the probable intention; a member of a group is set in all its devices."""
 
 from __future__ import annotations
 
@@ -16,19 +16,19 @@ from opengpac import motion
 
 @pytest.fixture(scope="module")
 def arm() -> Iterator[gpac.robots.Arm]:
-    """A simulated arm that is disabled."""
+    """Yields a simulated arm that is disabled."""
     made = gpac.robots.load("ur5e", clock="virtual")
     with made.system:
         yield made
 
 
 def graph() -> gpac.Graph:
-    """A gain as a graph."""
+    """Returns a gain as a graph."""
     return gpac.Graph("smooth", blocks={"gain": lib.gain}, inputs={"u": "gain.u"}, outputs={"y": "gain.y"})
 
 
 def instance(arm: gpac.robots.Arm) -> Any:
-    """One that is created and not started."""
+    """Returns an instance that is created but not started."""
     return motion.move_absolute.new_instance(arm)
 
 

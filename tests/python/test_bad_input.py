@@ -18,7 +18,7 @@ from rig import Rig
 
 @pytest.fixture
 def full(memory_rig: Rig) -> Iterator[Rig]:
-    """A rig with an SVV `a`, a device `drive` and a verb that runs."""
+    """Yields a rig with an SVV `a`, a device `drive` and a running verb."""
     (memory_rig.a, memory_rig.b) = memory_rig.svvs("a", "b")  # type: ignore[attr-defined]
     memory_rig.drive = memory_rig.rtp.physical_device("drive", gpac.drivers.loopback("x"), exchange=memory_rig.fast)  # type: ignore[attr-defined]
     memory_rig.running = memory_rig.counting().on(memory_rig.fast).named("running").asynch(memory_rig.a)  # type: ignore[attr-defined]

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The benchmarks can be taken: their programs are built and run, whatever they measure."""
+"""The benchmarks are runnable: their programs are built and run, whatever they measure."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The last words of `make test` name what failed, and say why."""
+"""The summary of `make test` names the failures and their reasons."""
 
 from __future__ import annotations
 
@@ -55,7 +55,7 @@ FAILED tests/test_gate.py::test_it_shuts - OSError: broken
 
 
 def loaded(name: str) -> ModuleType:
-    """A program of `tests` as a module."""
+    """Returns a program of `tests` as a module."""
     spec = importlib.util.spec_from_file_location(name, Path(__file__).parent.parent / f"{name}.py")
     assert spec is not None and spec.loader is not None
     made = importlib.util.module_from_spec(spec)
@@ -65,7 +65,7 @@ def loaded(name: str) -> ModuleType:
 
 @pytest.fixture(scope="module")
 def program() -> ModuleType:
-    """`tests/closing.py`."""
+    """Returns `tests/closing.py` as a module."""
     return loaded("closing")
 
 

@@ -112,7 +112,7 @@ def test_the_coordinated_motion_ends_as_it_should(tmp_path: Path) -> None:
 
 
 def test_who_has_read_enough_ends_a_listing_quietly() -> None:
-    """`opengpac blocks | head`, with a reader that is gone before anything is printed."""
+    """`opengpac blocks | head`, with a reader that exits before anything is printed."""
     words = [sys.executable, "-m", "opengpac", "blocks"]
     with subprocess.Popen(words, stdout=subprocess.PIPE, stderr=subprocess.PIPE) as command:
         assert command.stdout is not None and command.stderr is not None

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Commands of the program in the log: those that are carried out before what they lead to, those that are refused with the reason."""
+"""Commands of the program in the log: executed ones before their consequences, refused ones with the reason."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from rig import Rig
 
 
 def commands(rig: Rig) -> list[str]:
-    """The commands of the program about the instance."""
+    """Returns the program's commands that concern the instance."""
     return [entry["text"] for entry in rig.cell.log() if entry["kind"] == "command" and entry["about"] == "mine"]
 
 

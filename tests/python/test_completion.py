@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What the tab key offers in IPython: blocks, ports, parameters of calls, devices of groups, channels, types."""
+"""Tab completion in IPython: blocks, ports, parameters of calls, devices of groups, channels, types."""
 
 from __future__ import annotations
 
@@ -17,11 +17,11 @@ from opengpac import library as lib
 
 
 class Prompt:
-    """A prompt with these names, and what a tab at the end of a line gives."""
+    """Prompt with these names, and the completions at the end of a line."""
 
     def __init__(self, **names: Any) -> None:
         config = Config()
-        # What jedi knows is of files; here it is the objects that are asked.
+        # jedi analyses files; here the objects themselves must be inspected.
         config.IPCompleter.use_jedi = False
         self.completer = IPCompleter(shell=None, namespace=names, global_namespace={}, config=config)
 
@@ -38,7 +38,7 @@ def cell() -> Iterator[gpac.System]:
 
 
 class Axis(gpac.LogicalDevice):
-    """An axis without a verb."""
+    """Axis without a verb."""
 
     sensed: gpac.SVV[float] = gpac.svv(unit="rad")
     speed = gpac.parameter(1.0, unit="rad/s")
@@ -95,7 +95,7 @@ def test_names_of_parameters_in_calls() -> None:
     assert {"amplitude=", "offset=", "time_limit="} <= prompt.tab("wave(")
     assert prompt.tab("wave(of") == {"offset="}
     assert {"kp=", "ki="} <= prompt.tab("pid(k")
-    # The classes keep what makes an object of them.
+    # The classes keep the signatures of their constructors.
     assert {"command_lists=", "transitions="} <= Prompt(gpac=gpac).tab("gpac.Verb(")
 
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What goes wrong in a block stays there: the Python process lives on, and the other verbs run on."""
+"""A failure in a block is contained: the Python process survives, and the other verbs continue."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ BY_A_SIGNAL = ["divides", "null_pointer", "endless"]
 
 
 def failing(rig: Rig, block: str, **changes: Any) -> gpac.Verb[..., Any]:
-    """A verb whose block fails at invocation 3."""
+    """Returns a verb whose block fails at invocation 3."""
     definition: dict[str, Any] = {
         "blocks": {"bad": rig.block(f"faults.{block}")},
         "instantiation_parameters": {"y": "bad.y"},
@@ -168,7 +168,7 @@ def test_an_emergency_stop_has_no_transition(memory_rig: Rig) -> None:
 
 @pytest.fixture(scope="session")
 def rust_module() -> Path:
-    """The Rust module of the examples, built as its author would."""
+    """Returns the Rust module of the examples, built as its author would."""
     root = Path(__file__).parent.parent.parent
     target = root / "target" / "rust-module"
     command = [

@@ -19,7 +19,7 @@ from opengpac import cli
 
 
 class Daemon:
-    """A daemon in a folder of its own, and requests to it."""
+    """Daemon in a folder of its own, and requests to it."""
 
     def __init__(self, folder: Path, *words: str) -> None:
         self.socket = folder / "s"
@@ -29,7 +29,7 @@ class Daemon:
         self.first = self.process.stdout.readline()
 
     def ask(self, method: str, path: str, body: Any = None, **headers: str) -> Any:
-        """The status and what is answered."""
+        """Makes a request; returns its status and answer."""
         connection = http.client.HTTPConnection("localhost")
         connection.sock = socket.socket(socket.AF_UNIX)
         connection.sock.connect(str(self.socket))
@@ -40,7 +40,7 @@ class Daemon:
         return answer.status, said
 
     def end(self, number: signal.Signals = signal.SIGTERM) -> tuple[int, str]:
-        """Ends it; its status and what it has said on standard error."""
+        """Ends the daemon; returns its status and its standard error."""
         self.process.send_signal(number)
         _, said = self.process.communicate(timeout=300)
         return self.process.returncode, said

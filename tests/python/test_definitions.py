@@ -19,7 +19,7 @@ from rig import Rig
 
 
 def smooth() -> gpac.Graph:
-    """Two blocks behind each other."""
+    """Returns two blocks in series."""
     return gpac.Graph(
         "smooth",
         blocks={"gain": lib.block("gain")(k=2.0), "filter": lib.block("lowpass")(alpha=1.0)},
@@ -77,7 +77,7 @@ def test_a_verb_of_the_library_acts_on_a_device_that_a_downloaded_block_keeps_go
     )
 
     class Kept(gpac.LogicalDevice, verb=keeping):
-        """A device whose verb has a block of its own."""
+        """Device whose verb has a block of its own."""
 
         commanded: gpac.SVV[float] = gpac.svv()
         sensed: gpac.SVV[float] = gpac.svv()

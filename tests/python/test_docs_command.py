@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""`opengpac docs` serves the pages that the package brings."""
+"""`opengpac docs` serves the pages contained in the package."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from opengpac.cli import docs
 
 @pytest.fixture
 def site(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[str]:
-    """A small site that is served: the address of its front page."""
+    """Serves a small site; yields the address of its front page."""
     monkeypatch.setattr(docs, "SITE", tmp_path / "site.zip")
     with zipfile.ZipFile(docs.SITE, "w") as archive:
         archive.writestr("index.html", "<title>front</title>")

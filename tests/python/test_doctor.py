@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""`opengpac doctor`: what it says of machines of every kind, and of this one."""
+"""`opengpac doctor`: its output for machines of every kind, and for this one."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from opengpac import cli, doctor
 
 
 def machine(root: Path, **texts: str) -> Path:
-    """A machine that says these things of itself; `/` is written `__`."""
+    """Creates the files with which a machine describes itself; `/` is written `__`."""
     (root / "dev/shm").mkdir(parents=True)
     for name, text in texts.items():
         file = root / name.replace("__", "/")

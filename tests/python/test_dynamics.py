@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The efforts that a motion of an arm takes, against MuJoCo's own and against what the servos of an arm at rest apply."""
+"""The efforts that a motion of an arm requires, compared with MuJoCo's and with those of the servos of an arm at rest."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ mujoco: Any = importlib.import_module("mujoco")
 
 NAMED = [name for name, arm in KNOWN.items() if arm.package.name in (*EXTRA, OWN)]
 POSES = 20
-"""Motions that each arm is tried with."""
+"""Number of motions tried with each arm."""
 
 
 @pytest.fixture(scope="module", params=NAMED)

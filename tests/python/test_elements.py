@@ -26,7 +26,7 @@ def fast(cell: gpac.System) -> gpac.Source:
 
 
 def constant(value: float) -> gpac.BlockUse:
-    """A block whose output is always that."""
+    """Returns a block with a constant output."""
     return lib.signal_generator(shape=0, offset=value)
 
 
@@ -34,13 +34,13 @@ LISTS = {"start": [activate("a", every="1 ms"), activate("b", every="1 ms"), act
 
 
 def added(**more: Any) -> dict[str, Any]:
-    """The parts of a verb that adds 1.5 and 0.25."""
+    """Returns the parts of a verb that adds 1.5 and 0.25."""
     blocks = {"a": constant(1.5), "b": constant(0.25), "sum": lib.sum, **more.pop("blocks", {})}
     return {"blocks": blocks, "instantiation_parameters": {"y": "sum.y"}, "command_lists": LISTS} | more
 
 
 def value_of(cell: gpac.System, fast: gpac.Source, verb: gpac.Verb[..., Any], type: str = "double") -> Any:
-    """What the verb's `y` is after 3 ms."""
+    """Returns the verb's `y` after 3 ms."""
     y = cell.svv("y", type)
     instance = verb.on(fast).asynch(y)
     cell.advance("3 ms")
@@ -100,7 +100,7 @@ def test_elements_of_an_array_port_of_a_graph(cell: gpac.System, fast: gpac.Sour
 
 
 def test_outputs_within_a_graph_and_of_the_graph_reach_elements(cell: gpac.System, fast: gpac.Source) -> None:
-    """Two blocks of a graph lead to one array port of it; the graph's output and an SVV lead to one of another block."""
+    """Two blocks of a graph lead to one of its array ports; the graph's output and an SVV lead to one of another block."""
     graph = gpac.Graph(
         "added",
         blocks={"a": constant(1.5), "b": constant(0.25), "sum": lib.sum},

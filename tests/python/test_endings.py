@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Ends, suspensions and second writers: ending lists, what actuators do meanwhile, queues and aborts."""
+"""Ends, suspensions and second writers: ending lists, the state of actuators meanwhile, queues and aborts."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from rig import Rig
 
 
 def braked(rig: Rig, **changes: Any) -> gpac.Verb[..., Any]:
-    """Counts into `y`; its ending list counts the ms that the brake takes."""
+    """Returns a verb that counts into `y`; its ending list counts the ms that the brake takes."""
     definition: dict[str, Any] = {
         "blocks": {"count": rig.block("count.count"), "brake": rig.block("count.count")},
         "instantiation_parameters": {"y": "count.y", "b": "brake.y"},

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The verb of a running axis is exchanged: what is put into a wire changes no value that it does not mean to change."""
+"""The verb of a running axis is exchanged: a block inserted into a wire changes no other value."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from opengpac.python import Input, Output
 
 
 class Axis:
-    """An axis on a loopback drive with a servo, in a system of its own. `own`: which of error and effort are SVVs, not private cells."""
+    """Axis on a loopback drive with a servo, in a system of its own. `own` names which of error and effort are SVVs, not private cells."""
 
     def __init__(self, own: tuple[str, ...] = ("error", "effort")) -> None:
         self.own = own
@@ -30,7 +30,7 @@ class Axis:
         self.x: Any = of("x", drive=drives["x"], on=self.fast).enable()
 
     def servo(self, name: str, middle: Any = None, order: tuple[str, ...] = ("read", "middle", "pid", "write")) -> gpac.Verb[..., Any]:
-        """A servo, with a block between encoder and controller where one is given."""
+        """Returns a servo, with a block between encoder and controller if `middle` is set."""
         blocks = {"read": lib.read_channel, "middle": middle, "pid": lib.pid(limit=100.0, kp=60.0), "write": lib.write_channel}
         sensed, cells = (
             (["read.y", "pid.measured"], {}) if middle is None else (["read.y", "middle.u"], {"m": ["middle.y", "pid.measured"]})
@@ -63,7 +63,8 @@ class Axis:
 
 
 def moved(own: tuple[str, ...], order: tuple[str, ...] | None, middle: Any = None) -> list[dict[float, float]]:
-    """A motion with an exchange in it, where an order of the new blocks is given: what was sensed when, and the SVVs of its own."""
+    """Runs a motion, with an exchange if `order` names an order of the new blocks; returns the sensed positions by time, and the `own`
+    SVVs."""
     axis = Axis(own)
     with axis.cell:
         axis.x.commanded = 0.5

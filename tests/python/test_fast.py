@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""`make test-fast`: what it runs for a change exists, and no crate that changed is left out."""
+"""`make test-fast`: the tests that it runs for a change exist, and every changed crate is included."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ ROOT = Path(__file__).parent.parent.parent
 
 @pytest.fixture(scope="module")
 def fast() -> ModuleType:
-    """`tests/fast.py`, which is a program."""
+    """Returns `tests/fast.py` as a module."""
     spec = importlib.util.spec_from_file_location("fast", ROOT / "tests" / "fast.py")
     assert spec is not None and spec.loader is not None
     made = importlib.util.module_from_spec(spec)

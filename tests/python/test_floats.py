@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Attacks on floating-point state, in a process of their own: what nobody could see makes a process look at each of its blocks for ever."""
+"""Attacks on floating-point state, in a process of their own: an attack that escapes detection makes a process check each of its blocks
+permanently."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A process that is forked beside a running system has no part in it, says so, and ends; errors travel between processes."""
+"""A process forked from a running system takes no part in it, reports so, and ends; errors travel between processes."""
 
 from __future__ import annotations
 
@@ -131,7 +131,7 @@ with gpac.System(sys.argv[1], progress=False) as cell:
 
 @pytest.mark.parametrize("where", ["threads", "process"])
 def test_a_forked_child_keeps_nothing_alive_when_its_parent_is_killed(where: str) -> None:
-    """It has copies of every descriptor of its parent, those of the links to guards and processors among them."""
+    """The child has copies of every descriptor of its parent, including those of the links to guards and processors."""
     command = [sys.executable, "-W", "ignore", "-c", BESIDE, f"forked-{os.getpid()}-{where}", where]
     paths = os.pathsep.join([str(Path(__file__).parent), os.environ.get("PYTHONPATH", "")])
     with subprocess.Popen(command, stdout=subprocess.PIPE, text=True, env={**os.environ, "PYTHONPATH": paths}) as run:
@@ -166,7 +166,7 @@ sys.stdin.read()
 
 
 def test_a_forked_child_does_not_hold_a_device() -> None:
-    """The other end sees the connection close with the parent's system, though the child lives."""
+    """The other end sees the connection close with the parent's system, although the child lives."""
     with socket.create_server(("127.0.0.1", 0)) as server:
         command = [sys.executable, "-W", "ignore", "-c", WITH_A_DEVICE, "client", f"tcp/127.0.0.1:{server.getsockname()[1]}"]
         with subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True) as run:
@@ -185,7 +185,7 @@ def test_a_forked_child_does_not_hold_a_device() -> None:
 
 
 def test_a_forked_child_does_not_hold_a_port() -> None:
-    """Others can listen where the parent's system has listened, though the child lives."""
+    """Other programs can listen on the port of the parent's system, although the child lives."""
     with held_port() as port:
         command = [sys.executable, "-W", "ignore", "-c", WITH_A_DEVICE, "server", f"tcp/127.0.0.1:{port}"]
         with subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True) as run:
@@ -224,20 +224,20 @@ OPENS = re.compile(
     r"\b(?:libc::)?(socket|socketpair|open|openat|fopen|dup|dup2|dup3|pipe|pipe2|accept|accept4|memfd_create|shm_open|eventfd|timerfd_create"
     r"|epoll_create|epoll_create1|inotify_init|inotify_init1|posix_openpt|recvmsg|F_DUPFD\w*)\b"
 )
-"""Names of what makes a descriptor."""
+"""Names of functions that create a descriptor."""
 
 EXCEPT = {
-    # Standard output and standard error of a process of the kit, while what it prints is counted.
+    # Standard output and standard error of a process of the kit, while its output is counted.
     "crates/driver-kit/src/conformance/measures.rs": ["dup2"],
-    # The standard error of a program that is executed next.
+    # Standard error of a program that is executed next.
     "crates/driver-kit/src/conformance/sanitized.rs": ["dup2"],
-    # A CAN socket brings no descriptors.
+    # A CAN socket transfers no descriptors.
     "crates/canopen/src/link/socket.rs": ["recvmsg"],
 }
 
 
 def test_every_descriptor_that_is_made_is_closed_in_programs_that_are_executed() -> None:
-    """Rust's own files and sockets are; each call to the operating system beside them says so itself."""
+    """Rust's own files and sockets are; every other call to the operating system must request it."""
     root = Path(__file__).parent.parent.parent
     sources = [path for ending in ("rs", "c", "h") for path in sorted((root / "crates").glob(f"*/src/**/*.{ending}"))]
     calls: list[str] = []
@@ -317,7 +317,7 @@ print((folder / "built.so").exists(), folder, flush=True)
 
 
 def test_a_forked_child_that_ends_leaves_the_files_of_its_parent() -> None:
-    """Blocks that are built for this process lie in its folder, which goes with it and not before."""
+    """Blocks built for this process are in its folder, which is removed with the process and not before."""
     ran = subprocess.run([sys.executable, "-W", "ignore", "-c", FORKS_WITH_FILES], capture_output=True, text=True, timeout=120, check=False)
     assert ran.returncode == 0, ran.stderr
     of_child, kept, folder = ran.stdout.split()

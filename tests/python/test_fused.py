@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Fused blocks as a user sees them: what is fused, what is not and why, and that nothing else changes."""
+"""Fused blocks from a user's point of view: which are fused, which are not and why; nothing else changes."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ def cell() -> Iterator[gpac.System]:
 
 @pytest.fixture
 def code(cell: gpac.System, tmp_path: Path) -> gpac.Module:
-    """Blocks of a source."""
+    """Returns the blocks of a source."""
     return cell.download(source(tmp_path), "code")
 
 
@@ -65,7 +65,7 @@ def rig(cell: gpac.System, built: dict[str, str]) -> Rig:
 
 
 def chain(code: gpac.Module, name: str = "chain", lags: int = 4) -> gpac.Verb[..., object]:
-    """A clock, some lags behind each other, an inverse; it ends where the last lag is above a value."""
+    """Returns a clock, some lags in series and an inverse; the verb ends when the last lag exceeds a value."""
     labels = [f"lag{n}" for n in range(lags)]
     blocks = {"clock": code.clock, **dict.fromkeys(labels, code.lag), "inverse": code.inverse}
     names = list(blocks)
@@ -107,7 +107,7 @@ def test_it_says_what_is_fused_and_what_is_not_and_why(rig: Rig, code: gpac.Modu
     assert [entry["why"] for entry in told["single"]] == ["it was not built here from a source in C"]
     assert rig.cell.fused == told
     assert all(text in told._repr_html_() for text in ("6 blocks are fused", "chain#1.lag2", "beside#1.wave"))
-    # Another instance of the same blocks wired alike is fused at its installation, and all of it is undone at once.
+    # Another instance of the same blocks with the same wiring is fused at its installation, and all of it is undone at once.
     chain(code, "again").on(rig.fast).asynch(limit=1e9, pole=-1.0)
     assert [group["fused"] for group in rig.cell.fused["groups"]] == [True, True]
     told = rig.cell.fuse(on=False)
@@ -132,7 +132,8 @@ def test_a_fault_names_the_block_inside(rig: Rig, code: gpac.Module) -> None:
 
 
 def test_taps_and_values_see_inside(rig: Rig, code: gpac.Module, tmp_path: Path) -> None:
-    """What a recording has of each private cell is the same, fused or not, and fused in the middle of it."""
+    """A recording contains the same values of each private cell, whether or not it is fused, even if it is fused in the middle of the
+    recording."""
     kept = []
     for name, when in (("a", None), ("b", 0), ("c", 20)):
         instance = chain(code, name).on(rig.fast).new_instance()

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Processors that are threads of the program: the program itself is guarded, and a plant may have a watchdog of its own."""
+"""Processors that are threads of the program: the program itself is guarded, and a plant may have its own watchdog."""
 
 from __future__ import annotations
 
@@ -27,15 +27,15 @@ pytestmark = pytest.mark.alone
 FAULTS = Path(__file__).parent.parent / "faults"
 
 STANDSTILL_S = 2.2
-"""More than the 2 s for which a timer may stand still."""
+"""Standstill longer than the 2 s permitted for a timer."""
 
 SHORT = "300 ms"
 SHORT_S = 0.6
-"""A shorter bound, and more than that and than the 0.5 s from which a standstill is told."""
+"""Standstill longer than the shorter bound, and than the 0.5 s from which a standstill is reported."""
 
 
 def tree(pid: int) -> list[int]:
-    """A process with all that it has started, directly or not; those that guard last."""
+    """Returns a process and all its descendants; guards last."""
     found, guards = [pid], children("run_guard", pid)
     for entry in ("run_processor", "run_plant"):
         for child in children(entry, pid):
@@ -44,7 +44,7 @@ def tree(pid: int) -> list[int]:
 
 
 def held(guard: int) -> list[str]:
-    """What a guard has been given: descriptors of processes and of memory, by their kinds. Nothing of one that is gone."""
+    """Returns the descriptors of processes and memory that a guard holds, by kind; empty if it has ended."""
     found = []
     with contextlib.suppress(OSError):
         for descriptor in (Path("/proc") / str(guard) / "fd").iterdir():
@@ -53,7 +53,7 @@ def held(guard: int) -> list[str]:
 
 
 class Program:
-    """A program of its own that pushes a plant by a thread."""
+    """Separate program that pushes a plant by a thread."""
 
     def __init__(self, plant: str, timeout: str | None = None, *, process: bool = False, lost_after: str | None = None) -> None:
         self.plant = plant
@@ -63,26 +63,26 @@ class Program:
         assert self.process.stdout and self.process.stdout.readline() == "ready\n"
 
     def ask(self, what: str) -> str:
-        """Its answer."""
+        """Sends a request; returns the program's answer."""
         assert self.process.stdin and self.process.stdout
         self.process.stdin.write(f"{what}\n")
         self.process.stdin.flush()
         return self.process.stdout.readline()
 
     def is_safe(self) -> bool:
-        """Whether the plant obeys its safe commands by somebody else's word than its driver's."""
+        """Returns whether the plant obeys its safe commands by order of a party other than its driver."""
         state = json.loads(_native.plant_state(self.plant) or "{}")
         return bool(state.get("is_safe"))
 
     def is_stopped_and_goes_on(self) -> list[str]:
-        """What its push ended with."""
+        """Stops the program until the plant is safe, lets it continue, and returns the condition with which its push ended."""
         self.process.send_signal(signal.SIGSTOP)
         until(self.is_safe, "the plant is safe")
         self.process.send_signal(signal.SIGCONT)
         return json.loads(self.ask("end"))
 
     def stands_still_with_all(self, seconds: float) -> None:
-        """Stops it with everything that belongs to it for so long."""
+        """Stops the program with all its descendants for `seconds`, and lets them continue."""
         every = tree(self.process.pid)
         for process in every:
             os.kill(process, signal.SIGSTOP)
@@ -92,7 +92,7 @@ class Program:
             os.kill(process, signal.SIGCONT)
 
     def stops_with(self, given: list[str], gone: list[int]) -> bool:
-        """Stops it; whether a guard, none of these, has been given so much. Else it goes on."""
+        """Stops the program; returns whether a guard not in `gone` holds these descriptors. If none does, lets the program continue."""
         self.process.send_signal(signal.SIGSTOP)
         os.waitid(os.P_PID, self.process.pid, os.WSTOPPED)
         if given in [held(guard) for guard in children("run_guard", self.process.pid) if guard not in gone]:
@@ -101,11 +101,11 @@ class Program:
         return False
 
     def refused(self, what: str) -> str:
-        """Why it was."""
+        """Returns the reason for a refusal."""
         return json.loads(self.ask(what))
 
     def end(self) -> None:
-        """Whatever became of it."""
+        """Ends the program, whatever its state."""
         self.process.send_signal(signal.SIGCONT)
         self.process.communicate("close\n", timeout=120)
 
@@ -149,7 +149,7 @@ def test_what_was_commanded_is_safe_when_all_who_watch_stood_still_together(prog
 
 @pytest.mark.parametrize("process", [False, True])
 def test_a_standstill_of_all_is_told_with_its_length_and_nobody_is_blamed(process: bool) -> None:
-    """As a paused virtual machine or a frozen container does: program, processor, plant and guards at once."""
+    """Like a paused virtual machine or a frozen container, program, processor, plant and guards stop at once."""
     program = Program(f"test-together-{os.getpid()}-{process}", process=process, lost_after=SHORT)
     try:
         for _ in range(2):
@@ -197,10 +197,10 @@ def test_a_guard_of_a_program_that_stands_still_is_replaced(program: Program) ->
     assert given and given == held(gone[1])
     for guard in gone:
         os.kill(guard, signal.SIGSTOP)
-    # A guard that has been started, and is said to guard, may not have taken what it guards yet.
+    # A guard that has been started and is reported as guarding may not have received all that it guards yet.
     until(lambda: given in [held(other) for other in children("run_guard", program.process.pid) if other not in gone], "another one guards")
     assert program.ask("look") == "[]\n"
-    # A program that is stopped replaces no guard: on a machine that is busy it might just be doing so again.
+    # A stopped program replaces no guard, and on a busy machine it might just be replacing one again.
     until(lambda: program.stops_with(given, gone), "it is guarded")
     program.process.kill()
     until(program.is_safe, "the plant is safe")

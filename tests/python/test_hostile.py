@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 # ruff: noqa: E501
-"""Every public call with hostile arguments: it takes them or refuses them in a sentence of ours, and the process lives."""
+"""Every public call with hostile arguments: they are accepted or refused with a message of ours, and the process survives."""
 
 from __future__ import annotations
 
@@ -33,14 +33,14 @@ NOT_OURS = re.compile(
 
 
 class Case(NamedTuple):
-    """A call with sane arguments."""
+    """Call with valid arguments."""
 
     call: Callable[..., Any]
     sane: dict[str, Any]
 
 
 def counting(r: Rig, **changes: Any) -> gpac.Verb[..., Any]:
-    """A verb of a library block: nothing has to be downloaded for it."""
+    """Returns a verb of a library block, which needs no download."""
     sane: dict[str, Any] = {
         "blocks": {"count": lib.chirp},
         "instantiation_parameters": {"y": "count.y"},
@@ -168,7 +168,7 @@ CALLS: dict[str, Callable[[Rig], Case]] = {
 
 
 def sentence(error: BaseException) -> None:
-    """What came is ours, and says so in words."""
+    """Checks that an error is ours and has a readable message."""
     if isinstance(error, TimeoutError | IndexError):
         return
     text = str(error)
@@ -177,7 +177,8 @@ def sentence(error: BaseException) -> None:
 
 
 def forever(what: str, name: str, value: Any) -> bool:
-    """Legal, and longer than anybody waits; or a function of the user's own, whose errors are his."""
+    """Returns whether a value is valid but takes longer than the test can wait, or is a function of the user's own, which may raise its
+    own errors."""
     if callable(value) and name in ("form", "until", "function"):
         return True
     number = isinstance(value, int | float | np.number) and not isinstance(value, bool) and value > 3
@@ -191,7 +192,7 @@ def forever(what: str, name: str, value: Any) -> bool:
 
 
 class Bench:
-    """A system for one call after another: what refuses changes nothing, so that a new one is made only where a call was taken."""
+    """System for consecutive calls: a refused call changes nothing, so a new system is created only after an accepted one."""
 
     def __init__(self, what: str, built: dict[str, str]) -> None:
         self.what, self.built = what, built
@@ -203,7 +204,7 @@ class Bench:
         return self.case
 
     def attempt(self, **hostile: Any) -> None:
-        """Calls; what comes back is a sentence of ours."""
+        """Makes the call; checks that an error has a message of ours."""
         if any(forever(self.what, name, value) for name, value in hostile.items()):
             return
         try:

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 # ruff: noqa: E501
-"""Motions, signals, recordings and connections with hostile arguments: taken, or refused in a sentence of ours, and the machine lives on."""
+"""Motions, signals, recordings and connections with hostile arguments: accepted or refused with a message of ours, and the machine
+survives."""
 
 from __future__ import annotations
 
@@ -29,7 +30,7 @@ BRIEFLY = "2 ms"
 
 
 class Machine:
-    """Two axes that are enabled, signals, and SVVs for what a motion follows."""
+    """Two enabled axes, signals, and SVVs for motions to follow."""
 
     def __init__(self, folder: Path) -> None:
         self.cell = gpac.System("cell", clock="virtual", seed=1)
@@ -48,7 +49,7 @@ class Machine:
         self.master = self.cell.svv("master", "double", initial=0.0)
 
     def record(self, **given: Any) -> None:
-        """Begins a recording, ends it, and forgets the file."""
+        """Starts a recording, ends it, and deletes the file."""
         self._files += 1
         sane = {"path": self.folder / f"{self._files}.mcap", "svvs": ["master"]}
         self.cell.record(**{**sane, **given}).stop()
@@ -61,14 +62,14 @@ class Machine:
         gpac.connect(**{**sane, **given}).close()
 
     def close(self) -> None:
-        """Ends all of it."""
+        """Ends everything."""
         if self._served is not None:
             self._served.stop()
         self.cell.close()
 
 
 def moving(verb: gpac.Verb[..., Any], *where: Any) -> Callable[..., Any]:
-    """A motion that is tried for some ms, and slows down then."""
+    """Returns a call that runs a motion for some ms and then stops it."""
     return lambda **given: verb(*where, **{"time_limit": BRIEFLY, **given})
 
 
@@ -114,13 +115,13 @@ CALLS: dict[str, Callable[[Machine], Case]] = {
 
 
 def is_patient(name: str, value: Any) -> bool:
-    """A limit of time that is legal, and longer than anybody waits."""
+    """Returns whether a time limit is valid but longer than the test can wait."""
     number = isinstance(value, int | float | np.number) and not isinstance(value, bool)
     return name in ("time_limit", "width") and number and bool(value > 3)
 
 
 def moves_still(machine: Machine) -> bool:
-    """Whether what it is asked sanely it still does."""
+    """Returns whether the machine still obeys a valid command."""
     machine.cell.advance("10 ms")
     try:
         motion.stop(machine.axes)
@@ -150,7 +151,7 @@ def test_one_hostile_argument(what: str, tmp_path: Path, monkeypatch: pytest.Mon
                 except AssertionError as told:
                     wrong.append(f"{name}={value!r:.60}: {str(told)[:300]}")
             if taken and not moves_still(there):
-                # A motion that was taken may have led to where nothing goes on: out of the range, or lost.
+                # An accepted motion may have led to a dead end: out of the range, or lost.
                 there.close()
                 there = Machine(tmp_path)
                 assert moves_still(there)

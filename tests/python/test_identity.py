@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What was deleted and made again under its name is another: who holds the old one never gets the new one's values."""
+"""A deleted object created again under its name is a different object: a reference to the old one never returns the new one's values."""
 
 from __future__ import annotations
 
@@ -14,21 +14,21 @@ from daemons import Daemon
 
 
 class Counted(gpac.LogicalDevice):
-    """Has a whole number."""
+    """Type with an integer."""
 
     level: gpac.SVV[int] = gpac.svv(int)
     step = gpac.parameter(1.0)
 
 
 class Measured(gpac.LogicalDevice):
-    """Has a number with a fraction."""
+    """Type with a floating-point number."""
 
     level: gpac.SVV[float] = gpac.svv(unit="m")
     step = gpac.parameter(0.5)
 
 
 def refused(ask: Callable[[], Any]) -> str:
-    """What somebody is told who asks."""
+    """Returns the message of the refusal."""
     with pytest.raises(gpac.UnknownName) as caught:
         ask()
     assert caught.value.place is not None and Path(caught.value.place.file).name == Path(__file__).name
@@ -58,7 +58,7 @@ def test_a_handle_of_an_svv_does_not_read_its_successor(cell: gpac.System) -> No
 
 
 def test_of_a_system_that_is_shared(tmp_path: Path) -> None:
-    """Another program made it again: nothing here was told."""
+    """Another program created the object again; this one was not notified."""
     daemon = Daemon(tmp_path)
     with gpac.connect(daemon.url, name="one") as one, gpac.connect(daemon.url, name="two", command=False) as two:
         one.svv("level", int, initial=3)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Outputs that drive on: what a torque or a speed does when the verb that writes it is suspended, paused or ends."""
+"""Outputs that keep driving: a torque or a speed when the verb that writes it is suspended, paused or ends."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ def cell() -> Iterator[gpac.System]:
 
 
 def push(**more: Any) -> gpac.Verb[..., Any]:
-    """A verb that adds a constant torque to that of a joint's servo."""
+    """Returns a verb that adds a constant torque to that of a joint's servo."""
     return gpac.Verb(
         "push",
         blocks={"wave": library.signal_generator(shape=0)},
@@ -33,7 +33,7 @@ def push(**more: Any) -> gpac.Verb[..., Any]:
 
 
 def write(name: str, **more: Any) -> gpac.Verb[..., Any]:
-    """A verb that writes a constant into a channel."""
+    """Returns a verb that writes a constant into a channel."""
     return gpac.Verb(
         name,
         blocks={"wave": library.signal_generator(shape=0), "write": library.write_channel},

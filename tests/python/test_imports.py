@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The modules of the package stand on each other in one direction. An import within a function counts: it would only hide a circle.
+"""The modules of the package depend on each other in one direction. An import within a function counts, since it would only hide a
+cycle.
 
-What `TYPE_CHECKING` guards is names for people and for pyright, and does not count.
+Imports under `TYPE_CHECKING` are names for people and for pyright, and do not count.
 """
 
 from __future__ import annotations
@@ -26,7 +27,7 @@ MODULES = {
 
 
 def imports(node: ast.AST) -> Iterator[ast.Import | ast.ImportFrom]:
-    """Every import below a node that runs."""
+    """Yields every import below a node that is executed."""
     for child in ast.iter_child_nodes(node):
         if isinstance(child, ast.If) and "TYPE_CHECKING" in ast.unparse(child.test):
             yield from (found for branch in child.orelse for found in imports(branch))
@@ -37,7 +38,7 @@ def imports(node: ast.AST) -> Iterator[ast.Import | ast.ImportFrom]:
 
 
 def used(module: str, source: str) -> set[str]:
-    """The modules of the package that a module imports."""
+    """Returns the modules of the package that a module imports."""
     parents = module.split(".")
     if MODULES.get(module, ROOT / "x.py").name != "__init__.py":
         parents.pop()
@@ -50,7 +51,7 @@ def used(module: str, source: str) -> set[str]:
             names = [f"{base}.{alias.name}" if f"{base}.{alias.name}" in MODULES else base for alias in statement.names]
         else:
             names = [alias.name for alias in statement.names]
-        # `from . import _native` names the compiled core, not the package's own face.
+        # `from . import _native` refers to the compiled core, not to the package itself.
         compiled = isinstance(statement, ast.ImportFrom) and any(alias.name == "_native" for alias in statement.names)
         found |= {name for name in names if name in MODULES and name != module and not (compiled and name == "opengpac")}
     return found
@@ -74,16 +75,16 @@ def test_an_import_within_a_function_is_seen_and_one_for_types_is_not() -> None:
 
 
 def printed(program: str, *words: str) -> str:
-    """What a Python of its own prints, which runs this."""
+    """Returns the output of a program in a Python process of its own."""
     return subprocess.run([sys.executable, "-c", program, *words], capture_output=True, text=True, check=True).stdout.strip()
 
 
 PROCESS = "opengpac.driver.process"
-"""With this word a process is that of a driver in Python."""
+"""Word that identifies the process of a driver in Python."""
 
 
 def test_a_program_loads_what_it_uses_and_no_more() -> None:
-    """Half of a second of a thousand short programs is what each of them loads without using it."""
+    """Unused modules in each of a thousand short programs cost half a second."""
     loaded = printed("import sys, opengpac; print(*sys.modules)").split()
     assert not {"opengpac.system.system", "opengpac.definition.blocks", "numpy"} & {*loaded}
     loaded = printed("import sys, opengpac as gpac; gpac.System('cell', clock='virtual').close(); print(*sys.modules)").split()

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Instants of the virtual clock: `advance(d)` is the firings in (now, now + d], a firing with a cost is seen at its end, and what is
-requested without end at one instant is refused."""
+"""Instants of the virtual clock: `advance(d)` covers the firings in (now, now + d], a firing with a cost is visible at its end, and an
+endless sequence of requests at one instant is refused."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Joints are named as their file names them: with dots, slashes, spaces, umlauts; two with one last word are told apart."""
+"""Joints are named as in their file: with dots, slashes, spaces, umlauts; two with the same last word are distinguished."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ JOINT = (
 
 @pytest.fixture
 def arm(tmp_path: Path) -> Iterator[gpac.robots.Arm]:
-    """A chain of joints of odd names, with an SRDF state of each."""
+    """Yields a chain of joints with odd names, with an SRDF state for each."""
     links = ["base", *(f"link{index}" for index in range(len(NAMES)))]
     joints = [JOINT.format(name=name, below=links[index], above=links[index + 1]) for index, name in enumerate(NAMES)]
     (tmp_path / "odd.urdf").write_text(f'<robot name="odd">{"".join(map(LINK.format, links))}{"".join(joints)}</robot>')

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What a system had is gone when `close()` returns, also where a program holds on to its parts: threads, descriptors, names."""
+"""Everything of a system has been released when `close()` returns, even if a program keeps its parts: threads, descriptors, names."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ from opengpac import library as lib
 
 @pytest.fixture(autouse=True)
 def _no_collection() -> Iterator[None]:
-    """Nothing here may depend on when Python collects."""
+    """Disables garbage collection: no result may depend on its time."""
     gc.collect()
     gc.disable()
     yield
@@ -34,14 +34,14 @@ def _no_collection() -> Iterator[None]:
 
 @pytest.fixture
 def folder(monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
-    """The folder of a user who runs nothing else."""
+    """Yields the folder of a user who runs nothing else."""
     with tempfile.TemporaryDirectory(prefix="opengpac-left-") as of_user:
         monkeypatch.setenv("XDG_RUNTIME_DIR", of_user)
         yield Path(of_user)
 
 
 def threads() -> Counter[str]:
-    """The threads of this process, by name."""
+    """Returns the threads of this process, by name."""
     names: Counter[str] = Counter()
     for task in Path("/proc/self/task").iterdir():
         try:
@@ -52,7 +52,7 @@ def threads() -> Counter[str]:
 
 
 def descriptors() -> Counter[str]:
-    """What this process has open, but for the one by which event loops hear of ends: who awaits one hears of it after `close()` too."""
+    """Returns the open descriptors of this process, except that by which event loops are notified of ends, even after `close()`."""
     found: Counter[str] = Counter()
     for link in Path("/proc/self/fd").iterdir():
         try:
@@ -66,17 +66,17 @@ def descriptors() -> Counter[str]:
 
 
 def shared() -> set[str]:
-    """The folders in shared memory that are of systems of these tests."""
+    """Returns the folders in shared memory that belong to systems of these tests."""
     return {path.name for path in Path("/dev/shm").iterdir() if path.name.startswith("opengpac-left-")}
 
 
 def sockets(folder: Path) -> list[str]:
-    """The names that are left in the folder of the user."""
+    """Returns the names left in the user's folder."""
     return sorted(path.name for path in (folder / "opengpac").glob("*-*") if path.name != "hosts-secret")
 
 
 def used(cell: gpac.System, plant: str) -> list[object]:
-    """A system with a process, connections to it both ways, and a device there and here; all of it is held on to."""
+    """Returns the parts of a system with a process, connections to it in both directions, and a device in each process."""
     near, far = cell.processor("near"), cell.processor("far", process=True)
     here, there = near.timer("here", period="5 ms", priority=50), far.timer("there", period="5 ms", priority=50)
     steps, beyond = near.software("steps"), far.software("beyond")
@@ -154,7 +154,7 @@ time.sleep(600)
 
 
 def test_nothing_is_left_of_a_program_that_is_killed(folder: Path) -> None:
-    """Its plants are killed with it, so they cannot take their names away either: the guard of the program does."""
+    """Its plants are killed with it, so they cannot remove their names: the guard of the program does."""
     here = str(Path(__file__).parent)
     command = [sys.executable, "-c", _PROGRAM.format(paths=[here])]
     killed = subprocess.Popen(command, env=environment(XDG_RUNTIME_DIR=str(folder)), stdout=subprocess.PIPE, text=True)
@@ -163,7 +163,7 @@ def test_nothing_is_left_of_a_program_that_is_killed(folder: Path) -> None:
     plants = [name for name in sockets(folder) if name.startswith("plant-")]
     assert len(plants) == 2
     for plant in plants:
-        # One that was made just now is left alone: its maker may not listen there yet.
+        # A recently created one is left alone: its creator may not listen there yet.
         os.utime(folder / "opengpac" / plant, (1, 1))
     for pid in processes_with(folder, "plant"):
         os.kill(pid, signal.SIGKILL)
@@ -189,7 +189,7 @@ def test_the_next_plant_takes_the_names_of_killed_ones_away(folder: Path) -> Non
 
 
 def processes_with(folder: Path, word: str) -> list[int]:
-    """The processes that were started with this folder and have this word in their command line."""
+    """Returns the processes that were started with this folder and have this word in their command line."""
     found = []
     for entry in Path("/proc").iterdir():
         if not entry.name.isdigit() or int(entry.name) == os.getpid():
@@ -219,5 +219,5 @@ def test_a_recording_that_was_stopped_leaves_no_stack_of_its_threads(tmp_path: P
         record(40)
         before = mappings()
         record(60)
-        # Each stack that stays is two mappings, those of sixty recordings 240.
+        # Each leaked stack is two mappings, those of sixty recordings 240.
         assert mappings() - before < 60

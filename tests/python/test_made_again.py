@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A cell of a notebook that is run twice: what is asked for equally is the same thing, and what differs is said."""
+"""A notebook cell that is run twice: equal requests return the same object, and differences are reported."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ arm = gpac.robots.load("ur5e", on=fast)
 
 @pytest.fixture
 def notebook() -> Iterator[dict[str, Any]]:
-    """What the cells of a notebook have defined: the cell was run, and something runs."""
+    """Yields the names defined by the cells of a notebook that has been run, while an instance is running."""
     defined: dict[str, Any] = {"gpac": gpac}
     exec(CELL, defined)
     defined["arm"].enable()

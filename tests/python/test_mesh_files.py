@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Meshes of URDF files in each format that people have: the shape that collides is the one in the file."""
+"""Meshes of URDF files in every common format: the collision shape is that of the file."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ ARM = """<robot name="arm"><link name="base"/>
 <collision><geometry><mesh filename="{}"/></geometry></collision></link></robot>"""
 POINTS = [(0.0, 0.0, 0.0), (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)]
 FACES = [(0, 2, 1), (0, 1, 3), (0, 3, 2), (1, 2, 3)]
-"""A tetrahedron of 1 m."""
+"""Tetrahedron of 1 m."""
 
 
 def obj() -> bytes:
@@ -52,7 +52,7 @@ def stl() -> bytes:
 
 
 def glb() -> bytes:
-    """glTF 2.0 in one file: a header, the description, the numbers."""
+    """Returns glTF 2.0 in one file: a header, the description, the numbers."""
     points = b"".join(struct.pack("<3f", *point) for point in POINTS)
     faces = b"".join(struct.pack("<3H", *face) for face in FACES)
     views = [{"buffer": 0, "byteOffset": 0, "byteLength": len(points)}, {"buffer": 0, "byteOffset": len(points), "byteLength": len(faces)}]
@@ -95,7 +95,7 @@ KUKA = MAKERS / "xacro/kuka_description"
 
 
 def extents(folder: Path, file: Path) -> np.ndarray:
-    """The size of the shape that a mesh becomes, along its principal axes, m."""
+    """Returns the size of the shape made from a mesh, along its principal axes, m."""
     mujoco: Any = importlib.import_module("mujoco")
     (folder / "arm.urdf").write_text(ARM.format(file))
     converted = urdf.convert(folder / "arm.urdf")
@@ -106,7 +106,7 @@ def extents(folder: Path, file: Path) -> np.ndarray:
 
 @pytest.mark.parametrize("link", ["kuka_kr210/meshes/kr210l150/{}/link_3.{}", "kuka_kr16/meshes/kr16_2/{}/link_2.{}"])
 def test_a_mesh_of_a_maker_in_collada_is_as_large_as_the_one_in_stl(tmp_path: Path, link: str) -> None:
-    """The first is in inches. What is seen of a link and its simpler hull differ by about a tenth."""
+    """The first is in inches. The visual mesh of a link and its simpler hull differ by about a tenth."""
     seen, hull = extents(tmp_path, KUKA / link.format("visual", "dae")), extents(tmp_path, KUKA / link.format("collision", "stl"))
     assert seen == pytest.approx(hull, rel=0.15)
 

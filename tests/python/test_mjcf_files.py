@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""MJCF files as people have them: what keeps an arm from moving is put right, with a note; all else is left as it is."""
+"""MJCF files as found in the field: defects that keep an arm from moving are corrected, with a note; all else is left unchanged."""
 
 from __future__ import annotations
 
@@ -26,11 +26,11 @@ ARM = """<mujoco model="arm"><compiler angle="radian"{compiler}/>{assets}
 {world}</worldbody>{actuators}{more}</mujoco>"""
 MOTORS = "<actuator>" + "".join(f'<motor joint="{j}" ctrlrange="-80 80"/>' for j in ("shoulder", "elbow", "wrist")) + "</actuator>"
 REACHES_BACK = "-0.3"
-"""The hand's shape lies within the upper arm: two joints apart, so MuJoCo lets them collide."""
+"""The hand's shape is inside the upper arm: they are two joints apart, so MuJoCo lets them collide."""
 
 
 def arm(folder: Path, *, hand: str = "0.05", actuators: str = MOTORS, **parts: str) -> Path:
-    """A model of three joints, with these parts."""
+    """Writes a model of three joints, with these parts."""
     file = folder / "arm.xml"
     given = {name: parts.get(name, "") for name in ("compiler", "assets", "joint", "upper", "world", "more")}
     file.write_text(ARM.format(hand=hand, actuators=actuators, **given))
@@ -38,7 +38,7 @@ def arm(folder: Path, *, hand: str = "0.05", actuators: str = MOTORS, **parts: s
 
 
 def moved(file: Path, goal: list[float]) -> tuple[gpac.robots.Arm, float]:
-    """The arm of a file after a move, and how far it is from the goal 0.2 s later, rad."""
+    """Returns the arm of a file after a move, and its distance from the goal 0.2 s later, rad."""
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
         found = gpac.robots.load(file, name=file.parent.name, clock="virtual").enable()
@@ -77,7 +77,7 @@ def test_an_object_that_the_hand_touches_at_home_stays_in_its_way(tmp_path: Path
 def test_a_file_without_actuators_gets_motors(tmp_path: Path) -> None:
     found, error = moved(arm(tmp_path, actuators=""), [0.5, 0.4, 0.3])
     assert "no actuator drives a joint: motors are added, 'shoulder' " in found.notes[0] and "N.m, 'elbow' " in found.notes[0]
-    # The elbow holds 1 kg at 0.125 m and 0.2 kg at 0.3 m: 1.8 N.m, and as much again in reserve.
+    # The elbow holds 1 kg at 0.125 m and 0.2 kg at 0.3 m: 1.8 N.m, plus the same reserve.
     assert error < 1e-3 and 3.6 < found["elbow"].max_effort < 10.0
 
 
@@ -132,7 +132,7 @@ def test_friction_and_followers_keep_no_joint_off_its_goal(tmp_path: Path) -> No
 
 @pytest.mark.parametrize("friction", [40, 60])
 def test_a_joint_that_friction_holds_throws_no_other_joint(tmp_path: Path, friction: int) -> None:
-    """The shoulder has 80 N.m. The wrist bore what its acceleration would have done, though it stood still."""
+    """The shoulder has 80 N.m. The wrist was loaded as if the shoulder accelerated, although it stood still."""
     found, error = moved(arm(tmp_path, joint=f' frictionloss="{friction}"'), [0.5, 0.4, 0.3])
     assert error < 1e-3
     gpac.motion.move_absolute(found, [0.0, 0.0, 0.0], time_limit="20 s")
@@ -143,7 +143,7 @@ def test_a_joint_that_friction_holds_throws_no_other_joint(tmp_path: Path, frict
 
 @pytest.mark.parametrize("friction", [5, 40])
 def test_a_passive_joint_with_friction_pulls_no_other_joint_off_its_way(tmp_path: Path, friction: int) -> None:
-    """The wrist has no motor, and friction bears its weight, 3 N.m at the most: it moves along as if it were fixed."""
+    """The wrist has no motor, and friction bears its weight, at most 3 N.m: it moves along as if it were fixed."""
     file = arm(tmp_path, hand="0.15", actuators=MOTORS.replace('<motor joint="wrist" ctrlrange="-80 80"/>', ""))
     stiff = f'<joint name="wrist" axis="0 1 0" range="-2 2" frictionloss="{friction}"/>'
     text = file.read_text().replace('<joint name="wrist" axis="0 0 1" range="-2 2"/>', stiff).replace('mass="0.2"', 'mass="2"')
@@ -164,7 +164,7 @@ def test_friction_leaves_less_effort_for_accelerations(tmp_path: Path) -> None:
 
 
 def test_a_motor_that_is_too_weak_is_named_with_its_effort(tmp_path: Path) -> None:
-    """The elbow needs 1.8 N.m for its weight alone; its servo asks for more than its motor gives only later."""
+    """The elbow needs 1.8 N.m for its weight alone; its servo exceeds its motor's effort only later."""
     weak = MOTORS.replace('"elbow" ctrlrange="-80 80"', '"elbow" ctrlrange="-1.5 1.5"')
     with pytest.warns(UserWarning, match="it sinks"):
         found = gpac.robots.load(arm(tmp_path, actuators=weak), name="weak", clock="virtual").enable()
@@ -192,7 +192,7 @@ def test_the_floor_that_stops_an_arm_of_ours_is_named() -> None:
 
 
 def test_what_an_arm_was_thrown_back_from_is_named() -> None:
-    """At speed the wrist leaves the floor again before its joint is found too far from where it is commanded to be."""
+    """At speed the wrist leaves the floor again before its joint is found too far from its commanded position."""
     found = gpac.robots.load("ur5e", name="thrown", clock="virtual").enable()
     goal = [position + 0.8 for position in found.values("sensed")]
     with pytest.raises(gpac.Terminated, match=r"'following_error': .*; where it is commanded to be, 'floor' meets 'wrist_2_link'"):
@@ -226,7 +226,7 @@ IMPLAUSIBLE = [
     ({"upper": '<site name="mark" pos="nan 0 0"/>'}, "pos=\"nan 0 0\" of site 'mark' is not finite"),
     ({"actuators": MOTORS.replace('joint="elbow"', 'joint="elbow" gear="1e9"')}, "is above 1,000,000, which nothing has"),
 ]
-"""MuJoCo reads each, most without a word."""
+"""MuJoCo accepts each, most without a warning."""
 
 
 @pytest.mark.parametrize(("given", "said"), IMPLAUSIBLE)
@@ -282,7 +282,7 @@ def test_what_a_stop_carries_needs_no_motor(tmp_path: Path) -> None:
 
 
 def test_motors_are_made_for_the_whole_range(tmp_path: Path) -> None:
-    """At its home this arm hangs down, and needs its effort where it stretches out."""
+    """At its home this arm hangs down; it needs its maximum effort when stretched out."""
     hangs = arm(tmp_path, actuators="")
     hangs.write_text(hangs.read_text().replace('<body name="fore" pos="0.4 0 0">', '<body name="fore" pos="0.4 0 0" euler="0 1.5708 0">'))
     found, error = moved(hangs, [0.0, -1.5, 0.0])

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Arms known by name: each whose package the tests have loads, holds at its home and moves; the others say how they are installed."""
+"""Arms of the catalogue: each whose package is installed for the tests loads, holds at its home and moves; the others report how to
+install them."""
 
 from __future__ import annotations
 
@@ -16,7 +17,7 @@ from opengpac.robots.catalogue import ARMS, ELSEWHERE, EXTRA, KNOWN, OWN, NamedA
 
 TRIED = [name for name, arm in KNOWN.items() if arm.package.name in (*EXTRA, OWN)]
 STEP = 0.1
-"""How far each joint is moved, rad."""
+"""Displacement of each joint, rad."""
 
 
 @pytest.mark.parametrize("name", TRIED)
@@ -41,7 +42,7 @@ def test_an_arm_of_that_name_holds_at_its_home_and_moves(name: str) -> None:
 
 
 def reach(arm: gpac.robots.Arm) -> float:
-    """The greatest distance of the tool from the shoulder, the point of the first axis nearest the second joint, in random poses."""
+    """Returns the maximum distance of the tool from the shoulder, the point of the first axis nearest the second joint, in random poses."""
     first, second = arm.kinematics.axes[:2]
     start, direction = np.array(first.point), np.array(first.direction)
     shoulder = start + direction * (direction @ (np.array(second.point) - start))
@@ -64,7 +65,7 @@ def test_the_versions_of_the_extra_are_those_of_the_catalogue() -> None:
 
 
 def nowhere(name: str) -> metadata.Distribution:
-    """Nothing is installed."""
+    """Raises as if no package were installed."""
     raise metadata.PackageNotFoundError(name)
 
 
@@ -87,7 +88,7 @@ def test_an_arm_whose_package_is_missing_says_how_it_is_installed(
 
 
 class Other:
-    """A distribution of another version."""
+    """Distribution of another version."""
 
     def __init__(self, folder: Path) -> None:
         self.folder = folder
@@ -154,7 +155,7 @@ def test_the_page_draws_each_arm_and_says_what_its_file_does_not() -> None:
     page = (docs / "robots.md").read_text()
     for name in KNOWN:
         picture = docs / "robots" / f"{name}.svg"
-        # A joint that does not move the tool, a gripper's, is not drawn.
+        # A joint that does not move the tool, such as a gripper's, is not drawn.
         drawn = picture.read_text().count("<circle")
         assert 500 < picture.stat().st_size < 10_000 and drawn in (len(KNOWN[name].home), len(KNOWN[name].home) - 1), name
         assert f"| `{name}` | ![{name}](robots/{name}.svg) |" in page

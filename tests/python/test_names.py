@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What a name may be is one rule, of the core: it holds for what Python names and for what only the core sees."""
+"""The core has one rule for valid names: it applies to names given in Python and to those seen only by the core."""
 
 import json
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Numbers of other libraries are numbers wherever a number is taken: calls, durations, values, ranges, poses, driver options."""
+"""Numbers of other libraries are accepted wherever a number is: calls, durations, values, ranges, poses, driver options."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from rig import Rig
 
 
 class Tensor:
-    """An array as PyTorch has it: no subclass of anything of NumPy's, and it cannot be gone through where it has no dimensions."""
+    """Array like PyTorch's: not a subclass of any NumPy class, and not iterable if it has no dimensions."""
 
     def __init__(self, data: Any) -> None:
         self.data = np.asarray(data)
@@ -37,7 +37,7 @@ class Tensor:
 
 
 class Frame:
-    """A table as pandas has it: to go through it gives names of columns."""
+    """Table like pandas': iterating over it yields the names of its columns."""
 
     ndim = 2
 
@@ -100,7 +100,7 @@ def test_arrays_tensors_and_tables_are_lists_of_numbers() -> None:
 
 
 class Series:
-    """A column as pandas has it: no sequence, with a length, numbers and labels."""
+    """Column like pandas': not a sequence, but with a length, numbers and labels."""
 
     ndim = 1
 

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Damaged and odd files of arms: each loads, or is refused with a sentence that names the file and the place that was damaged.
+"""Damaged and odd files of arms: each loads, or is refused with a sentence that names the file and the damaged place.
 
-40 files are tried, others each day, or as many as `OPENGPAC_ODD_FILES` says; `OPENGPAC_SEED` is the first seed.
+40 files are tried, different ones each day; `OPENGPAC_ODD_FILES` sets their number, `OPENGPAC_SEED` the first seed.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ FIRST = int(os.environ.get("OPENGPAC_SEED", datetime.date.today().toordinal() * 
 
 
 def installed(package: str, folder: str) -> Path:
-    """A folder of a package."""
+    """Returns a folder of an installed package."""
     return Path(str(metadata.distribution(package).locate_file(folder)))
 
 
@@ -47,7 +47,7 @@ VALUES = ["", "nan", "inf", "1e999", "fast", "-1", "0 0", "1 2 3 4 5 6 7", "ä",
 
 
 def turned(chance: random.Random, content: bytes) -> bytes:
-    """Some bytes are others."""
+    """Changes some bytes."""
     changed = bytearray(content)
     for _ in range(chance.randint(1, 5)):
         changed[chance.randrange(len(changed))] = chance.randrange(256)
@@ -55,32 +55,32 @@ def turned(chance: random.Random, content: bytes) -> bytes:
 
 
 def cut(chance: random.Random, content: bytes) -> bytes:
-    """The end is missing."""
+    """Cuts the end off."""
     return content[: chance.randrange(len(content))]
 
 
 def twice(chance: random.Random, content: bytes) -> bytes:
-    """A line stands there twice."""
+    """Repeats a line."""
     lines = content.splitlines(keepends=True)
     at = chance.randrange(len(lines))
     return b"".join([*lines[:at], lines[at], *lines[at:]])
 
 
 def without(chance: random.Random, content: bytes) -> bytes:
-    """A line is missing."""
+    """Removes a line."""
     lines = content.splitlines(keepends=True)
     del lines[chance.randrange(len(lines))]
     return b"".join(lines)
 
 
 def nonsense(chance: random.Random, content: bytes) -> bytes:
-    """An attribute has another value."""
+    """Changes the value of an attribute."""
     found = chance.choice([*re.finditer(rb'="([^"]*)"', content)])
     return content[: found.start(1)] + chance.choice(VALUES).encode() + content[found.end(1) :]
 
 
 def nested(chance: random.Random, content: bytes) -> bytes:
-    """Elements are nested deep."""
+    """Nests elements deeply."""
     depth, at = chance.choice([50, 500, 5000]), content.rindex(b"</")
     return content[:at] + b"<link>" * depth + b"</link>" * depth + content[at:]
 
@@ -97,13 +97,13 @@ READ = {
     ),
     ".srdf": (rb"<joint\b[^<>]*>", rb"value"),
 }
-"""By kind of file, the elements and attributes with numbers that are read."""
+"""Elements and attributes with numbers that are read, by kind of file."""
 BEYOND = ["nan", "inf", "-inf", "1e30", "-1e30"]
-"""Numbers that nothing has."""
+"""Numbers that no physical quantity has."""
 
 
 def beyond(chance: random.Random, content: bytes) -> bytes:
-    """A number is one that nothing has."""
+    """Sets a number beyond any physical value."""
     seen = re.sub(rb"<!--.*?-->", lambda comment: b" " * len(comment[0]), content, flags=re.DOTALL)
     tags, words = READ[".srdf" if b"<group" in seen else ".urdf" if b"<robot" in seen else ".xml"]
     values = [
@@ -118,14 +118,14 @@ def beyond(chance: random.Random, content: bytes) -> bytes:
 
 
 def hung(chance: random.Random, content: bytes) -> bytes:
-    """A joint of a URDF file joins other links: some on themselves, on two joints or in a circle."""
+    """Attaches a joint of a URDF file to other links: sometimes to itself, to two joints or in a cycle."""
     ends = [*re.finditer(rb'<(?:parent|child)\s+link="([^"]*)"', content)] or [*re.finditer(rb'<joint\b[^<>]*\bname="([^"]*)"', content)]
     changed, other = chance.choice(ends), chance.choice(ends)
     return content[: changed.start(1)] + other[1] + content[changed.end(1) :]
 
 
 def led(chance: random.Random, content: bytes) -> bytes:
-    """A joint of a URDF file follows another one, itself, or one that is not there."""
+    """Makes a joint of a URDF file follow another one, itself, or one that does not exist."""
     names = re.findall(rb'<joint\b[^<>]*\bname="([^"]*)"', content)
     ends = [*re.finditer(rb"<child\b[^<>]*/>", content)]
     if not names or not ends:
@@ -139,13 +139,13 @@ CODECS = ["utf-16", "utf-16-le", "utf-16-be", "utf-32", "utf-8-sig", "latin-1", 
 
 
 def spelled(chance: random.Random, content: bytes) -> bytes:
-    """A number is written as programs write it, and XML does not know it."""
+    """Writes a number in a notation of programming languages that XML does not have."""
     found = chance.choice([*re.finditer(rb'="\s*(' + NUMBER + rb")[\s\"]", content)])
     return content[: found.start(1)] + chance.choice(SPELLINGS).encode() + content[found.end(1) :]
 
 
 def referring(chance: random.Random, content: bytes) -> bytes:
-    """An attribute refers to an entity: one that nobody declared, one of another file, or one that grows without end."""
+    """Inserts a reference to an entity: an undeclared one, one of another file, or one that expands without limit."""
     found = chance.choice([*re.finditer(rb'="([^"]*)"', content)])
     named = chance.choice([b"nobody", b"outside", b"grown", b"#0", b"#x110000", b"amp"])
     changed = content[: found.start(1)] + b"&" + named + b";" + content[found.end(1) :]
@@ -156,7 +156,7 @@ def referring(chance: random.Random, content: bytes) -> bytes:
 
 
 def encoded(chance: random.Random, content: bytes) -> bytes:
-    """The text is in another encoding, and says so, says another or none."""
+    """Changes the encoding of the text, with a declaration that is right, wrong or missing."""
     text = re.sub(r"<\?xml[^>]*\?>", "", content.decode()).lstrip()
     codec = chance.choice(CODECS)
     said = chance.choice([codec, codec, "", "utf-8", "utf-16", "nothing", "rot13", "idna", "ascii"])
@@ -165,20 +165,20 @@ def encoded(chance: random.Random, content: bytes) -> bytes:
 
 
 def longer(chance: random.Random, content: bytes) -> bytes:
-    """An attribute is a megabyte long: a name, or a number with as many digits."""
+    """Makes an attribute a megabyte long: a name, or a number with that many digits."""
     found = chance.choice([*re.finditer(rb'="([^"]*)"', content)])
     filling = chance.choice([b"a", b"0", b"9", b"1 ", b"-", "ä".encode()])
     return content[: found.start(1)] + filling * 1_000_000 + content[found.end(1) :]
 
 
 def many(chance: random.Random, content: bytes) -> bytes:
-    """An element stands there some thousand times."""
+    """Repeats an element some thousand times."""
     found = chance.choice([*re.finditer(rb"<(\w+)\b[^<>]*/>", content)])
     return content[: found.end()] + found[0] * chance.choice([2, 100, 3000]) + content[found.end() :]
 
 
 def moved(chance: random.Random, content: bytes) -> bytes:
-    """An element stands at another place."""
+    """Moves an element."""
     found = [*re.finditer(rb"<(\w+)\b[^<>]*/>", content)]
     taken, place = chance.choice(found), chance.choice(found)
     (first, last), at = taken.span(), place.end()
@@ -188,7 +188,7 @@ def moved(chance: random.Random, content: bytes) -> bytes:
 
 
 def renamed(chance: random.Random, content: bytes) -> bytes:
-    """An element or attribute has another name, or an attribute is missing or stands there twice."""
+    """Renames an element or attribute, or removes or repeats an attribute."""
     found = chance.choice([*re.finditer(rb'\s(\w+)="[^"]*"', content)])
     tag = chance.choice([*re.finditer(rb"<(\w+)\b[^<>]*/>", content)])
     changes = [
@@ -229,11 +229,11 @@ DAMAGES: list[Callable[[random.Random, bytes], bytes]] = [
 
 
 SYNTAX = re.compile(r"not XML|XML [Pp]arse|XML_ERROR|is no text|UTF-8")
-"""An error of the XML itself, which shows where it is read, not where it was made: at the damage or behind it."""
+"""Pattern of errors of the XML itself, reported where they are noticed: at the damage or after it."""
 
 
 def lines_changed(original: list[str], content: list[str]) -> set[int]:
-    """The lines of a damaged file that are not those of the original, counted from 1; where one is missing, those around it."""
+    """Returns the lines of a damaged file that differ from the original, counted from 1; for a missing line its neighbours."""
     if len(original) == len(content):
         return {number for number, pair in enumerate(zip(original, content, strict=True), 1) if pair[0] != pair[1]}
     same = next(
@@ -246,7 +246,7 @@ def lines_changed(original: list[str], content: list[str]) -> set[int]:
 
 
 def names_near(lines: list[str], changed: set[int]) -> set[str]:
-    """The values and names of attributes in these lines, and the name of the element around them."""
+    """Returns the values and names of attributes in these lines, and the name of the element around them."""
     found: set[str] = set()
     for number in changed:
         for tag, value in re.findall(r"""([\w:]+)\s*=\s*["']([^"'<>]+)""", " ".join(lines[max(0, number - 1) : number])):
@@ -257,11 +257,11 @@ def names_near(lines: list[str], changed: set[int]) -> set[str]:
 
 
 def names_the_place(said: str, original: str, content: str) -> bool:
-    """Whether a sentence names a damaged line, or a name that stands in one or around it."""
+    """Returns whether a sentence names a damaged line, or a name in or around one."""
     before, after = original.split("\n"), content.split("\n")
     changed = lines_changed(before, after)
     told = {int(number) for number in re.findall(r":(\d+):|[Ll]ine (?:number=)?(\d+)", said) for number in number if number}
-    # A comment without an end is told where it begins.
+    # An unterminated comment is reported at its beginning.
     if "unclosed token" in said and any(number <= max(changed) for number in told):
         return True
     if told & changed or (SYNTAX.search(said) and any(number >= min(changed) for number in told)):

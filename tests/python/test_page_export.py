@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The page's export as MCAP is read by `open_recording`, as a recording is. The file is written by studio's `files.test.ts`."""
+"""The page's MCAP export can be read by `open_recording`, like a recording. The file is written by studio's `files.test.ts`."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Pictures of graphs and verbs: what is in them, that nothing overlaps, and that they are the same each time."""
+"""Pictures of graphs and verbs: their contents, no overlaps, and the same result each time."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ def parsed(picture: str) -> Element:
 
 
 def of(picture: Element, what: str) -> dict[str, Element]:
-    """The elements of one kind, by what they stand for."""
+    """Returns the elements of one kind, by the object that each represents."""
     return {e.attrib[f"data-{what}"]: e for e in picture.iter() if f"data-{what}" in e.attrib}
 
 
@@ -31,7 +31,7 @@ def words(element: Element) -> list[str]:
 
 
 def extent(element: Element) -> tuple[float, float, float, float]:
-    """Of the last box in it, which is drawn over the others: left, top, right, bottom."""
+    """Returns left, top, right and bottom of the last box in an element, which is drawn over the others."""
     box = max((e for e in element.iter() if e.tag.endswith("}rect")), key=lambda e: float(e.attrib["height"]))
     x, y, width, height = (float(box.attrib[name]) for name in ("x", "y", "width", "height"))
     return x, y, x + width, y + height

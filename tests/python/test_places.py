@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Every refusal names a line of the program, whatever stands between it and what refuses: this file, with the value that was refused."""
+"""Every refusal names a line of the program, whatever is between the program and the refusal: this file, with the refused value."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from opengpac.cell import DigitalInput, DigitalOutput
 
 
 def place_of(call: Callable[[], Any], line: str, kind: type[gpac.Error] = gpac.Error) -> gpac.Error:
-    """The error of a call, which names the line with that text."""
+    """Returns the error of a call, which names the line with that text."""
     with pytest.raises(kind) as caught:
         call()
     lines = inspect.getsource(inspect.getmodule(place_of)).splitlines()  # type: ignore[arg-type]
@@ -104,7 +104,7 @@ def test_a_refusal_names_the_value_and_whose_it_is(cell: gpac.System, refused: C
 
 
 def test_a_remedy_holds_that_is_followed() -> None:
-    """What a message says to write is written as it stands there."""
+    """The text that a message recommends works as it is written."""
 
     def cycle(**more: Any) -> gpac.Graph:
         cells = {"x": ["a.y", "b.u"], "z": ["b.y", "a.u"]}

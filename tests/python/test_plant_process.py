@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A plant in a process of its own: commanded like one in place, and there when who commanded it is not."""
+"""A plant in a process of its own: commanded like a local one, and alive after its commander has exited."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ os.kill(os.getpid(), signal.SIGKILL)
 
 
 def pushed(cell: gpac.System, driver: gpac.drivers.Driver) -> Any:
-    """Pushes a part of a loopback plant until it is far."""
+    """Pushes a part of a loopback plant until it has moved far."""
     rtp = cell.processor("rtp0")
     fast = rtp.timer("fast", period="2 ms", priority=80)
     drives = rtp.physical_device("drives", driver, exchange=fast)
@@ -48,7 +48,7 @@ def pushed(cell: gpac.System, driver: gpac.drivers.Driver) -> Any:
 
 
 def state(name: str) -> dict[str, Any] | None:
-    """How the plant of that name is."""
+    """Returns the state of the plant of that name."""
     text = _native.plant_state(name)
     return None if text is None else json.loads(text)
 

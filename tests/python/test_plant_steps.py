@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A simulated arm whose time step is not the period of its servo, and one whose joint bears joints that follow it."""
+"""A simulated arm whose time step differs from its servo's period, and one whose joint bears joints that follow it."""
 
 from __future__ import annotations
 
@@ -32,13 +32,13 @@ def test_a_joint_is_read_where_it_is_at_the_release(tmp_path: Path, step_ms: flo
         gpac.motion.move_absolute(arm, [3.0], speed=1.0)
         sensed = arm[0].sensed.history[:]
         positions = sensed["value"][sensed["time"] > start]
-        # At 1 rad/s a position that is 1 ms old is 1e-3 rad behind; 5 rad/s^2 are 5e-6 rad in one period and 5e-5 rad in 7 ms.
+        # At 1 rad/s a position that is 1 ms old lags by 1e-3 rad; 5 rad/s^2 are 5e-6 rad in one period and 5e-5 rad in 7 ms.
         assert np.abs(np.diff(positions, 2)).max() < 1e-4, "it moves from reading to reading as it moves"
         assert abs(positions[-1] - 3.0) < 1e-3
 
 
 def test_a_motor_bears_what_follows_its_joint(tmp_path: Path) -> None:
-    """The third finger follows the second, and that the first. Their bodies are trees of their own."""
+    """The third finger follows the second, and that follows the first. Their bodies are separate trees."""
     bodies = "".join(FINGER.format(at=mass, name=name, mass=mass) for name, mass in (("first", 1), ("second", 3), ("third", 2)))
     (tmp_path / "fingers.xml").write_text(FINGERS.format(bodies=bodies))
     with gpac.System("cell", clock="virtual") as cell:
@@ -49,7 +49,7 @@ def test_a_motor_bears_what_follows_its_joint(tmp_path: Path) -> None:
         gains = cell.physical_devices["fingers"]["first"].about["decoupled"]
         assert abs(gains["kd"] ** 2 / (4.0 * gains["kp"]) - (1 + 2**2 * 3 + 2**2 * 2)) < 1e-9, "its gains are for the mass of all"
         cell.advance("50 ms")
-        # Left to the constraint, the weight of the others would press it down before its integral part is there.
+        # If left to the constraint, the weight of the others would press it down before its integral part has built up.
         assert abs(arm[0].sensed.value) < 1e-5
         gpac.motion.move_absolute(arm, [0.2])
         assert abs(arm[0].sensed.value - 0.2) < 1e-4

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""An arm whose drives take positions: every motion is as with one whose servos run here, and nothing leaps."""
+"""An arm whose drives take positions: every motion is the same as with servos that run here, and no position jumps."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ def arm() -> Iterator[gpac.robots.Arm]:
 
 
 def commanded_steps(joint: gpac.robots.Joint) -> np.ndarray:
-    """By how much the joint's reference moved in each invocation of its follower."""
+    """Returns the step of the joint's reference in each invocation of its follower."""
     return np.abs(np.diff(joint.reference.history[:]["value"]))
 
 
@@ -74,7 +74,7 @@ def test_a_slower_timer_runs_the_followers_at_its_pace() -> None:
 
 
 def drive(period: str = "1 ms", **options: Any) -> gpac.PhysicalDevice:
-    """A loopback device with a part `x`."""
+    """Returns a loopback device with a part `x`."""
     rtp = gpac.System("axes", clock="virtual").processor("rtp0")
     return rtp.physical_device("line", gpac.drivers.loopback("x", **options), exchange=rtp.timer("fast", period, 80))
 

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Ranges: every value that a program gives is looked at before anything moves. All that a library block, a device type and a motion
-verb declare is walked: what is no number, infinite, negative where that is impossible, or of another unit is refused in words."""
+"""Ranges: every value from a program is checked before anything moves. All declarations of library blocks, device types and motion verbs
+are covered: values that are not numbers, infinite, negative where that is impossible, or of another unit are refused with a message."""
 
 from __future__ import annotations
 
@@ -28,25 +28,25 @@ NOT_FINITE = [math.nan, math.inf, -math.inf]
 
 
 def blocks() -> list[Block]:
-    """All blocks of the library."""
+    """Returns all blocks of the library."""
     found = [getattr(lib, name) for name in dir(lib)]
     return [block for block in found if isinstance(block, Block)]
 
 
 def ranged_items() -> list[tuple[Block, Item]]:
-    """Parameters, presets and defaulted inputs of library blocks that are numbers."""
+    """Returns the parameters, presets and defaulted inputs of library blocks that are numbers."""
     is_given = lambda item: item.kind == "parameter" or (item.kind == "input" and item.has_default)  # noqa: E731
     return [(b, item) for b in blocks() for item in b.items.values() if is_given(item) and NUMBER.fullmatch(item.type)]
 
 
 def ends(text: str) -> tuple[float, float, bool]:
-    """Minimum and maximum of a range, and whether the minimum itself is excluded."""
+    """Returns minimum and maximum of a range, and whether the minimum itself is excluded."""
     least, most = text[1:-1].split(",")
     return float(least), float(most), text[0] == "("
 
 
 def used(block: Block, item: Item, value: Any) -> gpac.Graph:
-    """A graph with the block, given this constant."""
+    """Returns a graph that uses the block with this constant."""
     given = [value] if "[" in item.type or item.sized else value
     sizes = {i.name: 1 for i in block.items.values() if i.kind == "size"}
     inputs = {i.name: f"b.{i.name}" for i in block.items.values() if i.kind == "input" and i.name != item.name}
@@ -61,7 +61,7 @@ def test_every_number_that_a_library_block_is_given_has_a_range() -> None:
 
 
 NO_LIMIT = {"library.motion_generator.fastest"}
-"""Defaults outside the range that mean no limit: only what a program gives is checked."""
+"""Defaults outside the range that mean no limit: only values from a program are checked."""
 
 
 def test_defaults_are_within_their_ranges() -> None:
@@ -262,7 +262,7 @@ INPUTS: Calls = {
 }
 
 SIGNED = ("move_absolute goal", "move_relative", "move_velocity", "move_linear x", "pose x")
-"""What may be negative."""
+"""Values that may be negative."""
 
 
 @pytest.mark.parametrize("value", [*NOT_FINITE, 1e300, "nan", "inf s", "1 kg.m2.A", None, 1j], ids=str)
@@ -415,7 +415,7 @@ WHOLE_NUMBERS: dict[str, Callable[[gpac.System, int], Any]] = {
     "the sequence number from which the log is asked for is {}; give": lambda cell, n: cell.log(n),
     "the number of invocations of a trial is {}; give": lambda _, n: lib.block("gain").run(steps=n, u=1.0),
 }
-"""Calls with a whole number, and how the refusal of one that is out of range begins."""
+"""Calls with an integer, and the beginning of the refusal of one out of range."""
 
 
 @pytest.mark.parametrize("said", WHOLE_NUMBERS)

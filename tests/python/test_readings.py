@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Readings of what is off, lost or not yet read are refused where they would be used, and a simulated arm brakes as a machine does."""
+"""Readings of a device that is off, lost or not yet read are refused where they would be used, and a simulated arm brakes like a real
+one."""
 
 from __future__ import annotations
 
@@ -14,7 +15,7 @@ import opengpac as gpac
 
 @pytest.fixture
 def arm() -> Iterator[gpac.robots.Arm]:
-    """A UR5e under the virtual clock, not enabled."""
+    """Yields a UR5e under the virtual clock, not enabled."""
     made = gpac.robots.load("ur5e", clock="virtual")
     with made.system:
         yield made
@@ -80,7 +81,7 @@ def test_an_emergency_stop_brakes_a_simulated_arm_within_the_efforts_of_its_driv
         arm.system.advance("1 ms")
         places.append(arm.system.read(pan)[0])
     steps = np.diff(places)
-    # 150 N.m slow the arm down within some ms, not at once, and never turn it round; then its brake holds it.
+    # 150 N.m slow the arm down within some ms, not at once, and never reverse it; then its brake holds it.
     assert steps[1] > 0.5e-3
     assert (steps >= 0.0).all() and (np.diff(steps) <= 1e-9).all()
     assert (steps[100:] == 0.0).all()

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What `make run` and `make test` say of a machine that lacks something, and install there: packaging/ready, beside tools of a test."""
+"""Output and installations of `make run` and `make test` on a machine that lacks something: packaging/ready, with the test's own tools."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ GOOD = {
 
 
 class Machine:
-    """A machine with these tools alone, each a line of sh; what they are told to do stands in its log."""
+    """Machine with only these tools, each a line of sh; their arguments are in its log."""
 
     def __init__(self, folder: Path, **tools: str | None) -> None:
         self.root = folder / "project"

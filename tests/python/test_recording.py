@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Recordings: every value comes back, what ends a recording, what is refused; the commands `record` and `plot`."""
+"""Recordings: every value can be read back; ends of recordings, refusals; the commands `record` and `plot`."""
 
 from __future__ import annotations
 
@@ -192,7 +192,7 @@ def test_a_checked_program_reads_back_what_it_would_have_recorded(
     assert told[0].startswith("0 firings, every value as it was recorded; nothing ran: the program is only checked")
     assert "2 SVVs and cells, 0 values, nothing lost (0, 6) rad 0 [] {}" in told[1] and told[2] == "['level']"
     assert not Path("run.mcap").exists()
-    # What a run would refuse is refused.
+    # The check refuses the same as a run.
     program.write_text(READS_BACK.format(svvs=["joint.*"], replay=False))
     assert cli.main(["check", str(program)]) == 1
     told = capsys.readouterr().err
@@ -220,7 +220,7 @@ def test_a_daemon_records_in_its_folder_or_refuses(tmp_path: Path) -> None:
 
 
 def test_the_metadata_of_a_recording_for_a_replay_has_the_hardware(tmp_path: Path) -> None:
-    """It begins before there is any."""
+    """The recording begins before there is any."""
     with gpac.System("cell", clock="virtual") as cell:
         recording = cell.record(tmp_path / "run.mcap", replay=True)
         fast = cell.processor("rtp0").timer("fast", period="1 ms", priority=80)
@@ -233,7 +233,7 @@ def test_the_metadata_of_a_recording_for_a_replay_has_the_hardware(tmp_path: Pat
 
 
 def test_alarms_are_recorded_at_the_time_at_which_they_came(tmp_path: Path) -> None:
-    """The recorder looks now and then in real time, in which a virtual minute may go by."""
+    """The recorder polls in real time, in which a virtual minute may pass."""
     from mcap import reader
 
     path = tmp_path / "alarms.mcap"
@@ -253,7 +253,7 @@ def test_alarms_are_recorded_at_the_time_at_which_they_came(tmp_path: Path) -> N
 
 
 def messages_of(path: Path) -> dict[str, list[tuple[int, float]]]:
-    """Times in ns and values of the SVVs of a sound file, as the package `mcap` reads it."""
+    """Returns times in ns and values of the SVVs of an intact file, as the package `mcap` reads it."""
     from mcap import reader
 
     found: dict[str, list[tuple[int, float]]] = {}
@@ -265,7 +265,7 @@ def messages_of(path: Path) -> dict[str, list[tuple[int, float]]]:
 
 
 def chunks_of(path: Path) -> list[tuple[range, int, int]]:
-    """Place, first and last time of each chunk of a sound file, as the package `mcap` reads its summary."""
+    """Returns place, first and last time of each chunk of an intact file, as the package `mcap` reads its summary."""
     from mcap import reader
 
     with open(path, "rb") as file:
@@ -279,7 +279,7 @@ def chunks_of(path: Path) -> list[tuple[range, int, int]]:
 
 
 TURNED = int(os.environ.get("OPENGPAC_TURNED", "60"))
-"""How many damaged recordings are read."""
+"""Number of damaged recordings that are read."""
 
 
 def test_a_damaged_recording_has_everything_but_the_chunks_that_were_hit(cell: gpac.System, tmp_path: Path) -> None:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What the real-time system refuses reaches a user as an exception of this package: each call of the binding is in `with refusals:`."""
+"""Refusals of the real-time system reach a user as exceptions of this package: each call of the binding is inside `with refusals:`."""
 
 from __future__ import annotations
 
@@ -28,11 +28,11 @@ CANNOT_REFUSE = {
     "source_endings",
     *(f"pose_{name}" for name in ("of", "of_rpy", "rpy", "then", "point", "inverse", "between")),
 }
-"""Calls of the binding that give what it holds, or compute with numbers, and take nothing that could be refused."""
+"""Calls of the binding that return stored values or compute with numbers, and take no argument that could be refused."""
 
 
 def is_binding(value: ast.expr, aliases: set[str]) -> bool:
-    """Whether an expression is the binding, or a system of it."""
+    """Returns whether an expression is the binding, or a system of it."""
     match value:
         case ast.Name(id=name):
             return name == "_native" or name in aliases
@@ -44,7 +44,7 @@ def is_binding(value: ast.expr, aliases: set[str]) -> bool:
 
 
 def converted(node: ast.AST) -> bool:
-    """Whether a statement turns refusals into exceptions."""
+    """Returns whether a statement converts refusals into exceptions."""
     match node:
         case ast.With(items=items):
             return any("refusals" in ast.unparse(item.context_expr) or "Refused" in ast.unparse(item.context_expr) for item in items)
@@ -54,7 +54,7 @@ def converted(node: ast.AST) -> bool:
 
 
 def bare(node: ast.AST, aliases: set[str], inside: bool) -> Iterator[ast.Call]:
-    """The calls of the binding below `node` whose refusals nobody converts."""
+    """Yields the calls of the binding below `node` whose refusals are not converted."""
     match node:
         case ast.FunctionDef() | ast.AsyncFunctionDef() | ast.Lambda():
             inside = inside and isinstance(node, ast.Lambda)
@@ -68,7 +68,7 @@ def bare(node: ast.AST, aliases: set[str], inside: bool) -> Iterator[ast.Call]:
 
 
 def calls(text: str) -> list[str]:
-    """Those of a program, as text."""
+    """Returns the unconverted calls of a program, as text."""
     return [ast.unparse(call) for call in bare(ast.parse(text), set(), False)]
 
 

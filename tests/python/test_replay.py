@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A recorded run is run again, without its program: the same values, a condition to stop at, the first difference of other code."""
+"""A recorded run is replayed without its program: the same values, a condition to stop at, the first difference with other code."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ FUNCTION_BLOCK(reader, "What is newest.",
 
 @pytest.fixture
 def record(tmp_path: Path) -> Path:
-    """A record of 100 ms of a counter in C whose count another source reads."""
+    """Returns a record of 100 ms of a counter in C whose count another source reads."""
     source = tmp_path / "counting.c"
     source.write_text(_BLOCK.format(jump=""))
     path = tmp_path / "run.mcap"
@@ -97,7 +97,7 @@ def test_the_command_says_what_was_found(record: Path, capsys: pytest.CaptureFix
 def test_native_code_out_of_a_file_runs_only_where_it_is_trusted(
     record: Path, capfd: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """The record's module is opened nowhere before: what a file brings is listed by its bytes."""
+    """The record's module was never opened before: modules from a file are listed by their bytes."""
     [brought] = json.loads(_native.replay_modules(str(record)))
     assert brought["name"] == "counting" and brought["len"] > 1000 and len(brought["sha256"]) == 64
     for trust in (False, (), ["0" * 64]):

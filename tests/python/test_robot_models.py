@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What is taken from models of arms: the tool of each of two in one world, limits of speed, URDF, the tip of a tool."""
+"""Data taken from models of arms: the tool of each of two in one world, limits of speed, URDF, the tip of a tool."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ TOOL = """<mujoco><compiler angle="radian"/><worldbody><body name="pin">
 
 
 def written(folder: Path, name: str, text: str) -> Path:
-    """A file of that text."""
+    """Writes a file with that text."""
     (folder / name).write_text(text)
     return folder / name
 
@@ -118,7 +118,7 @@ def test_a_tool_without_a_tip_leaves_the_flange(tmp_path: Path) -> None:
 
 
 def test_a_model_that_mujoco_does_not_survive_is_refused_and_everything_goes_on(tmp_path: Path) -> None:
-    """Sizes that no memory holds end the process in which MuJoCo reads them: that is not this one."""
+    """Sizes too large for memory crash the process in which MuJoCo reads them, which is not this one."""
     file = written(tmp_path, "arm.xml", TWO_ARMS.replace("<worldbody>", '<size nuser_body="2000000000"/><worldbody>'))
     with gpac.System("goes-on", clock="virtual") as cell:
         rtp = cell.processor("rtp0")

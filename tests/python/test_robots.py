@@ -18,7 +18,7 @@ TOOL = """<mujoco><compiler angle="radian"/><worldbody><body name="probe"><joint
 
 @pytest.fixture
 def folder(tmp_path: Path) -> Path:
-    """A folder with a tool of one joint."""
+    """Returns a folder with a tool of one joint."""
     (tmp_path / "tool.xml").write_text(TOOL)
     return tmp_path
 

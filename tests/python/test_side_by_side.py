@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Tests that run side by side: each once, those that have to be alone at the end, and one that kills its process fails alone."""
+"""Parallel tests: each runs once, `alone` ones at the end, and a test that kills its process fails alone."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ COMMAND = [sys.executable, "-m", "pytest", "-p", "side_by_side", "-p", "no:cache
 
 
 def environment() -> dict[str, str]:
-    """The environment of a run of its own: with the plugin, without those of installed packages."""
+    """Returns the environment of a separate run: with the plugin, without those of installed packages."""
     outside = {key: value for key, value in os.environ.items() if not key.startswith("PYTEST")}
     return {**outside, "PYTHONPATH": str(RUNNING), "PYTEST_DISABLE_PLUGIN_AUTOLOAD": "1"}
 
@@ -167,7 +167,7 @@ def test_it(n):
 
 @pytest.mark.parametrize("signal_number", [signal.SIGINT, signal.SIGKILL])
 def test_an_interrupted_run_leaves_no_worker(tmp_path: Path, signal_number: int) -> None:
-    """By Ctrl-C what was set up is cleaned up; where the first process is killed, each worker ends with its test."""
+    """Ctrl-C cleans up all fixtures; if the first process is killed, each worker ends with its test."""
     (tmp_path / "pytest.ini").write_text("[pytest]\n")
     (tmp_path / "test_it.py").write_text(WAITS if signal_number == signal.SIGINT else WAITS.replace("600", "0.5"))
     with subprocess.Popen(COMMAND, cwd=tmp_path, env=environment(), stdout=subprocess.PIPE, text=True) as started:

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """SRDF files and `ros2_control` tags of URDF files: groups, states, passive joints, pairs that do not collide, interfaces and limits.
 
-The whole robots are those of example-robot-data, with the SRDF files that their makers wrote.
+The complete robots are those of example-robot-data, with their makers' SRDF files.
 """
 
 from __future__ import annotations
@@ -66,7 +66,7 @@ SEMANTICS = """<robot name="two">
 
 @pytest.fixture
 def body(tmp_path: Path) -> Path:
-    """A trunk with two arms, a hand and a caster, and its SRDF file beside it."""
+    """Returns a trunk with two arms, a hand and a caster, with its SRDF file beside it."""
     (tmp_path / "two.srdf").write_text(SEMANTICS)
     file = tmp_path / "two.urdf"
     file.write_text(BODY.format(""))
@@ -75,7 +75,7 @@ def body(tmp_path: Path) -> Path:
 
 @pytest.fixture
 def quiet() -> Iterator[None]:
-    """What is put right in the files of example-robot-data is not what these tests are about."""
+    """Silences the notes about corrected files of example-robot-data, which these tests do not concern."""
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
         yield
@@ -337,7 +337,7 @@ WHOLE: dict[str, dict[str, Any]] = {
         "states": {"tuck_left_arm"},
     },
 }  # fmt: skip
-"""Robots whose SRDF files their makers wrote; `home` is that of the fourth joint."""
+"""Robots with SRDF files by their makers; `home` is the position of the fourth joint."""
 
 
 @pytest.mark.usefixtures("quiet")
@@ -361,7 +361,7 @@ def test_a_group_of_a_whole_robot_holds_at_its_state_and_moves(name: str) -> Non
 
 @pytest.mark.usefixtures("quiet")
 def test_every_srdf_file_of_the_package_is_read() -> None:
-    """Each beside the URDF files of its robot: no traceback, and groups where the file has some."""
+    """Each is read beside the URDF files of its robot: no traceback, and groups if the file has some."""
     read = 0
     for file in sorted(ROBOTS.glob("*/srdf/*.srdf")):
         arms = [*sorted(file.parents[1].glob("*/*.urdf"))]

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A verb that was told to end begins no further work: chains, parallel parts and recovery branches, and random compositions of them.
+"""A verb that was ended begins no further work: chains, parallel parts and recovery branches, and random compositions of them.
 
-The random compositions rotate with the day; a failure names its seed, and `OPENGPAC_COMPOSITIONS_FROM=seed OPENGPAC_COMPOSITIONS=1` runs
-that one again.
+The random compositions vary with the day; a failure names its seed, and `OPENGPAC_COMPOSITIONS_FROM=seed OPENGPAC_COMPOSITIONS=1`
+runs that one again.
 """
 
 from __future__ import annotations
@@ -126,13 +126,13 @@ def test_parts_that_run_until_all_have_ended_end_what_runs_beside_them(rig: Rig)
 
 
 COMPOSITIONS = 130
-"""Compositions of each mapping, each of which ends in four ways: 1,000 ends in all."""
+"""Number of compositions for each mapping, each of which is ended in four ways: 1,000 ends in all."""
 CLOSED = 20
-"""Compositions whose system is closed."""
+"""Number of compositions whose system is closed."""
 
 
 def seeds(count: int, offset: int = 0) -> range:
-    """So many seeds of today; or as many as are asked for, from the one that is."""
+    """Returns `count` seeds of today; or the number set in the environment, from the seed set there."""
     first = int(os.environ.get("OPENGPAC_COMPOSITIONS_FROM", datetime.date.today().toordinal() * 100_000 + offset))
     asked = int(os.environ.get("OPENGPAC_COMPOSITIONS", "0"))
     return range(first, first + (max(1, asked * count // COMPOSITIONS) if asked else count))
@@ -152,7 +152,7 @@ def test_nothing_begins_in_any_composition_that_was_told_to_end(rig: Rig, reques
 
 
 def test_parts_that_go_on_together_where_a_halt_leads_one_of_them_are_refused(rig: Rig) -> None:
-    """Their next lists are one: at a halt of the recovery the work of the other part would begin with it."""
+    """Their next lists are combined: at a halt of the recovery the work of the other part would begin with it."""
     chain = gpac.compose("chain", leaf(rig, 0, brakes=False) >> leaf(rig, 1, brakes=False))
     parts = {"a": leaf(rig, 2, brakes=False), "r": leaf(rig, 3, brakes=False)}
     recovery = gpac.compose("recovery", parts, transitions={("a", None): "r", ("a", "halted"): "r"})
@@ -162,7 +162,7 @@ def test_parts_that_go_on_together_where_a_halt_leads_one_of_them_are_refused(ri
 
 @pytest.mark.parametrize("seed", [910000130, 910000703, 910001577, 910005618])
 def test_what_follows_a_part_without_a_normal_end_of_its_own_begins_at_no_halt(rig: Rig, seed: int) -> None:
-    """The one way to a normal end is a list that the halt leads to: here the next part is no work, and was taken for an ending."""
+    """The only path to a normal end is a list that a halt leads to: here the next part is not work, and was mistaken for an ending."""
     trial = drawn_trial(rig, of_svvs(rig), seed)
     assert trial is not None
     trial.try_ends(("halt", "time_limit", "suspended", "halt"))

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""`opengpac stubs`: a type checker knows the calls of verbs that were made from dictionaries."""
+"""`opengpac stubs`: a type checker checks the calls of verbs that were made from dictionaries."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Tables of what there is: printed, in a notebook, and by rich; the plain repr stays what it was."""
+"""Tables of existing objects: printed, in a notebook, and by rich; the plain repr is unchanged."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ def cell() -> Iterator[gpac.System]:
 
 
 class Axis(gpac.LogicalDevice):
-    """An axis without a verb."""
+    """Axis without a verb."""
 
     sensed: gpac.SVV[float] = gpac.svv(unit="rad")
     speed = gpac.parameter(1.5, unit="rad/s", tunable=True)
@@ -42,14 +42,14 @@ def wave() -> gpac.Verb[..., Any]:
 
 
 def printed(thing: Any) -> str:
-    """What rich prints of it, on a wide sheet."""
+    """Returns the output of rich on a wide page."""
     sheet = io.StringIO()
     Console(file=sheet, width=200).print(thing)
     return sheet.getvalue()
 
 
 def cells(thing: Any) -> list[list[str]]:
-    """The rows of its tables in a notebook."""
+    """Returns the rows of an object's tables in a notebook."""
     html = f"<div>{thing._repr_html_()}</div>"
     return [["".join(cell.itertext()) for cell in row] for row in ElementTree.fromstring(html).iter("tr")]
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""No test is left out by a manifest: where one says `test = false`, its sources hold none."""
+"""No manifest excludes tests: the sources of a target with `test = false` contain none."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ MARKS = ("#[test]", "#[tokio::test", "proptest!")
 
 
 def sources(crate: Path, target: dict[str, Any], of: str) -> list[Path]:
-    """The sources of a library, or those of a program that no library of the crate has."""
+    """Returns the sources of a library, or those of a program that no library of the crate contains."""
     if of == "lib":
         return [*(crate / target.get("path", "src/lib.rs")).parent.rglob("*.rs")]
     return [crate / target.get("path", f"src/bin/{target['name']}.rs")]

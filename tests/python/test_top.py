@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""`opengpac top`: against a real daemon, on a terminal and without one; and what two looks tell."""
+"""`opengpac top`: against a real daemon, on a terminal and without one; and the differences between two samples."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ def wave() -> gpac.Verb[..., Any]:
 
 @pytest.fixture
 def daemon(tmp_path: Path) -> Iterator[Daemon]:
-    """A daemon in which a verb runs, in real time."""
+    """Yields a daemon in which a verb runs, in real time."""
     served = Daemon(tmp_path, "monotonic")
     try:
         with gpac.connect(served.url) as cell:
@@ -71,7 +71,7 @@ def test_as_json_it_has_loads_rates_and_block_times(daemon: Daemon) -> None:
 
 
 def _read_until(terminal: int, wanted: str, seen: str = "") -> str:
-    """What the terminal shows, without its colours, until `wanted` is there."""
+    """Returns the terminal's output, without its colours, up to `wanted`."""
     while wanted not in (plain := re.sub(r"\x1b\[[0-9;?]*[A-Za-z]", "", seen)):
         assert select.select([terminal], [], [], PATIENCE_S)[0], f"'{wanted}' does not come: {plain[-2000:]}"
         seen += os.read(terminal, 65536).decode(errors="replace")
@@ -135,7 +135,7 @@ def test_daemons_of_this_user_are_found_by_name(
     assert "this user runs no daemon; start one with opengpac rts" in capsys.readouterr().err
     served = Daemon(folder)
     try:
-        # What a killed daemon leaves behind is none.
+        # A socket left behind by a killed daemon does not count as one.
         (folder / "dead.sock").touch()
         assert url_of(None, None) == url_of("cell", None) == url_of(None, "cell") == served.url
         assert url_of("http://127.0.0.1:1", None) == "http://127.0.0.1:1"

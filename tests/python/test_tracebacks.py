@@ -69,7 +69,7 @@ def _as_a_user(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def told(folder: Path, text: str, *words: str, **environment: str) -> str:
-    """What a program that ends by an exception writes."""
+    """Returns the output of a program that ends by an exception."""
     program = folder / "program.py"
     program.write_text(text)
     run = subprocess.run(
@@ -80,7 +80,7 @@ def told(folder: Path, text: str, *words: str, **environment: str) -> str:
 
 
 def lines_of(told: str, file: str) -> list[int]:
-    """The lines of a file that a traceback names, outermost first."""
+    """Returns the lines of a file that a traceback names, outermost first."""
     return [int(line) for found, line in re.findall(r'File "([^"]+)", line (\d+)', told) if found.endswith(file)]
 
 
@@ -147,7 +147,7 @@ def configure():
 
 
 def in_a_notebook(*, full: bool) -> str:
-    """What a cell shows that ends by a refusal."""
+    """Returns the output of a cell that ends by a refusal."""
     cells = [nbformat.v4.new_code_cell(text) for text in ("%env OPENGPAC_TRACEBACK=" + ("full" if full else ""), CELL, "configure()")]
     notebook = nbformat.v4.new_notebook(cells=cells)
     with pytest.raises(CellExecutionError):

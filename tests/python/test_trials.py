@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A trial of a block, `block.run(…)`, under the guard that firings have; and C++ exceptions, a fault of their block everywhere."""
+"""A trial of a block, `block.run(…)`, under the same protection as firings; and C++ exceptions, which are faults of their block
+everywhere."""
 
 from __future__ import annotations
 
@@ -41,7 +42,7 @@ FUNCTION_BLOCK(throws, "Throws at invocation 3.", out(double, y, "number"), para
 
 @pytest.fixture(scope="module")
 def thrower(tmp_path_factory: pytest.TempPathFactory) -> str:
-    """A module in C++ whose block throws."""
+    """Returns a C++ module whose block throws."""
     source = tmp_path_factory.mktemp("thrower") / "thrower.cpp"
     source.write_text(THROWER)
     return gpac._native.build([str(source)], str(source.with_suffix(".so")))
@@ -49,7 +50,7 @@ def thrower(tmp_path_factory: pytest.TempPathFactory) -> str:
 
 @pytest.fixture
 def more(tmp_path: Path) -> str:
-    """One more fault in C."""
+    """Returns a module with one more fault, in C."""
     source = tmp_path / "more.c"
     source.write_text(MORE)
     return str(source)
@@ -80,7 +81,7 @@ def test_ctrl_c_ends_a_trial_between_its_invocations(memory_rig: Rig) -> None:
 
     threading.Thread(target=press).start()
     with pytest.raises(KeyboardInterrupt):
-        # The other thread goes on when the trial lets go of the interpreter.
+        # The other thread continues when the trial releases the interpreter.
         tried.set()
         block.run(9_000_000)
 

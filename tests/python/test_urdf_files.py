@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""URDF files as people have them: what is put right, with which note, and what is refused."""
+"""URDF files as found in the field: corrections with their notes, and refusals."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ MORE = (
 
 
 def arm(folder: Path, *, limit: str = LIMIT, inertial: str = INERTIAL, shape: str = "", more: str = "", name: str = "arm.urdf") -> Path:
-    """A URDF file of one turning joint, with these parts."""
+    """Writes a URDF file of one revolute joint, with these parts."""
     file = folder / name
     file.write_text(ARM.format(limit=limit, inertial=inertial, shape=shape, more=more))
     return file
@@ -213,7 +213,7 @@ def test_what_has_no_meaning_is_refused_with_its_place(tmp_path: Path, kind: str
 
 
 def test_a_follower_of_a_fixed_joint_stands_where_that_puts_it(tmp_path: Path) -> None:
-    """The elbow is held at 0.5 rad by its range, its follower at twice that; MuJoCo would let the follower swing."""
+    """The range of the elbow holds it at 0.5 rad, and its follower at twice that; MuJoCo would let the follower swing."""
     follower = (
         '<joint name="tip" type="revolute"><parent link="fore"/><child link="hand"/><origin xyz="0.4 0 0"/><axis xyz="0 1 0"/>'
         '<mimic joint="fold" multiplier="2" offset="0.25"/>' + LIMIT + '</joint><link name="hand">' + INERTIAL + "</link>"
@@ -325,7 +325,7 @@ def test_a_range_without_zero_begins_at_its_nearest_end(tmp_path: Path) -> None:
 
 
 def test_links_of_an_arm_do_not_collide_with_each_other(tmp_path: Path) -> None:
-    """Shapes of three links overlap, as convex hulls of real ones do."""
+    """The shapes of three links overlap, as convex hulls of real ones do."""
     big = '<collision><geometry><box size="0.9 0.2 0.2"/></geometry></collision>'
     more = MORE.format(name="fold", kind="revolute", inside="").replace("</link>", f"{big}</link>") + (
         '<joint name="twist" type="revolute"><parent link="fore"/><child link="hand"/><axis xyz="0 0 1"/>' + LIMIT + "</joint>"

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A call of a verb, `verb(...)`: one request, and every call is as the first, whatever is kept for the next one."""
+"""A call of a verb, `verb(...)`: one request, and every call is like the first, whatever is cached for the next one."""
 
 from __future__ import annotations
 
@@ -143,7 +143,7 @@ def test_what_is_given_again_is_looked_for_again(memory_rig: Rig) -> None:
 
 
 def _steps(call: Callable[[], Any]) -> int:
-    """Calls of Python functions in `call`: what it costs, whatever else the machine has to do."""
+    """Returns the number of Python function calls in `call`: its cost, independent of the machine's load."""
     steps = 0
 
     def count(_frame: FrameType, event: str, _argument: object) -> None:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What a report tells of the way to an end: which conditions led on, and what the parts on the way returned."""
+"""The path to an end in a report: the conditions passed, and the values that the parts on the path returned."""
 
 from __future__ import annotations
 
@@ -14,11 +14,11 @@ from rig import Rig
 
 
 class Jammed(gpac.Terminated):
-    """The part jammed."""
+    """Raised if the part jammed."""
 
 
 def part(rig: Rig, name: str, out: str, output: str) -> gpac.Verb[..., Any]:
-    """Counts into an SVV to a limit of its own, and returns how far it came by a name of its own."""
+    """Returns a verb that counts into an SVV up to a limit of its own, and returns its count under a name of its own."""
     return rig.counting(
         name,
         instantiation_parameters={out: "count.y"},
@@ -40,7 +40,7 @@ def test_a_report_tells_the_way_and_what_the_parts_on_it_returned(rig: Rig) -> N
 
 
 def test_what_was_returned_is_what_it_was_when_the_condition_led_on(rig: Rig) -> None:
-    """Both parts run one block on, so its value at the end is another one."""
+    """Both parts use the same block, so its value at the end is different."""
     a = rig.svvs("a")[0]
     one = part(rig, "one", "a", "first")
     two = rig.counting(
@@ -58,7 +58,7 @@ def test_what_was_returned_is_what_it_was_when_the_condition_led_on(rig: Rig) ->
 
 
 def test_parts_on_two_sources_return_theirs_too(rig: Rig) -> None:
-    """Here no kernel can lead on alone: the supervisor does."""
+    """Here no kernel can make the transition alone: the supervisor does."""
     a, b = rig.svvs("a", "b")
     chain = part(rig, "one", "a", "first") >> part(rig, "two", "b", "second").on(every={"count": "10 ms"})
     report = chain.on({"one.*": rig.fast, "two.*": rig.slow})(a, b, one_limit=3, two_limit=2)
@@ -76,7 +76,7 @@ def test_a_part_that_has_not_run_returns_nothing(rig: Rig) -> None:
 
 
 def test_a_loop_returns_the_latest_and_tells_the_last_steps(rig: Rig) -> None:
-    """The verb goes round until its time limit: the way has at most 64 steps."""
+    """The verb loops until its time limit: the path has at most 64 steps."""
     a, b = rig.svvs("a", "b")
     parts = [part(rig, "one", "a", "first"), part(rig, "two", "b", "second")]
     loop = gpac.compose("loop", parts, transitions={("one", "enough"): "two", ("two", "enough"): "one"})
@@ -90,9 +90,9 @@ def test_a_loop_returns_the_latest_and_tells_the_last_steps(rig: Rig) -> None:
     assert {*pairwise(steps)} == {("one.start", "two.start"), ("two.start", "one.start")}
     times = [p.time for p in report.way]
     assert times == sorted(times) and times[-1] > 0.9
-    # The counters go on where they were: each round counts one more.
+    # The counters continue from their values: each round counts one more.
     assert report.first > 60 and abs(report.first - report.second) <= 2
-    # The next start begins with nothing of it.
+    # The next start keeps nothing of it.
     vi.start(one_limit=1, two_limit=2)
     vi.halt()
     assert len(vi.wait().way) <= 1
@@ -107,7 +107,7 @@ def test_a_recovery_that_raises_is_no_success(rig: Rig) -> None:
     error = jammed.value
     assert (error.condition, error.outputs["pushed"], error.outputs["backed"]) == ("enough", 2, 3)
     assert [p.command_list for p in error.report.way] == ["push.start"] and not error.report.normal
-    # The verb itself is as it was.
+    # The verb itself is unchanged.
     assert rig.counting("count").on(rig.fast)(rig.svvs("y")[0], limit=2).normal
 
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Workspaces: what a program ships, what of it is refused, files, and who may replace what."""
+"""Workspaces: those shipped by a program, refusals, files, and permissions to replace one."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ EXAMPLE = Path(__file__).parents[2] / "examples" / "operator_panel"
 
 @pytest.fixture(scope="module")
 def cell() -> gpac.System:
-    """A system with the SVVs `level` (m) and `wave`, the verb `pour`, and its instance `filling`."""
+    """Returns a system with the SVVs `level` (m) and `wave`, the verb `pour`, and its instance `filling`."""
     cell = gpac.System("plant", clock="virtual")
     fast = cell.processor("rtp0").timer("fast", period="1 ms", priority=80)
     cell.svv("level", float, unit="m")
@@ -35,7 +35,7 @@ def cell() -> gpac.System:
 
 
 def one(panel: str, **of: Any) -> dict[str, Any]:
-    """A workspace of one panel."""
+    """Returns a workspace of one panel."""
     return {"name": "tank", "layout": {"panel": panel, "title": "Tank", **of}}
 
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Cells that several blocks write, one after the other: value, number, time and history are those of the block that is on."""
+"""Cells that several blocks write, one after the other: value, number, time and history are those of the active block."""
 
 from __future__ import annotations
 
@@ -19,13 +19,13 @@ BOTH_CLOCKS = ("virtual", "message", "threads", "processes")
 
 @pytest.fixture(params=BOTH_CLOCKS)
 def any_rig(request: pytest.FixtureRequest, built: dict[str, str]) -> Iterator[Rig]:
-    """A small system on either clock, in one process and in several."""
+    """Yields a small system on either clock, in one process and in several."""
     with MAPPINGS[request.param].open("cell") as made:
         yield Rig(made, built)
 
 
 def watching() -> gpac.Verb[..., Any]:
-    """Ends when `u` is above 1,000, as an asynchronous reader sees it."""
+    """Returns a verb that ends when `u` exceeds 1,000, as an asynchronous reader sees it."""
     return gpac.Verb(
         "watching",
         blocks={"c": library.comparator},
@@ -38,7 +38,7 @@ def watching() -> gpac.Verb[..., Any]:
 
 
 def stepping(**changes: Any) -> gpac.Verb[..., Any]:
-    """Stores 7 in `y` by `a` for 50 ms, then 2,000 by `b`."""
+    """Returns a verb that stores 7 in `y` by `a` for 50 ms, then 2,000 by `b`."""
     definition: dict[str, Any] = {
         "blocks": {
             "a": library.bias(b=7.0),
@@ -66,7 +66,8 @@ def placed(rig: Rig, first: str) -> dict[str, Any]:
 
 
 def begins_again(values: np.ndarray) -> np.ndarray:
-    """Where the numbers begin again: a new writer. At 0, or later where the machine was late: a skipped release consumes its number."""
+    """Returns the indices at which the numbers restart: a new writer. The first number is 0, or more on a late machine: a skipped
+    release consumes its number."""
     return np.flatnonzero(np.diff(values["number"].astype(np.int64), prepend=np.iinfo(np.int64).max) < 0)
 
 
@@ -182,13 +183,13 @@ def test_who_follows_goes_on_with_the_second_writer(rig: Rig, where: str) -> Non
     rig.cell.advance("5 ms")
     stored, copied = (svv.history[:]["value"].tolist() for svv in (y, copy))
     assert stored[:20] == 2 * list(range(10)) and copied[:9] == list(range(9))
-    # In one source a kernel goes on alone, and who follows turns when the supervisor hears of it.
+    # Within one source a kernel makes the transition alone, and a follower switches when the supervisor learns of it.
     assert len(copied) >= len(stored) - 6
     assert copied[-10:] == stored[-10:]
 
 
 def test_a_history_of_writers_that_come_and_go_is_as_deep_as_declared(rig: Rig) -> None:
-    """Also while its source fires for others, and while its writer is suspended or has ended."""
+    """The depth also holds while the source fires for others, and while the writer is suspended or has ended."""
     y, other = rig.cell.svv("y", history=10), rig.cell.svv("other", history=10)
     rig.counting("busy").on(rig.fast).asynch(other)
     counting = rig.counting()

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Files with macros of xacro, as their makers publish them: they are expanded, wherever their packages lie and ROS does not."""
+"""Files with xacro macros, as their makers publish them, are expanded, wherever their packages are, without ROS."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ def test_a_file_of_a_maker_is_expanded_and_its_arm_moves() -> None:
 
 
 def test_packages_of_macros_are_found_as_those_of_meshes_are(tmp_path: Path) -> None:
-    """The maker's file includes another one by `$(find kuka_kr16_support)`, which ROS would answer."""
+    """The maker's file includes another one by `$(find kuka_kr16_support)`, which ROS would resolve."""
     package = tmp_path / "share" / "kuka_kr16_support"
     shutil.copytree(KR16, package)
     shutil.copytree(MAKERS / "kuka_description/kuka_resources", tmp_path / "share" / "kuka_resources")

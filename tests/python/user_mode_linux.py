@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A Linux of one's own, as a process (Debian's `user-mode-linux`): where a test needs what the kernel of this machine has not, as vcan."""
+"""A private Linux, as a process (Debian's `user-mode-linux`), for tests that need a kernel feature missing on this machine, such as
+vcan."""
 
 from __future__ import annotations
 
@@ -15,9 +16,9 @@ from pathlib import Path
 from typing import Any
 
 GUEST = Path(__file__).parent / "drivers" / "canopen_guest.py"
-"""The first process of a Linux with a virtual CAN bus; with the word `try` it makes the bus, and ends."""
+"""Script that is the first process of a Linux with a virtual CAN bus; with the argument `try` it only creates the bus."""
 
-# What the Linux of a process gives back to another one's registers must be all of them, and it knows fewer than new processors have.
+# User-mode Linux must restore all registers of a process, but it supports fewer than new processors have.
 REGISTERS = r"""
 #define _GNU_SOURCE
 #include <dlfcn.h>
@@ -51,7 +52,8 @@ long ptrace(enum __ptrace_request request, ...)
 
 @functools.cache
 def missing() -> str | None:
-    """Why there is none with a virtual CAN bus on this machine; None: there is one. It is tried once since the machine was started."""
+    """Returns why a Linux with a virtual CAN bus is unavailable on this machine; `None` if it is available. It is tried once after each
+    boot."""
     if shutil.which("linux.uml") is None:
         return "there is no linux.uml: install Debian's user-mode-linux"
     if shutil.which("ip") is None:
@@ -66,7 +68,7 @@ def missing() -> str | None:
 
 
 def _tried() -> str:
-    """What a Linux that only makes its bus fails with; nothing where it does not."""
+    """Returns the error of a Linux that only creates its bus; empty if it succeeds."""
     try:
         with tempfile.TemporaryDirectory() as folder:
             failed = run(GUEST, Path(folder), "try", seconds=120).get("failed", "")
@@ -76,15 +78,17 @@ def _tried() -> str:
 
 
 def run(script: Path, folder: Path, *words: str, seconds: int = 300) -> dict[str, Any]:
-    """Runs a script of Python as the first process of a new Linux, on the files of this machine, with the path of `folder` and these words.
+    """Runs a Python script as the first process of a new Linux, on the files of this machine, with the path of `folder` and these words
+    as arguments.
 
-    What it says there in `said.json` comes back."""
+    Returns the contents of the `said.json` that the script writes there.
+    """
     library = folder / "registers.so"
     (folder / "registers.c").write_text(REGISTERS)
     subprocess.run(["cc", "-shared", "-fPIC", "-O1", "-o", library, folder / "registers.c", "-ldl"], check=True)
     command = ["linux.uml", "mem=768M", "quiet", "rootfstype=hostfs", "rw", "con=null", "con0=null,fd:1", "ssl=null"]
     command += [f"uml_dir={folder}", f"init={sys.executable}", "--", str(script), str(folder), *words]
-    # Its own temporary files need a folder that is mapped from the disk.
+    # Its own temporary files need a folder mapped from the disk.
     environment = {**os.environ, "LD_PRELOAD": str(library), "HOME": str(folder), "TMPDIR": str(folder)}
     ran = subprocess.run(command, stdin=subprocess.DEVNULL, capture_output=True, text=True, timeout=seconds, env=environment)
     said = folder / "said.json"

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Efforts that the motors of a simulated arm give, and how often they reverse."""
+"""Efforts of the motors of a simulated arm, and the rate of their reversals."""
 
 from __future__ import annotations
 
@@ -12,13 +12,13 @@ from opengpac import library as lib
 from opengpac.definition.commands import activate
 
 HISTORY = 40_000
-"""Kept values of a motor's effort, 1 ms each: longer than a move may take."""
+"""Number of kept values of a motor's effort, 1 ms each: longer than any move."""
 PERIOD_S = 1e-3
 """Period of the kept values, s."""
 WINDOW = 500
-"""Values over which reversals are counted, half a second."""
+"""Number of values over which reversals are counted, half a second."""
 SWING = 0.05
-"""Swing of an effort that counts: what gives a joint alone this part of its maximum acceleration."""
+"""Minimum swing of an effort that counts, as the fraction of a joint's maximum acceleration that it alone causes."""
 
 _watch = gpac.Verb(
     "watch_motor",
@@ -30,7 +30,7 @@ _watch = gpac.Verb(
 
 
 class Efforts:
-    """Efforts of an arm's motors from the time it is made."""
+    """Efforts of an arm's motors from the creation of this object."""
 
     def __init__(self, arm: Any) -> None:
         self.system = arm.system
@@ -47,7 +47,7 @@ class Efforts:
             self.swings.append(SWING * inertia * joint.max_acceleration)
 
     def reversals(self) -> list[float]:
-        """Returns for each joint the highest rate at which its effort went there and back since the last call, Hz."""
+        """Returns for each joint the highest rate at which its effort alternated since the last call, Hz."""
         since, self.seen = self.seen, self.system.now
         rates = []
         for effort, swing in zip(self.kept, self.swings, strict=True):
@@ -57,7 +57,7 @@ class Efforts:
 
 
 def fastest(values: np.ndarray, swing: float) -> float:
-    """Returns the highest rate of cycles of at least `swing` in a window, Hz; 0 of a signal that goes there and back less than twice."""
+    """Returns the highest rate of cycles of at least `swing` in a window, Hz; 0 if the signal goes back and forth less than twice."""
     turns = turning_points(values, swing)
     if len(turns) < 4:
         return 0.0
@@ -66,7 +66,7 @@ def fastest(values: np.ndarray, swing: float) -> float:
 
 
 def turning_points(values: np.ndarray, swing: float) -> np.ndarray:
-    """Returns the places at which a signal has turned by at least `swing`."""
+    """Returns the indices at which a signal has turned by at least `swing`."""
     turns: list[int] = []
     low = high = values[0] if len(values) else 0.0
     rising: bool | None = None

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Loads one robot file as it is, or an arm by its name, holds it, moves it, and prints what came of it as a line of JSON.
+"""Loads one robot file as it is, or an arm of the catalogue, holds it, moves it, and prints the result as a line of JSON.
 
 `python tests/robots/one.py FILE|NAME [PICTURE]`
 """
@@ -22,28 +22,28 @@ from opengpac.robots import sketch, urdf
 from opengpac.robots.catalogue import KNOWN
 
 ARRIVED = {"rad": 1e-3, "m": 1e-4}
-"""How far from its goal a joint has arrived, 1 mrad or 0.1 mm."""
+"""Maximum distance of an arrived joint from its goal, 1 mrad or 0.1 mm."""
 SHARE = 0.1
-"""The part of its range by which each joint is moved."""
+"""Fraction of its range by which each joint is moved."""
 UNLIMITED = 100.0
-"""A range above this has no ends worth a tenth of; a joint is moved by `STEP` then, rad or m."""
+"""A range above this is treated as unlimited; a joint is then moved by `STEP`, rad or m."""
 STEP = 0.3
 SETTLING = "1 s"
-"""How long after the end of a move a joint may settle."""
+"""Settling time of a joint after the end of a move."""
 EFFORT_UNREAL, SPEED_UNREAL = 1e3, 100.0
-"""An effort that all joints of an arm have alike, and a speed, that stand in files of arms which have others, N.m and rad/s."""
+"""Placeholder values in files: an effort that all joints of an arm have alike, and a speed, N.m and rad/s."""
 HELD = 500
-"""Values of the servo, 1 ms each, over which the ripple is taken."""
+"""Number of values of the servo, 1 ms each, over which the ripple is measured."""
 REVERSALS_HZ = 50.0
-"""How often an effort may go there and back."""
+"""Maximum rate at which an effort may alternate."""
 TOGETHER = 16
-"""Joints that one motion takes at the most; a hand or a robot of more is moved in parts."""
+"""Maximum number of joints of one motion; a hand or a robot with more is moved in parts."""
 TRIES = 64
-"""Choices of directions that are looked at for a move of all joints."""
+"""Number of choices of directions that are tried for a move of all joints."""
 
 
 def main(file: str, picture: str = "") -> None:
-    """Prints `{"joints": …, "ripple": …, "missed": [joint, …], "why": …}`; `why` is empty where all is well."""
+    """Prints `{"joints": …, "ripple": …, "missed": [joint, …], "why": …}`; `why` is empty if all is well."""
     found: dict[str, Any] = {"joints": 0, "ripple": None, "reversals": 0.0, "missed": [], "why": ""}
     warnings.simplefilter("ignore")
     try:
@@ -65,7 +65,7 @@ def main(file: str, picture: str = "") -> None:
 
 
 def limits(arm: Any, file: Path) -> tuple[list[float | None], list[float | None]]:
-    """The speed and the effort of each joint, nothing where its file says none, or one that exporters write who know none."""
+    """Returns the speed and the effort of each joint; `None` if its file declares none, or a placeholder of exporters."""
     speeds = urdf.convert(file).speeds if urdf.is_urdf(file) else {}
     said = arm.values("max_speed") if file.parent == Path(gpac.robots.__file__).parent else [speeds.get(j.short_name, 0.0) for j in arm]
     efforts = arm.values("max_effort")
@@ -77,7 +77,7 @@ def limits(arm: Any, file: Path) -> tuple[list[float | None], list[float | None]
 
 
 def try_to_move(arm: Any, scene: Scene, efforts: Efforts, found: dict[str, Any]) -> None:
-    """Holds the arm at home for 2 s, moves each joint there and back, then all at once, each to the side where nothing is in its way."""
+    """Holds the arm at home for 2 s, moves each joint there and back, then all at once, each in a direction without obstacles."""
     arm.system.advance("2 s")
     found["ripple"] = max(float(np.ptp(joint.sensed.history[-HELD:]["value"])) for joint in arm)
     lost = [joint.short_name for joint in arm if joint.state != "standstill"]
@@ -106,13 +106,13 @@ def try_to_move(arm: Any, scene: Scene, efforts: Efforts, found: dict[str, Any])
 
 
 def too_weak(arm: Any, joint: str) -> str:
-    """What was told at load of a joint whose motor cannot hold or move it."""
+    """Returns the note at load about a joint whose motor cannot hold or move it."""
     told = (note.partition(": ")[2] for note in arm.notes if f"joint '{joint}'" in note and "its motor has" in note)
     return next(told, "").partition("; ")[0]
 
 
 def reach(arm: Any, efforts: Efforts, goal: np.ndarray, found: dict[str, Any]) -> bool:
-    """Moves to a goal; false, with the joints that missed it and why, where it was not reached."""
+    """Moves to a goal; returns false and notes the joints that missed it, and why, if it was not reached."""
     for first in range(0, len(arm), TOGETHER):
         part = arm if len(arm) <= TOGETHER else gpac.Group(f"part{first}", *list(arm)[first : first + TOGETHER])
         try:
@@ -131,7 +131,7 @@ def reach(arm: Any, efforts: Efforts, goal: np.ndarray, found: dict[str, Any]) -
 
 
 def bangs(arm: Any, efforts: Efforts, found: dict[str, Any]) -> bool:
-    """Whether the effort of a joint has reversed faster than it may since this was asked last, told with the joint and how fast."""
+    """Returns whether the effort of a joint has reversed too fast since the last call; notes the joint and the rate."""
     rates = efforts.reversals()
     found["reversals"] = max(found["reversals"], *rates)
     if max(rates) > REVERSALS_HZ:
@@ -140,11 +140,11 @@ def bangs(arm: Any, efforts: Efforts, found: dict[str, Any]) -> bool:
 
 
 def sentence(error: Exception) -> str:
-    """What an error says, without the place in this program."""
+    """Returns the message of an error, without the line of this program."""
     lines = str(error).splitlines()
     # An error of several parts begins with their number.
     first = lines[1].strip() if len(lines) > 1 and lines[0].endswith("wrong:") else lines[0]
-    # What a following error says of efforts and remedies is not what this page is about.
+    # The efforts and remedies in a following error do not concern this page.
     return re.sub(r"(?<='following_error'): .*| at \S*one\.py:\d+$", "", first)
 
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The model of an arm's file, apart from its simulation: which links touch in a pose, which way is free, and a picture."""
+"""The model of an arm's file, apart from its simulation: touching links in a pose, free paths, and a picture."""
 
 from __future__ import annotations
 
@@ -15,15 +15,15 @@ from opengpac.robots import mjcf, urdf
 mujoco: Any = importlib.import_module("mujoco")
 
 SAMPLES = 20
-"""Poses of a straight way in which links are looked at."""
+"""Number of poses on a straight path in which links are checked."""
 SIZE, QUALITY, PAPER = 320, 70, 244
-"""Width and height of a picture, pixels, its quality, WebP, and the grey behind the arm."""
+"""Width and height of a picture in pixels, its WebP quality, and the grey behind the arm."""
 PLANE = 0
 """`mjtGeom` of a floor."""
 
 
 class Scene:
-    """An arm and what stands around it. `joints` names those that poses are given for."""
+    """Arm and its surroundings. `joints` names the joints to which poses apply."""
 
     def __init__(self, file: Path, joints: Sequence[str]) -> None:
         if urdf.is_urdf(file):
@@ -36,21 +36,21 @@ class Scene:
 
     @property
     def step_s(self) -> float:
-        """The step of the model, s."""
+        """Time step of the model, s."""
         return float(self.model.opt.timestep)
 
     def touching(self, pose: Sequence[float]) -> set[tuple[str, str]]:
-        """Pairs of links that touch each other in a pose."""
+        """Returns the pairs of links that touch each other in a pose."""
         self._pose(pose)
         return {tuple(sorted(self._called(geom) for geom in contact.geom)) for contact in self.data.contact}
 
     def is_free(self, start: np.ndarray, goal: np.ndarray) -> bool:
-        """Whether nothing touches on the straight way to a goal that does not at its start."""
+        """Returns whether the straight path to a goal is free of contacts other than those at its start."""
         at_start = self.touching(start)
         return all(self.touching(start + share * (goal - start)) <= at_start for share in np.linspace(0.0, 1.0, SAMPLES))
 
     def paint(self, pose: Sequence[float], picture: Path) -> None:
-        """Writes a picture of the arm in a pose, from the front, the right and above; none of an arm without shapes."""
+        """Writes a picture of the arm in a pose, from the front, the right and above; none if the arm has no shapes."""
         image = importlib.import_module("PIL.Image")
         model = self.model
         self._pose(pose)
@@ -78,6 +78,6 @@ class Scene:
         mujoco.mj_forward(self.model, self.data)
 
     def _called(self, geom: int) -> str:
-        """The name of a shape's link; of what belongs to no link its own."""
+        """Returns the name of a shape's link, or its own name if it belongs to no link."""
         body = self.model.geom_bodyid[geom]
         return self.model.body(body).name if body else self.model.geom(geom).name or "world"

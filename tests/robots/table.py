@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Loads the robot files of `files.toml` and the arms known by name from the packages that people install, and writes docs/robots.md.
+"""Loads the robot files of `files.toml` and the arms of the catalogue from published packages, and writes docs/robots.md.
 
-`make robots`. After an interruption, `python tests/robots/table.py --rest` goes on with what has no result yet.
+`make robots`. After an interruption, `python tests/robots/table.py --rest` continues with those that have no result yet.
 
 Packages are downloaded once, to `out/robots`, and unpacked, not installed. No file is edited.
 """
@@ -29,15 +29,15 @@ HERE = Path(__file__).parent
 TOP = HERE.parents[1]
 PLACE = TOP / "out" / "robots"
 FOUND = PLACE / "found.jsonl"
-"""Results of trials, a line each; the last one of a name counts."""
+"""File of the trials' results, a line each; the last one of a name counts."""
 PAGE = TOP / "docs" / "robots.md"
 PICTURES = TOP / "docs" / "robots"
 SECONDS = 1800
-"""How long one file may take."""
+"""Time limit of one file."""
 
 
 def main() -> None:
-    """Tries every file, or those that the command line says; the page is written of the last trial of each."""
+    """Tries every file, or those named on the command line; writes the page from the last trial of each."""
     given = arguments()
     packages = tomllib.loads((HERE / "files.toml").read_text())
     every = [(package, about["version"], about["folder"], file) for package, about in packages.items() for file in about["files"]]
@@ -54,7 +54,7 @@ def main() -> None:
 
 
 def arguments() -> argparse.Namespace:
-    """What the command line says."""
+    """Returns the arguments of the command line."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").partition("\n")[0])
     parser.add_argument("words", nargs="*", metavar="WORD", help="try only names, packages and paths that contain one of these")
     parser.add_argument("--rest", action="store_true", help="try only what has no result yet")
@@ -64,7 +64,7 @@ def arguments() -> argparse.Namespace:
 
 
 def trials(every: list[tuple[str, str, str, str]]) -> dict[str, Callable[[], dict[str, Any]]]:
-    """What tries each arm known by name and each file, by its name in the results."""
+    """Returns the functions that try each arm of the catalogue and each file, by name in the results."""
     tries: dict[str, Callable[[], dict[str, Any]]] = {}
     for arm in KNOWN.values():
         tries[arm.name] = functools.partial(tried_by_name, arm)
@@ -74,7 +74,7 @@ def trials(every: list[tuple[str, str, str, str]]) -> dict[str, Callable[[], dic
 
 
 def tried_by_name(arm: NamedArm) -> dict[str, Any]:
-    """Tries an arm known by name: an unpacked package is found as an installed one is."""
+    """Tries an arm of the catalogue; an unpacked package is found like an installed one."""
     return tried(arm.name, None if arm.package.name == OWN else places_of(arm))
 
 
@@ -84,13 +84,13 @@ def tried_file(package: str, version: str, path: str, file: str) -> dict[str, An
 
 
 def results() -> dict[str, dict[str, Any]]:
-    """The last result of each name."""
+    """Returns the last result of each name."""
     lines = FOUND.read_text().splitlines() if FOUND.exists() else []
     return {found["name"]: found for found in map(json.loads, lines)}
 
 
 def write_page(files: list[tuple[str, str, str, str]]) -> None:
-    """Writes the page and the drawings of the arms known by name, where each of them and each file has been tried."""
+    """Writes the page, and the drawings of the arms of the catalogue, if all of them and all files have been tried."""
     last = results()
     rows = [(f"{package} {version}", file, last.get(f"{package} {version}/{file}")) for package, version, _, file in files]
     missing = [name for name in KNOWN if name not in last] + [f"{package}/{file}" for package, file, found in rows if found is None]
@@ -105,7 +105,7 @@ def write_page(files: list[tuple[str, str, str, str]]) -> None:
 
 
 def unpacked(package: str, version: str) -> Path:
-    """The folder with the files of a package."""
+    """Returns the folder with the files of a package."""
     folder = PLACE / f"{package}-{version}"
     if not folder.exists():
         wheels = PLACE / "wheels"
@@ -121,12 +121,12 @@ def unpacked(package: str, version: str) -> Path:
 
 
 def picture(package: str, file: str) -> Path:
-    """Where the picture of a file is kept."""
+    """Returns the path of a file's picture."""
     return PICTURES / package / f"{re.sub(r'[^0-9A-Za-z]+', '_', file.rpartition('.')[0])}.webp"
 
 
 def places_of(arm: NamedArm) -> str:
-    """The folders of the packages that an arm known by name needs, for `PYTHONPATH`."""
+    """Returns the folders of the packages that an arm of the catalogue needs, for `PYTHONPATH`."""
     name, _, version = arm.package.reader.partition("==")
     folders = [unpacked(arm.package.name, arm.package.version), *([unpacked(name, version)] if name else [])]
     return os.pathsep.join(map(str, folders))
@@ -150,7 +150,7 @@ def tried(file: Path | str, packages: str | None = None, drawn: Path | str = "")
 
 
 def told(limits: list[float | None]) -> str:
-    """The least and the greatest limit of an arm's joints."""
+    """Returns the minimum and maximum limit of an arm's joints, as text."""
     known = [limit for limit in limits if limit is not None]
     if not known:
         return "not in its file"
@@ -159,7 +159,7 @@ def told(limits: list[float | None]) -> str:
 
 
 def page(named: list[tuple[NamedArm, dict[str, Any]]], rows: list[tuple[str, str, dict[str, Any]]]) -> str:
-    """The page of docs."""
+    """Returns the text of the page."""
     loaded = sum(found["joints"] > 0 for _, _, found in rows)
     arrive = sum(not found["why"] for _, _, found in rows)
     packages = len({package for package, _, _ in rows})

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Runs tests side by side: `pytest -n 4`. They are collected once, and then the process is forked; a worker that dies is replaced.
+"""Runs tests in parallel: `pytest -n 4`. They are collected once, and then the process is forked; a worker that dies is replaced.
 
-The package pytest-xdist starts processes each of which collects all tests itself: here a third of their processor time. Tests that are
-marked `alone` come last, one after the other; so none waits for another to end.
+The package pytest-xdist starts processes each of which collects all tests itself: here a third of their processor time. Tests marked
+`alone` run last, one after the other, so that none waits for another to end.
 """
 
 from __future__ import annotations
@@ -24,24 +24,24 @@ from stretches import Stretches
 from worker import work
 
 END_S = 30.0
-"""How long a worker may take to end what it has set up, once the run is given up."""
+"""Time limit of a worker's cleanup after the run is abandoned."""
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
-    """Adds `-n`."""
-    # Short options in lower case are pytest's own, but for this one, which pytest-xdist has made known.
+    """Adds the option `-n`."""
+    # Lower-case short options are reserved for pytest, but pytest-xdist has made this one familiar.
     group = parser.getgroup("side by side")
     group._addoption("-n", "--workers", type=int, default=0, help="number of processes that run tests side by side; 0: this one")
 
 
 def pytest_configure(config: pytest.Config) -> None:
-    """Adds the mark of tests that have to be alone."""
+    """Adds the marker of tests that must run alone."""
     config.addinivalue_line("markers", "alone: no other test runs meanwhile, for this one looks at the whole machine")
 
 
 @pytest.hookimpl(tryfirst=True)
 def pytest_runtestloop(session: pytest.Session) -> bool | None:
-    """Runs the tests in workers, if there are to be some."""
+    """Runs the tests in workers, if any are requested."""
     workers = session.config.option.workers
     if workers < 1 or session.config.option.collectonly or session.testsfailed:
         return None
@@ -63,7 +63,7 @@ def pytest_runtestloop(session: pytest.Session) -> bool | None:
 
 
 def _write(session: pytest.Session, notes: list[dict[str, Any]]) -> None:
-    # What each test took; `tests/closing.py` reads it.
+    # Duration of each test, read by `tests/closing.py`.
     out = session.config.rootpath / "out"
     out.mkdir(exist_ok=True)
     (out / "tests.jsonl").write_text("".join(json.dumps(note) + "\n" for note in notes))
@@ -71,7 +71,7 @@ def _write(session: pytest.Session, notes: list[dict[str, Any]]) -> None:
 
 @dataclass
 class Worker:
-    """One process: its descriptor, its connection, the test that it runs, and the one that it was told is the next."""
+    """Worker process: its descriptor, its connection, its present test, and the test announced as the next."""
 
     number: int
     process: int
@@ -94,7 +94,7 @@ class Pool:
         self._is_alone = is_alone
 
     def run(self) -> None:
-        """Runs the tests. Raises what pytest raises where a run is given up after a failure."""
+        """Runs the tests. Raises pytest's exception if the run is abandoned after a failure."""
         try:
             for number in range(self._count):
                 self._start(number)
@@ -129,11 +129,11 @@ class Pool:
         try:
             worker.connection.send(None if worker.test is None else (worker.test, worker.following))
         except BrokenPipeError:
-            # It has died: its descriptor tells.
+            # The worker has died: its descriptor reports it.
             return
 
     def _hear(self, worker: Worker) -> None:
-        """Takes all that a worker has sent; one that has ended is taken out, and replaced if it should not have."""
+        """Takes all messages of a worker; removes one that has ended, and replaces it if its end was unexpected."""
         has_ended = bool(wait([worker.descriptor], 0))
         try:
             while worker.connection.poll():
@@ -167,7 +167,7 @@ class Pool:
             worker.began = time.monotonic()
         if hook == "pytest_runtest_logreport":
             report = config.hook.pytest_report_from_serializable(config=config, data=arguments["report"])
-            # From this the terminal names the worker.
+            # The terminal names the worker by this.
             name = f"w{worker.number}"
             report.node = SimpleNamespace(gateway=SimpleNamespace(id=name), _workerinfocache=f"worker {name}")
             arguments["report"] = report
@@ -190,7 +190,7 @@ class Pool:
         self._session.config.hook.pytest_runtest_logreport(report=report)
 
     def _give_up(self) -> None:
-        """Interrupts the workers that are left, as Ctrl-C does, and kills those that do not end."""
+        """Interrupts the remaining workers, as Ctrl-C does, and kills those that do not end."""
         for worker in self._workers:
             os.kill(worker.process, signal.SIGINT)
         ends = time.monotonic() + END_S

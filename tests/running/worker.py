@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A worker of `side_by_side`: process that is forked off after the collection and runs the tests that it is sent."""
+"""A worker of `side_by_side`: a process that is forked after the collection and runs the tests sent to it."""
 
 from __future__ import annotations
 
@@ -18,11 +18,11 @@ from typing import Any, NoReturn
 import pytest
 
 SILENT = ("terminalreporter", "terminalprogress")
-"""Plugins that print, which the first process does."""
+"""Plugins that print; only the first process prints."""
 
 
 class Reporter:
-    """Sends what pytest reports to the first process, as the hook's name and arguments."""
+    """Plugin that sends pytest's reports to the first process, as the hook's name and arguments."""
 
     def __init__(self, config: pytest.Config, connection: Connection) -> None:
         self._config = config
@@ -51,13 +51,13 @@ class Reporter:
 
 
 def processor_s() -> float:
-    """Returns the processor time that this process and its children, as far as they have ended, have taken."""
+    """Returns the processor time of this process and of its children that have ended."""
     used = [resource.getrusage(who) for who in (resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN)]
     return sum(usage.ru_utime + usage.ru_stime for usage in used)
 
 
 def work(session: pytest.Session, name: str, connection: Connection) -> NoReturn:
-    """Runs tests until None comes, and ends the process."""
+    """Runs tests until `None` arrives, and ends the process."""
     reporter = Reporter(session.config, connection)
     folder = tempfile.mkdtemp(prefix=f"og-{name}-")
     try:
@@ -79,7 +79,7 @@ def work(session: pytest.Session, name: str, connection: Connection) -> NoReturn
 
 
 def _run(session: pytest.Session, connection: Connection) -> None:
-    # A test is told which one follows: what both use stays set up.
+    # A test is told which one follows: fixtures common to both stay set up.
     while (sent := connection.recv()) is not None:
         test, following = sent
         before_s = processor_s()
@@ -89,16 +89,16 @@ def _run(session: pytest.Session, connection: Connection) -> None:
 
 
 def _settle(config: pytest.Config, name: str, folder: str) -> None:
-    """Gives this process a terminal, folders and exit functions of its own."""
-    # Those of the first process remove what all workers use.
+    """Gives this process its own terminal, folders and exit functions."""
+    # The exit functions of the first process remove resources that all workers use.
     atexit._clear()
-    # A shell starts what runs in its background without Ctrl-C.
+    # A shell starts background jobs with SIGINT ignored.
     signal.signal(signal.SIGINT, signal.default_int_handler)
     os.dup2(os.open(os.devnull, os.O_RDONLY), 0)
     for silent in SILENT:
         if (plugin := config.pluginmanager.getplugin(silent)) is not None:
             config.pluginmanager.unregister(plugin)
-    # Files of captured output are shared with the first process, and so would be their positions.
+    # Files of captured output, and thus their positions, would be shared with the first process.
     capture = config.pluginmanager.getplugin("capturemanager")
     capture.stop_global_capturing()
     capture.start_global_capturing()
@@ -107,5 +107,5 @@ def _settle(config: pytest.Config, name: str, folder: str) -> None:
     factory._basetemp = factory.getbasetemp() / name
     factory._basetemp.mkdir(mode=0o700, exist_ok=True)
     os.environ["PYTEST_WORKER"] = name
-    # Systems of one name and user find each other there. Short: a socket's path has 107 letters.
+    # Systems of the same name and user find each other in this folder. The path is short: a socket's path has at most 107 characters.
     os.environ["XDG_RUNTIME_DIR"] = folder

@@ -1,25 +1,25 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Result of a call. One that lasts is made slice by slice, so that the caller can be interrupted, and says how it goes on.
+//! Result of a call. A lasting call runs slice by slice, so that the caller can be interrupted, and names the call that continues it.
 use crate::wrong_form;
 use model::refusal::Refusals;
 use serde::Serialize;
 use serde_json::Value as Json;
 
-/// Result of a call; a value as JSON, or as the text of that.
+/// Result of a call; a value as JSON, or as JSON text.
 #[derive(Clone, Debug, PartialEq)]
 pub enum CallResult<O = Json> {
-    /// The call is over, with this result.
+    /// The call is complete, with this result.
     Done(O),
-    /// Its slice is over: it goes on with this call and these arguments.
+    /// The slice has expired: the call continues with this call and these arguments.
     Waiting { call: &'static str, arguments: Json },
 }
 
 /// Result of the body of a call.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Outcome<T> {
-    /// The call is over, with this answer.
+    /// The call is complete, with this answer.
     Done(T),
-    /// Its slice is over: it goes on with this call and these arguments.
+    /// The slice has expired: the call continues with this call and these arguments.
     GoesOn { call: &'static str, arguments: Json },
 }
 
@@ -30,7 +30,7 @@ impl<T> From<T> for Outcome<T> {
 }
 
 impl<T: Serialize> Outcome<T> {
-    /// Its answer in the form that is asked for.
+    /// Returns the answer in the requested form.
     #[doc(hidden)]
     pub fn answered<O: Form>(self) -> Result<CallResult<O>, Refusals> {
         Ok(match self {

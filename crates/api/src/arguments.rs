@@ -1,19 +1,19 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The arguments of a call, from their JSON text.
+//! Arguments of a call, parsed from JSON text.
 use model::refusal::{Class, Refusal, Refusals};
 use serde::de::DeserializeOwned;
 use serde_json::{Map, Value as Json};
 
-/// Arguments read straight into their type; nothing where they are not of that form: [`CallArguments`] says what is wrong.
+/// Parses arguments directly into their type; returns `None` if they do not have that form: [`CallArguments`] then reports the mistake.
 #[doc(hidden)]
 pub fn quick<T: DeserializeOwned>(text: &str) -> Option<T> {
     let text = text.trim_ascii_start();
-    // A list would do for a struct.
+    // A list would also be accepted for a struct.
     let object = if text.is_empty() { "{}" } else { text };
     if object.starts_with('{') { serde_json::from_str(object).ok() } else { None }
 }
 
-/// The arguments of a call, taken one by one; what is left over is refused.
+/// Arguments of a call, taken one by one; remaining ones are refused.
 #[doc(hidden)]
 pub struct CallArguments {
     call: &'static str,
@@ -21,13 +21,13 @@ pub struct CallArguments {
 }
 
 impl CallArguments {
-    /// Reads the arguments of one call from their JSON text; empty: none.
+    /// Parses the arguments of one call from JSON text; an empty text means none.
     pub fn of(call: &'static str, text: &str) -> Result<CallArguments, Refusals> {
         let given = if text.trim().is_empty() { Map::new() } else { crate::from_json(text)? };
         Ok(CallArguments { call, given })
     }
 
-    /// Takes an argument that must be given.
+    /// Takes a required argument.
     pub fn must<T: DeserializeOwned>(&mut self, name: &str) -> Result<T, Refusals> {
         let value = self.given.remove(name).unwrap_or(Json::Null);
         serde_json::from_value(value).map_err(|why| {
@@ -36,12 +36,12 @@ impl CallArguments {
         })
     }
 
-    /// Takes an argument that may be left out.
+    /// Takes an optional argument.
     pub fn may<T: DeserializeOwned + Default>(&mut self, name: &str) -> Result<T, Refusals> {
         if self.given.contains_key(name) { self.must(name) } else { Ok(T::default()) }
     }
 
-    /// Takes all that is left, as one value.
+    /// Takes all remaining arguments as one value.
     pub fn whole<T: DeserializeOwned>(&mut self) -> Result<T, Refusals> {
         let given = Json::Object(std::mem::take(&mut self.given));
         serde_path_to_error::deserialize(given).map_err(|why| {
@@ -52,7 +52,7 @@ impl CallArguments {
         })
     }
 
-    /// Refuses what was not taken.
+    /// Refuses arguments that were not taken.
     pub fn none_left(&self) -> Result<(), Refusals> {
         match self.given.keys().next() {
             None => Ok(()),
@@ -67,7 +67,7 @@ fn class_of(why: &str) -> Class {
     if why.starts_with("invalid value: integer") { Class::OutOfRange } else { Class::CallError }
 }
 
-/// Returns the value of one argument as text: a text itself, a number in digits. Nothing where there is none, or none of these.
+/// Returns the value of one argument as text: a text itself, or a number in digits. `None` if it is missing or of another type.
 pub(crate) fn peek(text: &str, name: &str) -> Option<String> {
     struct Peeking<'a>(&'a str);
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! A call as it is declared, and making one.
+//! Declaration and execution of a call.
 use crate::answered::CallResult;
 use crate::arguments::peek;
 use crate::calls::find;
@@ -12,15 +12,15 @@ use serde_json::{Map, Value as Json};
 use std::time::Duration;
 use supervisor::{CommandSubject, ProgramCommand, System};
 
-/// Time for which a wait sleeps before it looks at its deadline again.
+/// Time for which a wait sleeps before it checks its deadline again.
 const SLICE: Duration = Duration::from_millis(50);
-/// Argument that is the number of an instance.
+/// Argument with the number of an instance.
 const INSTANCE: &str = "instance";
 
 type Run<O> = fn(&System, &str, Duration) -> Result<CallResult<O>, Refusals>;
 type SchemaOf = fn(&mut SchemaGenerator) -> Schema;
 
-/// A call on a system: all that is known of it. [`calls!`](crate::calls!) declares one.
+/// A call on a system, with all its properties. [`calls!`](crate::calls!) declares one.
 #[derive(Clone, Copy)]
 pub struct Call {
     pub name: &'static str,
@@ -28,42 +28,42 @@ pub struct Call {
     pub subject: &'static str,
     /// Description of its action and result, for people, line by line.
     pub words: &'static [&'static str],
-    /// The least role that may make it.
+    /// Minimum role required.
     pub role: Role,
-    /// Argument that names the object which the call commands; empty: the whole system. None: it does not command.
+    /// Argument that names the commanded object; empty for the whole system. `None` if the call does not command.
     pub commands: Option<&'static str>,
-    /// The log has it too where the program that holds the system gave it.
+    /// True if the call is logged even when the program that holds the system makes it.
     pub told: bool,
-    /// There it is about the system, not about its argument.
+    /// True if that log entry is about the system, not about the argument.
     pub told_of_system: bool,
     pub journal: JournalRule,
     pub effect: Effect,
-    /// Argument by which it defines a name; of several definitions of one name the last one counts.
+    /// Argument with the name that the call defines; the last definition of a name counts.
     pub defines: Option<&'static str>,
-    /// Argument that a driver reads.
+    /// Argument that a driver interprets.
     pub for_driver: Option<DriverArgument>,
     pub records: RecordArguments,
-    /// True if it lasts, and goes on in slices.
+    /// True if the call lasts, and continues in slices.
     pub lasts: bool,
-    /// True if it is over in microseconds, or if it lasts so is its beginning: no file, no device, no compiler.
+    /// True if the call, or the first slice of a lasting call, completes within microseconds: it uses no file, device or compiler.
     pub brief: bool,
-    /// True if it brings something to a stop: it is not queued behind other calls.
+    /// True if the call stops something: it is not queued behind other calls.
     pub stops: bool,
-    /// True if it stops everything: a thread is kept for it, and nobody counts how many there are.
+    /// True if the call stops everything: a thread is reserved for it, and the number of such calls is not limited.
     pub stops_all: bool,
-    /// A machine may begin to move by it: one that says when it was given is refused where it comes late.
+    /// True if a machine may begin to move: such a call with a time stamp is refused if it arrives late.
     pub moves: bool,
-    /// True if it may be made without command: the role is enough.
+    /// True if the call does not require command of the system: the role is enough.
     pub free: bool,
-    /// Argument into which the control interface enters the caller, whatever was given.
+    /// Argument that the control interface sets to the caller, overriding any value passed.
     pub signed: Option<&'static str>,
-    /// True if it takes long to work out, or its answer is long.
+    /// True if the call takes long to compute, or its answer is long.
     pub costs: bool,
-    /// True if it speaks of files of this host: from another one this goes another way.
+    /// True if the call refers to files of this host: from another host a different call is used.
     pub local: bool,
-    /// True if it moves bytes at a rate: the programming system has a way of its own for that.
+    /// True if the call transfers bytes at a high rate: the programming system has a separate path for that.
     pub rated: bool,
-    /// The argument that is all that is left of the object, and its schema.
+    /// Argument that consists of all remaining members of the object, with its schema.
     pub whole: Option<(&'static str, SchemaOf)>,
     named: SchemaOf,
     answer: SchemaOf,
@@ -77,9 +77,9 @@ impl std::fmt::Debug for Call {
     }
 }
 
-/// Properties of a call, as its declaration has them behind the answer.
+/// Properties of a call, as declared after its answer.
 impl Call {
-    /// Makes a call that has none of them.
+    /// Makes a call without any of these properties.
     #[doc(hidden)]
     pub const fn of(
         (name, subject, words): (&'static str, &'static str, &'static [&'static str]),
@@ -129,144 +129,144 @@ impl Call {
         Call { whole: Some((name, of)), ..self }
     }
 
-    /// Declares that it commands; what about, this argument says. An empty argument means the whole system.
+    /// Declares that the call commands the object named by this argument. An empty argument means the whole system.
     pub const fn commands(self, about: &'static str) -> Call {
         Call { commands: Some(about), ..self }
     }
 
-    /// Declares that the log has it too if the program that holds the system gave it.
+    /// Declares that the call is logged even when the program that holds the system makes it.
     pub const fn told(self) -> Call {
         Call { told: true, ..self }
     }
 
-    /// Declares that the log has it too if the program that holds the system gave it, as about the system.
+    /// Declares that the call is logged, as about the system, even when the program that holds the system makes it.
     pub const fn told_of_system(self) -> Call {
         Call { told: true, told_of_system: true, ..self }
     }
 
-    /// Declares that it lasts, and goes on in slices.
+    /// Declares that the call lasts, and continues in slices.
     pub const fn lasts(self) -> Call {
         Call { lasts: true, ..self }
     }
 
-    /// Declares that it is over in microseconds, or so is its beginning.
+    /// Declares that the call, or its first slice, completes within microseconds.
     pub const fn brief(self) -> Call {
         Call { brief: true, ..self }
     }
 
-    /// Declares that it brings something to a stop: it is not queued behind other calls.
+    /// Declares that the call stops something: it is not queued behind other calls.
     pub const fn stops(self) -> Call {
         Call { stops: true, ..self }
     }
 
-    /// Declares that it stops everything: nothing is ahead of it.
+    /// Declares that the call stops everything: no other call precedes it.
     pub const fn stops_all(self) -> Call {
         Call { stops: true, stops_all: true, ..self }
     }
 
-    /// Declares its effect on an instance, a device or a recording.
+    /// Declares the call's effect on an instance, a device or a recording.
     pub const fn effect(self, effect: Effect) -> Call {
         Call { effect, ..self }
     }
 
-    /// Declares that it defines the name in this argument: the last definition of a name counts.
+    /// Declares that the call defines the name in this argument: the last definition of a name counts.
     pub const fn defines(self, name: &'static str) -> Call {
         Call { defines: Some(name), ..self }
     }
 
-    /// Declares that a driver reads this argument.
+    /// Declares that a driver interprets this argument.
     pub const fn for_driver(self, argument: DriverArgument) -> Call {
         Call { for_driver: Some(argument), ..self }
     }
 
-    /// Declares that this argument is the path of a recording: over the control interface a name in the daemon's folder.
+    /// Declares that this argument is the path of a recording; over the control interface it is a name in the daemon's folder.
     pub const fn record_path(self, argument: &'static str) -> Call {
         Call { records: RecordArguments { path: Some(argument), ..self.records }, ..self }
     }
 
-    /// Declares the arguments by which a recording that begins is known to one that goes on behind it.
+    /// Declares the arguments that identify a new recording and the recording that it continues.
     pub const fn record_resumes(self, identity: &'static str, resumes: &'static str) -> Call {
         Call { records: RecordArguments { identity: Some(identity), resumes: Some(resumes), ..self.records }, ..self }
     }
 
-    /// Has the control interface enter the daemon's folder of recordings into this argument.
+    /// Makes the control interface set this argument to the daemon's folder of recordings.
     pub const fn record_folder(self, argument: &'static str) -> Call {
         Call { records: RecordArguments { folder: Some(argument), ..self.records }, ..self }
     }
 
-    /// Has the control interface enter the digests of code that the daemon trusts into this argument.
+    /// Makes the control interface set this argument to the digests of code that the daemon trusts.
     pub const fn trusts(self, argument: &'static str) -> Call {
         Call { records: RecordArguments { trust: Some(argument), ..self.records }, ..self }
     }
 
-    /// Declares that a machine may begin to move by it.
+    /// Declares that a machine may begin to move.
     pub const fn moves(self) -> Call {
         Call { moves: true, ..self }
     }
 
-    /// Declares that it may be made without command.
+    /// Declares that the call does not require command of the system.
     pub const fn free(self) -> Call {
         Call { free: true, ..self }
     }
 
-    /// Has the control interface enter the caller into this argument, whatever was given.
+    /// Makes the control interface set this argument to the caller, overriding any value passed.
     pub const fn signed(self, by: &'static str) -> Call {
         Call { signed: Some(by), ..self }
     }
 
-    /// Declares that it takes long to work out, or its answer is long.
+    /// Declares that the call takes long to compute, or that its answer is long.
     pub const fn costs(self) -> Call {
         Call { costs: true, ..self }
     }
 
-    /// Declares that it speaks of files of this host.
+    /// Declares that the call refers to files of this host.
     pub const fn local(self) -> Call {
         Call { local: true, ..self }
     }
 
-    /// Declares that it moves bytes at a rate.
+    /// Declares that the call transfers bytes at a high rate.
     pub const fn rated(self) -> Call {
         Call { rated: true, ..self }
     }
 
-    /// Declares that a journal records it, though it does not configure.
+    /// Declares that a journal records the call although it does not configure.
     pub const fn journalled(self) -> Call {
         Call { journal: JournalRule { recorded: JournalEntry::Call, ..self.journal }, ..self }
     }
 
-    /// Declares that a journal records what becomes of that which runs.
+    /// Declares that a journal records the outcome of the call for running instances.
     pub const fn outcome_journalled(self) -> Call {
         Call { journal: JournalRule { recorded: JournalEntry::Outcome, ..self.journal }, ..self }
     }
 
-    /// Declares that a journal does not record it, though it configures.
+    /// Declares that a journal does not record the call although it configures.
     pub const fn unjournalled(self) -> Call {
         Call { journal: JournalRule { recorded: JournalEntry::Nothing, ..self.journal }, ..self }
     }
 
-    /// Declares that in a journal only the last one with the same values of these arguments counts.
+    /// Declares that in a journal only the last call with the same values of these arguments counts.
     pub const fn replaces(self, of: &'static [&'static str]) -> Call {
         Call { journal: JournalRule { replaces: Some(of), ..self.journal }, ..self }
     }
 
-    /// Declares that in a journal it goes when this call deletes what this argument names.
+    /// Declares that a journal drops the call when the call `deletes` deletes the item named by this argument.
     pub const fn goes_with(self, deletes: &'static str, by: &'static str) -> Call {
         Call { journal: JournalRule { goes_with: Some((deletes, by)), ..self.journal }, ..self }
     }
 
-    /// Declares that nothing is started if its replay fails.
+    /// Declares that nothing is started if the replay of the call fails.
     pub const fn watches(self) -> Call {
         Call { journal: JournalRule { watches: true, ..self.journal }, ..self }
     }
 
-    /// Declares that these arguments are in no file.
+    /// Declares that these arguments are never written to a file.
     pub const fn secret(self, arguments: &'static [&'static str]) -> Call {
         Call { journal: JournalRule { secret: arguments, ..self.journal }, ..self }
     }
 }
 
 impl Call {
-    /// Returns the role that it needs: what advances the virtual clock is no mere looking.
+    /// Returns the required role: a call that advances the virtual clock is more than an observation.
     pub fn role_under(&self, is_virtual: bool) -> Role {
         if is_virtual && self.lasts { self.role.max(Role::Operate) } else { self.role }
     }
@@ -281,7 +281,7 @@ impl Call {
         (self.named)(generator)
     }
 
-    /// Returns the schema of the argument that is all that is left of the object.
+    /// Returns the schema of the argument that consists of all remaining members of the object.
     pub fn whole_schema(&self, generator: &mut SchemaGenerator) -> Option<Schema> {
         self.whole.map(|(_, of)| of(generator))
     }
@@ -291,7 +291,7 @@ impl Call {
         (self.answer)(generator)
     }
 
-    /// Its named arguments.
+    /// Returns the named arguments.
     pub fn arguments(&self) -> Vec<Argument> {
         let schema = Json::from((self.named)(&mut SchemaGenerator::default()));
         let required = |name: &str| schema["required"].as_array().is_some_and(|names| names.iter().any(|required| required == name));
@@ -300,7 +300,7 @@ impl Call {
         properties.into_iter().map(of).collect()
     }
 
-    /// Returns the object of a call that commands: an instance, a device, an SVV, or `system`. Nothing where the call only looks, or waits.
+    /// Returns the object of a commanding call: an instance, a device, an SVV, or `system`. `None` if the call only observes or waits.
     pub fn about(&self, system: &System, arguments: &Map<String, Json>) -> Option<String> {
         let argument = self.commands?;
         Some(match arguments.get(argument) {
@@ -310,12 +310,12 @@ impl Call {
         })
     }
 
-    /// Begins it: it answers after `slice` of real time at the latest.
+    /// Begins the call; it answers within `slice` of real time.
     pub fn begin(&self, system: &System, arguments: &str, slice: Duration) -> Result<CallResult, Refusals> {
         (self.run)(system, arguments, slice)
     }
 
-    /// Begins it as the program that holds the system: the log has what commands. Its answer is text.
+    /// Begins the call as the program that holds the system: commands are logged. The answer is text.
     pub fn begin_as_program(&self, system: &System, arguments: &str, slice: Duration) -> Result<CallResult<String>, Refusals> {
         let run = || (self.tell)(system, arguments, slice);
         let Some(about) = self.commands.filter(|_| self.told) else { return run() };
@@ -331,12 +331,12 @@ impl Call {
         system.as_program(&self.command(subject), run)
     }
 
-    /// Makes the entry that the log has of this call, about a subject, where the program gives it.
+    /// Makes the log entry of this call, about a subject, for a call by the program.
     pub(crate) fn command<'a>(&self, subject: CommandSubject<'a>) -> ProgramCommand<'a> {
         ProgramCommand { call: self.name, subject, stops: self.stops }
     }
 
-    /// Goes on with it, which the log has already.
+    /// Continues the call, which has already been logged.
     pub fn go_on(&self, system: &System, arguments: &str, slice: Duration) -> Result<CallResult<String>, Refusals> {
         (self.tell)(system, arguments, slice)
     }
@@ -357,11 +357,11 @@ fn words(schema: &Json) -> String {
     schema["description"].as_str().unwrap_or("").replace('\n', " ")
 }
 
-/// Makes one call. `arguments`: the JSON text of an object, empty for none; the result is JSON.
+/// Executes one call. `arguments`: JSON text of an object, empty for none; the result is JSON.
 ///
-/// The header `opengpac_ps.h` lists the calls and their arguments. Calls that wait return when what they wait for has come, or their
-/// `timeout_ns` has passed, on the system's clock; under the virtual clock they advance time. Errors: the refusals of the
-/// supervisor, `CallError` for a call or an argument that there is not.
+/// The header `opengpac_ps.h` lists the calls and their arguments. Waiting calls return when the awaited event has occurred, or when
+/// their `timeout_ns` has passed on the system's clock; under the virtual clock they advance time. Errors are the refusals of the
+/// supervisor, and `CallError` for an unknown call or argument.
 pub fn call(system: &System, name: &str, arguments: &str) -> Result<Json, Refusals> {
     let mut answered = begin(system, name, arguments, SLICE)?;
     loop {
@@ -372,18 +372,18 @@ pub fn call(system: &System, name: &str, arguments: &str) -> Result<Json, Refusa
     }
 }
 
-/// Begins a call: as [`call`], but one that lasts answers after `slice` of real time at the latest, with the call by which it goes on.
+/// Begins a call as [`call`] does, but a lasting call answers within `slice` of real time, with the call that continues it.
 pub fn begin(system: &System, name: &str, arguments: &str, slice: Duration) -> Result<CallResult, Refusals> {
     known(name)?.begin(system, arguments, slice)
 }
 
-/// Returns the call of that name. Errors: there is none.
+/// Returns the call with that name. Fails if it does not exist.
 pub fn known(name: &str) -> Result<&'static Call, Refusals> {
     let none = || vec![Refusal::new(Class::CallError, format!("there is no call '{name}'")).remedy("see the list in opengpac_ps.h")];
     find(name).ok_or_else(none)
 }
 
-/// Returns the object of a call that commands: an instance, a device, an SVV, or `system`. Nothing where the call only looks, or waits.
+/// Returns the object of a commanding call: an instance, a device, an SVV, or `system`. `None` if the call only observes or waits.
 pub fn commanded(system: &System, call: &str, arguments: &Map<String, Json>) -> Option<String> {
     find(call)?.about(system, arguments)
 }

@@ -41,18 +41,18 @@ const SUBJECTS: [&[Call]; 13] = [
 
 static BY_NAME: LazyLock<HashMap<&str, &Call>> = LazyLock::new(|| SUBJECTS.into_iter().flatten().map(|call| (call.name, call)).collect());
 
-/// Of several calls with one effect the first.
+/// First call with each effect.
 static BY_EFFECT: LazyLock<HashMap<Effect, &Call>> = LazyLock::new(|| SUBJECTS.into_iter().flatten().rev().map(|call| (call.effect, call)).collect());
 
-/// Calls of a program that stands on this crate.
+/// Calls of a program that is based on this crate.
 static MORE: OnceLock<&[Call]> = OnceLock::new();
 
-/// Returns the calls, in the order in which they are listed.
+/// Returns the calls in listing order.
 pub fn calls() -> impl Iterator<Item = &'static Call> {
     SUBJECTS.into_iter().chain(MORE.get().copied()).flatten()
 }
 
-/// Returns the call of that name.
+/// Returns the call with that name.
 pub fn find(name: &str) -> Option<&'static Call> {
     BY_NAME.get(name).copied().or_else(|| MORE.get()?.iter().find(|call| call.name == name))
 }
@@ -65,10 +65,10 @@ pub fn with_effect(effect: Effect) -> &'static Call {
     BY_EFFECT.get(&effect).expect("each effect is that of a call of this crate")
 }
 
-/// Enters calls that are declared outside this crate, once in the life of the process, before anything is served.
+/// Adds calls declared outside this crate. Must be called once per process, before anything is served.
 ///
 /// # Panics
-/// Where calls were entered before, or one of that name is there.
+/// If calls were added before, or if a name already exists.
 pub fn add(more: &'static [Call]) {
     for call in more {
         assert!(!BY_NAME.contains_key(call.name), "there is a call '{}' already", call.name);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The form in which a call is declared.
+//! Syntax for declaring a call.
 
 /// Declares calls. Everything that is known of a call stands here, and nowhere else:
 ///
@@ -41,7 +41,7 @@ macro_rules! calls {
     };
 }
 
-/// One call of [`calls!`]: takes its arguments one by one, then makes its [`Call`](crate::Call) of them.
+/// Declares one call of [`calls!`]: takes its arguments one by one, then makes its [`Call`](crate::Call) from them.
 #[doc(hidden)]
 #[macro_export]
 macro_rules! declared_call {
@@ -96,8 +96,8 @@ macro_rules! declared_call {
     }};
 }
 
-/// Arguments read straight into their types, where they are as they should be. Where they are not, the careful way finds the words for
-/// it; so it goes where a whole stands beside named ones.
+/// Parses arguments directly into their types if they are correct. Otherwise the slow path finds the message; it is also used for a
+/// `whole` argument next to named ones.
 #[doc(hidden)]
 #[macro_export]
 macro_rules! quick_arguments {

@@ -1,59 +1,60 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Effect of a call on objects that outlive it: owners, the journal and its replay ask for it instead of the name of a call.
+//! Effects of a call on objects that outlive it: owners, the journal and its replay depend on the effect rather than on the name of a
+//! call.
 
-/// Effect of a call on a verb instance, a logical device or a recording: owners of instances, the journal and its replay follow it.
+/// Effect of a call on a verb instance, a logical device or a recording. Owners of instances, the journal and its replay depend on it.
 ///
-/// An instance is that of the argument `instance` unless something else is said, a device that of the argument `name`.
+/// Unless stated otherwise, the instance is that of the argument `instance`, and the device that of the argument `name`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Effect {
-    /// Leaves nothing that is followed.
+    /// No effect that needs tracking.
     None,
-    /// Creates the instance that its answer names.
+    /// Creates the instance named in its answer.
     CreatesInstance,
     /// Starts an instance.
     StartsInstance,
-    /// Sets parameters of an instance that runs.
+    /// Sets parameters of a running instance.
     TunesInstance,
-    /// Ends an instance, and answers with its end report.
+    /// Ends an instance, and returns its end report.
     EndsInstance,
     /// Deletes an instance.
     DeletesInstance,
-    /// Answers with the end report of an instance, if it has ended.
+    /// Returns the end report of an instance if it has ended.
     ReportsEnd,
     /// Creates an instance, starts it, waits for its end and deletes it.
     PerformsVerb,
-    /// Waits for the end of an instance of a verb that is performed, and deletes it.
+    /// Waits for the end of a performed verb's instance, and deletes it.
     CompletesVerb,
-    /// Starts the verb of a device: the instance that its answer names, 0 for none.
+    /// Starts a device's own verb: the instance named in its answer, or 0 for none.
     EnablesDevice,
     /// Deletes a device.
     DeletesDevice,
-    /// Begins the recording that its answer names.
+    /// Starts the recording named in its answer.
     BeginsRecording,
     /// Ends the recording of the argument `recording`.
     EndsRecording,
 }
 
-/// Argument of a call that a driver reads: it may name files of the caller, and code.
+/// Argument that a driver interprets: it may name files of the caller, and code.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum DriverArgument {
-    /// `options` of the driver that the argument `kind` names.
+    /// `options` of the driver named by the argument `kind`.
     Options,
-    /// `arguments` of the service of a device that the arguments `service` and `device` name.
+    /// `arguments` of the service named by the arguments `service` and `device`.
     OfService,
 }
 
-/// Arguments of a call for which a daemon that serves others answers: its files are its own, and so is its trust in code.
+/// Arguments controlled by a daemon that serves others: it uses its own files and its own trust in code.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct RecordArguments {
-    /// Argument that names a recording in the daemon's folder.
+    /// Argument with the name of a recording in the daemon's folder.
     pub path: Option<&'static str>,
-    /// Argument into which the daemon enters its folder, whatever was given.
+    /// Argument that the daemon sets to its folder, overriding any value passed.
     pub folder: Option<&'static str>,
-    /// Argument into which the daemon enters the digests of code that may run, whatever was given.
+    /// Argument that the daemon sets to the digests of code that may run, overriding any value passed.
     pub trust: Option<&'static str>,
-    /// Argument into which the daemon enters the identity of a recording that begins, whatever was given.
+    /// Argument that the daemon sets to the identity of a new recording, overriding any value passed.
     pub identity: Option<&'static str>,
-    /// Argument by which a daemon that was started again lets a recording go on behind its files; what was given is passed over.
+    /// Argument by which a restarted daemon continues a recording after its files; any value passed is ignored.
     pub resumes: Option<&'static str>,
 }

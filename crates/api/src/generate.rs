@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Texts that are made of the declarations and checked in: the list in the C header, the page of the docs, the Python methods. A test of this
-//! crate says when one is stale, and writes it again where `OPENGPAC_WRITE_SCHEMAS` is set.
+//! Generates the checked-in texts that depend on the declarations: the list in the C header, the documentation page, the Python methods.
+//! A test of this crate reports stale ones, and rewrites them if `OPENGPAC_WRITE_SCHEMAS` is set.
 mod header;
 mod page;
 mod python;
@@ -13,7 +13,7 @@ use crate::call::{Argument, Call};
 use schemars::SchemaGenerator;
 use serde_json::Value as Json;
 
-/// Returns a schema in a word or two.
+/// Describes a schema in a word or two.
 fn word(schema: &Json) -> String {
     if let Some(path) = schema["$ref"].as_str() {
         return path.rsplit('/').next().unwrap_or(path).to_owned();
@@ -34,24 +34,25 @@ fn word(schema: &Json) -> String {
     }
 }
 
-/// Returns the answer of a call in a word or two; none if there is none.
+/// Describes the answer of a call in a word or two; `None` if there is none.
 fn answer(call: &Call) -> Option<String> {
     Some(word(&Json::from(call.answer_schema(&mut SchemaGenerator::default())))).filter(|word| word != "null")
 }
 
-/// Returns the arguments that must be given, then those that may be left out.
+/// Returns the required arguments, then the optional ones.
 fn ordered(call: &Call) -> Vec<Argument> {
     let (must, may): (Vec<_>, Vec<_>) = call.arguments().into_iter().partition(|argument| argument.required);
     must.into_iter().chain(may).collect()
 }
 
-/// Returns `name, [core], ...specification`: what stands in brackets may be left out, behind dots stands all that is left of the object.
+/// Returns `name, [core], ...specification`: arguments in brackets are optional; the argument after the dots consists of all remaining
+/// members of the object.
 fn signature(call: &Call) -> String {
     let named = ordered(call).into_iter().map(|a| if a.required { a.name } else { format!("[{}]", a.name) });
     named.chain(call.whole.map(|(name, _)| format!("...{name}"))).collect::<Vec<_>>().join(", ")
 }
 
-/// Calls by subject, in their order; a subject comes once.
+/// Groups the calls by subject, in order; each subject occurs once.
 fn by_subject<'a>(calls: impl Iterator<Item = &'a Call>) -> Vec<(&'static str, Vec<&'a Call>)> {
     let mut subjects: Vec<(&'static str, Vec<&Call>)> = Vec::new();
     for call in calls {
@@ -63,7 +64,7 @@ fn by_subject<'a>(calls: impl Iterator<Item = &'a Call>) -> Vec<(&'static str, V
     subjects
 }
 
-/// Words in lines of a length, each behind a margin.
+/// Wraps words into lines of a given width, each after a margin.
 fn wrapped(text: &str, margin: &str, width: usize) -> String {
     let (mut lines, mut line) = (String::new(), String::new());
     for word in text.split_whitespace() {

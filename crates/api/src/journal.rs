@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Treatment of a call by a journal, so that a daemon that starts again knows what it was told.
+//! Treatment of a call by a journal, from which a restarted daemon restores its configuration.
 
-/// Entry of a journal for a call.
+/// Journal entry for a call.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum JournalEntry {
-    /// The journal records nothing: it only looks, or is of this life of the daemon alone.
+    /// No entry: the call only observes, or concerns only this run of the daemon.
     Nothing,
-    /// Later outcome of what the call started, not the call itself.
+    /// Later outcome of the instances that the call started, but not the call itself.
     Outcome,
-    /// The call, which a replay of the journal makes again.
+    /// The call, which a replay of the journal repeats.
     Call,
 }
 
@@ -16,12 +16,12 @@ pub enum JournalEntry {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct JournalRule {
     pub recorded: JournalEntry,
-    /// Arguments of which, among calls with the same values of them, only the last call counts.
+    /// Arguments that identify a setting: among calls with the same values of them, only the last one counts.
     pub replaces: Option<&'static [&'static str]>,
-    /// The call that deletes what this one made, and the argument of this one that names it.
+    /// Call that deletes the item created by this one, and the argument of this one that names the item.
     pub goes_with: Option<(&'static str, &'static str)>,
-    /// Where a replay of it fails, nothing is started: what would stop a motion is not there.
+    /// True if nothing is started when the replay of the call fails, because something that would stop a motion is missing.
     pub watches: bool,
-    /// Arguments that no file may have.
+    /// Arguments that must not be written to a file.
     pub secret: &'static [&'static str],
 }

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The programming system's side of a real-time system: texts in, texts out.
+//! The programming system's interface to a real-time system, with JSON texts in both directions.
 //!
-//! Definitions, applications, values and reports have one JSON form. What speaks it is a programming system: the Python package
-//! through its bindings, a C program through the C package, a remote one through the control interface. [`open`] makes a system;
-//! [`call()`] is every call on it by its name, [`begin`] the same for a caller that must not wait long.
+//! Definitions, applications, values and reports have one JSON form. It is used by programming systems: the Python package through its
+//! bindings, a C program through the C package, a remote one through the control interface. [`open`] creates a system; [`call()`]
+//! executes a call by its name, [`begin`] does the same for a caller that must not wait long.
 //!
-//! Each call is declared once, in [`calls`](mod@calls), in the form of [`calls!`]. What carries it out, its role, the schemas of its
-//! arguments and its answer, the journal and the log of commands, and the lists in the C header, in the docs and in the Python package
-//! ([`generate`]) all come from that.
+//! Each call is declared once, in [`calls`](mod@calls), in the form of [`calls!`]. Its implementation, its role, the schemas of its
+//! arguments and its answer, its treatment by the journal and the log of commands, and its entries in the C header, in the docs and in
+//! the Python package ([`generate`]) are all derived from that.
 mod answered;
 mod arguments;
 mod call;
@@ -41,7 +41,7 @@ use model::refusal::{Class, Refusal};
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 
-/// Reads a value of the model from JSON; what is not of its form is refused as a definition error.
+/// Parses a value of the model from JSON; a wrong form is refused as a definition error.
 pub fn from_json<T: DeserializeOwned>(json: &str) -> Result<T, Refusals> {
     let mut reader = serde_json::Deserializer::from_str(json);
     let read: Result<T, _> = serde_path_to_error::deserialize(&mut reader);
@@ -54,17 +54,17 @@ pub fn from_json<T: DeserializeOwned>(json: &str) -> Result<T, Refusals> {
     Ok(value)
 }
 
-/// Returns the JSON of a value. Errors: what JSON cannot say, a map whose keys are no texts.
+/// Returns the JSON of a value. Fails if JSON cannot represent it, such as a map whose keys are not texts.
 pub fn to_json(value: &impl Serialize) -> Result<String, Refusals> {
     serde_json::to_string(value).map_err(|why| wrong_form(&why))
 }
 
-/// Makes a refusal of a call itself: what was asked for cannot be understood.
+/// Makes the refusal of a call that cannot be understood.
 pub fn refusal(message: &str) -> Refusal {
     Refusal::new(Class::CallError, message)
 }
 
-/// Returns the answer of what cannot be refused.
+/// Wraps an answer that cannot be refused.
 fn sure<T>(answer: T) -> Result<T, Refusals> {
     Ok(answer)
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Making a system: its clock and its interconnect.
+//! Creation of a system with its clock and its interconnect.
 use crate::from_json;
 use interconnect::{Carrier, Faults, Memory, Message};
 use model::refusal::{Class, Refusal, Refusals};
@@ -15,21 +15,21 @@ struct Options {
     seed: u64,
     interconnect: Interconnect,
     processes: Option<Processes>,
-    /// Processes that lost a system of this name are looked for.
+    /// True to search for processes that lost a system of this name.
     adopt: bool,
 }
 
-/// Start of processes for processors.
+/// Command lines of processes for processors.
 #[derive(Deserialize)]
 struct Processes {
-    /// Comes to call `places::processor`.
+    /// Command line of a program that calls `places::processor`.
     command: Vec<String>,
-    /// Comes to call `guard::run`.
+    /// Command line of a program that calls `guard::run`.
     guard: Vec<String>,
-    /// Comes to call `replay::serve`.
+    /// Command line of a program that calls `replay::serve`.
     #[serde(default)]
     replay: Vec<String>,
-    /// The interpreter that tries code modules.
+    /// Interpreter that tests code modules.
     python: String,
 }
 
@@ -59,11 +59,10 @@ enum Interconnect {
     },
 }
 
-/// Opens a real-time system in this process. `clock`: `monotonic` or `virtual`. `options`: `{"seed": n, "interconnect": {"kind": "memory"}}`, where
-/// the
-/// interconnect may be `message` with `seed`, `delay_ns`, `drop`, `repeat`, `reorder` and `corrupt`, under the virtual clock; and
-/// `"processes": {"command": [...], "python": "..."}` says how processors get processes of their own; with `"adopt": true` those that lost a
-/// system of this name are looked for first, and `take_over` lets what runs there go on.
+/// Opens a real-time system in this process. `clock`: `monotonic` or `virtual`. `options`: `{"seed": n, "interconnect": {"kind":
+/// "memory"}}`, where the interconnect may be `message` with `seed`, `delay_ns`, `drop`, `repeat`, `reorder` and `corrupt`, under the
+/// virtual clock. `"processes": {"command": [...], "python": "..."}` sets the commands for processors in separate processes. With
+/// `"adopt": true`, processes that lost a system of this name are searched for first, and `take_over` continues what runs in them.
 pub fn open(name: &str, clock: &str, options: &str) -> Result<System, Refusals> {
     let options: Options = from_json(options)?;
     let refuse = |message: String, remedy: &str| Err(vec![Refusal::new(Class::DefinitionError, message).remedy(remedy)]);
@@ -104,5 +103,5 @@ fn carrier(of: Interconnect) -> Result<Box<dyn Carrier>, Refusals> {
     })
 }
 
-/// One hour: later than anything that is looked at.
+/// Maximum delay: one hour, longer than any test observes.
 const DELAY_NS_MAX: i64 = 3_600_000_000_000;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Call of a verb in steps: its instance is made, started, waited for and deleted. A daemon keeps owners and its journal between the steps.
+//! Call of a verb in steps: creates, starts, awaits and deletes its instance. Between the steps, a daemon updates owners and its journal.
 use crate::answered::{CallResult, Outcome};
 use crate::waits::lasting;
 use model::definition::Application;
@@ -8,7 +8,7 @@ use serde_json::json;
 use std::time::Duration;
 use supervisor::{Limits, Report, StartedInstance, System, WaitResult};
 
-/// An instance that was made for a call of a verb and has not started.
+/// An instance created for a call of a verb and not started yet.
 pub struct PreparedVerb<'a> {
     system: &'a System,
     application: Application,
@@ -16,7 +16,7 @@ pub struct PreparedVerb<'a> {
     instance: u64,
 }
 
-/// An instance of a call of a verb that was started.
+/// A started instance of a call of a verb.
 pub struct StartedVerb<'a> {
     system: &'a System,
     started: StartedInstance,
@@ -28,12 +28,12 @@ impl<'a> PreparedVerb<'a> {
         Ok(PreparedVerb { system, application, limits, instance })
     }
 
-    /// Returns the number of its instance.
+    /// Returns the number of the instance.
     pub fn instance(&self) -> u64 {
         self.instance
     }
 
-    /// Starts it with the values of its application. Where that is refused, nothing is left of it.
+    /// Starts the instance with the values of its application. If the start is refused, the instance is deleted.
     pub fn start(self) -> Result<StartedVerb<'a>, Refusals> {
         let PreparedVerb { system, application, limits, instance } = self;
         Ok(StartedVerb { system, started: system.start_to_wait(instance, &application.values, limits)? })
@@ -41,7 +41,7 @@ impl<'a> PreparedVerb<'a> {
 }
 
 impl StartedVerb<'_> {
-    /// Waits for its end, at most `slice` of real time; it is deleted then. Returns the answer of the call.
+    /// Waits at most `slice` of real time for the end, and deletes the instance. Returns the answer of the call.
     pub fn complete(self, slice: Duration) -> Result<CallResult, Refusals> {
         self.completed(slice)?.answered()
     }
@@ -52,7 +52,7 @@ impl StartedVerb<'_> {
     }
 }
 
-/// Waits until an instance that was started so has ended, and deletes it.
+/// Waits until an instance started for a call has ended, and deletes it.
 pub(crate) fn performed(system: &System, instance: u64, slice: Duration) -> Result<Outcome<Option<Report>>, Refusals> {
     Ok(ended(system.performed(instance, slice)?, instance))
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Roles: what a caller may do, each with all that the ones before it may.
+//! Roles of callers, each of which includes the permissions of the previous ones.
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::str::FromStr;
@@ -8,21 +8,21 @@ use std::str::FromStr;
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Role {
-    /// Looks.
+    /// May observe.
     Observe,
-    /// Makes, starts and ends verb instances, enables devices, stores values, acknowledges.
+    /// May create, start and end verb instances, enable devices, store values, and acknowledge alarms.
     Operate,
-    /// Changes what there is: processors, devices, definitions.
+    /// May change the configuration: processors, devices, definitions.
     Configure,
-    /// Brings code and files.
+    /// May download code and files.
     Download,
 }
 
 impl Role {
-    /// All roles, in the order of what they may do.
+    /// All roles, in order of increasing permissions.
     pub const ALL: [Role; 4] = [Role::Observe, Role::Operate, Role::Configure, Role::Download];
 
-    /// Its word.
+    /// Returns the word for the role.
     pub fn word(self) -> &'static str {
         match self {
             Role::Observe => "observe",

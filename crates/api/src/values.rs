@@ -13,10 +13,10 @@ use supervisor::System;
 /// A value with its number and time.
 #[derive(Clone, Debug, Serialize, JsonSchema)]
 pub struct Reading {
-    /// The value, where bytes are not asked for.
+    /// The value, unless bytes are requested.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub value: Option<Value>,
-    /// The memory of its C type in base64, little endian, where that is asked for.
+    /// Memory of its C type in base64, little endian, if requested.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub bytes: Option<String>,
     pub number: u64,
@@ -30,8 +30,8 @@ pub struct Snapshot {
     pub values: IndexMap<String, Reading>,
 }
 
-/// Reads one consistent snapshot. `raw`: instead of `value`, which cannot say
-/// NaN or infinity in JSON, `bytes`, the memory of the C type in base64, little endian.
+/// Reads one consistent snapshot. `raw`: returns `bytes`, the memory of the C type in base64, little endian, instead of `value`, which
+/// cannot represent NaN or infinity in JSON.
 pub fn snapshot(system: &System, names: &[String], raw: bool) -> Result<Snapshot, Refusals> {
     let types: Vec<Type> = names.iter().map(|name| type_of(system, name)).collect::<Result<_, _>>()?;
     let (time_ns, readings) = system.read(names)?;

@@ -1,15 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Calls that last. Each is made slice by slice, so that the caller can be interrupted, and says how it goes on.
+//! Lasting calls. Each runs slice by slice, so that the caller can be interrupted, and names the call that continues it.
 use crate::answered::Outcome;
 use model::refusal::{Class, Refusal, Refusals};
 use serde_json::{Value as Json, json};
 use std::time::{Duration, Instant};
 use supervisor::{System, WaitResult};
 
-/// Virtual time between two looks at the slice, ns.
+/// Virtual time between two checks of the slice, ns.
 const ADVANCE_SLICE_NS: i64 = 10_000_000;
 
-/// Returns when a wait gives up, on the system's clock: `until_ns`, or `timeout_ns` from now.
+/// Returns the deadline of a wait on the system's clock: `until_ns`, or `timeout_ns` from now.
 pub(crate) fn until(system: &System, timeout_ns: Option<i64>, until_ns: Option<i64>) -> Result<Option<i64>, Refusals> {
     match (timeout_ns, until_ns) {
         (Some(_), Some(_)) => Err(vec![Refusal::new(Class::CallError, "a wait has timeout_ns or until_ns, not both")]),
@@ -18,7 +18,7 @@ pub(crate) fn until(system: &System, timeout_ns: Option<i64>, until_ns: Option<i
     }
 }
 
-/// Returns the outcome of a wait: if its slice is over, it goes on with this call.
+/// Returns the outcome of a wait: if the slice has expired, it continues with this call.
 pub(crate) fn lasting<T, U: From<T>>(waited: WaitResult<T>, timed_out: U, call: &'static str, arguments: impl FnOnce() -> Json) -> Outcome<U> {
     match waited {
         WaitResult::Done(result) => Outcome::Done(result.into()),

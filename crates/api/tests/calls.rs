@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Calls by texts: a verb's whole life, devices, values, and what is wrong with a call.
+//! Calls from text: the full life of a verb, devices, values, and the errors of malformed calls.
 use api::{System, call, open};
 use serde_json::{Value as Json, json};
 
@@ -365,7 +365,7 @@ fn block_times_are_taken_while_somebody_looks() {
     assert!(refused(&system, "probe", r#"{ "for_ns": 3600000000001 }"#).contains("an hour at most"));
 }
 
-/// Calls of operators by which nothing begins to move.
+/// Calls of the operate role that cannot start any motion.
 const STILL: [&str; 14] = [
     "raise_alarm",
     "clear_alarm",

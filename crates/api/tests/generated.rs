@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Checks that the texts made of the declarations of calls and checked in are up to date.
+//! Checks that the committed texts generated from the declarations of calls are up to date.
 use std::path::Path;
 
-/// Writes the file again if that is asked for, and compares.
+/// Compares a generated file with the committed one; rewrites it first if requested.
 fn compare(path: &str, now: &str) {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..").join(path);
     if std::env::var_os("OPENGPAC_WRITE_SCHEMAS").is_some() {
@@ -29,7 +29,7 @@ fn the_calls_in_python_are_those_of_the_declarations() {
     compare("python/opengpac/system/calls.py", &api::generate::python(api::calls()));
 }
 
-/// Crates that carry calls or what a call leaves behind, and names that are something else there: a file, and the word.
+/// Crates that handle calls or their results, and words in them that coincide with a call's name: the file and the word.
 const CARRIERS: [&str; 10] = ["api", "bindings", "c-package", "control", "daemon", "places", "recorder", "replay", "rtp", "supervisor"];
 const OTHER_THINGS: [(&str, &str); 7] = [
     ("api/src/role.rs", "download"),                          // the word of a role
@@ -47,8 +47,8 @@ fn code(text: &str) -> String {
     text.lines().filter(|line| !line.trim_start().starts_with("//")).collect::<Vec<_>>().join("\n")
 }
 
-/// Returns the texts in code that something is compared with, matched against or looked up by: `== "x"`, `"x" =>`, `matches!(…, "x"`,
-/// `find("x")`, `["x", "y"]`.
+/// Returns the string literals in code that are compared, matched or looked up: `== "x"`, `"x" =>`, `matches!(…, "x"`, `find("x")`,
+/// `["x", "y"]`.
 fn compared(code: &str) -> Vec<&str> {
     let mut found = Vec::new();
     let mut at = 0;
@@ -79,7 +79,7 @@ fn no_call_is_matched_by_its_name() {
             for entry in std::fs::read_dir(&folder).expect("the sources are there").map(|entry| entry.expect("it can be read").path()) {
                 let file = entry.strip_prefix(&crates).expect("it is below").display().to_string();
                 if entry.is_dir() {
-                    // What declares the calls has their names.
+                    // The declarations of the calls contain their names.
                     folders.extend(Some(entry).filter(|_| file != "api/src/calls"));
                 } else if file.ends_with(".rs") {
                     let text = std::fs::read_to_string(&entry).expect("a source is text");

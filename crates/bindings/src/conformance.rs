@@ -9,10 +9,11 @@ use std::ops::ControlFlow;
 use std::path::PathBuf;
 use std::time::Duration;
 
-/// Time limit of one check: what hangs is told within a minute.
+/// Time limit of one check: a hanging check is reported within a minute.
 const CHECK: Duration = Duration::from_secs(50);
 
-/// Checks a driver: its report as JSON. `told(check, verdict)` is called with each outcome as it comes, and ends the checks by returning False.
+/// Checks a driver; returns the report as JSON. `told(check, verdict)` is called with each outcome as it arrives, and ends the checks by
+/// returning False.
 #[pyfunction]
 #[expect(clippy::too_many_arguments, reason = "they are those of Python's call")]
 pub fn check_conformance(
@@ -40,19 +41,19 @@ pub fn check_conformance(
     raised.map_or_else(|| to_json(&report.json()), Err)
 }
 
-/// The source in C of what counts allocations in the process that a driver is checked in.
+/// Returns the C source of the library that counts allocations in the process in which a driver is checked.
 #[pyfunction]
 pub fn counting_text() -> &'static str {
     Settings::COUNTING
 }
 
-/// The real-time sanitizer for that process, made in a folder; None: no compiler here has it.
+/// Returns the real-time sanitizer for that process, built in a folder, or `None` if no compiler here provides it.
 #[pyfunction]
 pub fn sanitizer_in(py: Python<'_>, folder: PathBuf) -> Option<PathBuf> {
     py.detach(|| drivers::sanitizer_in(&folder))
 }
 
-/// The life of a process that a driver is checked in.
+/// Runs a process in which a driver is checked.
 #[pyfunction]
 pub fn run_driver_check(py: Python<'_>) -> Option<String> {
     py.detach(drivers::run_check).err()

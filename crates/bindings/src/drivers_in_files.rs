@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Drivers that come from files, and options that are checked before anything is opened.
+//! Drivers from files, and checks of their options before anything is opened.
 use crate::convert::{from_json, to_json};
 use device::Manual;
 use pyo3::prelude::*;
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
 
-/// The manuals of a file of drivers: `{"drivers": […]}`, or `{"problem": text}`.
+/// Returns the manuals of a file of drivers: `{"drivers": […]}`, or `{"problem": text}`.
 #[pyfunction]
 pub fn load_drivers(py: Python<'_>, file: PathBuf) -> PyResult<String> {
     to_json(&match py.detach(|| drivers::load(&file)) {
@@ -15,14 +15,14 @@ pub fn load_drivers(py: Python<'_>, file: PathBuf) -> PyResult<String> {
     })
 }
 
-/// Returns what is wrong with the options of a driver; none: nothing.
+/// Returns the problem with the options of a driver, or `None`.
 #[pyfunction]
 pub fn check_driver(py: Python<'_>, kind: &str, options_json: &str) -> PyResult<Option<String>> {
     let options: Value = from_json(options_json)?;
     Ok(py.detach(|| drivers::check(kind, &options)).err().map(|why| why.to_string()))
 }
 
-/// The life of a process that loads one file of drivers, the last argument of its command line: what is wrong with it ends this process alone.
+/// Runs a process that loads one file of drivers, the last argument of its command line: a faulty file crashes this process alone.
 #[pyfunction]
 pub fn run_driver_trial(py: Python<'_>) -> Option<String> {
     let file = std::env::args_os().next_back()?;

@@ -1,16 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The drivers that this process knows: what they declare, and what they find.
+//! Drivers that are registered in this process: their declarations, and the devices that they find.
 use crate::convert::{from_json, to_json};
 use model::refusal::{Class, Refusal};
 use pyo3::prelude::*;
 
-/// Returns the declarations of the drivers, a JSON list by name.
+/// Returns the declarations of the drivers as a JSON list, sorted by name.
 #[pyfunction]
 pub fn drivers_json() -> PyResult<String> {
     to_json(&drivers::manuals())
 }
 
-/// Returns the devices that a driver finds, a JSON list.
+/// Returns the devices that a driver finds as a JSON list.
 #[pyfunction]
 pub fn scan(py: Python<'_>, kind: &str, options_json: &str) -> PyResult<String> {
     let options: serde_json::Value = from_json(options_json)?;

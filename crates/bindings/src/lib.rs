@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Bindings: the supervisor's `System` for Python. Conversions only; `python/opengpac/_native.pyi` says what each call means.
+//! Python bindings of the supervisor's `System`. They only convert; `python/opengpac/_native.pyi` documents each call.
 mod conformance;
 mod convert;
 mod drivers_in_files;
@@ -22,7 +22,7 @@ use std::path::PathBuf;
 use std::time::Duration;
 use supervisor::TrialRequest;
 
-/// Time for which something runs without a look at signals.
+/// Time for which a call runs without checking for signals.
 const SLICE: Duration = Duration::from_millis(50);
 
 #[pyfunction]
@@ -119,19 +119,19 @@ fn nearest(word: &str, candidates: Vec<String>) -> Option<String> {
     model::hints::nearest(word, candidates.iter().map(String::as_str)).map(str::to_owned)
 }
 
-/// The endings of files that are built where they are loaded, without the dot.
+/// Returns the extensions, without the dot, of source files that are built at loading.
 #[pyfunction]
 fn source_endings() -> Vec<&'static str> {
     modules::source_endings()
 }
 
-/// True where a name in C code that is made of a definition would mean something else.
+/// Returns true if a name from a definition would have another meaning in C code.
 #[pyfunction]
 fn is_word_of_c(name: &str) -> bool {
     modules::is_word_of_c(name)
 }
 
-/// The file of a network with the weights that lie beside it inside; `None` where it has them already.
+/// Returns the file of a network with the weights from the files beside it embedded; `None` if it contains them already.
 #[pyfunction]
 fn whole_network<'py>(py: Python<'py>, content: Vec<u8>, path: PathBuf) -> PyResult<Option<Bound<'py, PyBytes>>> {
     let whole = py.detach(|| modules::whole_network(&content, &path));
@@ -139,7 +139,7 @@ fn whole_network<'py>(py: Python<'py>, content: Vec<u8>, path: PathBuf) -> PyRes
     Ok(whole.map(|bytes| PyBytes::new(py, &bytes)))
 }
 
-/// A definition in its long form.
+/// Converts a definition to its long form.
 #[pyfunction]
 fn long_form(kind: &str, definition_json: &str) -> PyResult<String> {
     match kind {
@@ -149,7 +149,7 @@ fn long_form(kind: &str, definition_json: &str) -> PyResult<String> {
     }
 }
 
-/// The life of a process that was started for a processor; the error says why it could not serve.
+/// Runs a process that was started for a processor; returns the reason if it could not serve.
 #[pyfunction]
 fn run_processor(py: Python<'_>) -> Option<String> {
     py.detach(places::processor).err()

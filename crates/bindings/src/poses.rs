@@ -3,50 +3,50 @@
 use library::kinematics::pose::{self, Numbers, Pose};
 use pyo3::prelude::*;
 
-/// The seven numbers with a quaternion exactly of length 1; None where its length is not near 1, or a number is not finite.
+/// Returns the seven numbers with the quaternion normalized; None if its length is not near 1, or a number is not finite.
 #[pyfunction]
 pub fn pose_of(numbers: Numbers) -> Option<Numbers> {
     Pose::of(&numbers).map(|pose| pose.numbers())
 }
 
-/// A position with roll, pitch and yaw, rad.
+/// Returns the pose with a position and roll, pitch and yaw, rad.
 #[pyfunction]
 pub fn pose_of_rpy(position: [f64; 3], rpy: [f64; 3]) -> Numbers {
     Pose::of_rpy(position, rpy).numbers()
 }
 
-/// Roll, pitch and yaw, rad.
+/// Returns roll, pitch and yaw, rad.
 #[pyfunction]
 pub fn pose_rpy(pose: Numbers) -> [f64; 3] {
     read(pose).rpy()
 }
 
-/// Returns the pose of `inner`, given in the frame `outer`, in the reference of that frame.
+/// Returns the pose of `inner`, expressed in the frame `outer`, in the reference of that frame.
 #[pyfunction]
 pub fn pose_then(outer: Numbers, inner: Numbers) -> Numbers {
     read(outer).then(&read(inner)).numbers()
 }
 
-/// A point of a frame, seen from where the frame is seen from.
+/// Returns a point of a frame in the reference of that frame.
 #[pyfunction]
 pub fn pose_point(frame: Numbers, point: [f64; 3]) -> [f64; 3] {
     read(frame).point(point)
 }
 
-/// Returns the pose of the reference of a frame, seen from the frame.
+/// Returns the pose of the reference of a frame in that frame.
 #[pyfunction]
 pub fn pose_inverse(pose: Numbers) -> Numbers {
     read(pose).inverse().numbers()
 }
 
-/// The distance between two poses, m, and the angle, rad, 0 to pi.
+/// Returns the distance between two poses, m, and the angle, rad, 0 to pi.
 #[pyfunction]
 pub fn pose_between(from: Numbers, to: Numbers) -> (f64, f64) {
     let (way, turn) = read(from).to(&read(to));
     (pose::length(way), pose::length(turn))
 }
 
-/// Of numbers that `pose_of` gave.
+/// Converts numbers that `pose_of` returned.
 fn read([x, y, z, w, i, j, k]: Numbers) -> Pose {
     Pose { position: [x, y, z], quaternion: [w, i, j, k] }
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Processes that are started for one purpose: the guard, a plant. `python/opengpac/system/processes.py` has their command lines.
+//! Processes with a single purpose: the guard, a plant. `python/opengpac/system/processes.py` contains their command lines.
 use pyo3::prelude::*;
 
 #[pyfunction]
@@ -11,7 +11,7 @@ pub fn run_guard(py: Python<'_>) -> Option<String> {
     })
 }
 
-/// Runs a recording again, beside the system that asks for it.
+/// Replays a recording beside the system that requests it.
 #[pyfunction]
 pub fn run_replay(py: Python<'_>) -> Option<String> {
     py.detach(::replay::serve).err()
@@ -22,13 +22,13 @@ pub fn run_plant(py: Python<'_>) -> Option<String> {
     py.detach(drivers::run_process).err()
 }
 
-/// An emulated segment of EtherCAT: answers until its input ends.
+/// Runs an emulated EtherCAT segment, which answers until its input ends.
 #[pyfunction]
 pub fn run_ethercat_segment(py: Python<'_>) -> Option<String> {
     py.detach(ethercat::emulator::run).err()
 }
 
-/// An emulated bus of CANopen: answers until its input ends.
+/// Runs an emulated CANopen bus, which answers until its input ends.
 #[pyfunction]
 pub fn run_canopen_bus(py: Python<'_>) -> Option<String> {
     py.detach(canopen::emulator::run).err()
@@ -42,14 +42,14 @@ pub fn plant_state(py: Python<'_>, name: &str) -> PyResult<Option<String>> {
     }
 }
 
-/// Tries the files that the options of a driver name, in a process of its own; the text says what is wrong with them.
+/// Tries the files named by the options of a driver in a separate process; returns a description of any problem.
 #[pyfunction]
 pub fn try_driver(py: Python<'_>, kind: &str, options_json: &str) -> PyResult<Option<String>> {
     let options: serde_json::Value = crate::convert::from_json(options_json)?;
     Ok(py.detach(|| drivers::try_options(kind, &options)).err().map(|why| why.to_string()))
 }
 
-/// Lends this host to a system until that is gone or a signal comes; the text says why it could not.
+/// Lends this host to a system until the system ends or a signal arrives; returns the reason if it could not.
 #[pyfunction]
 pub fn join_system(py: Python<'_>, system: &str, options_json: &str) -> PyResult<Option<String>> {
     let options: places::JoinOptions = crate::convert::from_json(options_json)?;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-//! A driver in Python on the thread of its source: what a process of driver `python` runs, and what stands for that where time is virtual.
-//! `python/opengpac/driver/process.py` has its other half, which packs and unpacks what its exchange reads and writes.
+//! A driver in Python on the thread of its source: run by a process of driver `python`, or simulated if time is virtual. The other half
+//! in `python/opengpac/driver/process.py` packs and unpacks the values of its exchange.
 use crate::convert::to_json;
 use device::{
     Channel, Counters, Declaration, DeclaredServices, DeviceError, Direction, Driver, DriverError, GivenOptions, Kind, Layout, OpenedDriver, OptionWord, Reach,
@@ -23,10 +23,10 @@ const OPTIONS: [OptionWord; 5] = [
     OptionWord::with_default("paths", Kind::List, "those of this interpreter", "where else modules are looked for").reaches(Reach::Code),
 ];
 
-/// Its last channel: how old its readings are.
+/// Name of the driver's last channel: the age of its readings.
 const AGE: &str = "age";
 
-/// A channel as its class declares it.
+/// A channel as declared by the driver's class.
 #[derive(Deserialize)]
 struct ChannelDeclaration {
     name: String,
@@ -43,16 +43,16 @@ struct PythonDriver {
     exchange: Py<PyAny>,
     channels: Vec<Channel>,
     age: Slot,
-    /// When its machine took the newest readings, on the clock of its releases.
+    /// Time at which the machine took the newest readings, on the clock of the releases.
     taken_ns: i64,
     commands: Vec<u8>,
-    /// For each channel that is written: 1 where a verb commands it.
+    /// For each written channel: 1 if a verb commands it.
     engaged: Vec<u8>,
     counters: Option<Arc<Counters>>,
     services: Option<Arc<ObjectServices>>,
 }
 
-/// The services of an object. Between two of its methods there is a lock of Python, as its class expects to be called by one thread.
+/// Services of an object. A Python lock serializes its methods, because its class expects calls from one thread.
 struct ObjectServices {
     exchange: Py<PyAny>,
     words: &'static [ServiceWord],
@@ -74,7 +74,7 @@ impl Services for ObjectServices {
     }
 }
 
-/// Makes an object of its class; nothing is opened yet.
+/// Creates an object of the class; nothing is opened yet.
 fn open(given: &GivenOptions<'_>) -> Result<OpenedDriver, DriverError> {
     let made = Python::attach(|py| {
         let module = py.import("opengpac.driver.process")?;
@@ -116,7 +116,7 @@ impl PythonDriver {
     }
 }
 
-/// Returns the error of an exception; the driver's process has its traceback on its standard error.
+/// Converts an exception to an error; its traceback is on the standard error of the driver's process.
 fn failed(py: Python<'_>, why: &PyErr) -> DeviceError {
     why.display(py);
     DeviceError { message: told(why) }
@@ -163,7 +163,7 @@ impl Driver for PythonDriver {
     }
 
     fn safe_state(&mut self) {
-        // What keeps it from that has been printed; there is nobody else to tell.
+        // If the call fails, the error has been printed; there is no other recipient.
         let _told = self.call("safe_state");
     }
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Reading a recording: `_native.Recording`. Conversions only.
+//! Reads a recording: `_native.Recording`. This module only converts.
 use crate::convert::{refused, to_json};
 use indexmap::IndexMap;
 use pyo3::exceptions::PyKeyError;
@@ -19,7 +19,7 @@ pub struct Recording {
 
 #[pymethods]
 impl Recording {
-    /// `{name: {kind, type, type_text, unit, count}}` of what was recorded.
+    /// Returns `{name: {kind, type, type_text, unit, count}}` of the recorded series.
     fn series_json(&self) -> PyResult<String> {
         let about = self.inner.series.iter().map(|(name, series)| {
             let of = &series.value_type;
@@ -36,17 +36,17 @@ impl Recording {
         Ok((PyBytes::new(py, &numbers), PyBytes::new(py, &times), PyBytes::new(py, &series.bytes)))
     }
 
-    /// Messages of another channel, as a list of [time in ns, message].
+    /// Returns the messages of another channel as a list of [time in ns, message].
     fn records_json(&self, topic: &str) -> PyResult<String> {
         to_json(&self.inner.records.get(topic).map_or(&[][..], Vec::as_slice))
     }
 
-    /// Names of the other channels.
+    /// Returns the names of the other channels.
     fn topics(&self) -> Vec<String> {
         self.inner.records.keys().cloned().collect()
     }
 
-    /// `{complete, metadata, lost, damage}`.
+    /// Returns `{complete, metadata, lost, damage}`.
     fn about_json(&self) -> PyResult<String> {
         to_json(&json!({"complete": self.inner.complete, "metadata": self.inner.metadata, "lost": self.inner.lost(), "damage": self.inner.damage}))
     }

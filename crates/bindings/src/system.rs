@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-//! `_native.System`: every call by its name, and what moves bytes. Calls that last release the interpreter and look at signals.
+//! The class `_native.System`: every call by its name, and transfers of bytes. Calls that last release the interpreter and check for
+//! signals.
 use crate::SLICE;
 use crate::convert::refused;
 use api::CallResult;
@@ -15,7 +16,7 @@ pub struct System {
 }
 
 impl System {
-    /// The system itself, for what serves it.
+    /// Returns the system itself, for servers.
     pub fn shared(&self) -> Arc<supervisor::System> {
         self.inner.clone()
     }
@@ -29,7 +30,7 @@ impl System {
         Ok(System { inner: Arc::new(inner) })
     }
 
-    /// Makes a call, to its end; in slices, so that Ctrl-C ends it.
+    /// Makes a call and waits for its end, in slices, so that Ctrl-C interrupts it.
     #[pyo3(signature = (name, arguments_json="", /))]
     fn call(&self, py: Python<'_>, name: &str, arguments_json: &str) -> PyResult<String> {
         let call = api::known(name).map_err(refused)?;
@@ -46,7 +47,7 @@ impl System {
         }
     }
 
-    /// Makes a call for this much real time; nothing where it is not over then.
+    /// Makes a call for at most this much real time; returns `None` if it has not ended by then.
     #[pyo3(signature = (name, arguments_json, slice_ns, /))]
     fn begin(&self, py: Python<'_>, name: &str, arguments_json: &str, slice_ns: u64) -> PyResult<Option<String>> {
         let call = api::known(name).map_err(refused)?;
@@ -55,8 +56,8 @@ impl System {
         Ok(if let CallResult::Done(text) = answered { Some(text) } else { None })
     }
 
-    /// Calls a verb, for this much real time; nothing where it is not over then. The number of an instance that goes on comes into `made`
-    /// before anybody can be interrupted, so that it can be ended.
+    /// Calls a verb for at most this much real time; returns `None` if it has not ended by then. The number of an instance that continues
+    /// is stored in `made` before an interrupt is possible, so that the instance can be ended.
     #[pyo3(signature = (arguments_json, made, slice_ns, /))]
     fn performing(&self, py: Python<'_>, arguments_json: &str, made: &Bound<'_, PyList>, slice_ns: u64) -> PyResult<Option<String>> {
         let call = api::with_effect(api::Effect::PerformsVerb);
@@ -81,7 +82,7 @@ impl System {
         Ok((time_ns, readings))
     }
 
-    /// Virtual clock: stores numbers, advances, reads; the bytes of all that is read, one after the other.
+    /// Stores numbers, advances the virtual clock, and reads; returns the bytes of all readings, one after another.
     #[pyo3(signature = (stores, duration_ns, names, /))]
     fn turn<'py>(&self, py: Python<'py>, stores: Vec<(String, Vec<f64>)>, duration_ns: i64, names: Vec<String>) -> PyResult<Bound<'py, PyBytes>> {
         let readings = py.detach(|| self.inner.turn(&stores, duration_ns, &names)).map_err(refused)?;

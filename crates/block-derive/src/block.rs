@@ -10,7 +10,7 @@ use syn::{Data, DeriveInput, Fields, spanned::Spanned};
 
 const ITEMS_MAX: usize = 32;
 
-/// The implementation of `opengpac::FunctionBlock`.
+/// Generates the implementation of `opengpac::FunctionBlock`.
 pub fn expand(input: &DeriveInput) -> syn::Result<TokenStream> {
     let items = items(input)?;
     let ident = &input.ident;
@@ -89,7 +89,7 @@ fn is_bound(item: &Item) -> bool {
     matches!(item.kind, Kind::Input | Kind::Output | Kind::DeviceRead | Kind::DeviceWrite)
 }
 
-/// The type of an item's value: of a condition with a value, that of the value.
+/// Returns the type of an item's value; for a condition with a value, that of the value.
 fn value_type(item: &Item) -> TokenStream {
     let ty = &item.ty;
     match item.kind {
@@ -109,7 +109,7 @@ fn memory(ident: &Ident, items: &[Item]) -> TokenStream {
     }
 }
 
-/// The value of a field in the image of a new instance.
+/// Returns the value of a field in the image of a new instance.
 fn initial(item: &Item) -> TokenStream {
     let (name, ty, value) = (&item.name, &item.ty, &item.value);
     match (item.kind, value) {
@@ -156,7 +156,7 @@ fn entry(ident: &Ident, items: &[Item], size: Option<&Item>) -> TokenStream {
             // SAFETY: `bank::Bank` asks of its caller what this does.
             unsafe { ::opengpac::bank::run(calls, step, from, to, |memory, given| once(memory, given)) }
         }
-        /// One invocation, for both entries.
+        /// Runs one invocation, for both entries.
         #[inline(always)]
         unsafe fn once(memory: *mut ::core::ffi::c_void, given: *const ::opengpac::Invocation) -> u64 {
             use ::opengpac::abi::outcome;
@@ -165,7 +165,7 @@ fn entry(ident: &Ident, items: &[Item], size: Option<&Item>) -> TokenStream {
             // `abi::Run` says so.
             unsafe {
                 let number = (*m).header.number;
-                // Volatile: who ends it from a signal handler looks at it.
+                // Volatile, because a signal handler that may end the invocation reads it.
                 let next = &raw mut (*m).header.number;
                 next.write_volatile(number.wrapping_add(1) | ::opengpac::abi::RUNNING);
                 let invocation = ::opengpac::Invocation { number, time_ns: (*given).time_ns, now_ns: (*given).now_ns };
@@ -184,7 +184,7 @@ fn entry(ident: &Ident, items: &[Item], size: Option<&Item>) -> TokenStream {
                 }
                 let top: u64 = 0 #(#top)*;
                 next.write_volatile(number.wrapping_add(1));
-                // From here on it is not ended: nothing below comes before the mark is gone.
+                // From this point it is not ended: no store below may precede clearing the mark.
                 ::core::sync::atomic::compiler_fence(::core::sync::atomic::Ordering::SeqCst);
                 if (top as i64) < 0 {
                     #(#which)*
@@ -250,7 +250,7 @@ fn store(item: &Item) -> TokenStream {
     }
 }
 
-/// The item as `opengpac::generated::ItemSpec`.
+/// Generates the item's `opengpac::generated::ItemSpec`.
 fn spec(item: &Item, size: Option<&Item>) -> TokenStream {
     let (name, doc, unit, ty) = (&item.name, &item.doc, &item.unit, value_type(item));
     let text = name.to_string();

@@ -20,7 +20,7 @@ pub enum Kind {
     Size,
 }
 
-/// A field with what its attribute says.
+/// A field with its attribute.
 pub struct Item {
     pub kind: Kind,
     pub name: Ident,
@@ -118,7 +118,7 @@ impl Item {
                 (_, other, _) => return Err(syn::Error::new(name.span(), format!("`{other}` cannot be said of #[{word}] like this: {}", forms(word)))),
             }
         }
-        // A descriptor has one text for both: "rad/s (0, 10]".
+        // A descriptor has a single text for unit and range: "rad/s (0, 10]".
         self.unit = match range {
             Some(range) => quote!(concat!(#unit, " ", #range)),
             None => unit,

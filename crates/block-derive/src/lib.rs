@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-//! `#[derive(FunctionBlock)]` and `#[derive(Type)]`: the Rust face of the block interface. The crate `opengpac` re-exports and
-//! documents both.
+//! `#[derive(FunctionBlock)]` and `#[derive(Type)]`: the Rust form of the block interface. The crate `opengpac` re-exports and documents
+//! both.
 
 mod block;
 mod item;

@@ -4,7 +4,7 @@
 use proc_macro2::{TokenStream, TokenTree};
 use syn::{Attribute, Expr, Lit, Meta};
 
-/// The doc comment, one line.
+/// Returns the doc comment as one line.
 pub fn doc(attributes: &[Attribute]) -> String {
     let mut lines = Vec::new();
     for attribute in attributes {
@@ -19,7 +19,7 @@ pub fn doc(attributes: &[Attribute]) -> String {
     lines.join(" ").trim().to_string()
 }
 
-/// Up to the first full stop that ends a sentence; the dots of `u_1 + ... + u_n` end none.
+/// Returns the text up to the first full stop that ends a sentence; the dots of `u_1 + ... + u_n` do not.
 pub fn first_sentence(doc: &str) -> String {
     match doc.match_indices(". ").map(|(at, _)| at).find(|at| !doc[..*at].ends_with('.')) {
         Some(end) => doc[..=end].to_string(),
@@ -27,9 +27,8 @@ pub fn first_sentence(doc: &str) -> String {
     }
 }
 
-/// Returns the description of a block for its descriptor, in lines: the first sentence; the rest of the comment, if there is
-/// more; and the meaning of its fault codes, if the comment has it (`Faults: 1 a limit is not above 0; 2 a goal is out of
-/// range.`).
+/// Returns the description of a block for its descriptor, in lines: the first sentence; the rest of the comment, if any; and the meaning
+/// of its fault codes, if the comment lists them (`Faults: 1 a limit is not above 0; 2 a goal is out of range.`).
 pub fn description(doc: &str) -> String {
     let first = first_sentence(doc);
     let rest = &doc[first.len()..];
@@ -37,7 +36,7 @@ pub fn description(doc: &str) -> String {
     [first.as_str(), more.trim(), faults.trim()].iter().filter(|part| !part.is_empty()).copied().collect::<Vec<_>>().join("\n")
 }
 
-/// `SetpointGenerator` → `setpoint_generator`.
+/// Converts `SetpointGenerator` to `setpoint_generator`.
 pub fn snake(name: &str) -> String {
     let mut snake = String::new();
     for (i, c) in name.chars().enumerate() {
@@ -49,7 +48,7 @@ pub fn snake(name: &str) -> String {
     snake
 }
 
-/// `a, b = expression, c` as names with what was given to them.
+/// Parses `a, b = expression, c` into names with their optional values.
 pub fn arguments(tokens: TokenStream) -> syn::Result<Vec<(TokenTree, Option<TokenStream>)>> {
     let mut arguments = Vec::new();
     let mut tokens = tokens.into_iter().peekable();
@@ -70,7 +69,7 @@ pub fn arguments(tokens: TokenStream) -> syn::Result<Vec<(TokenTree, Option<Toke
     Ok(arguments)
 }
 
-/// The name given by `#[block(name = "...")]`, if there is one.
+/// Returns the name set by `#[block(name = "...")]`, if there is one.
 pub fn given_name(attributes: &[Attribute]) -> syn::Result<Option<String>> {
     let Some(attribute) = attributes.iter().find(|attribute| attribute.path().is_ident("block")) else { return Ok(None) };
     let list = attribute.meta.require_list()?;

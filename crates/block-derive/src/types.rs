@@ -6,7 +6,7 @@ use proc_macro2::TokenStream;
 use quote::quote;
 use syn::{Data, DeriveInput, Fields, Meta, spanned::Spanned};
 
-/// The implementation of `opengpac::Type` for a `#[repr(C)]` struct.
+/// Generates the implementation of `opengpac::Type` for a `#[repr(C)]` struct.
 pub fn expand(input: &DeriveInput) -> syn::Result<TokenStream> {
     let Data::Struct(structure) = &input.data else { return Err(syn::Error::new(input.span(), "a type of items is a struct")) };
     let Fields::Named(fields) = &structure.fields else { return Err(syn::Error::new(input.span(), "the members of a type have names")) };

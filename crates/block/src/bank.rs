@@ -1,16 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Banks: steps of one kind side by side, run by one entry, so that the compiler sees the body in the loop around it.
+//! Banks: adjacent steps with the same block, run by one entry, so that the compiler sees the body inside the loop.
 //!
-//! A bank entry does for each of its steps exactly what the entry of the block does, in their order. It stands beside the ABI: a module without one
-//! has its blocks run one by one.
+//! A bank entry does for each of its steps exactly what the entry of the block does, in order. It is not part of the ABI: blocks of a
+//! module without bank entries are run one by one.
 
 use crate::abi::{Invocation, Run};
 use core::ffi::c_void;
 use std::collections::HashMap;
 use std::sync::RwLock;
 
-/// One call of the step loop: 24 bytes, read by the kernel's `containment.c` too. The first word of each instance says whether it may be ended:
-/// `abi::RUNNING`.
+/// One call of the step loop: 24 bytes, also read by the kernel's `containment.c`. The first word of each instance tells whether it may
+/// be ended: `abi::RUNNING`.
 #[repr(C)]
 #[derive(Clone, Copy)]
 pub struct Call {
@@ -19,19 +19,20 @@ pub struct Call {
     pub invocation: *const Invocation,
 }
 
-/// The bank entry of a block: runs the calls `from..to`, writes to `step` the index of each before it begins, and returns at the first result that
-/// is not 0, with `step` at the call that gave it. 0: all ran, and `step` is at the last.
+/// Bank entry of a block: runs the calls `from..to`, writes the index of each to `step` before it begins, and returns at the first
+/// non-zero result, with `step` at that call. Returns 0 if all ran, with `step` at the last.
 ///
 /// # Safety
-/// `calls` has `to` calls; each of `from..to` is of this block, in order as [`Run`] asks. `from` is less than `to`.
+/// `calls` has `to` calls; each of `from..to` is of this block and meets the requirements of [`Run`]. `from` is less than `to`.
 pub type Bank = unsafe extern "C" fn(calls: *const Call, step: *mut u32, from: u32, to: u32) -> u64;
 
-/// Name of the function by which a code module may give bank entries, [`of`] of the module's own; the number is the version of [`Call`] and [`Bank`].
+/// Name of the function by which a code module may offer bank entries, [`of`] for its own blocks; the number is the version of [`Call`]
+/// and [`Bank`].
 pub const BANK_SYMBOL: &str = "opengpac_bank_1";
 
 static BANKS: RwLock<Option<HashMap<usize, Bank>>> = RwLock::new(None);
 
-/// Gives the blocks whose entry is `run` this bank entry; a table that was built before goes on without it. Not for the real-time path.
+/// Registers this bank entry for blocks whose entry is `run`; existing tables continue without it. Not for the real-time path.
 pub fn add(run: Run, bank: Bank) {
     BANKS.write().expect("nobody panics with the lock held").get_or_insert_default().insert(run as usize, bank);
 }
@@ -41,16 +42,16 @@ pub fn of(run: Run) -> Option<Bank> {
     BANKS.read().expect("nobody panics with the lock held").as_ref()?.get(&(run as usize)).copied()
 }
 
-/// Runs a bank as its entry has to; `once` is what `run` of the block does. For generated code.
+/// Implements a bank entry; `once` does what `run` of the block does. For generated code.
 ///
 /// # Safety
-/// As [`Bank`] says.
+/// As for [`Bank`].
 #[doc(hidden)]
 #[inline(always)]
 pub unsafe fn run(calls: *const Call, step: *mut u32, from: u32, to: u32, once: impl Fn(*mut c_void, *const Invocation) -> u64) -> u64 {
     use core::sync::atomic::{Ordering, compiler_fence};
     for index in from..to {
-        // What the step before has stored is in memory, and nothing of this one has begun: a signal may end it from here on.
+        // The results of the previous step are in memory, and nothing of this one has begun: a signal may end it from this point.
         compiler_fence(Ordering::SeqCst);
         // SAFETY: the caller's promise.
         let result = unsafe {

@@ -8,17 +8,17 @@ pub struct Condition {
 }
 
 impl Condition {
-    /// Not reported.
+    /// Makes a condition that is not reported.
     #[inline]
     pub const fn new() -> Condition {
         Condition { reported: false }
     }
-    /// Reports it.
+    /// Reports the condition.
     #[inline]
     pub fn report(&mut self) {
         self.reported = true;
     }
-    /// Returns true if this invocation has reported it.
+    /// Returns true if this invocation has reported the condition.
     #[inline]
     pub fn is_reported(&self) -> bool {
         self.reported
@@ -28,7 +28,7 @@ impl Condition {
 /// A condition with a value: a preset that the block reads, and a value that it reports. A report never changes the preset.
 #[derive(Clone, Copy, Debug)]
 pub struct ConditionOf<T> {
-    /// The preset. Writing it has no effect beyond this invocation.
+    /// Preset. Writing it has no effect beyond this invocation.
     pub preset: T,
     #[doc(hidden)]
     pub value: T,
@@ -36,7 +36,7 @@ pub struct ConditionOf<T> {
 }
 
 impl<T: Copy> ConditionOf<T> {
-    /// With this preset, not reported.
+    /// Makes a condition with this preset, not reported.
     #[inline]
     pub const fn new(preset: T) -> ConditionOf<T> {
         ConditionOf { preset, value: preset, reported: false }
@@ -46,13 +46,13 @@ impl<T: Copy> ConditionOf<T> {
     pub const fn of(preset: T, value: T) -> ConditionOf<T> {
         ConditionOf { preset, value, reported: false }
     }
-    /// Reports it with a value.
+    /// Reports the condition with a value.
     #[inline]
     pub fn report(&mut self, value: T) {
         self.value = value;
         self.reported = true;
     }
-    /// Returns true if this invocation has reported it.
+    /// Returns true if this invocation has reported the condition.
     #[inline]
     pub fn is_reported(&self) -> bool {
         self.reported

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Failures of an invocation, in words.
+//! Failures of an invocation, with their messages.
 
-/// Cause of a failed invocation; it has changed nothing.
+/// Cause of a failed invocation, which has changed nothing.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Fault {
     /// The body returned this code.
@@ -10,7 +10,7 @@ pub enum Fault {
     Panicked,
     /// This output was not finite.
     NonFinite { item: String },
-    /// A C++ exception left the body; what it says.
+    /// A C++ exception left the body; contains its message.
     Threw { what: String },
     /// The body changed the floating-point control words.
     Floats,
@@ -18,9 +18,9 @@ pub enum Fault {
     Forked,
     /// A signal ended the body.
     Signal(i32),
-    /// The body did not come to its end in its time.
+    /// The body exceeded its time budget.
     Budget,
-    /// A signal, by its number, or 0 for a spent budget, in code of a library that may hold a lock: this process cannot be trusted.
+    /// A signal (its number, or 0 for an exceeded budget) in code of a library that may hold a lock: this process cannot be trusted.
     Lost(i32),
 }
 
@@ -42,7 +42,7 @@ impl core::fmt::Display for Fault {
 
 impl std::error::Error for Fault {}
 
-/// A fault in code of a library, in words; `signal` 0: its time was spent.
+/// Returns the text for a fault in code of a library; `signal` 0 stands for an exceeded budget.
 pub fn lost_text(signal: i32) -> String {
     let what = match signal {
         0 => "did not come back, in its time, from a library function that may hold a lock".to_owned(),
@@ -51,18 +51,18 @@ pub fn lost_text(signal: i32) -> String {
     format!("{what}; what else uses that library may hang, so start this program again")
 }
 
-/// The words for a block that changed the floating-point control words or the direction flag.
+/// Text about a block that changed the floating-point control words or the direction flag.
 pub const FLOATS_CHANGED: &str =
     "changed the floating-point state of its thread (rounding, flush-to-zero, traps or precision) or its direction flag; restore it before the body returns";
 
-/// Text about a block that has made a copy of its process.
+/// Text about a block that forked its process.
 pub const CALLED_FORK: &str =
     "called fork(); the copy of the process was ended at once, since it had the devices in its hands; start programs with posix_spawn(), outside the firing";
 
-/// Stands for a signal where a block has ended its thread.
+/// Pseudo signal number of a block that ended its thread.
 const ENDED_ITS_THREAD: i32 = 0xfd;
 
-/// A signal in words.
+/// Returns the text for a signal.
 pub fn signal_text(signal: i32) -> String {
     match signal {
         4 => "illegal instruction".to_owned(),

@@ -1,17 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The floating-point control words of a thread: rounding, flushing to zero, unmasked traps, precision. A value must not depend on what
-//! another block, a module's constructor or a program has set there, so blocks compute with the standard words.
+//! Floating-point control words of a thread: rounding, flushing to zero, unmasked traps, precision. A value must not depend on settings
+//! of another block, a module's constructor or a program, so blocks compute with the standard words.
 
-/// The control words of the calling thread, as bits; sticky flags of exceptions are not part of them. They are those of x86-64 MXCSR and
-/// the x87 control word, of aarch64 FPCR.
+/// Control words of the calling thread, as bits, without the sticky exception flags: MXCSR and the x87 control word on x86-64, FPCR on
+/// aarch64.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Words(u64);
 
 impl Words {
-    /// The standard words: to nearest, subnormals are numbers, nothing traps, extended precision.
+    /// Standard words: round to nearest, subnormals preserved, no traps, extended precision.
     pub const STANDARD: Words = Words(words::STANDARD);
 
-    /// Returns the words of the calling thread. A few ns; may be called on the real-time path.
+    /// Returns the words of the calling thread. Takes a few ns; allowed on the real-time path.
     #[inline]
     pub fn present() -> Words {
         Words(words::present())
@@ -23,7 +23,7 @@ impl Words {
         words::set(self.0);
     }
 
-    /// Sets the standard words where others are set. True if it did.
+    /// Sets the standard words if others are set. Returns true if it did.
     #[inline]
     pub fn standardise() -> bool {
         let is_other = Words::present() != Words::STANDARD;
@@ -34,13 +34,13 @@ impl Words {
     }
 }
 
-/// Standard words on a thread of somebody else, from here to the end of this value; then those that were found are set again.
+/// Guard that sets the standard words on a foreign thread, and restores the previous ones when dropped.
 pub struct Standard {
     found: Words,
 }
 
 impl Standard {
-    /// Sets the standard words.
+    /// Sets the standard words until the guard is dropped.
     #[must_use]
     pub fn enter() -> Standard {
         let found = Words::present();
@@ -59,7 +59,7 @@ impl Drop for Standard {
     }
 }
 
-/// Empties the x87 stack, on which code for MMX or a wrong declaration may have left something. Where there is none, nothing.
+/// Empties the x87 stack, on which MMX code or a wrong declaration may have left values. Does nothing on other architectures.
 #[inline]
 pub fn empty_stack() {
     words::empty_stack();
@@ -69,13 +69,13 @@ pub fn empty_stack() {
 mod words {
     use core::arch::asm;
 
-    /// Of MXCSR without its flags.
+    /// MXCSR without its flags.
     const MXCSR: u32 = !0x3f;
     /// Masks, precision and rounding of the x87 control word.
     const X87: u16 = 0x0f3f;
-    /// The bits of it that are always set.
+    /// Bits of the x87 control word that are always set.
     const X87_FIXED: u16 = 0x40;
-    /// Of the flags: copies go backwards.
+    /// Direction flag: copies run backwards.
     const BACKWARDS: u64 = 0x400;
     pub const STANDARD: u64 = 0x1f80 | 0x033f << 32;
 

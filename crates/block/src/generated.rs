@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Items called by the code that the derive generates. Not for people: it may change with any version.
+//! Items called by the code that the derive generates. Not part of the public interface: may change with any version.
 
 use crate::abi::{self, Descriptor, Header, Item, Module, Run, TypeDescriptor, flag};
 use crate::bank::{self, Bank};
@@ -10,7 +10,7 @@ use std::alloc::{Layout, alloc_zeroed, handle_alloc_error};
 use std::ffi::CString;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
-/// An item as the derive found it.
+/// An item, as parsed by the derive.
 pub struct ItemSpec {
     pub kind: u8,
     pub mode: u8,
@@ -29,7 +29,7 @@ pub struct ItemSpec {
     pub report: Option<usize>,
 }
 
-/// The value of an item: its C type and its sizes in bytes.
+/// Value of an item: its C type and its sizes in bytes.
 pub struct ValueSpec {
     text: String,
     size: usize,
@@ -69,7 +69,7 @@ impl<T: Type> ValuedCondition for ConditionOf<T> {
     type Value = T;
 }
 
-/// The one type that a size may have.
+/// The only type that a size may have.
 pub trait SizeField {}
 impl SizeField for u32 {}
 
@@ -92,10 +92,10 @@ impl<T: Type, const N: usize> Array for [T; N] {
     }
 }
 
-/// The first `count` elements from where `from` leads, the others zero.
+/// Returns an array with the first `count` elements at `from`, and zeros after them.
 ///
 /// # Safety
-/// `from` leads to at least `count` elements, and `count` is at most the array's length.
+/// `from` points to at least `count` elements, and `count` is at most the array's length.
 #[inline(always)]
 pub unsafe fn load_sized<A: Array>(from: *const A, count: usize) -> A {
     let mut value = A::zero();
@@ -107,20 +107,20 @@ pub unsafe fn load_sized<A: Array>(from: *const A, count: usize) -> A {
 /// Stores the first `count` elements.
 ///
 /// # Safety
-/// As [`load_sized`].
+/// As for [`load_sized`].
 #[inline(always)]
 pub unsafe fn store_sized<A: Array>(to: *mut A, value: &A, count: usize) {
     // SAFETY: the caller's promise; `value` is a local of the entry.
     unsafe { core::ptr::copy_nonoverlapping(value.elements().as_ptr(), to.cast::<A::Element>(), count) };
 }
 
-/// [`Type::nonfinite`] of the first `count` elements.
+/// Returns [`Type::nonfinite`] of the first `count` elements.
 #[inline(always)]
 pub fn nonfinite_sized<A: Array>(value: &A, count: usize) -> u64 {
     value.elements().iter().take(count).fold(0, |top, element| top | element.nonfinite())
 }
 
-/// Runs a body; `None`: it panicked.
+/// Runs a body; returns `None` if it panicked.
 #[inline(always)]
 pub fn contain<R>(body: impl FnOnce() -> R) -> Option<R> {
     match catch_unwind(AssertUnwindSafe(body)) {
@@ -132,7 +132,7 @@ pub fn contain<R>(body: impl FnOnce() -> R) -> Option<R> {
     }
 }
 
-/// Drops what a panic carried, whose own drop may panic.
+/// Drops the payload of a panic, whose own drop may panic.
 #[cold]
 fn discard(payload: Box<dyn core::any::Any + Send>) {
     if let Err(second) = catch_unwind(AssertUnwindSafe(|| drop(payload))) {
@@ -140,7 +140,7 @@ fn discard(payload: Box<dyn core::any::Any + Send>) {
     }
 }
 
-/// Builds the descriptor of a block; it is never freed.
+/// Builds the descriptor of a block, which is never freed.
 #[allow(clippy::too_many_arguments)]
 pub fn describe_block<I>(name: &str, doc: &str, file: &str, line: u32, run: Run, bank: Bank, items: Vec<ItemSpec>, image: I) -> &'static Descriptor {
     const { assert!(align_of::<Header>() <= align_of::<I>()) };
@@ -194,7 +194,7 @@ fn offset(bytes: usize) -> u32 {
     u32::try_from(bytes).expect("an instance is smaller than 4 GB")
 }
 
-/// Copies the image of an instance to where it stays, with zeros between its fields.
+/// Copies the image of an instance to a permanent location, with zeros between its fields.
 fn keep<I>(image: I) -> *const c_void {
     let layout = Layout::new::<I>();
     // SAFETY: the layout has a size, that of a header at least; the memory is of that layout and is written whole.
@@ -213,7 +213,7 @@ fn text(text: &str) -> *const c_char {
     text.as_ptr()
 }
 
-/// Builds the descriptor of a struct type; it is never freed.
+/// Builds the descriptor of a struct type, which is never freed.
 pub fn describe_type<T>(name: &str, doc: &str, members: &[(String, &str)]) -> &'static TypeDescriptor {
     let members: String = members.iter().map(|(ty, name)| format!(" {ty} {name};")).collect();
     Box::leak(Box::new(TypeDescriptor {
@@ -225,7 +225,7 @@ pub fn describe_type<T>(name: &str, doc: &str, members: &[(String, &str)]) -> &'
     }))
 }
 
-/// Builds the table of a code module; it is never freed.
+/// Builds the table of a code module, which is never freed.
 pub fn describe_module(blocks: Vec<&'static Descriptor>, types: Vec<&'static TypeDescriptor>) -> &'static Module {
     let mut distinct: Vec<*const TypeDescriptor> = Vec::new();
     for ty in types {
@@ -246,7 +246,7 @@ pub fn describe_module(blocks: Vec<&'static Descriptor>, types: Vec<&'static Typ
     }))
 }
 
-/// The target that this code is compiled for, in the words of `opengpac.h`.
+/// Returns the target that this code is compiled for, as named in `opengpac.h`.
 pub fn target() -> &'static str {
     match (cfg!(target_arch = "x86_64"), cfg!(target_arch = "aarch64"), cfg!(target_arch = "riscv64")) {
         (true, ..) => "x86_64-linux",

@@ -1,27 +1,27 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Values that a block uses where they lie. An invocation copies its inputs before it runs and its outputs after it: right for some
-//! numbers, too slow for a table of a megabyte.
+//! Values that a block uses in place. Normally an invocation copies its inputs before it runs and its outputs afterwards, which suits a
+//! few numbers but is too slow for a table of a megabyte.
 
 use crate::Type;
 use core::ops::{Deref, DerefMut};
 
-/// An input that is read where it lies: `#[input(asynchronous, in_place)] table: InPlace<[f64; 65536]>`. Nothing changes it while the
-/// block runs.
+/// An input that is read in place: `#[input(asynchronous, in_place)] table: InPlace<[f64; 65536]>`. It does not change while the block
+/// runs.
 pub struct InPlace<T>(*const T);
 
-/// An output that is written where it lies: `#[output(in_place)] table: InPlaceMut<[f64; 65536]>`, which begins with zeros at each start.
+/// An output that is written in place: `#[output(in_place)] table: InPlaceMut<[f64; 65536]>`, initialised with zeros at each start.
 ///
-/// A value that an invocation has written stays, even if the invocation faults or is ended. A table therefore says itself whether it is
-/// complete, by a number that is written last. Its numbers are not checked to be finite.
+/// A value written by an invocation stays, even if the invocation faults or is ended. A table should therefore mark itself complete, by a
+/// number that is written last. Its numbers are not checked to be finite.
 pub struct InPlaceMut<T>(*mut T);
 
-/// A port of this kind, for the derive.
+/// A port that is used in place, for the derive.
 pub trait Lying {
     /// Type of the value.
     type Value: Type;
-    /// The image of a port that is not bound.
+    /// Image of an unbound port.
     const NOWHERE: Self;
-    /// The port bound to an address.
+    /// Returns the port bound to an address.
     ///
     /// # Safety
     /// The address is that of a value which nobody else touches while the port lives.

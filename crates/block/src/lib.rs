@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The block interface: the C ABI of a function block and its Rust face.
+//! The block interface: the C ABI of a function block and its Rust form.
 //!
-//! A block is a struct whose fields are the items of its interface, and one method. Field comments are the descriptions, the
-//! first sentence of the struct's comment says what the block computes, the rest is its manual:
+//! A block is a struct whose fields are the items of its interface, and one method. Field comments are the descriptions; the first
+//! sentence of the struct's comment states what the block computes, and the rest is its manual:
 //!
 //! ```
 //! use opengpac::{FunctionBlock, Invocation, Outcome, Step, trial::Trial};
@@ -27,7 +27,7 @@
 //! assert_eq!(trial.number("y").unwrap(), 1.0);
 //! ```
 //!
-//! | attribute | what the field is |
+//! | attribute | meaning of the field |
 //! |---|---|
 //! | `#[input]`, `#[input(asynchronous)]`, `#[input(ratio = n)]`, `#[input(default = v)]` | an input, latched; `default`: it may stay unbound |
 //! | `#[input(history)] u: [f64; 8]` | the last 8 values, oldest first |
@@ -37,10 +37,10 @@
 //! | `#[state]`, `#[state(initial = v)]`, `#[state(keep)]`, `#[state(opaque)]` | memory; `opaque`: any `Copy + Default` type |
 //! | `#[device(read)]`, `#[device(write)]` | a channel of a physical device |
 //! | `#[condition] done: Condition` | a condition, reported by `self.done.report()` |
-//! | `#[condition(preset = v)] above: ConditionOf<f64>` | one with a value: `self.above.preset`, `self.above.report(x)` |
-//! | `#[size(1, 16)] n: u32` | the number of elements of the items that say `sized`: `#[input(sized)] q: [f64; 16]` |
+//! | `#[condition(preset = v)] above: ConditionOf<f64>` | a condition with a value: `self.above.preset`, `self.above.report(x)` |
+//! | `#[size(1, 16)] n: u32` | the number of elements of the items declared `sized`: `#[input(sized)] q: [f64; 16]` |
 //!
-//! Each takes `unit = "rad"`. The types are the [`Type`]s.
+//! Each attribute accepts `unit = "rad"`. The allowed types are the [`Type`]s.
 
 pub mod abi;
 #[doc(hidden)]
@@ -67,17 +67,17 @@ pub use step::{FunctionBlock, Outcome, Step};
 pub use types::Type;
 pub use what::What;
 
-/// The C face, `opengpac.h`, as text: what a code module in C includes.
+/// Text of the C header `opengpac.h`, which code modules in C include.
 pub const HEADER: &str = include_str!("../include/opengpac.h");
 
-/// The C face of drivers, `opengpac_driver.h`, as text. It lies here beside the other header, for the crates that ship and compile C.
+/// Text of the C header of drivers, `opengpac_driver.h`. Placed here next to the other header, for the crates that ship and compile C.
 pub const DRIVER_HEADER: &str = include_str!("../include/opengpac_driver.h");
 
-/// Makes a `cdylib` crate a code module with these blocks: `opengpac::module!(Lowpass, Gain);`, once a crate.
+/// Makes a `cdylib` crate a code module with these blocks: `opengpac::module!(Lowpass, Gain);`, once per crate.
 #[macro_export]
 macro_rules! module {
     ($($block:ty),+ $(,)?) => {
-        /// Lists the blocks of this code module.
+        /// Returns the table of this code module's blocks.
         #[unsafe(no_mangle)]
         pub extern "C" fn opengpac_module() -> *const $crate::abi::Module {
             static MODULE: ::std::sync::OnceLock<&'static $crate::abi::Module> = ::std::sync::OnceLock::new();
@@ -87,7 +87,7 @@ macro_rules! module {
                 $crate::generated::describe_module(vec![$(<$block as $crate::FunctionBlock>::descriptor()),+], types)
             })
         }
-        /// Looks up the bank entry of a block of this code module. A caller that does not ask runs its blocks one by one.
+        /// Returns the bank entry of a block of this code module. Callers that do not use it run its blocks one by one.
         #[unsafe(no_mangle)]
         pub extern "C" fn opengpac_bank_1(run: $crate::abi::Run) -> ::std::option::Option<$crate::bank::Bank> {
             $crate::bank::of(run)

@@ -1,15 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
-//! A panic in a block is a condition, not a message: the hook stays silent for it, and only for it.
+//! Silent panics of blocks: a panic in a block is a condition, not a message, so the panic hook prints nothing for it, and only for it.
 //!
-//! A flag that each entry sets would cost every invocation more than the block itself. So the hook, which runs only when a panic
-//! happens, looks up the stack: is one of the functions there the entry of a block? That takes some microseconds and no lock.
+//! A flag set by each entry would cost every invocation more than the block itself. Instead the hook, which runs only on a panic,
+//! searches the stack for the entry of a block. That takes some microseconds and no lock.
 
 use core::ffi::{c_int, c_void};
 use std::panic;
 use std::sync::Once;
 use std::sync::atomic::{AtomicPtr, Ordering};
 
-/// An entry whose panics are silent. The list only grows, twice for each block of the process.
+/// An entry whose panics are silent. The list only grows, by two for each block of the process.
 struct Entry {
     run: *const c_void,
     next: *const Entry,
@@ -17,7 +17,7 @@ struct Entry {
 
 static ENTRIES: AtomicPtr<Entry> = AtomicPtr::new(core::ptr::null_mut());
 
-/// Silences panics under this entry, of a block or of its bank.
+/// Silences panics under this entry of a block or of its bank.
 pub fn contain_entry(run: *const c_void) {
     static HOOK: Once = Once::new();
     let entry = Box::into_raw(Box::new(Entry { run, next: core::ptr::null() }));
@@ -65,7 +65,7 @@ extern "C" fn visit(frame: *mut c_void, found: *mut c_void) -> c_int {
     GO_ON
 }
 
-// The unwinder that the standard library links anyway.
+// The unwinder, which the standard library links anyway.
 unsafe extern "C" {
     fn _Unwind_Backtrace(visit: extern "C" fn(*mut c_void, *mut c_void) -> c_int, argument: *mut c_void) -> c_int;
     fn _Unwind_GetIP(frame: *mut c_void) -> usize;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Descriptors as ordinary Rust values, checked: what the programming system and the supervisor know of a block.
+//! Descriptors as ordinary checked Rust values: a block as the programming system and the supervisor see it.
 
 mod check;
 mod text;
@@ -26,7 +26,7 @@ pub enum Kind {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Mode {
     Synchronous,
-    /// With its n.
+    /// Ratio port, with its n.
     Ratio(u32),
     Asynchronous,
 }
@@ -35,37 +35,37 @@ pub enum Mode {
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct ItemFace {
     pub kind: Kind,
-    /// Of a port; synchronous for everything else.
+    /// Mode of a port; synchronous for other items.
     pub mode: Mode,
     pub name: String,
-    /// Normalised: `double`, `double[6]`, `double[n]`, `pose`; empty for a condition without a value.
+    /// Normalised type text: `double`, `double[6]`, `double[n]`, `pose`; empty for a condition without a value.
     pub type_text: String,
-    /// Empty where it has none.
+    /// Unit; empty if there is none.
     pub unit: String,
     pub doc: String,
     /// An input that may stay unbound.
     pub has_default: bool,
-    /// An output that need not be finite.
+    /// An output whose value need not be finite.
     pub nonfinite: bool,
-    /// A state that survives a new start.
+    /// A state that survives a restart.
     pub keep: bool,
-    /// An array of as many elements as the block's size says.
+    /// An array with the number of elements given by the block's size.
     pub sized: bool,
-    /// The number of values of an input that is a history, else 0; `type_text` and `element` are of one value.
+    /// Number of values of an input that is a history, else 0; `type_text` and `element` are those of one value.
     pub history: u32,
-    /// Of a size: the least and the most number of elements.
+    /// Minimum and maximum number of elements, for a size.
     pub limits: Option<(u32, u32)>,
-    /// Where the value (of a condition: its preset) lies in the instance, bytes.
+    /// Offset of the value (of a condition: its preset) in the instance, in bytes.
     pub offset: Option<usize>,
-    /// Bytes of the value.
+    /// Size of the value in bytes.
     pub size: usize,
-    /// Bytes of one element of a sized item, of one value of a history, else `size`.
+    /// Size of one element of a sized item or of one value of a history, else `size`, in bytes.
     pub element: usize,
-    /// Where the address of a port or device lies in the instance, bytes.
+    /// Offset of the address of a port or device in the instance, in bytes.
     pub address: Option<usize>,
-    /// Where the value that a condition reported last lies in the instance, bytes.
+    /// Offset of the value that a condition reported last, in bytes.
     pub report: Option<usize>,
-    /// The value in the image: default of an input, a parameter or a preset, initial value of a state.
+    /// Value in the image: default of an input, a parameter or a preset, initial value of a state.
     pub initial: Vec<u8>,
 }
 
@@ -73,13 +73,13 @@ pub struct ItemFace {
 #[derive(Clone, Debug)]
 pub struct BlockFace {
     pub name: String,
-    /// First sentence: what it computes.
+    /// Description, whose first sentence states what the block computes.
     pub doc: String,
     /// File of its declaration.
     pub file: String,
     pub line: u32,
     pub items: Vec<ItemFace>,
-    /// Bytes of an instance.
+    /// Size of an instance in bytes.
     pub instance_size: usize,
     pub instance_align: usize,
     /// Descriptor that the kernel installs. Modules are never unloaded.
@@ -90,7 +90,7 @@ pub struct BlockFace {
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct TypeFace {
     pub name: String,
-    /// `struct { double x; double[4] q; }`
+    /// Declaration: `struct { double x; double[4] q; }`
     pub declaration: String,
     pub doc: String,
     pub size: usize,
@@ -115,11 +115,11 @@ impl core::fmt::Debug for Descriptor {
 /// Reason why a module's tables are refused.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Refusal {
-    /// The module is of another version of the ABI.
+    /// The module has another version of the ABI.
     AbiVersion { module: u32, here: u32 },
-    /// It lists no block.
+    /// The module lists no block.
     NoBlocks,
-    /// Something in it contradicts `abi`. `item` is empty where the block itself is meant, `block` where the module is.
+    /// An entry of the tables contradicts `abi`. `item` is empty if the block itself is meant, `block` if the module is.
     Invalid { block: String, item: String, what: String },
 }
 
@@ -144,7 +144,7 @@ impl BlockFace {
     /// Reads a descriptor of this program or of a module that is never unloaded, and checks it against `types`.
     ///
     /// # Errors
-    /// What in the descriptor contradicts `abi`.
+    /// Fails if the descriptor contradicts `abi`.
     pub fn read(descriptor: &'static Descriptor, types: &[TypeFace]) -> Result<BlockFace, Refusal> {
         if descriptor.abi != abi::ABI {
             return Err(Refusal::AbiVersion { module: descriptor.abi, here: abi::ABI });
@@ -178,11 +178,11 @@ impl BlockFace {
         Ok(face)
     }
 
-    /// A block of this program, in Rust.
+    /// Returns a block of this program, in Rust.
     ///
     /// # Panics
-    /// If what the derive made contradicts `abi`, which no declaration that compiles should bring about; two items cannot have
-    /// one name, for they are fields.
+    /// If the descriptor made by the derive contradicts `abi`, which no declaration that compiles should cause; item names are unique
+    /// because they are field names.
     pub fn of<B: crate::FunctionBlock>() -> BlockFace {
         let types: Result<Vec<_>, _> = B::types().into_iter().map(TypeFace::read).collect();
         match types.and_then(|types| BlockFace::read(B::descriptor(), &types)) {
@@ -191,12 +191,12 @@ impl BlockFace {
         }
     }
 
-    /// The item of this name.
+    /// Returns the item of this name, with its index.
     pub fn item(&self, name: &str) -> Option<(usize, &ItemFace)> {
         self.items.iter().enumerate().find(|(_, item)| item.name == name)
     }
 
-    /// The block's size item, if it has one.
+    /// Returns the block's size item, if it has one, with its index.
     pub fn size(&self) -> Option<(usize, &ItemFace)> {
         self.items.iter().enumerate().find(|(_, item)| item.kind == Kind::Size)
     }
@@ -206,7 +206,7 @@ impl TypeFace {
     /// Reads a type of this program or of a module that is never unloaded.
     ///
     /// # Errors
-    /// A name or text that is no UTF-8, or an impossible size.
+    /// Fails if a name or text is not UTF-8, or the size is impossible.
     pub fn read(descriptor: &'static TypeDescriptor) -> Result<TypeFace, Refusal> {
         let name = string(descriptor.name).ok_or_else(|| invalid("", "", "a type has no name in UTF-8"))?;
         let bad = |what: &str| invalid("", &name, what);
@@ -225,13 +225,13 @@ impl TypeFace {
 }
 
 impl ModuleFace {
-    /// Reads what `opengpac_module()` returned.
+    /// Reads the result of `opengpac_module()`.
     ///
     /// # Errors
-    /// Another ABI version, no block, or tables that contradict `abi`.
+    /// Fails for another ABI version, a module without blocks, or tables that contradict `abi`.
     ///
     /// # Safety
-    /// `module` is null or leads to a table as `abi::Module` says (of any version), whose module is never unloaded.
+    /// `module` is null or points to a table as specified by `abi::Module` (of any version), whose module is never unloaded.
     pub unsafe fn read(module: *const Module) -> Result<ModuleFace, Refusal> {
         if module.is_null() {
             return Err(invalid("", "", "opengpac_module() returned nothing"));
@@ -275,13 +275,13 @@ impl ModuleFace {
     }
 }
 
-/// The order of declaration: a compiler may turn it round.
+/// Restores the order of declaration, which a compiler may reverse.
 fn order_blocks(blocks: &mut [BlockFace]) {
     let files: Vec<String> = blocks.iter().map(|block| block.file.clone()).collect();
     blocks.sort_by_key(|block| (files.iter().position(|file| *file == block.file), block.line));
 }
 
-/// A type comes behind those of its members.
+/// Sorts types so that each follows those of its members.
 fn order_types(types: Vec<TypeFace>) -> Vec<TypeFace> {
     let mut rest = types;
     let mut ordered: Vec<TypeFace> = Vec::new();
@@ -289,7 +289,7 @@ fn order_types(types: Vec<TypeFace>) -> Vec<TypeFace> {
     while !rest.is_empty() {
         let uses = |ty: &TypeFace, name: &str| ty.declaration.split(|c: char| !c.is_ascii_alphanumeric() && c != '_').any(|word| word == name);
         let free = rest.iter().position(|ty| !rest.iter().any(|other| other.name != ty.name && uses(ty, &other.name)));
-        // Members named like types may look like a circle: then any order is as good.
+        // Members named like types may look like a cycle; any order will do then.
         ordered.push(rest.remove(free.unwrap_or(0)));
     }
     ordered

@@ -9,22 +9,21 @@ use crate::abi::{Descriptor, Invocation, TypeDescriptor};
 pub enum Outcome {
     /// Success: outputs and state are stored, reports count.
     Done,
-    /// A fault with a code of the block's own: nothing is stored, the state stays as it was, and the block's verb gets the
-    /// condition `fault`.
+    /// A fault with a code defined by the block: nothing is stored, the state is unchanged, and the block's verb receives the condition
+    /// `fault`.
     Fault(u32),
 }
 
 /// The body of a function block.
 pub trait Step {
-    /// Runs one invocation on a copy of the items. Called on the real-time path: it may not block, allocate or wait. A panic in
-    /// it is a fault.
+    /// Runs one invocation on a copy of the items. Called on the real-time path: must not block, allocate or wait. A panic is a fault.
     fn step(&mut self, invocation: &Invocation) -> Outcome;
 }
 
-/// A function block: what `#[derive(FunctionBlock)]` implements.
+/// A function block, implemented by `#[derive(FunctionBlock)]`.
 pub trait FunctionBlock: Step {
-    /// Everything about the block; made once, it lives as long as the process. Not for the real-time path.
+    /// Returns the description of the block, which is made once and lives as long as the process. Not for the real-time path.
     fn descriptor() -> &'static Descriptor;
-    /// The struct types of its items, each once, a member's type before the struct that has it.
+    /// Returns the struct types of its items, each once, and each after the types of its members.
     fn types() -> Vec<&'static TypeDescriptor>;
 }

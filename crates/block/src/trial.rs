@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Trying a block with no system: one instance, with cells of its own for its ports and devices.
+//! Trial of a block without a system: one instance, with its own cells for ports and devices.
 
 use crate::abi::{Descriptor, Header, Invocation, RUNNING, Run, outcome};
 pub use crate::fault::Fault;
@@ -8,16 +8,16 @@ use crate::what::What;
 use core::ffi::c_void;
 use std::alloc::{Layout, alloc_zeroed, dealloc, handle_alloc_error};
 
-/// Reason why something cannot be tried.
+/// Cause of a failed access to a trial.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum TrialError {
-    /// The block has no item of this name; these it has.
+    /// The block has no item of this name; `items` lists the existing ones.
     NoSuchItem { block: String, item: String, items: Vec<String> },
-    /// A value of another length than the item's type has.
+    /// The value's length does not match the item's type.
     WrongLength { item: String, type_text: String, given: usize, wanted: usize },
-    /// Its type is a struct: give and take it as bytes.
+    /// The item's type is a struct: set and get it as bytes.
     NotNumbers { item: String, type_text: String },
-    /// A size outside its limits.
+    /// The size is outside its limits.
     SizeOutOfRange { item: String, given: u32, least: u32, most: u32 },
     /// The item cannot be set: an output, or a condition without a value.
     NotSettable { item: String },
@@ -37,7 +37,7 @@ impl core::fmt::Display for TrialError {
 
 impl std::error::Error for TrialError {}
 
-/// Memory of a size and alignment.
+/// Memory of given size and alignment.
 struct Memory {
     start: *mut u8,
     layout: Layout,
@@ -77,21 +77,21 @@ unsafe impl Send for Memory {}
 pub struct Trial {
     face: BlockFace,
     instance: Memory,
-    /// For each item: where it is bound, if it is.
+    /// For each item: memory that it is bound to, if any.
     cells: Vec<Option<Memory>>,
-    /// For each item: it is a history that has had a value.
+    /// For each item: true if it is a history that has had a value.
     begun: Vec<bool>,
-    /// Time from one invocation to the next; 1 ms unless set.
+    /// Time between two invocations; default 1 ms.
     pub period_ns: i64,
     time_ns: i64,
     reported: u64,
 }
 
 impl Trial {
-    /// An instance of a block of this program. Its ports have cells of their own, with the defaults of the inputs and zeros.
+    /// Makes an instance of a block of this program. Its ports have their own cells, with the defaults of the inputs, or zeros.
     ///
     /// # Panics
-    /// If the descriptor contradicts `abi`; those that the derive makes do not.
+    /// If the descriptor contradicts `abi`; those made by the derive do not.
     pub fn new(descriptor: &'static Descriptor) -> Trial {
         match Trial::read(descriptor, &[]) {
             Ok(trial) => trial,
@@ -99,15 +99,15 @@ impl Trial {
         }
     }
 
-    /// An instance of a block whose items have these struct types.
+    /// Makes an instance of a block whose items have these struct types.
     ///
     /// # Errors
-    /// If the descriptor contradicts `abi`.
+    /// Fails if the descriptor contradicts `abi`.
     pub fn read(descriptor: &'static Descriptor, types: &[TypeFace]) -> Result<Trial, Refusal> {
         Ok(Trial::of(BlockFace::read(descriptor, types)?))
     }
 
-    /// An instance of a block that has been read.
+    /// Makes an instance of a block that has been read.
     pub fn of(face: BlockFace) -> Trial {
         let mut instance = Memory::new(face.instance_size, face.instance_align);
         // SAFETY: a descriptor's image has `instance_size` bytes.
@@ -132,11 +132,11 @@ impl Trial {
         &self.face
     }
 
-    /// Sets an input, device channel, parameter, preset, state or size from the bytes of its type. A sized item takes all its
-    /// elements or as many as the size says; a history takes one value, its newest, or all of them. The first one stands for those before.
+    /// Sets an input, device channel, parameter, preset, state or size from the bytes of its type. A sized item takes all its elements or
+    /// the number given by the size; a history takes its newest value, or all of them. The first value also fills the earlier ones.
     ///
     /// # Errors
-    /// No such item, one that cannot be set, a wrong length, a size outside its limits.
+    /// Fails if there is no such item, it cannot be set, the length is wrong, or a size is outside its limits.
     pub fn set(&mut self, name: &str, bytes: &[u8]) -> Result<(), TrialError> {
         let (index, item) = self.find(name)?;
         let wanted = self.present_size(&item);
@@ -168,7 +168,7 @@ impl Trial {
     /// Sets an item of numbers, all elements in order, converted to its type.
     ///
     /// # Errors
-    /// As [`Trial::set`], or an item that is a struct.
+    /// As for [`Trial::set`]; also fails if the item is a struct.
     pub fn set_numbers(&mut self, name: &str, values: &[f64]) -> Result<(), TrialError> {
         let (_, item) = self.find(name)?;
         let base = TypeText::parse(&item.type_text).map(|text| text.base).unwrap_or_default();
@@ -189,15 +189,15 @@ impl Trial {
     /// Sets an item of one number.
     ///
     /// # Errors
-    /// As [`Trial::set_numbers`].
+    /// As for [`Trial::set_numbers`].
     pub fn set_number(&mut self, name: &str, value: f64) -> Result<(), TrialError> {
         self.set_numbers(name, &[value])
     }
 
-    /// The bytes of an item: of an output what it last stored, of a condition what it last reported.
+    /// Returns the bytes of an item: of an output the last stored value, of a condition the last reported one.
     ///
     /// # Errors
-    /// No such item, or a condition without a value.
+    /// Fails if there is no such item, or it is a condition without a value.
     pub fn get(&self, name: &str) -> Result<Vec<u8>, TrialError> {
         let (index, item) = self.find(name)?;
         let size = self.present_size(&item);
@@ -208,20 +208,20 @@ impl Trial {
         }
     }
 
-    /// The elements of an item as numbers.
+    /// Returns the elements of an item as numbers.
     ///
     /// # Errors
-    /// As [`Trial::get`], or an item that is a struct.
+    /// As for [`Trial::get`]; also fails if the item is a struct.
     pub fn numbers(&self, name: &str) -> Result<Vec<f64>, TrialError> {
         let (_, item) = self.find(name)?;
         let base = TypeText::parse(&item.type_text).map(|text| text.base).unwrap_or_default();
         numbers(&base, &self.get(name)?).ok_or(TrialError::NotNumbers { item: item.name, type_text: item.type_text })
     }
 
-    /// An item of one number.
+    /// Returns an item of one number, or the first element of an array.
     ///
     /// # Errors
-    /// As [`Trial::numbers`]; of an array the first element is given.
+    /// As for [`Trial::numbers`].
     pub fn number(&self, name: &str) -> Result<f64, TrialError> {
         let numbers = self.numbers(name)?;
         numbers.first().copied().ok_or_else(|| TrialError::WrongLength { item: name.to_string(), type_text: String::new(), given: 0, wanted: 1 })
@@ -230,22 +230,22 @@ impl Trial {
     /// Runs one invocation; the next one is `period_ns` later.
     ///
     /// # Errors
-    /// The invocation faulted: nothing but its number has changed.
+    /// Fails if the invocation faulted; only its number has changed then.
     pub fn run(&mut self) -> Result<(), Fault> {
         // SAFETY: `run_by` gives an instance that is whole.
         self.run_by(|run, instance, invocation| unsafe { run(instance, invocation) })
     }
 
-    /// The same where `call` calls the entry, as a guard does: it gives back what that returned, or [`outcome::SIGNAL`] with the
-    /// signal above it, 0 for time that ran out. After a signal the instance is not to be run again.
+    /// Runs one invocation through `call`, which calls the entry, as a guard does, and returns the entry's result, or [`outcome::SIGNAL`]
+    /// with the signal above it, 0 for an exceeded budget. After a signal the instance must not be run again.
     ///
     /// # Errors
-    /// As [`Trial::run`].
+    /// As for [`Trial::run`].
     pub fn run_by(&mut self, call: impl FnOnce(Run, *mut c_void, &Invocation) -> u64) -> Result<(), Fault> {
         let invocation = Invocation { number: 0, time_ns: self.time_ns, now_ns: self.time_ns };
         self.time_ns += self.period_ns;
         self.reported = 0;
-        // Our own instance, every address in it bound to a cell of its item's size, aligned to 64; `&mut self` keeps everybody else away.
+        // Our own instance, with every address bound to a cell of its item's size, aligned to 64; `&mut self` excludes other accesses.
         let result = call(self.face.descriptor.run, self.instance.start.cast(), &invocation);
         let detail = result >> outcome::SHIFT;
         match result & outcome::MASK {
@@ -266,12 +266,12 @@ impl Trial {
         }
     }
 
-    /// The conditions that the last invocation reported, in order of declaration.
+    /// Returns the conditions that the last invocation reported, in order of declaration.
     pub fn reported(&self) -> Vec<String> {
         self.face.items.iter().enumerate().filter(|(index, _)| self.reported >> index & 1 == 1).map(|(_, item)| item.name.clone()).collect()
     }
 
-    /// The number of the next invocation.
+    /// Returns the number of the next invocation.
     pub fn next_number(&self) -> u64 {
         // SAFETY: an instance begins with its header.
         unsafe { (*self.instance.start.cast::<Header>()).number & !RUNNING }
@@ -288,7 +288,7 @@ impl Trial {
         }
     }
 
-    /// Bytes of an item at the present size.
+    /// Returns the size of an item in bytes at the present block size.
     fn present_size(&self, item: &ItemFace) -> usize {
         match (item.sized, self.face.size().and_then(|(_, size)| size.offset)) {
             (true, Some(offset)) => {

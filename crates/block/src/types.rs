@@ -1,10 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The types that items may have.
+//! Types that items may have.
 
 use crate::abi::TypeDescriptor;
 
-/// A type of ports, parameters and states: the fixed-width integers, `f32`, `f64`, `bool`, arrays, and structs with
-/// `#[derive(Type)]`.
+/// A type of ports, parameters and states: the fixed-width integers, `f32`, `f64`, `bool`, arrays, and structs with `#[derive(Type)]`.
 ///
 /// # Safety
 /// It has the layout of the C type that `text` names and no pointers or references: the real-time system copies it bytewise.
@@ -14,13 +13,13 @@ use crate::abi::TypeDescriptor;
     note = "an item is an integer of fixed width, f32, f64, bool, an array of these, or a #[repr(C)] struct with #[derive(opengpac::Type)]"
 )]
 pub unsafe trait Type: Copy + 'static {
-    /// The C type: `"double"`, `"double[6]"`, `"pose"`.
+    /// Returns the C type: `"double"`, `"double[6]"`, `"pose"`.
     fn text() -> String;
-    /// All zero.
+    /// Returns the value with all bytes zero.
     fn zero() -> Self;
-    /// The top bit is set where a floating-point number in it is infinite or not a number.
+    /// Returns a word whose top bit is set if a floating-point number in the value is infinite or not a number.
     fn nonfinite(&self) -> u64;
-    /// Adds the struct types in it that are not yet in `found`.
+    /// Adds the struct types that it contains to `found`, unless already present.
     fn types(found: &mut Vec<&'static TypeDescriptor>);
 }
 
@@ -52,7 +51,7 @@ unsafe impl Type for f64 {
     }
     #[inline(always)]
     fn nonfinite(&self) -> u64 {
-        // An exponent of all ones: one more carries into the top bit.
+        // For an exponent of all ones, adding one carries into the top bit.
         (self.to_bits() & 0x7ff0_0000_0000_0000) + 0x0010_0000_0000_0000
     }
     fn types(_: &mut Vec<&'static TypeDescriptor>) {}

@@ -3,7 +3,7 @@
 
 use crate::abi::outcome;
 
-/// A copy of it, without an allocation: the real-time path makes it.
+/// Copy of the text, made without allocation on the real-time path.
 #[derive(Clone, Copy)]
 pub struct What {
     bytes: [u8; outcome::WHAT_MAX],
@@ -11,7 +11,7 @@ pub struct What {
 }
 
 impl What {
-    /// Of what an entry returned; empty where that is no exception.
+    /// Returns the text belonging to an entry's result; empty if that is not an exception.
     ///
     /// # Safety
     /// An entry of a module in this process has returned `result`.
@@ -34,12 +34,12 @@ impl What {
         what
     }
 
-    /// Its bytes.
+    /// Returns the bytes of the text.
     pub fn bytes(&self) -> &[u8] {
         &self.bytes[..self.len]
     }
 
-    /// As text; what is no UTF-8 is replaced.
+    /// Returns the text, with invalid UTF-8 replaced.
     pub fn text(&self) -> String {
         String::from_utf8_lossy(self.bytes()).into_owned()
     }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! `opengpac.h` and `abi.rs` describe the same bytes.
+//! Checks that `opengpac.h` and `abi.rs` describe the same bytes.
 
 use opengpac::abi::{Descriptor, Header, Invocation, Item, Module, TypeDescriptor, flag, kind, mode, outcome};
 use std::fmt::Write;

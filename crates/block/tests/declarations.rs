@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! A mistake in a declaration in Rust is told in plain words.
+//! Checks that mistakes in a Rust declaration are reported in plain words.
 
 #[test]
 fn mistakes_are_told_in_plain_words() {

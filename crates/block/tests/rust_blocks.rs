@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Blocks in Rust, each word of the declaration on trial.
+//! Blocks in Rust that exercise each word of the declaration.
 
 use opengpac::trial::{Fault, Trial, TrialError};
 use opengpac::{Condition, ConditionOf, FunctionBlock, InPlace, InPlaceMut, Invocation, Outcome, Step, Type};

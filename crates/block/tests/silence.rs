@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-//! A panic in a block prints nothing; any other panic still does. In a process of its own, because the hook is the process's.
+//! Checks that a panic in a block prints nothing, and any other panic still does. Runs in its own process, because the panic hook belongs
+//! to the process.
 
 use opengpac::abi::{NONE, outcome};
 use opengpac::bank::{self, Call};
@@ -33,13 +34,13 @@ fn quotient(a: i32, b: i32) -> i32 {
     a / b
 }
 
-/// Runs one invocation, with 0 for both inputs, by the bank entry.
+/// Runs one invocation through the bank entry, with both inputs 0.
 fn by_the_bank_entry() -> u64 {
     let descriptor = Divide::descriptor();
     let mut memory = vec![0_u64; (descriptor.instance_size as usize).div_ceil(size_of::<u64>())];
     let (mut value, mut step, invocation) = (0_i32, 0, Invocation::default());
     let call = Call { run: descriptor.run, instance: memory.as_mut_ptr().cast(), invocation: &raw const invocation };
-    // SAFETY: the descriptor says how many items there are and where their addresses lie; the memory is as large as it says.
+    // SAFETY: the descriptor states the number of items and where their addresses lie; the memory is as large as it states.
     unsafe {
         for item in std::slice::from_raw_parts(descriptor.items, descriptor.item_count as usize) {
             assert_ne!(item.address, NONE);

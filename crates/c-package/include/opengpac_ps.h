@@ -52,102 +52,102 @@ void opengpac_close(opengpac_system *system);
  * ---- the calls, made from their declarations in crates/api ----
  * configuration
  *   processor(name, [core], [supervisor], [process], [host], [lost_after_ns], [patience_ns])
- *       Makes a real-time processor.
- *         core: The core that it is bound to.
- *         supervisor: true: the supervisor is there; if no processor says so, it is on the first one.
- *         process: true: in a process of its own; a text: in the process of that name.
- *         host: A host that has joined.
- *         lost_after_ns: Time for which a process may stand still until it counts as lost.
- *         patience_ns: Time for which a process may miss its supervisor.
+ *       Creates a real-time processor.
+ *         core: CPU core that the processor is bound to.
+ *         supervisor: true if the supervisor runs on the processor; by default it runs on the first one.
+ *         process: true: a process of its own; a text: the process of that name.
+ *         host: Name of a host that has joined the system.
+ *         lost_after_ns: Maximum time for which the process may hang before it counts as lost.
+ *         patience_ns: Maximum time for which the process may be without its supervisor.
  *   listen(endpoint, name, [authority], [certificate], [key], [token], [clock_limit_ns])
- *       Lets other hosts join.
+ *       Allows other hosts to join the system.
  *         endpoint: "tcp/HOST:PORT" or "tls/HOST:PORT".
- *         name: The name of this host.
- *         authority: The file of the authority that signs the others' certificates.
- *         token: The text that a host must know to join.
- *         clock_limit_ns: Maximum difference of the clocks.
+ *         name: Name of this host.
+ *         authority: File of the authority that signs the other hosts' certificates.
+ *         token: Secret that a host must present to join.
+ *         clock_limit_ns: Maximum difference between the clocks.
  *   take_over() -> TakenOver
- *       Lets go on what runs in processes that lost a system of this name; the system is opened with "adopt":
- *       true.
+ *       Takes over processes that lost a system of this name, and continues what runs in them; the system
+ *       must be opened with "adopt": true.
  *   source(processor, name, kind, priority, [period_ns], [virtual_cost_ns])
- *       Makes an interrupt source of a processor.
+ *       Creates an interrupt source of a processor.
  *         kind: "timer", "trigger" or "software".
  *         period_ns: Period of a timer.
  *         virtual_cost_ns: Cost of a firing under the virtual clock.
  *   request(source)
- *       Requests a software source: it fires once.
+ *       Requests one firing of a software source.
  *         source: "processor.source".
  *   physical_device(processor, name, kind, source, [options], [place]) -> PhysicalDevice
  *       Opens a device for a source. Returns its channels and parts.
- *         kind: The driver: "mujoco", "loopback", "scripted", ...
+ *         kind: Driver: "mujoco", "loopback", "scripted", ...
  *         options: Options of the driver.
  *   device_service(device, service, [arguments]) -> Value or null
- *       Lets the driver of a device carry out a service, off the cycle. Returns what that answers.
- *         service: Service that the driver declares: `configuration` lists them.
+ *       Calls an acyclic service of a device's driver. Returns the answer of the service.
+ *         service: Service declared by the driver, as listed by `configuration`.
  *         arguments: Arguments of the service.
  *   scan_devices(kind, [options]) -> Value or null
- *       Looks on the host of the system for devices that a driver could open; nothing moves. Returns what
- *       each is, and the options that open it.
- *         kind: The driver.
- *         options: Options of the driver that say where to look.
+ *       Searches the host of the system for devices that a driver could open, without moving anything.
+ *       Returns a description of each, and the options that open it.
+ *         kind: Name of the driver.
+ *         options: Options of the driver that define the search.
  *   device_served(errand) -> Value or null
- *       Waits for a service or a search that goes on. Returns what it answers, once.
+ *       Waits for a service or search in progress. Returns the answer, only once.
  *   reopen_physical_device(name)
- *       Opens a device that was lost again, with everything that is bound to it.
+ *       Reopens a lost device with all its bindings.
  *   delete_physical_device(name)
  *       Closes a device.
  *   raises(device, channel, source, [place])
- *       Lets a channel of a device request a source.
+ *       Lets a channel of a device raise a source.
  *   place(...placement)
- *       Says on which sources blocks run that nothing else places: source by pattern of labels.
+ *       Sets the sources for blocks that are not placed otherwise: source by label pattern.
  * software
  *   download(path, [name], [python]) -> ModuleAbout
  *       Loads a code module. Returns its blocks.
  *         name: Name of the module; by default the name of the file.
- *         python: The interpreter that tries it in a process of its own.
+ *         python: Interpreter that tests the module in a separate process.
  *   define_verb(...verb)
- *       Enters a verb.
+ *       Defines a verb.
  *   check_graph(...graph)
- *       Refuses a data flow graph that is wrong; nothing is entered.
+ *       Checks a data flow graph and refuses it if it is wrong; nothing is entered.
  *   check_definition(...drawing) -> list of Refusal
- *       Returns all that is wrong with a graph or a verb, each with "where"; nothing is entered.
+ *       Returns all mistakes of a graph or a verb, each with "where"; nothing is entered.
  *   check_drawing(...drawing) -> list of Refusal
- *       Returns all that is wrong with a graph or a verb, as `check_definition` does, and what installing it
- *       would refuse whatever it is given: constants, defaults, members of objects, second writers in a list.
- *       Nothing is entered.
+ *       Returns all mistakes of a graph or a verb, as `check_definition` does, and everything that an
+ *       installation would refuse for any arguments: constants, defaults, members of objects, second writers
+ *       in a list. Nothing is entered.
  *   compatible(from, [to], ...drawing) -> PortVerdicts
- *       Returns why two ports of a graph or a verb cannot be wired, or null; without `to`, why each other one
- *       cannot.
+ *       Returns why two ports of a graph or a verb cannot be wired, or null; without `to`, the reason for
+ *       each other port.
  *   define_device_type(...device_type)
- *       Enters a type of logical devices.
+ *       Defines a type of logical devices.
  *   compose(...composition) -> Verb
- *       Returns the verb that a composition of verbs is; nothing is entered.
+ *       Returns the verb that a composition of verbs defines; nothing is entered.
  *   svv(name, [place], ...specification)
- *       Makes an SVV.
+ *       Creates an SVV.
  *   delete_svv(name)
  *       Deletes an SVV that nothing is bound to.
  *   library() -> list of Interface
- *       Returns every block: of the library, of code modules.
+ *       Returns all blocks of the library and of code modules.
  *   fuse([on]) -> FusedBlocks
- *       Fuses blocks in C that are always due together, for a second; with groups `waiting` it is to be
- *       called again. Returns what is fused.
- *         on: False undoes it.
+ *       Fuses C blocks that are always due together, for up to a second; call again while groups are
+ *       `waiting`. Returns the fused blocks.
+ *         on: False to undo the fusing.
  *   fused() -> FusedBlocks
- *       Returns what is fused, and what is not and why.
+ *       Returns the fused blocks, and the others with the reasons.
  * logical devices
  *   device(name, ...request)
- *       Makes a logical device, with its own verb instance.
+ *       Creates a logical device with its own verb instance.
  *   enable(name) -> integer
- *       Starts the verb that keeps a device going. Returns that instance, 0 where there is none. It is
- *       enabled when it is ready.
+ *       Starts a device's own verb. Returns the instance, or 0 if there is none. The device is enabled when
+ *       the verb is ready.
  *   wait_enabled(name, [timeout_ns], [until_ns]) -> boolean
- *       Waits until a device is enabled. Returns whether it is.
- *         timeout_ns: Time limit from now, on the system's clock.
- *         until_ns: Time of the limit, instead.
+ *       Waits until a device is enabled. Returns true if it is.
+ *         timeout_ns: Timeout relative to the call, on the system's clock.
+ *         until_ns: Absolute time of the timeout, as an alternative.
  *   disable(name)
- *       Ends the verbs that use a device, then its own; waits until that is done.
+ *       Ends the verbs that use a device, then its own; waits for their ends.
  *   exchange_verb(device, verb, [place])
- *       Replaces the verb that keeps a device going by another one, within one firing where it is enabled.
+ *       Replaces a device's own verb by another one, within one firing if the device is enabled.
  *   delete_device(name)
  *       Deletes a device.
  *   device_state(name) -> DeviceState
@@ -179,200 +179,200 @@ void opengpac_close(opengpac_system *system);
  *       Removes a taught point, and returns it.
  * verb instances
  *   check(...application) -> Plan
- *       Plans an application without making anything. Returns the plan.
+ *       Plans an application without creating anything. Returns the plan.
  *   perform([limits], ...application) -> Report or null
- *       Calls a verb: makes an instance, starts it with the values of the application, waits until it has
+ *       Calls a verb: creates an instance, starts it with the values of the application, waits until it has
  *       ended and deletes it. Returns its end report.
  *   performed(instance) -> Report or null
- *       Goes on with the call of a verb: waits until its instance has ended and deletes it. Returns its end
+ *       Continues the call of a verb: waits until its instance has ended and deletes it. Returns its end
  *       report.
  *   create(...application) -> integer
- *       Makes an instance. Returns its number.
+ *       Creates an instance. Returns its number.
  *   start(instance, [values], [limits])
  *       Starts an instance.
- *         values: Input parameter to value.
+ *         values: Input parameter → value.
  *   wait(instance, [timeout_ns], [until_ns]) -> Report or null
- *       Waits until an instance has ended. Returns its end report, null after the timeout.
- *         timeout_ns: Time limit from now, on the system's clock.
- *         until_ns: Time of the limit, instead.
+ *       Waits until an instance has ended. Returns its end report, or null after the timeout.
+ *         timeout_ns: Timeout relative to the call, on the system's clock.
+ *         until_ns: Absolute time of the timeout, as an alternative.
  *   halt(instance, [timeout_ns], [until_ns]) -> Report or null
- *       Ends an instance and waits until it has ended: a transition on `halted` may lie between, a second
- *       halt is immediate. Returns its end report.
- *         timeout_ns: Time limit from now, on the system's clock.
- *         until_ns: Time of the limit, instead.
+ *       Ends an instance and waits until it has ended: first follows a transition on `halted`, if there is
+ *       one; a second halt is immediate. Returns its end report.
+ *         timeout_ns: Timeout relative to the call, on the system's clock.
+ *         until_ns: Absolute time of the timeout, as an alternative.
  *   suspend(instance)
- *       Lets what an instance is doing run dry, then holds it.
+ *       Suspends an instance after its running step is complete.
  *   resume(instance)
- *       Lets a suspended instance go on.
+ *       Resumes a suspended instance.
  *   delete(instance)
  *       Deletes an instance that has ended.
  *   state(instance) -> InstanceState
  *       Returns "created", "queued", "running", "suspended", "ended" or "deleted".
  *   instance(instance) -> InstanceAbout
- *       Returns what an instance is: its name, verb, state, blocks, conditions and lists.
+ *       Returns the name, verb, state, blocks, conditions and lists of an instance.
  *   report(instance) -> Report or null
- *       Returns the end report of the latest start, null while it lasts.
+ *       Returns the end report of the latest start, null while it runs.
  *   set(instance, [values], [every_ns])
  *       Sets tunable input parameters and intervals of a running instance.
- *         values: Input parameter to value.
- *         every_ns: Label of a block to interval.
+ *         values: Input parameter → value.
+ *         every_ns: Label of a block → interval.
  * values and time
  *   read(names, [raw]) -> Snapshot
  *       Returns one consistent snapshot.
- *         names: Names of SVVs, of private cells, "move#1:coefficients", and of channels,
+ *         names: Names of SVVs, of private cells, "move#1:coefficients", or of channels,
  *         "plant.elbow.position".
- *         raw: Instead of "value", which cannot say NaN or infinity in JSON: "bytes", the memory of the C
- *         type in base64, little endian.
+ *         raw: True to return "bytes", the memory of the C type in base64, little endian, instead of "value",
+ *         which cannot represent NaN or infinity in JSON.
  *   write(name, value)
  *       Stores a value.
  *   history(name, count, [raw]) -> list of Reading
  *       Returns the last values, oldest first.
  *         count: Maximum number of values.
- *         raw: "bytes" instead of "value", as of `read`.
+ *         raw: True to return "bytes" instead of "value", as in `read`.
  *   svv_about(name) -> SvvAbout
- *       Returns what is known of an SVV, a private cell or a channel: its type, unit, history, writers.
+ *       Returns the properties of an SVV, a private cell or a channel: its type, unit, history, writers.
  *   now() -> integer
  *       Returns the time of the system, ns.
  *   advance(duration_ns)
- *       Under the virtual clock: runs the firings in (now, now + duration].
+ *       Runs the firings in (now, now + duration] under the virtual clock.
  *   step() -> boolean
- *       Under the virtual clock: runs the next firing, whenever that is. Returns false where nothing is ever
- *       going to happen.
+ *       Runs the next firing under the virtual clock, however far ahead. Returns false if nothing will ever
+ *       happen.
  * cell
  *   emergency_stop(reason)
  *       Stops everything that moves, until `reset`.
  *   emergency_stop_input(device, channel, [at_zero])
- *       Lets a channel of a device stop everything that moves.
- *         at_zero: True if it stops at zero, not at one.
+ *       Lets a channel of a device trip the emergency stop.
+ *         at_zero: True if it trips at zero rather than at one.
  *   reset() -> map of text
- *       Ends the emergency stop, and opens devices again that were lost. Returns those that are lost still,
- *       each with why.
+ *       Resets the emergency stop, and reopens lost devices. Returns the devices that are still lost, with
+ *       the reasons.
  *   pause([devices]) -> list of text
- *       Suspends what is done with these logical devices, or with all, and waits until it is. Returns the
- *       names of these instances.
+ *       Suspends all actions on these logical devices, or on all devices, and waits until they are suspended.
+ *       Returns the names of these instances.
  *   paused(instances, names) -> list of text
  *       Waits until these instances have stopped. Returns their names.
  *   resume_program([devices]) -> list of text
- *       Takes a pause back. Returns the names of the instances that go on or begin.
+ *       Ends a pause. Returns the names of the instances that resume or begin.
  *   mode() -> Mode
  *       Returns "automatic" or "manual".
  *   set_mode(mode)
  *       Changes the mode.
  *   enabling_switch(device, channel)
- *       Names the channel of the enabling switch, without which nothing moves in manual mode.
+ *       Sets the channel of the enabling switch, without which nothing moves in manual mode.
  * alarms
  *   define_alarm(code, ...said)
- *       Says what the alarms of a code mean.
+ *       Defines the text of an alarm code.
  *   raise_alarm(code, [source], [text])
  *       Raises an alarm.
  *         source: Source of the alarm.
  *   clear_alarm(code, [source]) -> boolean
- *       Says that the cause of an alarm is gone. Returns whether there was one.
+ *       Clears the cause of an alarm. Returns true if the alarm was active.
  *   alarms() -> Alarms
- *       Returns all alarms, those that are shelved, and their history.
+ *       Returns the current alarms, the shelved ones, and the history.
  *   acknowledge_alarms([number]) -> integer
- *       Acknowledges one alarm, or all that are not shelved. Returns how many.
+ *       Acknowledges one alarm, or all that are not shelved. Returns the number of newly acknowledged alarms.
  *   shelve_alarm(number, reason, for_ns, [who])
- *       Takes an alarm out of the list for a time. Emergency stops, what is lost, and the severity critical
- *       stay in it.
- *         reason: Reason for it.
- *         for_ns: Duration on the system's clock: 24 h at most.
- *         who: Person or session that shelves it: the control interface enters its caller.
+ *       Removes an alarm from the list for a limited time. Emergency stops, losses, and alarms of the
+ *       severity critical cannot be shelved.
+ *         reason: Reason for the shelving.
+ *         for_ns: Duration on the system's clock; at most 24 h.
+ *         who: Person or session that shelves the alarm; set by the control interface to its caller.
  *   unshelve_alarm(number, [who]) -> boolean
- *       Puts a shelved alarm back into the list. Returns whether it was shelved.
- *         who: Person or session that does it: the control interface enters its caller.
+ *       Returns a shelved alarm to the list. Returns true if it was shelved.
+ *         who: Person or session that unshelves the alarm; set by the control interface to its caller.
  *   restore_alarms(history)
- *       Enters the history of an earlier life.
+ *       Restores the alarm history of an earlier run.
  * observation
  *   names() -> Names
- *       Returns the names of what there is.
+ *       Returns the names of all items.
  *   configuration() -> Configuration
- *       Returns processors, sources, devices as their drivers describe them, device types.
+ *       Returns processors, sources, devices as described by their drivers, device types.
  *   installed() -> InstalledInstances
- *       Returns every instance with its blocks, ports, cells, command lists, conditions and transitions.
+ *       Returns all instances with their blocks, ports, cells, command lists, conditions and transitions.
  *   verbs() -> list of VerbSummary
- *       Returns the verbs that are entered.
+ *       Returns the defined verbs.
  *   verb_form(name) -> VerbForm
- *       Returns what a form that starts a verb needs: its arguments and input parameters.
+ *       Returns the contents of a form that starts a verb: its arguments and input parameters.
  *   geometry(device) -> Geometry
  *       Returns the bodies, joints, shapes and meshes of a physical device, for drawing.
  *   statistics() -> Statistics
- *       Returns how sources, instances and devices run.
+ *       Returns run-time data of sources, instances and devices.
  *   probe(for_ns, [source])
- *       Visits the blocks of a source, or of all, one a firing: then `statistics` tells how long they take.
- *         for_ns: Amount of real time, an hour at most.
+ *       Probes the blocks of a source, or of all sources, one per firing: `statistics` then includes their
+ *       durations.
+ *         for_ns: Duration in real time, at most an hour.
  *   log([since]) -> list of LogEntry
- *       Returns commands, conditions, faults, transitions and ends.
- *         since: The number of the first one.
+ *       Returns the log: commands, conditions, faults, transitions and ends.
+ *         since: Number of the first entry.
  * workspaces
  *   ship_workspace(...workspace)
- *       Enters a workspace that a program ships, in the place of the one that it shipped before under that
- *       name.
+ *       Enters a workspace shipped by a program, replacing a shipped one of the same name.
  *   withdraw_workspace(name)
- *       Removes a workspace that a program has shipped.
+ *       Removes a workspace shipped by a program.
  *   keep_workspace(...workspace)
- *       Keeps a workspace for all who look at the system. One that a program has shipped is not replaced.
+ *       Saves a workspace for all users of the system. Cannot replace one shipped by a program.
  *   forget_workspace(name)
- *       Removes a workspace that a person keeps.
+ *       Removes a workspace saved by a person.
  *   workspaces() -> list of WorkspaceAbout
- *       Returns the workspaces, each in one line.
+ *       Returns one-line summaries of the workspaces.
  *   workspace(name) -> Workspace
  *       Returns a workspace.
  *   check_workspace(...workspace) -> list of Refusal
- *       Returns all that is wrong with a workspace here and now: its form, and what it names and is not
- *       there.
+ *       Returns all mistakes of a workspace in the current system: in its form, and names of missing items.
  * recordings
  *   record(path, [svvs], [cells], [replay], [split_bytes], [keep], [identity], [resumes]) -> RecordingBegun
- *       Begins to record into a new MCAP file. Returns its number.
- *         svvs: Names of SVVs, with * and ?; all where they are left out.
- *         cells: The private cells of all verb instances too.
- *         replay: Everything that comes from outside too, so that the run can be run again.
- *         split_bytes: Bytes of a file, about, from which on the next one begins: run.mcap, run-2.mcap and so
- *         on. A recording for a replay has none.
- *         keep: Files that stay where the recording is split; the oldest goes. All where it is left out.
- *         identity: Identity of the recording, which its files have in their metadata. Over the control
- *         interface the daemon gives it one.
- *         resumes: true: goes on behind the files of that path that are there, and those of this identity
- *         count for `keep`. Over the control interface it is the daemon's own, and is left out.
+ *       Starts recording into a new MCAP file. Returns its number.
+ *         svvs: Names of SVVs, with * and ?; all if omitted.
+ *         cells: True to include the private cells of all verb instances.
+ *         replay: True to include all external inputs, so that the run can be replayed.
+ *         split_bytes: Approximate size of a file, bytes, at which the next one begins: run.mcap, run-2.mcap
+ *         and so on. A recording for a replay cannot be split.
+ *         keep: Number of files kept when the recording is split; the oldest is deleted. All are kept if
+ *         omitted.
+ *         identity: Identity of the recording, stored in the metadata of its files. Over the control
+ *         interface the daemon sets it.
+ *         resumes: true: continues after the existing files of that path, and those with this identity count
+ *         for `keep`. Over the control interface the daemon sets it, and it must be omitted.
  *   recording(recording) -> RecordingSummary
- *       Returns how a recording stands.
+ *       Returns the state of a recording.
  *   stop_recording(recording) -> RecordingSummary
- *       Ends a recording. Returns how it stands; where it still runs, it is to be called again.
+ *       Ends a recording. Returns its state; if it still runs, call again.
  *   replay(path, [trust], [present]) -> ReplayBegun
- *       Begins to run a recording again, in a process of its own beside the system, which it does not touch,
- *       and compares every value. Returns its number. Code modules that the recording brings run only where
- *       their SHA-256 digests are those of modules that the system has had, or are in `trust`.
- *         trust: Digests of code modules that may run. Over the control interface they are the daemon's own,
- *         and are left out.
- *         present: true: the modules of the same names that the system has now take the place of the
- *         recording's; then the first difference is of them.
+ *       Starts the replay of a recording in a separate process, without affecting the system, and compares
+ *       every value. Returns its number. Code modules in the recording run only if their SHA-256 digests are
+ *       those of modules that the system has had, or are in `trust`.
+ *         trust: Digests of code modules that may run. Over the control interface the daemon sets them, and
+ *         they must be omitted.
+ *         present: true: the system's current modules replace those of the same names in the recording; the
+ *         first difference is then due to them.
  *   replaying(replay) -> Replaying
- *       Returns how a replay stands.
+ *       Returns the state of a replay.
  *   stop_replay(replay) -> Replaying
- *       Ends a replay where it is, and forgets it. Returns how it stood.
+ *       Stops a replay at its current position and deletes it. Returns its last state.
  *   recordings([folder]) -> list of RecordingFile
- *       Returns the recordings of a folder, the newest first.
- *         folder: Over the control interface it is the daemon's own, and is left out.
+ *       Returns the recordings in a folder, newest first.
+ *         folder: Folder; over the control interface it is the daemon's own and must be omitted.
  *   recorded(path) -> RecordingContents
- *       Returns what a recording is: when, of what, how it ended. One that is under way is told as far as it
- *       is on the disk.
+ *       Returns a description of a recording: its time, its contents and its end. A recording in progress is
+ *       described as far as it is on disk.
  *   recorded_at(path, time_ns, [names], [topics], [known]) -> RecordedAt
- *       Returns what was at a time of a recording.
+ *       Returns the state of a recording at a time.
  *         time_ns: Time on the system's clock.
  *         names: Names of SVVs and cells.
  *         topics: Names of other channels, `/installed`, `/statistics`, `/alarms`, …
- *         known: Times of the messages that the caller has, by channel: they are not told again.
+ *         known: Times of the messages that the caller already has, by channel: these messages are omitted.
  *   recorded_messages(path, topic, [since]) -> RecordedMessages
- *       Returns messages of a channel that has no values, `/log`, `/ends`, …
- *         since: The number of the first one.
+ *       Returns messages of a channel without values, `/log`, `/ends`, …
+ *         since: Number of the first message.
  *   recorded_span(path, names, from_ns, to_ns, columns, [since]) -> RecordedSpan
- *       Returns SVVs and cells over a span of a recording, drawn together into columns, with exact sums.
- *         columns: Columns of each channel, at most 10,000: as many values as lie in one are drawn together.
- *         since: The `next` of the part before.
+ *       Returns SVVs and cells over a span of a recording, condensed into columns, with exact sums.
+ *         columns: Number of columns per channel, at most 10,000; the values within a column are condensed.
+ *         since: `next` of the previous answer.
  *   recorded_firing(path, time_ns, [back]) -> integer or null
- *       Returns the time of the next firing of a recording that stored a value, or of the one before; null
- *       where there is none.
- *         back: The one before.
+ *       Returns the time of the next firing of a recording that stored a value, or of the previous one; null
+ *       if there is none.
+ *         back: True for the previous firing.
  * ---- end of the calls ----
  *
  * A verb: {"name", "blocks": {label: {"block": {"subroutine": "library.pid"}, "constants": {}}}, "instantiation_parameters": {name: [ports]},

@@ -4,14 +4,14 @@ use serde_json::Value as Json;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-/// The folder of the shared library: that of this test, where cargo leaves it.
+/// Folder of the shared library: cargo places it in the test's own folder.
 fn library() -> PathBuf {
     let folder = std::env::current_exe().expect("this test is a file").parent().expect("in a folder").to_path_buf();
     assert!(folder.join("libopengpac_ps.so").exists(), "libopengpac_ps.so is in {}", folder.display());
     folder
 }
 
-/// Compiles a C file against the package, as its author would; the program.
+/// Compiles a C file against the package as its author would, and returns the program.
 fn compile(source: &Path, name: &str) -> PathBuf {
     let program = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join(name);
     let folder = library();

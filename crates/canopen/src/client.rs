@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Reads and writes objects of nodes, one after another, beside the cycle.
+//! Reads and writes objects of nodes, one after another, outside the cycle.
 use crate::frame::{Came, Frame};
 use crate::interface::Interface;
 use crate::link::Link;
@@ -11,23 +11,23 @@ use std::fmt;
 use std::io;
 use std::time::{Duration, Instant};
 
-/// Maximum number of frames taken before a wait for an answer looks at its time: a bus may never be silent.
+/// Maximum number of frames read before a wait for an answer checks its time: a bus may never be silent.
 const TAKEN_MAX: usize = 4096;
 
-/// An end of a bus that hears answers of SDO servers.
+/// An end of a bus that receives answers of SDO servers.
 pub struct Client {
     link: Box<dyn Link>,
     answer: Duration,
 }
 
-/// Reason why an object was not read or written.
+/// Reason why an object could not be read or written.
 #[derive(Debug)]
 pub enum SdoError {
     /// The node does not answer.
     Silent,
     /// The node refuses, with this code.
     Aborted(u32),
-    /// The node breaks the rules of the protocol.
+    /// The node violates the protocol.
     Broken,
     Link(io::Error),
 }
@@ -44,10 +44,10 @@ impl fmt::Display for SdoError {
 }
 
 impl Client {
-    /// Opens an end; `answer` is how long a node may take for each answer.
+    /// Opens an end; `answer` is the time limit for each answer of a node.
     ///
     /// # Errors
-    /// Those of [`Interface::open`].
+    /// Fails as [`Interface::open`] does.
     pub fn open(interface: &Interface, answer: Duration) -> io::Result<Client> {
         Ok(Client { link: interface.open(&[(0x580, 0x780)])?, answer })
     }
@@ -55,7 +55,7 @@ impl Client {
     /// Reads an object of a node.
     ///
     /// # Errors
-    /// It does not answer, or refuses.
+    /// Fails if the node does not answer, or refuses.
     pub fn upload(&mut self, node: u8, of: Entry) -> Result<Vec<u8>, SdoError> {
         self.transfer(node, Transfer::upload(of))
     }
@@ -63,7 +63,7 @@ impl Client {
     /// Writes an object of a node.
     ///
     /// # Errors
-    /// It does not answer, or refuses.
+    /// Fails if the node does not answer, or refuses.
     pub fn download(&mut self, node: u8, of: Entry, value: &[u8]) -> Result<(), SdoError> {
         self.transfer(node, Transfer::download(of, value)).map(drop)
     }
@@ -71,14 +71,14 @@ impl Client {
     /// Sends any other frame.
     ///
     /// # Errors
-    /// The interface is down, or its queue is full.
+    /// Fails if the interface is down, or its queue is full.
     pub fn send(&mut self, frame: &Frame) -> io::Result<()> {
         self.link.send(frame)
     }
 
     fn transfer(&mut self, node: u8, (mut transfer, request): (Transfer, [u8; 8])) -> Result<Vec<u8>, SdoError> {
         let to = 0x600 + u16::from(node);
-        // What is late from before is no answer to this.
+        // Late answers to earlier requests are not answers to this one.
         for _ in 0..TAKEN_MAX {
             if self.link.receive().map_err(SdoError::Link)?.is_none() {
                 break;
@@ -112,7 +112,7 @@ impl Client {
         }
     }
 
-    /// Returns the next answer of this node that is there, behind [`TAKEN_MAX`] other frames at most.
+    /// Returns the next answer of this node, after at most [`TAKEN_MAX`] other frames.
     fn next(&mut self, node: u8) -> Result<Option<[u8; 8]>, SdoError> {
         for _ in 0..TAKEN_MAX {
             let Some(came) = self.link.receive().map_err(SdoError::Link)? else { break };
@@ -126,17 +126,17 @@ impl Client {
         Ok(None)
     }
 
-    /// Returns the nodes of the bus that answer a request for their type, with it.
+    /// Returns the nodes of the bus that answer a request for their type, each with its type.
     ///
     /// # Errors
-    /// The interface is down.
+    /// Fails if the interface is down.
     pub fn nodes(&mut self) -> io::Result<Vec<(u8, u32)>> {
         let mut found = Vec::new();
         for node in 1..=NODE_MAX {
             let (_, request) = Transfer::upload(Entry { index: 0x1000, sub: 0 });
             let until = Instant::now() + self.answer;
             while let Err(error) = self.link.send(&Frame::new(0x600 + u16::from(node), &request)) {
-                // The queue of the interface is full for a while.
+                // The queue of the interface is temporarily full.
                 let is_full = error.raw_os_error() == Some(libc::ENOBUFS) || error.kind() == io::ErrorKind::WouldBlock;
                 if !is_full || Instant::now() > until {
                     return Err(error);

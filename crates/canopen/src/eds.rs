@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Electronic data sheets by CiA 306: the file that a vendor gives with a device, which names its objects.
+//! Electronic data sheets by CiA 306: the file that a vendor supplies with a device, which names its objects.
 use crate::pdo::Word;
 use cia402::Entry;
 use std::collections::BTreeMap;
@@ -7,7 +7,7 @@ use std::collections::BTreeMap;
 /// Description of a device in a file.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Eds {
-    /// Vendor in its object 0x1018; none: the file does not say it.
+    /// Vendor in object 0x1018; `None` if the file does not contain it.
     pub vendor: Option<u32>,
     pub product: Option<u32>,
     pub product_name: String,
@@ -17,26 +17,26 @@ pub struct Eds {
 /// An object of the device.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Object {
-    /// Name; of an entry of a record or an array, that and its own: `Identity object.Vendor-ID`.
+    /// Name; for an entry of a record or an array, the names of both: `Identity object.Vendor-ID`.
     pub name: String,
     pub kind: DataType,
     pub is_mappable: bool,
-    /// Default as the file has it: a number, a text, or one with `$NODEID`.
+    /// Default in the form of the file: a number, a text, or an expression with `$NODEID`.
     default: String,
 }
 
-/// The number of a type in CiA 301.
+/// Number of a type in CiA 301.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct DataType(pub u16);
 
 type Section<'a> = BTreeMap<String, &'a str>;
 
-/// Types of objects, as a section says them.
+/// Types of objects, as declared in a section.
 const ARRAY: u32 = 8;
 const RECORD: u32 = 9;
 
 impl DataType {
-    /// Returns the bits of a number of it; none: it is a text, a domain, or of another length.
+    /// Returns the number of bits of a numeric type; `None` if it is a text, a domain, or of another length.
     pub fn bits(self) -> Option<u64> {
         match self.0 {
             1 | 2 | 5 => Some(8),
@@ -53,10 +53,10 @@ impl DataType {
 }
 
 impl Eds {
-    /// Reads a file. What is not in UTF-8 is read as Latin-1, as many are written.
+    /// Parses a file. Text that is not UTF-8 is read as Latin-1, in which many files are written.
     ///
     /// # Errors
-    /// For people, with the section: it is no EDS, or an object of it is not readable.
+    /// Fails with a message that names the section if the file is not an EDS, or an object is not readable.
     pub fn read(bytes: &[u8]) -> Result<Eds, String> {
         let text = std::str::from_utf8(bytes).map_or_else(|_| bytes.iter().copied().map(char::from).collect(), str::to_owned);
         let sections = sections(&text)?;
@@ -89,7 +89,7 @@ impl Eds {
         Ok(())
     }
 
-    /// Entries that one line stands for, all of the type of their array; another section may name them.
+    /// Adds the entries that one line represents, all of the type of their array; another section may name them.
     fn take_compact(&mut self, index: u16, name: &str, title: &str, section: &Section<'_>, (count, names): (u8, Option<&Section<'_>>)) -> Result<(), String> {
         let entries = Object { name: format!("{title}.NrOfObjects"), kind: DataType(5), is_mappable: false, default: count.to_string() };
         self.objects.insert((index, 0), entries);
@@ -110,10 +110,10 @@ impl Eds {
         self.objects.iter().map(|((index, sub), object)| (Entry { index: *index, sub: *sub }, object))
     }
 
-    /// Returns the object of a name; upper and lower case are the same.
+    /// Returns the object of a name, ignoring case.
     ///
     /// # Errors
-    /// For people: there is none, or more than one.
+    /// Fails with a message if the name is unknown or ambiguous.
     pub fn named(&self, name: &str) -> Result<(Entry, &Object), String> {
         let found: Vec<(Entry, &Object)> = self.objects().filter(|(_, object)| object.name.eq_ignore_ascii_case(name)).collect();
         match found[..] {
@@ -140,7 +140,7 @@ impl Eds {
         i64::from(node).checked_add(if rest.is_empty() { 0 } else { signed(rest)? })
     }
 
-    /// Returns the objects that a PDO carries as the device comes: `mapping` is 0x1600 to 0x1603 or 0x1A00 to 0x1A03.
+    /// Returns the default mapping of a PDO: `mapping` is 0x1600 to 0x1603 or 0x1A00 to 0x1A03.
     pub fn mapping(&self, mapping: u16, node: u8) -> Vec<Word> {
         let value = |sub| self.default_of(Entry { index: mapping, sub }, node);
         let count = value(0).unwrap_or(0).clamp(0, 64) as u8;
@@ -148,7 +148,7 @@ impl Eds {
     }
 }
 
-/// Returns the sections of a file by their names in lower case, each with its lines by their keys in lower case.
+/// Returns the sections of a file by lower-case name, each with its lines by lower-case key.
 fn sections(text: &str) -> Result<BTreeMap<String, Section<'_>>, String> {
     let mut sections = BTreeMap::<String, Section<'_>>::new();
     let mut current = None;
@@ -170,7 +170,7 @@ fn sections(text: &str) -> Result<BTreeMap<String, Section<'_>>, String> {
     Ok(sections)
 }
 
-/// Returns the index of a section that is an object: four digits.
+/// Returns the index of a section that describes an object: four digits.
 fn index_of(name: &str) -> Option<u16> {
     (name.len() == 4).then(|| u16::from_str_radix(name, 16).ok()).flatten()
 }

@@ -1,21 +1,21 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Frames of CAN as SocketCAN has them: 16 bytes each.
+//! CAN frames in the form of SocketCAN: 16 bytes each.
 
-/// Bytes of a frame on a socket.
+/// Size of a frame on a socket, bytes.
 pub const FRAME_LEN: usize = 16;
-/// Bits of an identifier on a socket: 29 bits, a request for a frame, a report about the bus.
+/// Bits of an identifier on a socket: 29-bit identifier, remote request, report about the bus.
 pub const EXTENDED: u32 = 0x8000_0000;
 pub const REMOTE: u32 = 0x4000_0000;
 pub const ERROR: u32 = 0x2000_0000;
 const STANDARD_MAX: u32 = 0x7FF;
-/// Classes of reports, and what the one about the controller says in its second byte.
+/// Classes of reports, and the content of the second byte of the one about the controller.
 pub const CONTROLLER: u32 = 0x0004;
 pub const BUS_OFF: u32 = 0x0040;
 pub const RESTARTED: u32 = 0x0100;
 pub const RECEIVE_OVERFLOW: u8 = 0x01;
 pub const PASSIVE: u8 = 0x30;
 
-/// A data frame with an identifier of 11 bits: all that CANopen uses.
+/// A data frame with an 11-bit identifier, the only kind that CANopen uses.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Frame {
     pub id: u16,
@@ -27,17 +27,17 @@ pub struct Frame {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Came {
     Frame(Frame),
-    /// A report about the bus: its classes, and what is said of the controller.
+    /// A report about the bus: its classes, and the state of the controller.
     Report {
         classes: u32,
         controller: u8,
     },
-    /// The bytes are no frame of CANopen: 29 bits, a request, longer than 8 bytes, half a frame.
+    /// Bytes that are not a CANopen frame: 29 bits, a request, longer than 8 bytes, or incomplete.
     Strange,
 }
 
 impl Frame {
-    /// Makes a frame of up to 8 bytes; what is longer is cut off.
+    /// Creates a frame of up to 8 bytes; longer data are truncated.
     pub fn new(id: u16, bytes: &[u8]) -> Frame {
         let len = bytes.len().min(8);
         let mut data = [0; 8];
@@ -49,7 +49,7 @@ impl Frame {
         &self.data[..usize::from(self.len)]
     }
 
-    /// Returns it as a socket takes it.
+    /// Returns the frame in the form of a socket.
     pub fn encoded(&self) -> [u8; FRAME_LEN] {
         let mut all = [0; FRAME_LEN];
         all[..4].copy_from_slice(&u32::from(self.id).to_ne_bytes());
@@ -59,7 +59,7 @@ impl Frame {
     }
 }
 
-/// Reads what came from a socket. Real-time safe.
+/// Parses a frame from a socket. Real-time safe.
 pub fn read(bytes: &[u8]) -> Came {
     let Ok(all) = <&[u8; FRAME_LEN]>::try_from(bytes) else { return Came::Strange };
     let id = u32::from_ne_bytes([all[0], all[1], all[2], all[3]]);
@@ -73,7 +73,7 @@ pub fn read(bytes: &[u8]) -> Came {
     Came::Frame(Frame::new(id as u16, &all[8..8 + usize::from(len)]))
 }
 
-/// Returns a report about the bus, as a socket gives it.
+/// Returns a report about the bus in the form of a socket.
 pub fn report(classes: u32, controller: u8) -> [u8; FRAME_LEN] {
     let mut all = [0; FRAME_LEN];
     all[..4].copy_from_slice(&(ERROR | classes).to_ne_bytes());

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Interface of a bus. `can0` is an interface of SocketCAN, `local:NAME` a local socket on which an emulated bus answers, `emulated:NAME` an emulated
-//! bus of this process, `emulated` one of its own.
+//! Interface of a bus. `can0` is a SocketCAN interface, `local:NAME` a local socket on which an emulated bus answers, `emulated:NAME` an
+//! emulated bus of this process, and `emulated` a private one.
 use crate::emulator::{Bus, NodeOptions, SharedBus, Within, published};
 use crate::link::{Link, Socket};
 use std::fmt;
@@ -17,15 +17,15 @@ pub enum Interface {
 }
 
 impl Interface {
-    /// Returns the interface of a name. An emulated bus of its own has these nodes.
+    /// Returns the interface of a name. A private emulated bus has these nodes.
     pub fn of(interface: &str, nodes: impl FnOnce() -> Vec<NodeOptions>) -> Interface {
         if interface == EMULATED { Interface::Own(SharedBus::new(Bus::new(&nodes()))) } else { Interface::Named(interface.to_owned()) }
     }
 
-    /// Opens an end that hears these identifiers: each is one with the bits that count of it. Reports about the bus come always.
+    /// Opens an end that receives these identifiers, each with a mask. Reports about the bus are always received.
     ///
     /// # Errors
-    /// There is no such interface; no bus answers there.
+    /// Fails if there is no such interface, or no bus answers there.
     pub fn open(&self, heard: &[(u16, u16)]) -> io::Result<Box<dyn Link>> {
         match self {
             Interface::Own(bus) => Ok(Box::new(Within::new(bus.clone(), heard))),

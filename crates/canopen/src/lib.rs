@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-//! CANopen: drives by CiA 402 as axes, modules of inputs and outputs by CiA 401, and an emulated bus that stands for them.
+//! CANopen: drives by CiA 402 as axes, modules of inputs and outputs by CiA 401, and an emulated bus that replaces them.
 //!
 //! | | |
 //! |---|---|
-//! | [`frame`], [`message`], [`sdo`], [`nmt`], [`pdo`] | frames of CAN and what they say by CiA 301: functions over bytes |
-//! | [`link`], [`interface`] | what carries frames: SocketCAN, a local socket, an emulated bus of this process |
+//! | [`frame`], [`message`], [`sdo`], [`nmt`], [`pdo`] | CAN frames and their content by CiA 301: functions over bytes |
+//! | [`link`], [`interface`] | carriers of frames: SocketCAN, a local socket, an emulated bus of this process |
 //! | [`eds`] | electronic data sheets: the objects of a device by name |
-//! | [`client`] | reads and writes objects of nodes, beside the cycle |
+//! | [`client`] | reads and writes objects of nodes outside the cycle |
 //! | [`DRIVER`] | the driver `canopen`: an axis for each drive, channels for each module |
 //! | [`emulator`] | an emulated bus |
 pub mod client;

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Messages in the frames of a node, by CiA 301's predefined connection set.
+//! Messages in the frames of a node, by the predefined connection set of CiA 301.
 use crate::frame::Frame;
 use crate::nmt::NodeState;
 
 /// Message of a node.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Message<'a> {
-    /// The node reports an error, or (code 0) its end.
+    /// Report of an error, or (code 0) of its end.
     Emergency {
         node: u8,
         code: u16,
@@ -28,7 +28,7 @@ pub enum Message<'a> {
     },
 }
 
-/// Reads a frame; none: it is none of these, or has not their length. Real-time safe.
+/// Parses a frame; returns `None` if it is none of these messages, or has another length. Real-time safe.
 pub fn read(frame: &Frame) -> Option<Message<'_>> {
     let node = (frame.id & 0x7F) as u8;
     let bytes = frame.bytes();
@@ -39,7 +39,7 @@ pub fn read(frame: &Frame) -> Option<Message<'_>> {
         (0x080, [low, high, _, _, _, _, _, _]) => Some(Message::Emergency { node, code: u16::from_le_bytes([*low, *high]) }),
         (function @ (0x180 | 0x280 | 0x380 | 0x480), bytes) => Some(Message::Pdo { node, number: (function >> 8) as u8, bytes }),
         (0x580, bytes) => bytes.try_into().ok().map(|bytes| Message::Sdo { node, bytes }),
-        // The uppermost bit is that of node guarding, which nobody asks for here.
+        // The most significant bit is that of node guarding, which is not used here.
         (0x700, [state]) => NodeState::of(*state).map(|state| Message::Heartbeat { node, state }),
         _ => None,
     }

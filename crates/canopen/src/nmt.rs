@@ -3,10 +3,10 @@
 use crate::frame::Frame;
 use std::fmt;
 
-/// The identifiers of a bus end there.
+/// Highest node number on a bus.
 pub const NODE_MAX: u8 = 127;
 
-/// State of a node, as its heartbeat says it.
+/// State of a node, as reported by its heartbeat.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum NodeState {
     /// The node has just started: its boot-up message.
@@ -63,7 +63,7 @@ impl Command {
         Command::ALL.into_iter().find(|(_, of)| *of == name).map(|(command, _)| command)
     }
 
-    /// Returns the frame that tells it to a node.
+    /// Returns the frame that sends the command to a node.
     pub fn frame(self, node: u8) -> Frame {
         Frame::new(0, &[self as u8, node])
     }
@@ -74,7 +74,7 @@ pub fn heartbeat(node: u8, state: NodeState) -> Frame {
     Frame::new(0x700 + u16::from(node), &[state as u8])
 }
 
-/// Returns the frame that synchronous process data wait for.
+/// Returns the frame for which synchronous process data wait.
 pub fn sync() -> Frame {
     Frame::new(0x080, &[])
 }

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Process data objects: which objects of a drive they carry, and where in them each is.
+//! Process data objects: the objects of a drive that they carry, and the position of each.
 use cia402::{Entry, Mode};
 
-/// An object in a PDO: index, subindex and bits in one number, as a mapping has it.
+/// An object in a PDO: index, subindex and bits in one number, as in a mapping.
 pub type Word = u32;
 
 pub const CONTROL: Word = 0x6040_0010;
@@ -14,9 +14,9 @@ pub const TORQUE: Word = 0x6077_0010;
 pub const ERROR: Word = 0x603F_0010;
 pub const MODE_SHOWN: Word = 0x6061_0008;
 
-/// PDOs of a direction.
+/// Number of PDOs in each direction.
 pub const PDOS: usize = 4;
-/// Bytes of a PDO at most.
+/// Maximum length of a PDO, bytes.
 pub const LEN_MAX: usize = 8;
 
 /// One PDO of a node: its objects in their order, at most 8 bytes.
@@ -25,10 +25,10 @@ pub struct Pdo {
     pub words: Vec<Word>,
 }
 
-/// The PDOs of a node in one direction; one without objects is not used.
+/// PDOs of a node in one direction; a PDO without objects is unused.
 pub type Pdos = [Pdo; PDOS];
 
-/// Returns the target of a drive in a mode.
+/// Returns the target object of a drive in a mode.
 pub fn target(mode: Mode) -> Word {
     match mode {
         Mode::Velocity => 0x60FF_0020,
@@ -37,7 +37,7 @@ pub fn target(mode: Mode) -> Word {
     }
 }
 
-/// Returns the PDOs that the controller sends to a drive: PDO 1, and PDO 2 if it serves a brake.
+/// Returns the PDOs that the controller sends to a drive: PDO 1, and PDO 2 if it controls a brake.
 pub fn outputs(mode: Mode, brake: Option<Word>) -> Pdos {
     let mut pdos = Pdos::default();
     pdos[0].words = vec![CONTROL, target(mode), MODE];
@@ -53,7 +53,7 @@ pub fn inputs() -> Pdos {
     pdos
 }
 
-/// Returns true if a drive may lack it.
+/// Returns true if the object is optional in a drive.
 pub fn is_optional(word: Word) -> bool {
     matches!(word, TORQUE | VELOCITY | ERROR | MODE | MODE_SHOWN)
 }
@@ -64,7 +64,7 @@ pub fn entry(word: Word) -> Entry {
 }
 
 impl Pdo {
-    /// Bytes.
+    /// Returns the length in bytes.
     pub fn len(&self) -> usize {
         self.words.iter().map(|word| len(*word)).sum()
     }
@@ -73,19 +73,19 @@ impl Pdo {
         self.words.is_empty()
     }
 
-    /// Returns the offset of an object; none: it is not there.
+    /// Returns the offset of an object, or `None` if it is not mapped.
     pub fn at(&self, of: Word) -> Option<usize> {
         let place = self.words.iter().position(|word| *word == of)?;
         Some(self.words[..place].iter().map(|word| len(*word)).sum())
     }
 }
 
-/// Bytes of an object.
+/// Returns the length of an object in bytes.
 pub fn len(word: Word) -> usize {
     (word & 0xFF) as usize / 8
 }
 
-/// Returns an object in process data, as a signed number of 1, 2 or 4 bytes; none: it is not there. Real-time safe.
+/// Returns an object in process data as a signed number of 1, 2 or 4 bytes, or `None` if it is not mapped. Real-time safe.
 pub fn number(bytes: &[u8], pdo: &Pdo, of: Word) -> Option<i32> {
     let at = pdo.at(of)?;
     match bytes.get(at..at + len(of))? {

@@ -1,17 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
-//! A transfer of an object, from the side that asks: expedited, or in segments. Functions over bytes; nothing here waits.
+//! Client side of the transfer of an object: expedited, or in segments. These are functions over bytes; nothing here waits.
 use cia402::Entry;
 
-/// The longest value that is taken from a node.
+/// Maximum length of a value accepted from a node.
 const VALUE_MAX: usize = 1 << 20;
-/// Abort codes that a client gives.
+/// Abort codes that a client sends.
 const TOGGLE: u32 = 0x0503_0000;
 pub const TIMEOUT: u32 = 0x0504_0000;
 const COMMAND: u32 = 0x0504_0001;
 const MEMORY: u32 = 0x0504_0005;
 const LENGTH: u32 = 0x0607_0010;
 
-/// A transfer that is going on.
+/// A transfer in progress.
 #[derive(Debug)]
 pub struct Transfer {
     of: Entry,
@@ -22,10 +22,10 @@ pub struct Transfer {
 #[derive(Debug)]
 enum Doing {
     Upload,
-    /// An upload, with the bytes so far and the number that was promised.
+    /// Upload: the bytes so far, and the announced number.
     Uploading(Vec<u8>, Option<usize>),
     Download(Vec<u8>),
-    /// The value, and how many bytes of it are on their way.
+    /// Download: the value, and the number of bytes sent.
     Downloading(Vec<u8>, usize),
     Over,
 }
@@ -33,25 +33,25 @@ enum Doing {
 /// Result of an answer.
 #[derive(Debug, PartialEq, Eq)]
 pub enum SdoOutcome {
-    /// The transfer goes on with this request.
+    /// The transfer continues with this request.
     Next([u8; 8]),
-    /// The transfer is done; an upload has this value.
+    /// The transfer is complete; an upload returns this value.
     Done(Vec<u8>),
     /// The node refuses, with this code.
     Aborted(u32),
-    /// The frame is no answer to what was asked: nothing has changed.
+    /// The frame is not an answer to the request; the transfer is unchanged.
     Strange,
-    /// The node breaks the rules, and is told this code.
+    /// The node violates the protocol, and is sent this code.
     Broken(u32),
 }
 
 impl Transfer {
-    /// Reads an object: the transfer, and its first request.
+    /// Starts reading an object; returns the transfer and its first request.
     pub fn upload(of: Entry) -> (Transfer, [u8; 8]) {
         (Transfer { of, doing: Doing::Upload, toggle: false }, framed(0x40, of, [0; 4]))
     }
 
-    /// Writes an object.
+    /// Starts writing an object.
     pub fn download(of: Entry, value: &[u8]) -> (Transfer, [u8; 8]) {
         let len = value.len();
         let request = if (1..=4).contains(&len) {
@@ -64,7 +64,7 @@ impl Transfer {
         (Transfer { of, doing: Doing::Download(value.to_vec()), toggle: false }, request)
     }
 
-    /// Takes an answer.
+    /// Processes an answer.
     pub fn answer(&mut self, bytes: &[u8; 8]) -> SdoOutcome {
         let command = bytes[0] >> 5;
         let names = self.names(bytes);
@@ -93,7 +93,7 @@ impl Transfer {
         }
     }
 
-    /// Returns the frame that ends it from this side.
+    /// Returns the frame that aborts the transfer from this side.
     pub fn abort(&self, code: u32) -> [u8; 8] {
         framed(0x80, self.of, code.to_le_bytes())
     }
@@ -144,7 +144,7 @@ impl Transfer {
         }
     }
 
-    /// Returns the next segment of what is written.
+    /// Returns the next segment of a download.
     fn next(&mut self, value: Vec<u8>, sent: usize) -> SdoOutcome {
         let part = &value[sent..value.len().min(sent + 7)];
         let is_last = sent + part.len() == value.len();

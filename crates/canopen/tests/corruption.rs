@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Frames that are not as they should be: a million of them, and none is taken. What turns within the data of a frame on the wire is seen by
-//! the check sum of CAN, in the adapter.
+//! Malformed frames: a million of them, none of which is accepted. Bit errors in the data of a frame on the wire are detected by the CRC
+//! of CAN in the adapter.
 mod common;
 use canopen::frame::{self, Came, FRAME_LEN, Frame};
 use canopen::message::{self, Message};
@@ -10,7 +10,7 @@ use proptest::prelude::*;
 
 const FRAMES: usize = 1_000_000;
 
-/// Numbers that look like chance and are the same each time.
+/// Pseudo-random numbers from a fixed seed.
 struct Random(u64);
 
 impl Random {
@@ -20,7 +20,7 @@ impl Random {
     }
 }
 
-/// Returns true if a frame is the process data of node 5, as it was configured: 8 bytes.
+/// Returns true if a frame contains the process data of node 5 as configured: 8 bytes.
 fn is_taken(bytes: &[u8]) -> bool {
     let Came::Frame(frame) = frame::read(bytes) else { return false };
     matches!(message::read(&frame), Some(Message::Pdo { node: 5, number: 1, bytes }) if bytes.len() == 8)
@@ -34,7 +34,7 @@ fn of_a_million_changed_frames_none_is_taken() {
     while changed < FRAMES {
         let mut bytes = good;
         for _ in 0..=random.next() % 3 {
-            // Its identifier, its flags, its length.
+            // A bit of the identifier, the flags or the length.
             let bit = random.next() as usize % 40;
             bytes[bit / 8] ^= 1 << (bit % 8);
         }
@@ -55,7 +55,7 @@ fn of_a_million_changed_answers_none_is_a_value() {
     let mut random = Random(23);
     for _ in 0..FRAMES {
         let mut bytes = good;
-        // Which object it is about, and what is done with it.
+        // A bit of the object's index or subindex.
         let bit = 8 + random.next() as usize % 24;
         bytes[bit / 8] ^= 1 << (bit % 8);
         let command = random.next() as u8;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The driver on an emulated bus of this process: time is a number, and nothing waits for it.
+//! The driver on an emulated bus in this process: time is a number set by the test, and nothing waits for it.
 mod common;
 use common::{COUNTS, OPERATION_ENABLED, PERIOD_NS, Rig, SWITCH_ON_DISABLED, X, Y};
 use serde_json::json;
@@ -15,7 +15,7 @@ fn drives_come_to_operation_and_nothing_moves_before_it_is_engaged() {
     rig.bus.with(|bus| {
         assert_eq!((bus.state(X), bus.state(Y)), ("operational".to_owned(), "operational".to_owned()));
         assert_eq!((bus.number(X, 0x607A, 0), bus.number(Y, 0x607A, 0)), (1000, 2000), "what is commanded is what is measured");
-        // 10 ms are 1 times 10 to the power of -2 s.
+        // Interpolation period: 10 ms = 1 · 10^-2 s.
         assert_eq!((bus.number(X, 0x1006, 0), bus.number(X, 0x1016, 1), bus.number(X, 0x6007, 0)), (10_000, 127 << 16 | 100, 3));
     });
 }
@@ -68,7 +68,7 @@ fn the_safe_state_is_a_quick_stop_that_lasts_until_somebody_engages_the_axis_ane
     assert_eq!((rig.double("x.position"), rig.status("x")), (1.0, SWITCH_ON_DISABLED));
     rig.exchange(&[]).unwrap();
     rig.until(&[Some(1.1)], "in operation again", |rig| rig.status("x") == OPERATION_ENABLED);
-    // Nobody engages it, and it holds where it is: so it is when an emergency stop comes to an axis that stands.
+    // It is not engaged and holds its position, as when an emergency stop reaches an axis at standstill.
     rig.exchange(&[]).unwrap();
     assert_eq!(rig.status("x"), OPERATION_ENABLED);
     rig.driver.safe_state();
@@ -112,7 +112,7 @@ fn a_node_that_started_anew_or_was_told_to_leave_is_named_with_its_state() {
 
 #[test]
 fn a_missed_heartbeat_loses_a_node_within_the_declared_time() {
-    // Process data that do not come would tell it sooner.
+    // Missing process data would be reported earlier.
     let mut rig = Rig::of(common::two_axes(), json!({ "lost_after": 1_000_000 }));
     for _ in 0..50 {
         rig.exchange(&[]).unwrap();
@@ -153,7 +153,7 @@ fn a_drive_whose_enable_input_is_open_is_lost_and_does_not_move_when_it_closes()
         rig.exchange(&[Some(3.0)]).unwrap();
     }
     assert_eq!((rig.double("x.position"), rig.status("x")), (1.0, SWITCH_ON_DISABLED));
-    // Engaged anew it comes, and follows from where it is.
+    // Engaged again, it is enabled and follows from its present position.
     rig.exchange(&[None]).unwrap();
     rig.until(&[Some(1.1)], "in operation", |rig| rig.byte("x.operating") == 1);
     rig.bus.with(|bus| bus.set_enable_input(X, false));
@@ -210,7 +210,7 @@ fn a_fault_is_named_and_reset() {
     assert_eq!((rig.word("x.error"), rig.counter("emergencies")), (0x7121, 1));
     rig.reset();
     rig.until(&[Some(1.0)], "in operation again", |rig| rig.status("x") == OPERATION_ENABLED);
-    // One that is not engaged loses no device; the service resets it.
+    // A fault of an axis that is not engaged does not lose the device; the service resets it.
     rig.bus.with(|bus| bus.fail(Y, 0x7121));
     rig.until(&[], "a fault", |rig| rig.status("y") == 0x08);
     rig.call("reset_fault", json!({ "axis": "y" })).unwrap();

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Homing by the drive, and a load whose brake the driver serves.
+//! Homing by the drive, and a load whose brake is operated by the driver.
 mod common;
 use canopen::emulator::{Bus, NodeOptions};
 use common::{COUNTS, OPERATION_ENABLED, Rig, SWITCH_ON_DISABLED, X, Y, two_axes};
@@ -8,14 +8,14 @@ use std::time::{Duration, Instant};
 
 const LONG: Duration = Duration::from_secs(300);
 
-/// A drive whose machine has a switch at -5 rad and one at 5 rad, and one without switches.
+/// Returns a rig with two drives: one whose machine has switches at -5 rad and 5 rad, and one without switches.
 fn rig() -> Rig {
     let drive = |name: &str, node, position, limits| NodeOptions { name: name.into(), node, position, limits, ..NodeOptions::default() };
     let bus = Bus::new(&[drive("first", X, 1000, Some([-5_000.0, 5_000.0])), drive("second", Y, 2000, None)]);
     Rig::on(bus, two_axes(), json!({}))
 }
 
-/// Calls the service while the cycle goes on, and returns what it answered.
+/// Calls the service while the cycle continues, and returns its result.
 fn home(rig: &mut Rig, arguments: Value, mut cycle: impl FnMut(&mut Rig)) -> Result<Value, String> {
     let services = rig.driver.services().expect("services");
     let calling = std::thread::spawn(move || services.call("home", &arguments).map_err(|error| error.message));
@@ -44,7 +44,7 @@ fn the_switch_at_an_end_gets_the_position_that_home_has() {
     assert!(minimum < -4.9, "it went to the switch: {minimum}");
     rig.until(&[], "off", |rig| rig.status("x") == SWITCH_ON_DISABLED);
     assert_eq!((rig.double("x.position"), rig.byte("x.homing")), (0.25, 2));
-    // Then it is an axis as before, and begins where it is.
+    // Afterwards it is a normal axis again, and starts from its present position.
     rig.until(&[Some(0.26)], "there", |rig| rig.double("x.position") == 0.26);
     assert_eq!((rig.status("x"), rig.bus.with(|bus| bus.number(X, 0x6061, 0))), (OPERATION_ENABLED, 8));
     assert_eq!(home(&mut rig, json!({ "axis": "x", "method": 35, "position": 0.0 }), idle), Ok(Value::Null), "it holds, and nobody has it engaged");
@@ -98,7 +98,7 @@ fn a_load_never_falls() {
     while rig.double("hoist.position") != 1.5 {
         watched(&mut rig, &[Some(1.5)], 1.0);
     }
-    // Nobody engages it: the motor holds.
+    // The axis is not engaged: the motor holds it.
     for _ in 0..50 {
         watched(&mut rig, &[], 1.5);
     }
@@ -113,7 +113,7 @@ fn a_load_never_falls() {
     while rig.double("hoist.position") != 1.2 {
         watched(&mut rig, &[Some(1.2)], 1.2);
     }
-    // What the guard writes closes the brake with the quick stop.
+    // The guard's writes close the brake together with the quick stop.
     let handle = rig.driver.safe_handles().remove(0);
     let socket = std::os::unix::net::UnixDatagram::from(handle.descriptor);
     for (_, frame) in &handle.writes {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Nodes that are not those of the first opening, or not what the options say: named, and nothing is configured.
+//! Nodes that differ from the first opening or from the options are named, and nothing is configured.
 mod common;
 use canopen::emulator::{Bus, NodeOptions};
 use common::{Rig, X, Y, two_axes};

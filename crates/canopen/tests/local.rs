@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The driver and a bus on the two ends of a local socket: as users' tests have it.
+//! The driver and a bus on the two ends of a local socket, as in users' tests.
 mod common;
 use canopen::emulator::serve;
 use serde_json::json;
@@ -11,7 +11,7 @@ fn an_axis_moves_over_a_local_socket_in_the_time_of_its_exchange() {
     let mut driver = common::opened(&interface, &common::two_axes(), &json!({ "timeout_ns": 60_000_000_000_i64 })).unwrap();
     let mut readings = vec![0; 512];
     let (goal, engaged) = ([1.5f64.to_ne_bytes(), f64::NAN.to_ne_bytes()].concat(), [true, false]);
-    // So many that an end that does not take what it hears, as services between two calls, would hold up the others.
+    // Enough cycles to block the others if an end does not read its input, as services do between two calls.
     for cycle in 1..=1000 {
         driver.read(cycle * common::PERIOD_NS, &mut readings).unwrap();
         driver.write(cycle * common::PERIOD_NS, &goal, &engaged).unwrap();

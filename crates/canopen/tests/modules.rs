@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Modules of inputs and outputs by CiA 401, and electronic data sheets.
+//! I/O modules by CiA 401, and electronic data sheets.
 mod common;
 use canopen::emulator::{Bus, NodeOptions, Terminals};
 use common::{COUNTS, OPERATION_ENABLED, Rig, X};
@@ -34,7 +34,7 @@ fn rig_on(bus: Bus) -> Rig {
     Rig::on(bus, axes, json!({ "modules": [{ "name": "io", "node": IO, "channels": channels }] }))
 }
 
-/// Reads and writes with these outputs of the module.
+/// Exchanges with these outputs of the module.
 fn switch(rig: &mut Rig, lamp: bool, vent: bool, valve: f64) {
     let mut commands = vec![0; 64];
     for channel in rig.driver.channels().iter().filter(|channel| channel.direction == Direction::Write) {
@@ -156,7 +156,7 @@ fn wrong_terminals_are_refused_with_what_they_can_be() {
     assert_eq!(drive, "node 5 (module 'io') is no module by CiA 401: it is of profile 402");
 }
 
-/// A file of a drive, with what the test says of its identity and its torque.
+/// Writes the data sheet of a drive with this product number and mappability of its torque.
 fn data_sheet(name: &str, product: u32, is_torque_mappable: bool) -> PathBuf {
     let mut text = format!("[DeviceInfo]\nVendorNumber=0x6A1C\nProductNumber={product}\n");
     for (index, kind, mappable, of) in [
@@ -215,7 +215,7 @@ fn a_drive_may_keep_its_own_mapping() {
     let mut rig = Rig::on(bus(), axes("written"), json!({}));
     rig.exchange(&[]).unwrap();
     rig.driver.close();
-    // What the first driver wrote is what the drive has.
+    // The drive has the PDOs that the first driver wrote.
     let mut driver = common::opened(&rig.interface, &axes("device"), &json!({})).unwrap();
     std::mem::swap(&mut driver, &mut rig.driver);
     rig.until(&[Some(1.0)], "there", |rig| rig.double("x.position") == 1.0 && rig.status("x") == OPERATION_ENABLED);

@@ -1,19 +1,19 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The brake of an axis whose drive does not serve it by itself: a digital output, and when it is released.
+//! The brake of an axis whose drive does not control it by itself: a digital output, and the conditions of its release.
 //!
-//! It is released only while the motor holds the axis, and the motor holds the axis until the brake has closed.
+//! The brake is released only while the motor holds the axis, and the motor holds the axis until the brake has closed.
 use crate::objects::Entry;
 use device::{Kind, OptionWord};
 use serde::Deserialize;
 
-/// The digital outputs of a drive by CiA 402, and which of them the controller sets.
+/// Digital outputs of a drive by CiA 402, and the mask of those that the controller sets.
 const OUTPUTS: u16 = 0x60FE;
 const MASK: u8 = 2;
-/// The option of the quick stop, and the one by which the motor holds behind the ramp.
+/// Object of the quick-stop option, and the value for which the motor holds after the ramp.
 const QUICK_STOP_OPTION: Entry = Entry { index: 0x605A, sub: 0 };
 const STAYS_IN_QUICK_STOP: i16 = 6;
 
-/// Numbers in the options of a brake.
+/// Numeric options of a brake.
 pub(crate) const FIELDS: [OptionWord; 5] = [
     OptionWord::with_default("index", Kind::Whole, "0x60FE", "object of its output").within(0.0, 65535.0),
     OptionWord::with_default("sub", Kind::Whole, "1", "subindex of its output").within(0.0, 255.0),
@@ -22,28 +22,28 @@ pub(crate) const FIELDS: [OptionWord; 5] = [
     OptionWord::with_default("close_ns", Kind::Whole, "0.1 s", "how long it takes to close").unit("ns").within(0.0, u32::MAX as f64),
 ];
 
-/// A brake, as it is asked for.
+/// Options of a brake.
 #[derive(Clone, Copy, Debug, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct BrakeOptions {
     pub index: u16,
     pub sub: u8,
     pub bit: u8,
-    /// The bit is 1 where it is released; else where it is closed.
+    /// True if the bit is 1 when the brake is released; otherwise it is 1 when the brake is closed.
     pub released_by_one: bool,
-    /// Times that it takes to open and to close.
+    /// Times that the brake takes to open and to close.
     pub release_ns: u32,
     pub close_ns: u32,
 }
 
 impl BrakeOptions {
-    /// Returns the object of its output, 32 bits of it.
+    /// Returns the object of the brake's output, all 32 bits of it.
     pub fn object(&self) -> Entry {
         Entry { index: self.index, sub: self.sub }
     }
 
-    /// Returns what is written before the drive operates, each if it has it: the output closed, then that the controller sets its bit, then
-    /// that the motor holds behind a quick stop.
+    /// Returns the settings that are written before the drive operates, if it has them: the output closed, then the controller's control
+    /// of its bit, then the motor's holding after a quick stop.
     pub fn settings(&self) -> Vec<(Entry, Vec<u8>)> {
         let closed = (self.object(), Brake::new(*self).word().to_le_bytes().to_vec());
         let mask = (Entry { index: OUTPUTS, sub: MASK }, (1u32 << self.bit).to_le_bytes().to_vec());
@@ -58,7 +58,7 @@ impl Default for BrakeOptions {
     }
 }
 
-/// A brake, and what it is doing.
+/// A brake and its state.
 #[derive(Clone, Copy, Debug)]
 pub struct Brake {
     options: BrakeOptions,
@@ -68,28 +68,28 @@ pub struct Brake {
 }
 
 impl Brake {
-    /// Makes a closed brake.
+    /// Creates a closed brake.
     pub fn new(options: BrakeOptions) -> Brake {
         Brake { options, is_released: false, since_s: f64::INFINITY }
     }
 
-    /// Tells whether it is to be released, for a time.
+    /// Sets whether the brake is to be released, for a time.
     pub fn tell(&mut self, released: bool, span_s: f64) {
         self.since_s = if released == self.is_released { self.since_s + span_s } else { 0.0 };
         self.is_released = released;
     }
 
-    /// Returns the value for its object.
+    /// Returns the value of its object.
     pub fn word(&self) -> u32 {
         u32::from(self.is_released == self.options.released_by_one) << self.options.bit
     }
 
-    /// Returns true if it is open, and the axis may move.
+    /// Returns true if the brake is open, so that the axis may move.
     pub fn is_open(&self) -> bool {
         self.is_released && self.since_s >= f64::from(self.options.release_ns) * 1e-9
     }
 
-    /// Returns true if it has closed, and the motor may let go.
+    /// Returns true if the brake is closed, so that the motor may let go.
     pub fn is_closed(&self) -> bool {
         !self.is_released && self.since_s >= f64::from(self.options.close_ns) * 1e-9
     }

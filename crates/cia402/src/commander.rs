@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The side that commands a drive: which control word, which mode and which target it is told in each cycle.
+//! Command side of a drive: determines its control word, mode and target in each cycle.
 use crate::brake::{Brake, BrakeOptions};
 use crate::homing::{ANSWERS, Homing, HomingState, HomingStep};
 use crate::states::{DISABLE_VOLTAGE, DriveState, ENABLE, Mode, QUICK_STOP, RESET};
@@ -8,13 +8,13 @@ use crate::states::{DISABLE_VOLTAGE, DriveState, ENABLE, Mode, QUICK_STOP, RESET
 #[derive(Clone, Copy, Debug)]
 pub struct Scale {
     pub mode: Mode,
-    /// Counts to a unit of position, negative where it turns the other way.
+    /// Counts per unit of position, negative for the opposite direction.
     pub counts: f64,
     /// Counts at position 0.
     pub offset: f64,
-    /// Units of position per second.
+    /// Maximum speed, units of position per second.
     pub speed_max: f64,
-    /// N.m or N; 1 where it is not known.
+    /// Rated torque, N.m or N; 1 if unknown.
     pub rated_torque: f64,
 }
 
@@ -23,35 +23,36 @@ pub struct Scale {
 pub struct DriveCommand {
     pub control: u16,
     pub mode: Mode,
-    /// Target in the drive's own units; of a torque only 16 bits are used.
+    /// Target in the drive's own units; for a torque only 16 bits are used.
     pub target: i32,
-    /// Value of its brake's output; none: it has none, or its drive serves it.
+    /// Value of the brake's output; `None` if there is no brake, or the drive controls it.
     pub brake: Option<u32>,
 }
 
-/// Decides what a drive is told. It is switched on while it is engaged, its target begins where it is, and it comes to rest when it is
-/// stopped. A brake is released only while the motor holds the axis, and the motor holds the axis until the brake has closed.
+/// Decides on the commands to a drive. The drive is switched on while it is engaged, its target begins at its position, and it comes to
+/// rest when it is stopped. A brake is released only while the motor holds the axis, and the motor holds the axis until the brake has
+/// closed.
 #[derive(Clone, Debug)]
 pub struct Commander {
     scale: Scale,
     status: u16,
     state: DriveState,
-    /// The mode that the drive says it is in.
+    /// Mode reported by the drive.
     mode: i8,
-    /// Counts: where it is, and what it is told.
+    /// Actual and commanded position, counts.
     position: f64,
     target: f64,
-    /// True if it has been engaged, and is kept in operation until it is stopped.
+    /// True if the axis has been engaged, and is kept in operation until it is stopped.
     is_wanted: bool,
-    /// True if it is stopped until it is engaged again.
+    /// True if the axis is stopped until it is engaged again.
     is_stopped: bool,
-    /// True if it was engaged at the last cycle.
+    /// True if the axis was engaged in the last cycle.
     was_engaged: bool,
-    /// True if it has been in operation since it was engaged.
+    /// True if the axis has been in operation since it was engaged.
     was_enabled: bool,
-    /// Time for which it has been wanted in operation without having been there, s.
+    /// Time for which the axis has been engaged without reaching operation, s.
     awaited_s: f64,
-    /// Cycles for which a status that says "in operation" may still be the one from before it was told to leave.
+    /// Number of cycles for which a status "in operation" may still date from before the command to leave it.
     stale: u32,
     resets: bool,
     homing: Option<Homing>,
@@ -59,7 +60,7 @@ pub struct Commander {
     brake: Option<Brake>,
 }
 
-/// Maximum speed of any axis, in whatever it is counted: what is multiplied by a time stays a number.
+/// Maximum speed of any axis in any unit: its product with a time remains finite.
 const SPEED_MAX: f64 = 1e15;
 
 impl Commander {
@@ -84,7 +85,7 @@ impl Commander {
         }
     }
 
-    /// Takes its status word, where it is (counts), and the mode that it says it is in; 0 where it does not say.
+    /// Processes the status word, the position (counts), and the reported mode; 0 if the drive does not report it.
     pub fn see(&mut self, status: u16, position: i32, mode: i8) {
         (self.status, self.state, self.position, self.mode) = (status, DriveState::of(status), f64::from(position), mode);
         let is_enabled = self.state == DriveState::OperationEnabled;
@@ -104,42 +105,42 @@ impl Commander {
         self.state
     }
 
-    /// Units.
+    /// Returns the position in units.
     pub fn position(&self) -> f64 {
         (self.position - self.scale.offset) / self.scale.counts
     }
 
-    /// Units per second.
+    /// Converts a velocity to units per second.
     pub fn velocity(&self, counts: i32) -> f64 {
         f64::from(counts) / self.scale.counts
     }
 
-    /// Returns N.m or N, from thousandths of the rated torque.
+    /// Converts thousandths of the rated torque to N.m or N.
     pub fn torque(&self, thousandths: i32) -> f64 {
         f64::from(thousandths) * 1e-3 * self.scale.rated_torque * self.scale.counts.signum()
     }
 
-    /// Returns whether it has a fault, and nobody is about to reset it.
+    /// Returns true if the drive has a fault, and no reset is pending.
     pub fn is_faulty(&self) -> bool {
         matches!(self.state, DriveState::Fault | DriveState::FaultReaction) && !self.resets
     }
 
-    /// Returns whether it is to move, or to hold.
+    /// Returns true if the axis has to move or to hold.
     pub fn is_wanted(&self) -> bool {
         self.is_wanted
     }
 
-    /// Returns whether it has left operation without being told so: by itself, by its own watchdog, by an input of its own.
+    /// Returns true if the drive has left operation without a command: by itself, by its own watchdog, or by an input of its own.
     pub fn has_dropped(&self) -> bool {
         self.was_enabled && self.is_wanted && self.state != DriveState::OperationEnabled
     }
 
-    /// Returns whether it follows its commands: it is in operation, and its brake is released.
+    /// Returns true if the axis follows its commands: it is in operation, and its brake is released.
     pub fn is_operating(&self) -> bool {
         self.was_enabled && self.state == DriveState::OperationEnabled && self.brake.is_none_or(|brake| brake.is_open())
     }
 
-    /// Returns for how long it has been engaged without coming into operation, s; 0 once it has.
+    /// Returns the time for which the axis has been engaged without reaching operation, s; 0 afterwards.
     pub fn awaited_s(&self) -> f64 {
         self.awaited_s
     }
@@ -149,7 +150,7 @@ impl Commander {
         (self.resets, self.awaited_s) = (true, 0.0);
     }
 
-    /// Begins to look for its home. Nobody has it engaged.
+    /// Starts homing. The axis is not engaged.
     pub fn home(&mut self) {
         (self.is_wanted, self.was_enabled, self.is_stopped, self.awaited_s) = (false, false, false, 0.0);
         (self.homing, self.homed) = (Some(Homing::default()), HomingState::GoingOn);
@@ -159,14 +160,14 @@ impl Commander {
         self.homed
     }
 
-    /// Ends a search for its home.
+    /// Ends homing.
     pub fn leave_homing(&mut self) {
         if self.homing.take().is_some() {
             self.homed = HomingState::Failed;
         }
     }
 
-    /// Comes to rest and is switched off, until it is engaged again.
+    /// Brings the axis to rest and switches it off, until it is engaged again.
     pub fn stop(&mut self) {
         self.leave_homing();
         if let Some(brake) = &mut self.brake {
@@ -175,16 +176,17 @@ impl Commander {
         (self.is_wanted, self.is_stopped, self.was_enabled, self.awaited_s) = (false, true, false, 0.0);
     }
 
-    /// Returns the command until the next cycle, which comes after `span_s`. Real-time safe.
+    /// Returns the command until the next cycle, which follows after `span_s`. Real-time safe.
     pub fn tell(&mut self, command: f64, is_engaged: bool, span_s: f64) -> DriveCommand {
         self.is_stopped &= !is_engaged || self.was_engaged;
         self.was_engaged = is_engaged;
         if is_engaged && self.homing.is_some() {
-            // What engages it expects that it follows.
+            // A verb that engages the axis expects it to follow.
             self.stop();
         }
         let is_torque = self.scale.mode == Mode::Torque;
-        // One that nobody engages any more holds where it is, unless it never came into operation: then it must not do so later by itself.
+        // An axis that is no longer engaged holds its position, unless it never reached operation: then it must not do so later by
+        // itself.
         self.is_wanted = !self.is_stopped && (is_engaged || self.is_wanted && self.was_enabled && !is_torque);
         self.was_enabled &= self.is_wanted;
         self.awaited_s = if self.is_wanted && !self.was_enabled { self.awaited_s + span_s } else { 0.0 };
@@ -198,14 +200,14 @@ impl Commander {
         self.told(target)
     }
 
-    /// Returns the same without a command: its target is where it is. Real-time safe.
+    /// Returns the command without a new target: the axis stays at rest. Real-time safe.
     pub fn tell_idle(&mut self) -> DriveCommand {
         self.target = self.position;
         self.told(self.rest())
     }
 
-    /// Returns the command that somebody else gives where this process is gone: a quick stop, with the brake closed. No drive goes to its target while it stops;
-    /// one that did would not leave where it was.
+    /// Returns the command that another process sends if this one has exited: a quick stop, with the brake closed. No drive follows its
+    /// target during a quick stop; one that did would keep its position.
     pub fn last_words(&self) -> DriveCommand {
         let closed = self.brake.map(|mut brake| {
             brake.tell(false, 0.0);
@@ -214,7 +216,7 @@ impl Commander {
         DriveCommand { control: QUICK_STOP, mode: self.scale.mode, target: self.rest().round() as i32, brake: closed }
     }
 
-    /// Returns the target of an axis that does not move.
+    /// Returns the target for an axis at rest.
     fn rest(&self) -> f64 {
         if self.scale.mode == Mode::Position { self.position } else { 0.0 }
     }
@@ -259,13 +261,13 @@ impl Commander {
         matches!(self.state, DriveState::OperationEnabled | DriveState::QuickStopActive)
     }
 
-    /// Returns the target, never further than its maximum speed leads in the time.
+    /// Returns the target, which moves no further than the maximum speed allows in the time.
     fn target(&mut self, command: Option<f64>, span_s: f64) -> f64 {
         let Scale { mode, counts, offset, speed_max, rated_torque } = self.scale;
         match mode {
             Mode::Position | Mode::Homing => {
                 if self.state != DriveState::OperationEnabled {
-                    // Where it is: so it does not jump when it comes into operation.
+                    // The target follows the position, so the axis does not jump when it reaches operation.
                     self.target = self.position;
                 } else if let Some(position) = command {
                     let step_max = (speed_max * counts.abs()).min(SPEED_MAX) * span_s;
@@ -383,7 +385,7 @@ mod tests {
         x.see(ENABLED, 0, 0);
         x.tell(2.0, true, 0.01);
         assert_eq!(told(&mut x, 0.0, false).0, DISABLE_VOLTAGE);
-        // It is engaged again before the drive has answered.
+        // The axis is engaged again before the drive has answered.
         x.see(ENABLED, 0, 0);
         x.tell(2.0, true, 0.01);
         x.see(ENABLED, 0, 0);

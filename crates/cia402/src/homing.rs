@@ -1,24 +1,24 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Homing by the drive: what it is told from cycle to cycle until it is home, and what its answers say.
+//! Homing by the drive: determines the commands in each cycle until it is home, and interprets the answers.
 use crate::states::{DriveState, ENABLE, Mode};
 
-/// Begins homing, on its rising edge: a bit of the control word in mode 6.
+/// Bit of the control word in mode 6 that starts homing on its rising edge.
 const START: u16 = 0x10;
-/// Bits of the status word in mode 6: it is where it was to go, home was found, it was not.
+/// Bits of the status word in mode 6: target reached, home found, homing failed.
 const REACHED: u16 = 1 << 10;
 const ATTAINED: u16 = 1 << 12;
 const ERROR: u16 = 1 << 13;
-/// So many cycles pass before an answer is one to the start, and not what was there before.
+/// Number of cycles that must pass before an answer refers to the start, and not to the state before it.
 pub(crate) const ANSWERS: u32 = 8;
 
-/// A drive that is on its way home.
+/// State of a drive during homing.
 #[derive(Clone, Debug, Default)]
 pub struct Homing {
-    /// Cycles in mode 6 and in operation.
+    /// Number of cycles in mode 6 and in operation.
     cycles: u32,
 }
 
-/// State of homing, as the axis's channel shows it.
+/// State of homing, as shown in the axis's channel.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum HomingState {
     #[default]
@@ -47,7 +47,7 @@ impl Homing {
             DriveState::OperationEnabled if Mode::of(mode) == Some(Mode::Homing) => {
                 self.cycles += 1;
                 match self.cycles {
-                    // Without the bit first, so that it rises.
+                    // The bit is first cleared, so that it rises.
                     1 => HomingStep::Tell(ENABLE),
                     ..=ANSWERS => HomingStep::Tell(ENABLE | START),
                     _ if status & ERROR != 0 => HomingStep::Failed,
@@ -55,7 +55,7 @@ impl Homing {
                     _ => HomingStep::Tell(ENABLE | START),
                 }
             }
-            // It was switched off on the way.
+            // The drive was switched off during homing.
             _ if self.cycles > 0 => HomingStep::Failed,
             state => HomingStep::Tell(state.towards_operation()),
         }

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Identity of a device on a bus, compared with the options and with the device that answered there first.
+//! Compares the identity of a device on a bus with the options, and with the device that first answered there.
 //!
-//! Cables and node numbers get mixed up. No later check notices that commands of an axis named 'gripper' reach the spindle, so devices are
-//! identified before they are configured.
+//! Cables and node numbers get mixed up. No later check notices that commands of an axis named 'gripper' reach the spindle, so devices
+//! are identified before they are configured.
 use std::collections::HashMap;
 use std::fmt;
 use std::sync::{Mutex, PoisonError};
 
-/// Identity that a device tells; 0 where it does not.
+/// Identity reported by a device; 0 for numbers that it does not report.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Identity {
     pub vendor: u32,
@@ -18,7 +18,7 @@ pub struct Identity {
     pub alias: u16,
 }
 
-/// The identity that the options ask for; a number that is left out is not compared.
+/// Identity expected by the options; omitted numbers are not compared.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct ExpectedIdentity {
     pub vendor: Option<u32>,
@@ -28,7 +28,7 @@ pub struct ExpectedIdentity {
     pub alias: Option<u16>,
 }
 
-/// Identities of the first opening, by the place on a bus. They outlive the driver, because a reset makes a new one.
+/// Identities found at the first opening, by location on a bus. They outlive the driver, because a reset creates a new one.
 static FIRST: Mutex<Option<HashMap<String, Identity>>> = Mutex::new(None);
 
 impl fmt::Display for Identity {
@@ -39,7 +39,7 @@ impl fmt::Display for Identity {
 }
 
 impl ExpectedIdentity {
-    /// Returns the first number that `found` has otherwise: option, asked for, found.
+    /// Returns the first number in which `found` differs: option, expected, found.
     fn difference(&self, found: &Identity) -> Option<(&'static str, u32, u32)> {
         let compared = [
             ("vendor", self.vendor, found.vendor),
@@ -55,18 +55,18 @@ impl ExpectedIdentity {
 /// One device of a bus that is being opened.
 #[derive(Clone, Debug)]
 pub struct BusDevice {
-    /// Its name in errors: `axis 'gripper' at place 1`.
+    /// Name in errors: `axis 'gripper' at place 1`.
     pub title: String,
-    /// Names its place for the next opening: bus, position or node, name of the axis.
+    /// Key of its location for the next opening: bus, position or node, name of the axis.
     pub place: String,
     pub expected: ExpectedIdentity,
     pub found: Identity,
 }
 
-/// Compares the devices of a bus with the options and with its first opening; where all agree, remembers those that are new.
+/// Compares the devices of a bus with the options and with its first opening; if all match, stores the new ones.
 ///
 /// # Errors
-/// For people: the first device that is another one, and where the right one is now.
+/// Fails with a message that names the first mismatching device, and the present location of the right one.
 pub fn check(devices: &[BusDevice]) -> Result<(), String> {
     let mut first = FIRST.lock().unwrap_or_else(PoisonError::into_inner);
     let first = first.get_or_insert_default();
@@ -77,7 +77,7 @@ pub fn check(devices: &[BusDevice]) -> Result<(), String> {
             let elsewhere = told(devices.iter().find(holds));
             return Err(format!("{title} is another device than its options say: its {option} is {is} ({is:#x}) and not {asked} ({asked:#x}){elsewhere}"));
         }
-        // A serial number in the options says which device it is to be, whatever was there before.
+        // A serial number in the options determines the device, whatever was there before.
         let Some(before) = first.get(&device.place).filter(|before| *before != found && device.expected.serial.is_none()) else { continue };
         let elsewhere = told(devices.iter().find(|other| other.place != device.place && other.found == *before));
         return Err(format!(

@@ -1,16 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Drives by CiA 402, whatever bus they hang on: EtherCAT carries the same objects as CANopen.
+//! Drives by CiA 402, on any bus: EtherCAT carries the same objects as CANopen.
 //!
 //! | | |
 //! |---|---|
 //! | [`DriveState`], [`Mode`], [`error_name`] | states, modes, errors by name |
-//! | [`Commander`], [`Brake`], [`Homing`] | the side that commands one: control words and targets, nothing leaps, no load falls |
+//! | [`Commander`], [`Brake`], [`Homing`] | the command side: control words and targets without jumps, and without a falling load |
 //! | [`axis`] | an axis of a driver: its options, its channels, its services |
-//! | [`identity`] | which device answers at a place on a bus, and whether it is the right one |
-//! | [`Entry`], [`abort_name`] | an object's entry, and why a device refuses an access to it |
-//! | [`emulated`] | an emulated drive: its objects, its state machine, and a motor that follows; what serves a bus of them |
+//! | [`identity`] | identification of the device at a location on a bus, and check that it is the right one |
+//! | [`Entry`], [`abort_name`] | an object's entry, and reasons why a device refuses an access to it |
+//! | [`emulated`] | an emulated drive: its objects, its state machine, and a motor that follows; the server of a bus of them |
 //!
-//! Nothing here knows a bus.
+//! This crate does not depend on a bus.
 pub mod axis;
 mod brake;
 mod commander;

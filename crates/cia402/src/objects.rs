@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Objects of a device, and why it refuses an access to one.
+//! Objects of a device, and reasons why it refuses an access to one.
 
 /// An object's entry.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -9,7 +9,7 @@ pub struct Entry {
 }
 
 impl Entry {
-    /// Returns it as a mapping of process data has it: index, subindex and bits in one number.
+    /// Returns the entry in the form of a process data mapping: index, subindex and bits in one number.
     pub const fn mapped(self, bits: u8) -> u32 {
         (self.index as u32) << 16 | (self.sub as u32) << 8 | bits as u32
     }

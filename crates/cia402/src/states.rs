@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Drives by CiA 402: states, the words that change them, modes, errors by name.
+//! Drives by CiA 402: states, the control words that change them, modes, errors by name.
 use std::fmt;
 
-/// Resets a fault, on its rising edge: a bit of the control word.
+/// Bit of the control word that resets a fault on its rising edge.
 pub const RESET: u16 = 0x80;
 /// Control words.
 pub const DISABLE_VOLTAGE: u16 = 0x00;
@@ -40,7 +40,7 @@ impl DriveState {
         }
     }
 
-    /// Returns the bits of a status word that say it, with voltage present.
+    /// Returns the bits of a status word that represent the state, with voltage present.
     pub fn status(self) -> u16 {
         use DriveState::*;
         match self {
@@ -55,7 +55,7 @@ impl DriveState {
         }
     }
 
-    /// Returns the control word that leads a step nearer to operation; from a fault none does.
+    /// Returns the control word that leads one step nearer to operation; there is none for a fault.
     pub fn towards_operation(self) -> u16 {
         use DriveState::*;
         match self {
@@ -87,7 +87,7 @@ impl fmt::Display for DriveState {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Mode {
     Homing = 6,
-    /// Cyclic synchronous position, velocity, torque.
+    /// Cyclic synchronous mode: position, velocity, torque.
     Position = 8,
     Velocity = 9,
     Torque = 10,
@@ -99,10 +99,10 @@ impl Mode {
     }
 }
 
-/// Error code of a following error, which the drive itself found.
+/// Error code of a following error that the drive itself has detected.
 pub const FOLLOWING_ERROR: u16 = 0x8611;
 
-/// Returns the meaning of an error code (0x603F), as far as CiA 402 names it.
+/// Returns the meaning of an error code (0x603F), if CiA 402 names it.
 pub fn error_name(code: u16) -> &'static str {
     match code {
         0x0000 => "no error",

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Definitions of types in two forms: as they are sent, where what has a default may be left out, and as they are answered, where all is
-//! there. A type whose forms differ is called `NAMERequest` as it is sent.
+//! Schema definitions of types that have two forms: the request form, in which members with defaults may be omitted, and the answer form,
+//! in which every member is present. If the forms of a type differ, its request form is called `NAMERequest`.
 use serde_json::{Map, Value};
 use std::collections::BTreeSet;
 
-/// Path of definitions in the schema document.
+/// Path of the definitions in the schema document.
 pub(crate) const DEFINITIONS: &str = "#/$defs/";
 
-/// Unites the definitions of what is sent and of what is answered; references in `sent` follow.
+/// Merges the definitions of requests and of answers, and adapts the references in `sent`.
 pub(crate) fn unite(sent: &mut Value, mut definitions: Map<String, Value>, answered: Map<String, Value>) -> Map<String, Value> {
     let two_forms = two_forms(&definitions, &answered);
     let renamed = |name: &str| if two_forms.contains(name) { format!("{name}Request") } else { name.to_owned() };
@@ -21,7 +21,7 @@ pub(crate) fn unite(sent: &mut Value, mut definitions: Map<String, Value>, answe
     answered.into_iter().chain(sent).collect()
 }
 
-/// Types whose forms differ, or refer to such.
+/// Returns the types whose two forms differ, or that refer to such types.
 fn two_forms(sent: &Map<String, Value>, answered: &Map<String, Value>) -> BTreeSet<String> {
     let both = || sent.iter().filter_map(|(name, of)| Some((name, of, answered.get(name)?)));
     let mut found: BTreeSet<String> = both().filter(|(_, of, answer)| of != answer).map(|(name, ..)| name.clone()).collect();

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! State of the door: a daemon, and what is of HTTP between it and its callers.
+//! State of the HTTP front end: a daemon, and the HTTP-specific state between it and its callers.
 use crate::page::Page;
 use crate::site::Site;
 use crate::slots::Doors;
@@ -12,15 +12,15 @@ use std::sync::Arc;
 pub(crate) struct Door {
     pub service: Arc<Service>,
     pub site: Arc<Site>,
-    /// The studio's page, where it is served.
+    /// Page of the studio, if it is served.
     pub page: Option<Arc<Page>>,
-    /// Requests that were not admitted, by address.
+    /// Rates of rejected requests, by address.
     pub failures: Arc<Rates>,
     pub slots: Doors,
 }
 
 impl Door {
-    /// Enters into the log which connections gave way to others, since they did not say whose they are.
+    /// Logs which unauthenticated connections gave way to others.
     pub fn tell_who_gave_way(&self) {
         let gave = self.slots.gave_way();
         let (Some((most, count)), all) = (gave.first(), gave.iter().map(|(_, count)| count).sum::<u64>()) else { return };

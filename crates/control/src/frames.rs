@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Frames that the client of a stream sends, decoded: pure functions of text.
+//! Decodes the frames that the client of a stream sends. All functions are pure.
 use daemon::Failure;
 use daemon::requests::{object, wrong};
 use schemars::JsonSchema;
@@ -13,10 +13,10 @@ pub struct StreamFrame {
     /// Topic of the subscription.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub subscribe: Option<Topic>,
-    /// The client's name of the subscription.
+    /// Client's name for the subscription.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub id: Option<String>,
-    /// The subscription that is over.
+    /// Subscription that ends.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub unsubscribe: Option<String>,
     /// Names of `svvs` and `scope`.
@@ -25,16 +25,16 @@ pub struct StreamFrame {
     /// Period of observation, ms of the wall clock, at least 10; of `statistics` and `installed` at least 100, of `scope` at most 1,000.
     #[serde(default = "every_ms")]
     pub every_ms: u64,
-    /// True for bytes in base64 instead of values, of `svvs`.
+    /// True if `svvs` are sent as bytes in base64 instead of values.
     #[serde(default)]
     pub raw: bool,
-    /// First number of `log` and `ends`.
+    /// First number of `log` and `ends` to send.
     #[serde(default)]
     pub since: u64,
 }
 
-/// Topic of a stream. `scope`: every value of some SVVs and private cells, in binary frames; `installed`: at first, and whenever it
-/// has changed.
+/// Topic of a stream. `scope` sends every value of some SVVs and private cells in binary frames; `installed` is sent at the start and
+/// whenever it changes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Topic {
@@ -57,7 +57,7 @@ pub enum StreamRequest {
     Unsubscribe(String),
 }
 
-/// Reads a frame of a stream from its text.
+/// Parses a frame of a stream.
 pub fn frame(text: &str) -> Result<StreamRequest, Failure> {
     let frame: StreamFrame = object(text.as_bytes())?;
     let short = |id: &String| !id.is_empty() && id.len() <= 64;
@@ -67,7 +67,7 @@ pub fn frame(text: &str) -> Result<StreamRequest, Failure> {
                 let remedy = "a subscription to svvs or scope names them, and no other does";
                 return Err(wrong(format!("subscription '{id}' has {} names", frame.names.len()), remedy));
             }
-            // All that there is, again and again: it lasts longer to say than a value.
+            // These topics send their whole content each time, which takes longer than sending values.
             let least = if matches!(topic, Topic::Statistics | Topic::Installed) { 100 } else { 10 };
             let every = Duration::from_millis(frame.every_ms.clamp(least, 3_600_000));
             Ok(StreamRequest::Subscribe { id, topic, names: frame.names, every, raw: frame.raw, since: frame.since })

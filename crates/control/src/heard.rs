@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! A connection that tells its slot when its first bytes have come.
+//! A connection that notifies its slot when the first bytes arrive.
 use crate::slots::Slot;
 use std::io;
 use std::pin::Pin;
@@ -7,10 +7,10 @@ use std::sync::Arc;
 use std::task::{Context, Poll};
 use tokio::io::{AsyncRead, AsyncWrite, ReadBuf};
 
-/// Stream whose slot is told once, by the first read that brings something.
+/// Stream whose slot is notified once, by the first read that returns data.
 pub(crate) struct HeardStream<S> {
     pub stream: S,
-    /// None when it has been told.
+    /// `None` after the notification.
     pub slot: Option<Arc<Slot>>,
 }
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Paths and methods of version 1, each a few lines around what it is for.
+//! Paths and methods of version 1, each handled in a few lines.
 mod code;
 mod command;
 mod request;
@@ -34,7 +34,7 @@ use serde_json::Value;
 use std::sync::Arc;
 use std::time::Duration;
 
-/// Returns the router of every path of the interface.
+/// Returns the router of all paths of the interface.
 pub(crate) fn router(door: Door) -> Router {
     Router::new()
         .route("/v1/version", get(about))
@@ -62,21 +62,21 @@ pub(crate) fn router(door: Door) -> Router {
         .with_state(door)
 }
 
-/// Returns true if a request stops something, or leads to that: a client that halts opens a session and takes command first.
+/// Returns true if a request stops something or prepares a stop: a client that halts first opens a session and takes command.
 fn leads_to_a_stop(request: &Request) -> bool {
     let path = request.uri().path();
     let called = path.strip_prefix("/v1/call/").and_then(calls::find);
     *request.method() == Method::POST && (called.is_some_and(|call| call.stops) || matches!(path, "/v1/sessions" | "/v1/command"))
 }
 
-/// Returns the answer to a caller that is not admitted; it ends the connection.
+/// Returns the answer to a caller that is not admitted, and closes the connection.
 fn parting(failure: Failure) -> Response {
     let mut response = RefusedRequest(failure).into_response();
     response.headers_mut().insert(header::CONNECTION, HeaderValue::from_static("close"));
     response
 }
 
-/// Admits a request: it knows who calls, and not too often.
+/// Admits a request if its caller is authenticated and does not exceed its rate.
 async fn admit(State(door): State<Door>, mut request: Request, next: Next) -> Response {
     let Some(peer) = request.extensions().get::<Peer>().cloned() else {
         return RefusedRequest(Failure::new(Class::NotAllowed, "the other end is gone", "")).into_response();
@@ -104,7 +104,7 @@ async fn admit(State(door): State<Door>, mut request: Request, next: Next) -> Re
             }
             request.extensions_mut().insert(caller.clone());
             request.extensions_mut().insert(pass.clone());
-            // What lasts is ended where its caller is let in no longer.
+            // A request that lasts is ended if its caller loses access.
             tokio::select! {
                 biased;
                 response = next.run(request) => response,
@@ -113,7 +113,7 @@ async fn admit(State(door): State<Door>, mut request: Request, next: Next) -> Re
         }
         Err(failure) => {
             let from = peer.address();
-            // Guessing fills neither the disk nor the processor: beyond its rate it is not even written down.
+            // Guessing must not fill the disk or load the processor: attempts beyond the rate are not even audited.
             if let Err(too_often) = door.failures.take(&from, now()) {
                 return parting(too_often);
             }
@@ -141,11 +141,11 @@ async fn call(
     if call.stops {
         let begun = entered.run({
             let (service, caller, presence) = (service.clone(), caller.clone(), presence.clone());
-            // Nothing is waited for. Naming what it is about, and entering it into the log, go first too.
+            // The call itself does not wait. Naming its target and logging it take precedence too.
             move || supervisor::first(|| begin(&service, call, (&given, None), &caller, presence.as_deref(), Duration::ZERO))
         });
         let begun = begun.await?;
-        // Where there is no room for the wait, the caller goes on with it.
+        // If the lane has no room for the wait, the caller continues it.
         let waits = if begun.goes_on() { service.lanes.enter(Lane::Wait, &caller).ok() } else { None };
         return Ok(ended(&service, &caller, presence, begun, waits, Role::Operate).await?);
     }
@@ -163,7 +163,7 @@ async fn call(
     Ok(leaving(&service, &caller, answer.await?, call.role)?)
 }
 
-/// A call that was made for a part of its slice: its answer, which may say how it goes on, and what is left of the slice.
+/// A call that was made for part of its slice: its answer, which may contain a continuation, and the rest of the slice.
 struct SliceOfCall {
     answer: Value,
     left: Duration,
@@ -175,7 +175,7 @@ impl SliceOfCall {
     }
 }
 
-/// Makes a call here and now, and waits for its end `within` that time at the most. `given`: its body, and when it was given.
+/// Makes a call on this thread and waits for its end for at most `within`. `given` is the body of the call and the time of the command.
 fn begin(
     service: &Arc<Service>,
     call: &Call,
@@ -190,7 +190,7 @@ fn begin(
     Ok(SliceOfCall { answer: service.call(call, asked, caller, presence)?, left })
 }
 
-/// Answers a call that was begun: when it has come to its end, within what is left of its slice. That is a wait like any other.
+/// Answers a call that was begun, at its end or at the end of its slice. This wait is subject to the same limits as any other.
 async fn ended(
     service: &Arc<Service>,
     caller: &Caller,
@@ -205,7 +205,7 @@ async fn ended(
     leaving(service, caller, answer.await?, role)
 }
 
-/// Encodes an answer as text. What may be long is encoded on a thread that no other request waits for.
+/// Encodes an answer as text. Long answers are encoded on a thread that no other request waits for.
 fn text(answer: &Value) -> Result<Vec<u8>, Failure> {
     serde_json::to_vec(answer).map_err(|why| Failure::new(Class::InvalidState, format!("the answer cannot be told: {why}"), "please report it"))
 }

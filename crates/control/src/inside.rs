@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The control interface inside one process: no socket, no thread of its own, the clock of the runtime that it is used in. For
-//! simulators and tests, which let that clock stand still.
+//! The control interface inside one process: without a socket or a thread, and on the clock of the runtime in which it is used.
+//! Simulators and tests stop that clock.
 use crate::door::Door;
 use crate::serve::{Options, door, service};
 use axum::Router;
@@ -12,25 +12,26 @@ use std::sync::Arc;
 use std::time::Duration;
 use supervisor::System;
 
-/// Interval at which it looks after the sessions.
+/// Interval between checks of the sessions.
 const LOOK: Duration = Duration::from_millis(100);
 
-/// A system with its control interface, served to the holder of its [`Inside::router`].
+/// A system with its control interface, served to the owner of its [`Inside::router`].
 #[doc(hidden)]
 pub struct Inside(Door);
 
 impl Inside {
-    /// Makes it; of `options` those count that say who is let in. Errors: as of [`crate::Server::start`].
+    /// Serves a system; of `options` only those that concern admission have an effect. Fails as [`crate::Server::start`] does.
     pub fn new(system: Arc<System>, options: &Options) -> Result<Inside, Refusals> {
         Ok(Inside(door(service(system, options, Audit::none(), None, None, Lanes::new(None))?, options)?))
     }
 
-    /// Returns the router of all paths. A request has a [`daemon::Peer`] among its extensions and a `host`, as one that has come through a socket.
+    /// Returns the router of all paths. A request carries a [`daemon::Peer`] among its extensions and a `host`, like one that arrives
+    /// through a socket.
     pub fn router(&self) -> Router {
         crate::http::router(self.0.clone())
     }
 
-    /// Looks after the sessions as long as it is polled.
+    /// Checks the sessions for as long as it is polled.
     pub async fn look_after(&self) {
         let mut tick = tokio::time::interval(LOOK);
         let mut regular = Looks::new(LOOK);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Answers on their way out: their bytes count against the share of their caller until they have left, so that no client that does not read
-//! fills the memory.
+//! Answers being sent: their bytes count against the share of their caller until they have left, so that clients that do not read cannot
+//! fill the memory.
 use api::Role;
 use axum::body::{Body, Bytes};
 use axum::http::{HeaderValue, header};
@@ -15,10 +15,10 @@ use std::convert::Infallible;
 use std::pin::Pin;
 use std::task::{Context, Poll};
 
-/// Bytes that are handed on at a time.
+/// Number of bytes that are handed on at a time.
 const PIECE: usize = 32 << 10;
 
-/// The rest of an answer.
+/// Unsent rest of an answer.
 struct AnswerRest {
     rest: Bytes,
     _share: Option<Share>,
@@ -42,8 +42,8 @@ impl HttpBody for AnswerRest {
     }
 }
 
-/// Returns the answer of this JSON text to a call of this role. What only looks is refused where too much waits for its caller already; what has
-/// acted is told.
+/// Returns an answer with this JSON text to a call that requires this role. The answer of a call that only observes is refused if too
+/// much is pending for its caller; the answer of a call that acted is always sent.
 pub(crate) fn leaving(service: &Service, caller: &Caller, text: Vec<u8>, role: Role) -> Result<Response, Failure> {
     let share = if text.len() > SMALL && role == Role::Observe { Some(service.lanes.answers.take(caller, text.len())?) } else { None };
     let mut response = Response::new(Body::new(AnswerRest { rest: text.into(), _share: share }));

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The control interface: the door of a [`daemon`] over HTTP and WebSocket. `docs/control.md` is its manual.
+//! The control interface: serves a [`daemon`] over HTTP and WebSocket. `docs/control.md` is its manual.
 //!
-//! [`Server::start`] serves a system. Every request passes the [`Site`] (from where it comes) and the daemon's gate (who calls, as what); what its
-//! body says is decoded and becomes one act of the daemon's [`daemon::Service`]. No rule stands here.
+//! [`Server::start`] serves a system. Every request passes the [`Site`] (origin) and the daemon's gate (caller and role); its body is
+//! decoded and becomes one act of the daemon's [`daemon::Service`]. This crate makes no decisions of its own.
 mod definitions;
 mod door;
 mod frames;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Accepting connections: as many as there are slots for, each with who is at its other end.
+//! Accepts as many connections as there are slots, and identifies the peer of each.
 use crate::heard::HeardStream;
 use crate::paced::PacedStream;
 use crate::rest::Rest;
@@ -24,18 +24,18 @@ use tokio::runtime::Runtime;
 use tokio_rustls::TlsAcceptor;
 use tower::ServiceExt;
 
-/// Time limit for headers to arrive, and for an idle connection, of a known caller.
+/// Time limit for headers to arrive, and for an idle connection, of an authenticated caller.
 const IDLE_MAX: Duration = Duration::from_secs(60);
-/// Time for which the other end may take nothing of an answer.
+/// Time for which the peer may accept none of an answer.
 const TAKE_MAX: Duration = Duration::from_secs(10);
-/// Connections that wait to be accepted, where the operating system allows as many.
+/// Backlog of connections to be accepted, if the operating system allows as many.
 const BACKLOG: u32 = 1024;
-/// The largest headers, bytes.
+/// Maximum size of the headers, bytes.
 const HEADERS_BYTES_MAX: usize = 16 << 10;
-/// Time for which accepting rests after it failed (no descriptors left).
+/// Back-off after a failed `accept` (no descriptors left).
 const REST: Duration = Duration::from_millis(100);
 
-/// Socket that listens.
+/// Socket on which connections are accepted.
 pub(crate) enum Listener {
     Unix(UnixListener),
     Tcp(TcpListener, Option<Arc<Tls>>),
@@ -49,7 +49,7 @@ impl Listener {
     }
 }
 
-/// Listens on TCP. Connections that came and were not accepted yet have room for a burst: one that finds none would come again after a second.
+/// Listens on TCP. The backlog has room for a burst: a connection that finds no room would be retried only after a second.
 pub(crate) fn bound(runtime: &Runtime, address: SocketAddr) -> io::Result<TcpListener> {
     let _inside = runtime.enter();
     let socket = if address.is_ipv4() { TcpSocket::new_v4() } else { TcpSocket::new_v6() }?;
@@ -58,7 +58,7 @@ pub(crate) fn bound(runtime: &Runtime, address: SocketAddr) -> io::Result<TcpLis
     socket.listen(BACKLOG)
 }
 
-/// Accepts connections as long as the runtime lives.
+/// Accepts connections for as long as the runtime lives.
 pub(crate) async fn accept(listener: Listener, router: Router, doors: Doors) {
     match listener {
         Listener::Unix(listener) => accept_unix(listener, router, doors.socket).await,
@@ -66,16 +66,15 @@ pub(crate) async fn accept(listener: Listener, router: Router, doors: Doors) {
     }
 }
 
-/// Takes a rest after accepting failed, unless it failed with that one connection.
+/// Backs off after a failed `accept`, unless the error concerns only that connection.
 async fn rest(why: &io::Error) {
     if !matches!(why.kind(), ErrorKind::ConnectionAborted | ErrorKind::ConnectionReset | ErrorKind::Interrupted) {
         tokio::time::sleep(REST).await;
     }
 }
 
-/// Accepts on the Unix socket, which only its owner reaches. Its slots are as those of TCP, so that a program of the owner that takes too many keeps
-/// no
-/// stop out.
+/// Accepts on the Unix socket, which only its owner can reach. The limits on its slots are those of TCP, so a program of the owner that
+/// takes too many cannot lock out a stop.
 async fn accept_unix(listener: UnixListener, router: Router, slots: Arc<Slots>) {
     loop {
         let accepted = match listener.accept().await {
@@ -92,12 +91,12 @@ async fn accept_unix(listener: UnixListener, router: Router, slots: Arc<Slots>) 
     }
 }
 
-/// Accepts on TCP, where no connection waits: where there are too many, one that is not authenticated gives way to the next.
+/// Accepts on TCP without letting a connection wait: if there are too many, an unauthenticated connection gives way to the next.
 async fn accept_tcp(listener: TcpListener, tls: Option<Arc<Tls>>, router: Router, slots: Arc<Slots>) {
     loop {
         match listener.accept().await {
             Ok((stream, from)) => {
-                // One that is gone already ends as soon as it is read.
+                // A connection that is already closed ends at its first read.
                 let _gone = stream.set_nodelay(true);
                 let slot = slots.enter(from.ip());
                 let served = greet(stream, from, tls.as_ref().map(|tls| tls.acceptor()), router.clone(), slot.clone());
@@ -108,7 +107,7 @@ async fn accept_tcp(listener: TcpListener, tls: Option<Arc<Tls>>, router: Router
     }
 }
 
-/// Serves a connection as long as it has its slot.
+/// Serves a connection for as long as it has its slot.
 async fn within(slot: Arc<Slot>, served: impl Future<Output = ()>) {
     tokio::select! {
         () = served => {}
@@ -116,7 +115,7 @@ async fn within(slot: Arc<Slot>, served: impl Future<Output = ()>) {
     }
 }
 
-/// Serves one connection of the network, after its handshake where there is TLS.
+/// Serves one connection of the network, after its handshake if TLS is used.
 async fn greet<S: AsyncRead + AsyncWrite + Unpin + Send + 'static>(
     stream: S,
     from: SocketAddr,
@@ -126,7 +125,7 @@ async fn greet<S: AsyncRead + AsyncWrite + Unpin + Send + 'static>(
 ) {
     let stream = HeardStream { stream, slot: Some(slot.clone()) };
     let Some(acceptor) = acceptor else { return serve(stream, Peer::Tcp { from }, router, Some(slot)).await };
-    // A client that does not speak TLS, or whose certificate is not known, is told by TLS itself.
+    // TLS itself notifies a client that does not speak it, or whose certificate is unknown.
     let Ok(stream) = acceptor.accept(stream).await else { return };
     let certificate = stream.get_ref().1.peer_certificates().and_then(|chain| chain.first()).map(fingerprint);
     serve(stream, Peer::Tls { from, certificate }, router, Some(slot)).await;
@@ -141,7 +140,7 @@ async fn serve<S: AsyncRead + AsyncWrite + Unpin + Send + 'static>(stream: S, pe
         }
         let router = router.clone();
         async move {
-            // A client that asks before it sends has nothing on its way.
+            // A client that sends `Expect` has not sent its body yet.
             let asks_first = request.headers().contains_key(header::EXPECT);
             let rest = Rest::default();
             let answer = router.oneshot(request.map(|body| Body::new(rest.of(body)))).await;
@@ -157,7 +156,7 @@ async fn serve<S: AsyncRead + AsyncWrite + Unpin + Send + 'static>(stream: S, pe
         .max_buf_size(HEADERS_BYTES_MAX)
         .serve_connection(TokioIo::new(PacedStream::new(stream, TAKE_MAX)), service)
         .with_upgrades();
-    // A connection that breaks is over; what hung on it sees that by itself.
+    // A broken connection has ended; its holders notice that by themselves.
     let _over = connection.await;
 }
 
@@ -171,7 +170,7 @@ mod tests {
     use std::net::IpAddr;
     use tokio::io::{AsyncReadExt, AsyncWriteExt};
 
-    /// Returns the client's end of a connection that is served as one of TCP.
+    /// Returns the client's end of a connection that is served like one over TCP.
     fn connected(router: Router, room: usize) -> tokio::io::DuplexStream {
         let (client, server) = tokio::io::duplex(room);
         let from = SocketAddr::new(IpAddr::from([10, 0, 0, 1]), 1);
@@ -180,7 +179,8 @@ mod tests {
         client
     }
 
-    /// Sends the same bytes again and again, each after a pause, until that is no longer taken; how long that was.
+    /// Sends `again` repeatedly, each time after a pause, until the peer stops accepting it. Returns the time that took, and the bytes
+    /// received.
     async fn drip(mut client: tokio::io::DuplexStream, begin: &[u8], again: &[u8], pause: Duration) -> (Duration, Vec<u8>) {
         let begun = tokio::time::Instant::now();
         let mut answer = Vec::new();
@@ -212,7 +212,7 @@ mod tests {
     async fn a_client_that_is_refused_before_it_has_sent_everything_hears_why() {
         let mut client = connected(Router::new(), 256);
         client.write_all(b"POST /nowhere HTTP/1.1\r\nhost: localhost\r\nconnection: close\r\ncontent-length: 65536\r\n\r\n").await.expect("it takes the head");
-        // Everything that can be answered before the body has come is done.
+        // All answers that do not need the body have been sent.
         tokio::time::sleep(Duration::from_millis(1)).await;
         client.write_all(&[b' '; 65536]).await.expect("it takes the body");
         let mut answer = Vec::new();
@@ -245,7 +245,7 @@ mod tests {
         let handshake = TlsAcceptor::from(Arc::new(config)).accept(server);
         let served = tokio::spawn(within(slot, async move { drop(handshake.await) }));
         let begun = tokio::time::Instant::now();
-        // The head of a record that announces a greeting of 512 bytes, then a byte a second.
+        // This is the head of a record that announces a greeting of 512 bytes; one byte per second follows.
         client.write_all(&[22, 3, 1, 2, 0]).await.expect("it takes it");
         while !served.is_finished() {
             let _over = client.write_all(&[1]).await;

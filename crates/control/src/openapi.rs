@@ -1,22 +1,23 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The OpenAPI document of the control interface: its calls from their declarations, its other paths from the table here.
+//! The OpenAPI document of the control interface. Its calls are derived from their declarations, its other paths from the table in this
+//! module.
 use crate::definitions::{DEFINITIONS, refer};
 use serde_json::{Map, Value, json};
 
 /// Path of definitions in an OpenAPI document.
 const COMPONENTS: &str = "#/components/schemas/";
 
-/// A path that is no call: method, path, its parameters, what it takes and answers, where `schema.rs` says so, and what it is for.
+/// A path that is not a call: method, path, its parameters, and its purpose. `schema.rs` declares its body and its answer, if any.
 struct Other(&'static str, &'static str, &'static [Parameter], &'static str);
 
-/// A parameter of a path: where it stands, its name, its type, what it is.
+/// A parameter of a path: position, name, type, and meaning.
 struct Parameter(ParameterPlace, &'static str, &'static str, &'static str);
 
 #[derive(PartialEq)]
 enum ParameterPlace {
     Path,
     Query,
-    /// The parameter is in the query, and the request is refused without it.
+    /// The parameter is in the query, and is required.
     Needed,
 }
 
@@ -110,7 +111,7 @@ pub fn document() -> Value {
     document
 }
 
-/// Returns the subjects of the calls, in order, then that of the other paths.
+/// Returns the subjects of the calls, in order, followed by that of the other paths.
 fn tags(schemas: &Value) -> Vec<Value> {
     let mut names: Vec<&str> = Vec::new();
     for subject in schemas["calls"].as_object().into_iter().flatten().filter_map(|(_, call)| call["subject"].as_str()).chain(["interface"]) {
@@ -125,7 +126,7 @@ fn body(schema: &Value) -> Value {
     json!({ "application/json": { "schema": schema } })
 }
 
-/// Returns the schema of `{"result": …}`; of a call that lasts also how it goes on.
+/// Returns the schema of `{"result": …}`; for a call that lasts it includes the continuation.
 fn result(schema: &Value, lasts: bool) -> Value {
     let done = json!({ "type": "object", "properties": { "result": schema }, "required": ["result"] });
     if !lasts {

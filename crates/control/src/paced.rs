@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! A connection whose other end must read what is written to it: an unread answer holds its memory for a bounded time only.
+//! A connection whose peer must read: an unread answer occupies memory for a bounded time only.
 use std::io::{self, ErrorKind};
 use std::pin::Pin;
 use std::task::{Context, Poll, ready};
@@ -7,11 +7,11 @@ use std::time::Duration;
 use tokio::io::{AsyncRead, AsyncWrite, ReadBuf};
 use tokio::time::Sleep;
 
-/// A stream that breaks where nothing was taken for so long.
+/// A stream that fails if the peer accepts no bytes for `most`.
 pub(crate) struct PacedStream<S> {
     stream: S,
     most: Duration,
-    /// Since nothing was taken.
+    /// Timer that has run since the peer stopped accepting bytes.
     stuck: Option<Pin<Box<Sleep>>>,
 }
 
@@ -20,7 +20,7 @@ impl<S> PacedStream<S> {
         PacedStream { stream, most, stuck: None }
     }
 
-    /// Returns the result of a write, or the error that its time is over.
+    /// Returns the result of a write, or an error if its time has expired.
     fn paced<T>(&mut self, context: &mut Context<'_>, written: Poll<io::Result<T>>) -> Poll<io::Result<T>> {
         if written.is_ready() {
             self.stuck = None;

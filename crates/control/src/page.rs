@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The studio's page: the files of one folder, read once at the start. What is asked for is looked up in that list and nowhere else,
-//! so nothing outside the folder can be reached by any path, and a file that changes meanwhile does not.
+//! The studio's page: the files of one folder, read once at the start. Requested paths are looked up in that list and nowhere else, so no
+//! path can reach a file outside the folder, and later changes of a file have no effect.
 use axum::body::{Body, Bytes};
 use axum::http::{HeaderMap, HeaderName, HeaderValue, Method, StatusCode, header};
 use axum::response::Response;
@@ -10,12 +10,12 @@ use std::collections::HashMap;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-/// Files of a page, and their bytes together.
+/// Maximum number of files of a page, and of their bytes together.
 const FILES_MAX: usize = 1_024;
 const BYTES_MAX: u64 = 64 << 20;
 
-/// The page may load from where it came and from nowhere else, and no other page may frame it. `data:` and `blob:` are images that
-/// the page has drawn itself.
+/// The page may load only from its own origin, and no other page may frame it. `data:` and `blob:` allow images that the page draws
+/// itself.
 const POLICY: &str = "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' data: blob:; font-src 'self'; \
     connect-src 'self'; worker-src 'self'; manifest-src 'self'; base-uri 'none'; form-action 'none'; frame-ancestors 'none'";
 
@@ -28,20 +28,20 @@ const GUARDS: [(HeaderName, &str); 5] = [
     (HeaderName::from_static("cross-origin-resource-policy"), "same-origin"),
 ];
 
-/// One file.
+/// A file of the page.
 struct Asset {
     bytes: Bytes,
     kind: &'static str,
-    /// Its name has the digest of its content: it never changes.
+    /// The name contains the digest of the content, so the file never changes.
     lasts: bool,
     tag: String,
 }
 
-/// The files by their paths, `/assets/index-4f2a.js`; `/` is `index.html`.
+/// Files by path, such as `/assets/index-4f2a.js`; `/` is `index.html`.
 pub struct Page(HashMap<String, Asset>);
 
 impl Page {
-    /// Reads a folder. Errors: it has no `index.html` (a page that was not built), or it is no folder of a page at all.
+    /// Reads a folder. Fails if it has no `index.html` (a page that was not built), or is not the folder of a page.
     pub fn load(folder: &Path) -> Result<Page, Refusals> {
         let missing = || {
             let message = format!("the studio's page is not in '{}'", folder.display());
@@ -60,7 +60,7 @@ impl Page {
                 let entry = entry.map_err(failed)?;
                 let (kind, path) = (entry.file_type().map_err(failed)?, entry.path());
                 let Some(name) = entry.file_name().to_str().map(|name| format!("{prefix}/{name}")) else { continue };
-                // A link may lead out of the folder: it is left out.
+                // A link may lead out of the folder, so links are skipped.
                 if kind.is_dir() {
                     folders.push((path, name));
                 } else if kind.is_file() && !name.starts_with("/v1/") {
@@ -77,7 +77,7 @@ impl Page {
         Ok(Page(files))
     }
 
-    /// Returns the answer to a request for a file of the page; none if it asks for something else.
+    /// Returns the answer to a request for a file of the page, or `None` if it requests something else.
     pub fn answer(&self, method: &Method, path: &str, headers: &HeaderMap) -> Option<Response> {
         let path = if path == "/index.html" { "/" } else { path };
         let asset = self.0.get(path).filter(|_| matches!(*method, Method::GET | Method::HEAD))?;
@@ -106,7 +106,7 @@ impl Asset {
     }
 }
 
-/// Returns the content type of a file, by its suffix.
+/// Returns the content type of a file, derived from its suffix.
 fn content_type(name: &str) -> &'static str {
     match name.rsplit_once('.').map_or("", |(_, suffix)| suffix) {
         "html" => "text/html; charset=utf-8",

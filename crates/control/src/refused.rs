@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Refusals as answers: a status and `{"errors": […]}`.
+//! Answers that carry a refusal: a status and `{"errors": […]}`.
 use axum::http::{HeaderValue, StatusCode, header};
 use axum::response::{IntoResponse, Response};
 use daemon::{Failure, Ground};
 use model::refusal::Class;
 use serde_json::json;
 
-/// Answer to a request that is refused.
+/// Answer to a refused request.
 #[derive(Debug)]
 pub(crate) struct RefusedRequest(pub Failure);
 
@@ -16,7 +16,7 @@ impl From<Failure> for RefusedRequest {
     }
 }
 
-/// Returns the status of an answer that refuses.
+/// Returns the HTTP status of a refusal.
 fn status(failure: &Failure) -> StatusCode {
     match failure.ground {
         Ground::OfClass => status_of(failure.class()),
@@ -27,7 +27,7 @@ fn status(failure: &Failure) -> StatusCode {
     }
 }
 
-/// Returns the status that a class has.
+/// Returns the HTTP status of a class of refusals.
 fn status_of(class: Class) -> StatusCode {
     match class {
         Class::NotAllowed | Class::NotCommanding => StatusCode::FORBIDDEN,

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The unread rest of a body: it is taken before the answer leaves, so that a client that is still sending hears why it was refused
-//! instead of finding its connection closed.
+//! The unread rest of a body. It is read before the answer leaves, so that a client that is still sending receives the refusal instead of
+//! a closed connection.
 use axum::body::{Bytes, HttpBody};
 use daemon::calls::BODY_MAX;
 use hyper::body::{Frame, Incoming, SizeHint};
@@ -13,24 +13,24 @@ use std::time::Duration;
 /// Time limit for the rest to arrive.
 const REST_TIME: Duration = Duration::from_secs(2);
 
-/// Destination of a body that is given up before its end.
+/// Destination of a body that is abandoned before its end.
 #[derive(Clone, Default)]
 pub(crate) struct Rest(Arc<Mutex<Option<Incoming>>>);
 
 /// A body on its way to a handler.
 pub(crate) struct HandlerBody {
-    /// There until it is dropped.
+    /// Present until it is dropped.
     body: Option<Incoming>,
     rest: Rest,
 }
 
 impl Rest {
-    /// Returns the body as a handler is given it.
+    /// Returns the body in the form that a handler receives.
     pub fn of(&self, body: Incoming) -> HandlerBody {
         HandlerBody { body: Some(body), rest: self.clone() }
     }
 
-    /// Takes what was given up, as far as a body may be long, and throws it away.
+    /// Reads and discards the abandoned rest, up to the maximum length of a body.
     pub async fn take(&self) {
         let Some(mut body) = self.0.lock().unwrap_or_else(PoisonError::into_inner).take() else { return };
         let read = async {
@@ -42,7 +42,7 @@ impl Rest {
                 }
             }
         };
-        // A client that takes longer is not waited for.
+        // Slower clients get no more time.
         let _late = tokio::time::timeout(REST_TIME, read).await;
     }
 }

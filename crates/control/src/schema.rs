@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! JSON Schemas of the calls, from their declarations, and of the other requests.
+//! JSON Schemas of the calls, derived from their declarations, and of the other requests.
 use crate::definitions::unite;
 use crate::frames::StreamFrame;
 use crate::told::StreamAnswer;
@@ -13,9 +13,9 @@ use schemars::{JsonSchema, SchemaGenerator, generate::SchemaSettings};
 use serde_json::{Map, Value, json};
 use supervisor::ModuleAbout;
 
-/// Returns all schemas, draft 2020-12: `{"version", "calls": {name: {"role", "subject", "words", "lasts", "arguments", "result"}}, "requests":
-/// {"METHOD path": {"body", "answer"}}, "errors", "$defs": {…}}`. `answer` is what stands under `result`, and of requests that have no such
-/// member, all of it.
+/// Returns all schemas, draft 2020-12: `{"version", "calls": {name: {"role", "subject", "words", "lasts", "arguments", "result"}},
+/// "requests": {"METHOD path": {"body", "answer"}}, "errors", "$defs": {…}}`. `answer` describes the member `result`, or the whole answer
+/// if the request has no such member.
 pub fn all() -> Value {
     let mut sent = SchemaSettings::draft2020_12().into_generator();
     let mut answered = SchemaSettings::draft2020_12().for_serialize().into_generator();
@@ -49,7 +49,7 @@ pub fn all() -> Value {
     json!({ "version": 1, "calls": calls, "requests": requests, "errors": errors, "$defs": definitions })
 }
 
-/// Returns the schema of a call's arguments: an object of named ones, one definition, or both in one object.
+/// Returns the schema of a call's arguments: an object of named arguments, a definition, or both in one object.
 fn arguments(generator: &mut SchemaGenerator, call: &Call) -> Value {
     let mut named = call.named_schema(generator).to_value();
     if call.lasts {
@@ -71,7 +71,7 @@ fn arguments(generator: &mut SchemaGenerator, call: &Call) -> Value {
     }
 }
 
-/// Returns the schemas of the answers to requests that are no calls.
+/// Returns the schemas of the answers to requests that are not calls.
 fn answers(of: &mut SchemaGenerator) -> Vec<(&'static str, Value)> {
     let document = || json!({ "type": "object" });
     vec![

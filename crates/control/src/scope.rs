@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The scope's topic of a stream: every value of its channels, at the full rate at which they are stored, in binary frames.
+//! The scope topic of a stream: sends every value of its channels, at the full rate at which they are stored, in binary frames.
 //!
-//! A frame goes when there is room for it at once, or never: what a slow reader does not get is counted, value by value, and the
-//! count is in the next frame that it gets. So what is shown is never old, and what is missing is known exactly.
+//! A frame leaves at once, or never: values that a slow reader does not receive are counted, and the next frame that it receives contains
+//! the count. So displayed values are never old, and the number of missing values is exact.
 use crate::told::{ScopeChannel, ScopeHead, StreamAnswer};
 use api::Refusals;
 use model::types::{Scalar, Type};
@@ -12,16 +12,16 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::Duration;
 use supervisor::{Run, Samples, System, Tap, TapChannel};
 
-/// Channels of one stream.
+/// Maximum number of channels of one stream.
 pub(crate) const CHANNELS_MAX: usize = 256;
-/// Frames of one subscription that may be on their way: more would come late.
+/// Maximum number of frames of one subscription in transit: further ones would arrive late.
 const ON_THE_WAY_MAX: usize = 4;
-/// The longest time between two frames: a tap keeps values for twice as long.
+/// Maximum time between two frames; a tap keeps values for twice as long.
 pub(crate) const EVERY_MAX: Duration = Duration::from_secs(1);
 /// `GSC1`, the first word of every frame.
 const MAGIC: u32 = 0x4753_4331;
 
-/// Offsets of the numbers of a value in its bytes.
+/// Offsets and types of the numbers within the bytes of a value.
 type Components = Vec<(usize, Scalar)>;
 
 /// A subscription to some channels.
@@ -31,13 +31,13 @@ pub(crate) struct Scope {
     samples: Samples,
     components: Vec<Components>,
     sizes: Vec<usize>,
-    /// Number of values of each channel that the reader has not got since the last frame.
+    /// Number of values of each channel that the reader has missed since the last frame.
     lost: Vec<u64>,
     on_the_way: Arc<AtomicUsize>,
     is_virtual: bool,
 }
 
-/// A frame that is on its way; it is counted as such until this is dropped.
+/// A frame in transit; it counts as such until this is dropped.
 pub(crate) struct Slot(Arc<AtomicUsize>);
 
 impl Drop for Slot {
@@ -47,11 +47,11 @@ impl Drop for Slot {
 }
 
 impl Scope {
-    /// Attaches to these SVVs and private cells.
+    /// Attaches to the named SVVs and private cells.
     pub fn open(system: &System, id: &str, names: &[String]) -> Result<Scope, Refusals> {
         let tap = system.tap(names)?;
         let types: Vec<Type> = tap.channels().iter().map(|c| Type::parse(&c.type_text, &Default::default())).collect::<Result<_, _>>().map_err(|r| vec![r])?;
-        // Under the virtual clock time passes as fast as it can: it waits where a frame's worth has come.
+        // Virtual time passes as fast as it can, so it is held when the tap contains a full frame.
         tap.hold_time();
         Ok(Scope {
             id: id.to_owned(),
@@ -65,12 +65,12 @@ impl Scope {
         })
     }
 
-    /// Returns true if time is a number that a program advances.
+    /// Returns true if time is virtual: a number that a program advances.
     pub fn is_virtual(&self) -> bool {
         self.is_virtual
     }
 
-    /// Returns the first frame: what the channels are.
+    /// Returns the first frame, which describes the channels.
     pub fn head(&self) -> StreamAnswer {
         let channel = |(of, components): (&TapChannel, &Vec<_>)| ScopeChannel {
             name: of.name.clone(),
@@ -82,14 +82,14 @@ impl Scope {
         StreamAnswer { scope: Some(ScopeHead { channels }), ..StreamAnswer::of(&self.id) }
     }
 
-    /// Waits until it is time for the next frame: the time between two, and less where virtual time waits for it.
+    /// Waits until the next frame is due: for the period, or less if virtual time is held for it.
     pub fn wait(&self, every: Duration) {
         if self.is_virtual {
             self.tap.wait(every);
         }
     }
 
-    /// Returns the next frame, with its slot; none if there is nothing new, or no room for one more on the way.
+    /// Returns the next frame with its slot, or `None` if there is nothing new or too many frames are in transit.
     pub fn next(&mut self) -> Option<(Vec<u8>, Slot)> {
         self.tap.take(&mut self.samples);
         let empty = self.samples.is_empty() && self.lost.iter().all(|lost| *lost == 0);
@@ -105,14 +105,14 @@ impl Scope {
         Some((frame, Slot(self.on_the_way.clone())))
     }
 
-    /// Counts the values taken last as lost, as they do not reach the reader.
+    /// Counts the values taken last as lost, because they do not reach the reader.
     pub fn pass_over(&mut self) {
         for (lost, run) in self.lost.iter_mut().zip(&self.samples.runs) {
             *lost += run.len() as u64 + run.lost;
         }
     }
 
-    /// Notes that the frame of what was taken last has left: what was lost before it was told in it.
+    /// Notes that the frame with the values taken last has been sent; it contained the count of lost values.
     pub fn sent(&mut self) {
         self.lost.fill(0);
     }
@@ -150,7 +150,7 @@ impl Scope {
     }
 }
 
-/// Returns the numbers of a type in their order: of an array its elements, of a struct its members.
+/// Returns the numbers of a type in order: the elements of an array, the members of a struct.
 fn components(of: &Type, at: usize) -> Components {
     match of {
         Type::Scalar(scalar) => vec![(at, *scalar)],
@@ -159,14 +159,14 @@ fn components(of: &Type, at: usize) -> Components {
     }
 }
 
-/// Returns a number as a double: a truth value is 0 or 1.
+/// Returns a number as a double; a truth value becomes 0 or 1.
 fn number(scalar: Scalar, bytes: &[u8]) -> f64 {
     match Type::Scalar(scalar).decode(bytes) {
         Value::Number(number) => number,
         Value::Integer(integer) => integer as f64,
         Value::Unsigned(integer) => integer as f64,
         Value::Bool(truth) => f64::from(u8::from(truth)),
-        // Beyond what JSON takes as an integer.
+        // The number exceeds the integers of JSON.
         Value::Text(text) => text.parse().unwrap_or(f64::NAN),
         Value::List(_) | Value::Record(_) => f64::NAN,
     }

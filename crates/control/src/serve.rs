@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Serving a system: what is asked for is checked before anything listens; then threads of their own answer.
+//! Serves a system. Options are checked before anything listens; then dedicated threads answer the requests.
 use crate::door::Door;
 use crate::listen::{self, Listener};
 use crate::page::Page;
@@ -30,52 +30,52 @@ use std::sync::Arc;
 use std::time::Duration;
 use supervisor::System;
 
-/// Options of serving the control interface.
+/// Options of a server of the control interface.
 #[derive(Clone, Debug, Default, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Options {
     /// Path of the Unix socket, instead of [`socket::default_path`].
     pub socket: Option<PathBuf>,
-    /// There is no Unix socket, and no audit file but one that is named: a system inside a program, served for its studio.
+    /// Disables the Unix socket, and the audit file unless one is named: for a system inside a program, served for its studio.
     pub no_socket: bool,
-    /// `HOST:PORT` of TCP, besides the socket.
+    /// `HOST:PORT` of TCP, in addition to the socket.
     pub listen: Option<String>,
     pub tls_cert: Option<PathBuf>,
     pub tls_key: Option<PathBuf>,
     /// Authority that signs client certificates.
     pub client_ca: Option<PathBuf>,
     pub tokens: Option<PathBuf>,
-    /// Makes a token of this role for this run: [`Server::studio`] has it.
+    /// Creates a token of this role for this run; [`Server::studio`] contains it.
     pub run_token: Option<Role>,
-    /// The folder of the studio's page, served at `/` of TCP.
+    /// Folder of the studio's page, served at `/` over TCP.
     pub page: Option<PathBuf>,
-    /// The audit file, instead of one beside the socket.
+    /// Path of the audit file; default: a file beside the socket.
     pub audit: Option<PathBuf>,
-    /// Every program on this machine may observe over TCP without a token.
+    /// Lets every program on this machine observe over TCP without a token.
     pub insecure_loopback: bool,
-    /// Names that a `Host` may have.
+    /// Accepted names in the header `Host`.
     pub hosts: Vec<String>,
-    /// Pages that may call.
+    /// Origins of pages that may call.
     pub origins: Vec<String>,
-    /// The interpreter that tries code modules; default `python3`.
+    /// Interpreter that tries code modules; default `python3`.
     pub python: Option<String>,
-    /// The file that keeps the calls which made the system what it is; they are made again at the start.
+    /// File that keeps the calls which configured the system; they are repeated at the start.
     pub journal: Option<PathBuf>,
-    /// The folder in which callers may record.
+    /// Folder in which callers may record.
     pub records: Option<PathBuf>,
-    /// SHA-256 digests of code modules that may run where a recording brings them.
+    /// SHA-256 digests of the code modules that a recording may bring and run.
     pub trust: Vec<String>,
-    /// Ends the start where a call of the journal fails.
+    /// Aborts the start if a call of the journal fails.
     pub journal_strict: bool,
 }
 
-/// Period at which sessions are looked after.
+/// Period at which sessions are checked.
 const LOOK: Duration = Duration::from_millis(100);
-/// Number of these looks after which callers are looked at again, and those that gave way are told.
+/// Number of these checks between two checks of the callers' access and two log entries about connections that gave way.
 const LOOKS_A_SECOND: u64 = 10;
 const TOLD_EVERY: u64 = 100;
 
-/// A system that is served.
+/// Server of a system.
 pub struct Server {
     runtimes: Option<Runtimes>,
     door: Door,
@@ -89,10 +89,10 @@ fn refuse(message: impl Into<String>, remedy: &str) -> Refusals {
     vec![Refusal::new(Class::DefinitionError, message).remedy(remedy)]
 }
 
-/// An address, and the TLS that is spoken there.
+/// An address, and TLS if it is used there.
 type Tcp = (SocketAddr, Option<Arc<Tls>>);
 
-/// Returns the TCP listener, checked against what an address that is not loopback needs.
+/// Returns the TCP listener's address after checking the requirements for addresses other than loopback.
 fn tcp(options: &Options) -> Result<Option<Tcp>, Refusals> {
     let Some(listen) = &options.listen else {
         let alone = [("--tls-cert", options.tls_cert.is_some()), ("--tls-key", options.tls_key.is_some()), ("--client-ca", options.client_ca.is_some())];
@@ -141,7 +141,7 @@ fn host_name() -> Option<String> {
     Some(name.trim().to_owned()).filter(|name| !name.is_empty())
 }
 
-/// Returns the audit file that is named, or the one beside the socket.
+/// Opens the named audit file, or the one beside the socket.
 fn audit(options: &Options, socket: Option<&Path>) -> Result<Audit, Refusals> {
     let path = options.audit.clone().or_else(|| socket.map(|socket| socket.with_extension("audit.jsonl")));
     let Some(path) = path else { return Ok(Audit::none()) };
@@ -173,7 +173,7 @@ pub(crate) fn service(
     })
 }
 
-/// Makes the door of a service.
+/// Creates the front end of a service.
 pub(crate) fn door(service: Service, options: &Options) -> Result<Door, Refusals> {
     let site = Site { hosts: options.hosts.iter().cloned().chain(host_name()).collect(), origins: options.origins.clone() };
     Ok(Door {
@@ -185,7 +185,7 @@ pub(crate) fn door(service: Service, options: &Options) -> Result<Door, Refusals
     })
 }
 
-/// Digests as they are compared. Errors: one is none.
+/// Returns the digests in the form in which they are compared. Fails if a text is not a digest.
 fn digests(given: &[String]) -> Result<Vec<String>, Refusals> {
     let digest = |text: &String| {
         let lower = text.to_ascii_lowercase();
@@ -196,12 +196,13 @@ fn digests(given: &[String]) -> Result<Vec<String>, Refusals> {
 }
 
 impl Server {
-    /// Serves a system. Nothing listens where something is refused.
+    /// Serves a system. If anything is refused, nothing listens.
     pub fn start(system: Arc<System>, options: &Options) -> Result<Server, Refusals> {
         Server::start_watched(system, options, &mut NoWatcher)
     }
 
-    /// Starts the same, with a watcher that is told how the journal's replay goes and may end it. It is played before any request is answered.
+    /// Starts as [`start`](Self::start) does, with a watcher that follows the replay of the journal and may end it. The journal is
+    /// replayed before any request is answered.
     pub fn start_watched(system: Arc<System>, options: &Options, watcher: &mut dyn Watcher) -> Result<Server, Refusals> {
         if options.journal_strict && options.journal.is_none() {
             return Err(refuse("--journal-strict is given and there is no journal", "add --journal FILE"));
@@ -217,7 +218,7 @@ impl Server {
         let bound = socket::bind(&path, options.socket.is_none())?;
         let served = Server::serve(system, options, Some((bound, &path)), tcp, watcher);
         if served.is_err() {
-            // What was bound is of no use to anybody; the refusal is what is told.
+            // The bound socket is useless now; only the refusal is reported.
             let _gone = std::fs::remove_file(&path);
         }
         served
@@ -271,7 +272,7 @@ impl Server {
         Ok(Server { runtimes: Some(runtimes), door, addresses, socket, studio, tls: spoken })
     }
 
-    /// Opens the audit file again, and reads the files of TLS and of tokens again. Returns news for a person.
+    /// Reopens the audit file, and rereads the files of TLS and of tokens. Returns messages for the operator.
     pub fn reread(&self) -> Vec<String> {
         let audit = self.door.service.audit.reopen().map_err(|why| format!("the audit file stays the one of before: {why}"));
         let told = |refusals: Refusals| refusals.iter().map(ToString::to_string).collect::<Vec<_>>().join("; ");
@@ -283,17 +284,17 @@ impl Server {
         news
     }
 
-    /// Returns its addresses: `unix://PATH`, `http://HOST:PORT`, `https://HOST:PORT`.
+    /// Returns the addresses of the server: `unix://PATH`, `http://HOST:PORT`, `https://HOST:PORT`.
     pub fn addresses(&self) -> &[String] {
         &self.addresses
     }
 
-    /// Returns the address of the studio's page, with the token of this run behind `#` if there is one; none if it is not served.
+    /// Returns the address of the studio's page, with the token of this run after `#` if there is one; `None` if it is not served.
     pub fn studio(&self) -> Option<&str> {
         self.studio.as_deref()
     }
 
-    /// Returns the paths of the interface without a connection: for tests and fuzzers, which say who calls by an extension of the
+    /// Returns the router of the interface without a connection, for tests and fuzzers, which identify the caller by an extension of the
     /// request, [`daemon::Peer`].
     pub fn router(&self) -> axum::Router {
         crate::http::router(self.door.clone())
@@ -303,7 +304,7 @@ impl Server {
     pub fn stop(&mut self) {
         if let Some(runtimes) = self.runtimes.take() {
             if let Some(socket) = &self.socket {
-                // It may have gone with its folder.
+                // The socket may have been deleted with its folder.
                 let _gone = std::fs::remove_file(socket);
             }
             runtimes.end(Duration::from_secs(2));

@@ -1,34 +1,35 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Admission of a request: its host, its origin and its token.
+//! Admission of a request: checks its host, its origin and its token.
 use axum::http::{HeaderMap, header};
 use daemon::tokens::TokenRejection;
 use daemon::{Caller, Failure, Gate, Pass, Peer};
 use model::refusal::Class;
 use std::net::IpAddr;
 
-/// Hosts and pages from which requests come.
+/// Hosts and origins from which requests are accepted.
 #[derive(Clone, Debug, Default)]
 pub struct Site {
-    /// Names that a `Host` may have, besides addresses and `localhost`.
+    /// Accepted names in the header `Host`, in addition to addresses and `localhost`.
     pub hosts: Vec<String>,
-    /// Pages that may call; a browser names them.
+    /// Origins of pages that may call; a browser declares them.
     pub origins: Vec<String>,
 }
 
 impl Site {
-    /// Returns the caller of a request, and the credential by which the gate let it in, or why it is not admitted.
+    /// Returns the caller of a request and the credential with which the gate admitted it, or the reason for rejecting it.
     pub fn let_in(&self, gate: &Gate, peer: &Peer, headers: &HeaderMap) -> Result<(Caller, Pass), Failure> {
         self.check(peer, headers)?;
         gate.let_in(peer, bearer(headers)?)
     }
 
-    /// Refuses a request that a page of another site makes, for any caller. The studio's files, which are public, need no more.
+    /// Refuses a request that a page of another site makes, for any caller. The studio's files are public and need no further check.
     pub fn check(&self, peer: &Peer, headers: &HeaderMap) -> Result<(), Failure> {
         self.check_host(headers)?;
         self.check_origin(peer, headers)
     }
 
-    /// Checks the host: a page of another site can make its own name mean our address, not the `Host` that its browser then sends.
+    /// Checks the host: a page of another site can make its own name resolve to our address, but cannot change the `Host` that its
+    /// browser then sends.
     fn check_host(&self, headers: &HeaderMap) -> Result<(), Failure> {
         let host = headers.get(header::HOST).and_then(|host| host.to_str().ok()).unwrap_or("");
         let name = name_of(host);
@@ -39,9 +40,8 @@ impl Site {
         Err(Failure::new(Class::NotAllowed, format!("the host '{host}' is not ours"), format!("start the daemon with --host {name}")))
     }
 
-    /// Checks the origin: no page of a browser calls, unless it is named at the start or came from the very address that it calls. That its host is
-    /// ours
-    /// was looked at before.
+    /// Checks the origin: a page in a browser may call only if it was named at the start or was loaded from the very address that it
+    /// calls. The host has already been checked to be ours.
     fn check_origin(&self, peer: &Peer, headers: &HeaderMap) -> Result<(), Failure> {
         let Some(origin) = headers.get(header::ORIGIN) else { return Ok(()) };
         let origin = origin.to_str().unwrap_or("?");
@@ -62,7 +62,7 @@ impl Site {
     }
 }
 
-/// Returns the name of a `Host`, without its port and brackets.
+/// Returns the name in a `Host`, without port and brackets.
 fn name_of(host: &str) -> &str {
     if let Some(rest) = host.strip_prefix('[') {
         return rest.split(']').next().unwrap_or("");
@@ -70,15 +70,15 @@ fn name_of(host: &str) -> &str {
     host.rsplit_once(':').map_or(host, |(name, _)| name)
 }
 
-/// Returns the token of a request. What is there and cannot be read is a wrong one.
+/// Returns the token of a request. A header that cannot be read counts as a wrong token.
 fn bearer(headers: &HeaderMap) -> Result<Option<&str>, Failure> {
     let Some(given) = headers.get(header::AUTHORIZATION) else { return of_protocols(headers) };
     let token = given.to_str().ok().and_then(|text| text.strip_prefix("Bearer ")).map(str::trim);
     token.filter(|token| !token.is_empty()).map(Some).ok_or_else(|| Failure::from(TokenRejection::Wrong))
 }
 
-/// Returns the token among the subprotocols of a WebSocket, `bearer.TOKEN`: a browser sends no other header of ours with one. A request that
-/// opens no WebSocket has none there.
+/// Returns the token among the subprotocols of a WebSocket, `bearer.TOKEN`: a browser can send no other header of ours with one. A
+/// request that does not open a WebSocket has no token there.
 fn of_protocols(headers: &HeaderMap) -> Result<Option<&str>, Failure> {
     let opens = headers.get(header::UPGRADE).is_some_and(|to| to.as_bytes().eq_ignore_ascii_case(b"websocket"));
     if !opens {

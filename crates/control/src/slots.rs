@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Slots of connections. A client that has not said who it is has a slot for a short time, and gives way to the next that
-//! comes; a client that is known keeps its slot. So a client without a token cannot keep out one that has a token: those that say nothing
-//! give way before those whose handshake is going on, and addresses from which callers have been let in have slots apart.
+//! Slots of connections. An unauthenticated client has a slot for a short time and gives way to new arrivals; an authenticated client
+//! keeps its slot. So a client without a token cannot lock out one that has a token: silent connections give way before those in a
+//! handshake, and addresses from which callers have been authenticated have separate slots.
 use crate::strangers::{Admission, Origin, STRANGER_MAX, STRANGERS_MAX, Stranger, Strangers};
 use api::Role;
 use daemon::Failure;
@@ -12,46 +12,47 @@ use std::sync::{Arc, Mutex, MutexGuard};
 use tokio::sync::Notify;
 use tokio::time::Instant;
 
-/// Addresses from which callers have been let in: strangers from there have as many slots, apart from all others.
+/// Maximum number of remembered addresses, from which callers have been authenticated: strangers from there have as many slots as all
+/// others, and apart from them.
 const REMEMBERED_MAX: usize = 256;
-/// Connections of callers who are known.
+/// Maximum number of connections of authenticated callers.
 pub(crate) const KNOWN_MAX: usize = 256;
-/// Maximum of known connections of one caller.
+/// Maximum number of authenticated connections of one caller.
 pub(crate) const KNOWN_EACH_MAX: usize = 64;
-/// Number of slots of the known that are kept for roles that may command and stop.
+/// Number of authenticated slots that are reserved for roles that may command and stop.
 pub(crate) const RESERVED: usize = 64;
-/// Number of further slots for requests that stop, of one caller and of all.
+/// Number of additional slots for requests that stop, per caller and in total.
 const STOPS: usize = 16;
 
-/// Origins of connections that gave way which are told one by one.
+/// Maximum number of origins whose displaced connections are counted for a report.
 const ORIGINS_MAX: usize = 64;
 
-/// A connection whose caller is known.
+/// A connection whose caller is authenticated.
 #[derive(Debug)]
 struct KnownClient {
     origin: Origin,
     caller: Caller,
     pass: Pass,
-    /// True if the caller was let in no longer when it was looked at last.
+    /// True if the caller no longer had access at the last check.
     doubted: bool,
     end: Arc<Notify>,
 }
 
-/// The connections of a listener.
+/// Connections of a listener.
 #[derive(Debug)]
 struct Table {
     next: u64,
-    /// Strangers from addresses that are remembered, and from all others: each kind has slots of its own.
+    /// Strangers from remembered addresses and from all others have separate slots.
     returning: Strangers,
     newcomers: Strangers,
     known: BTreeMap<u64, KnownClient>,
-    /// Where callers who were let in have come from, with when the last one was.
+    /// Origins of authenticated callers, each with the time of the last one.
     remembered: HashMap<Origin, Instant>,
-    /// Number of connections that gave way to others since it was told last, by origin.
+    /// Number of connections that gave way to others since the last report, by origin.
     gave_way: HashMap<Origin, u64>,
 }
 
-/// The slots of both listeners: connections from the network take none of the Unix socket's.
+/// Slots of both listeners: connections from the network take none from the Unix socket.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Doors {
     pub socket: Arc<Slots>,
@@ -59,12 +60,13 @@ pub(crate) struct Doors {
 }
 
 impl Doors {
-    /// Ends the connections of callers who are let in no longer, at the second look: what runs on them has had time to say so itself.
+    /// Ends the connections of callers that have lost access, at the second check: the requests on them have had time to answer so
+    /// themselves.
     pub fn look_again(&self, gate: &Gate) {
         [&self.socket, &self.network].into_iter().for_each(|slots| slots.look_again(gate));
     }
 
-    /// Returns the origins that gave way since the last time, those with most first.
+    /// Returns the origins of connections that gave way since the last call, the most frequent first.
     pub fn gave_way(&self) -> Vec<(Origin, u64)> {
         let mut gave: Vec<_> = [&self.socket, &self.network].into_iter().flat_map(|slots| std::mem::take(&mut slots.locked().gave_way)).collect();
         gave.sort_by_key(|(_, count)| std::cmp::Reverse(*count));
@@ -76,7 +78,7 @@ impl Doors {
 #[derive(Debug)]
 pub(crate) struct Slots(Mutex<Table>);
 
-/// The slot of one connection, from its being accepted to its end.
+/// Slot of one connection, from its acceptance to its end.
 #[derive(Debug)]
 pub(crate) struct Slot {
     slots: Arc<Slots>,
@@ -84,7 +86,7 @@ pub(crate) struct Slot {
     end: Arc<Notify>,
 }
 
-/// Returns how many strangers a listener takes: half of the descriptors that this process may have at most.
+/// Returns the maximum number of strangers of a listener: at most half of the descriptor limit of this process.
 fn strangers_most() -> usize {
     let limits = std::fs::read_to_string("/proc/self/limits").unwrap_or_default();
     let of_files = limits.lines().find_map(|line| line.strip_prefix("Max open files")?.split_whitespace().next()?.parse::<usize>().ok());
@@ -130,7 +132,7 @@ impl Table {
         self.newcomers.remove(number).or_else(|| self.returning.remove(number))
     }
 
-    /// Remembers an address from which a caller was let in.
+    /// Remembers an address from which a caller was authenticated.
     fn remember(&mut self, origin: Origin) {
         if self.remembered.len() >= REMEMBERED_MAX && !self.remembered.contains_key(&origin) {
             let oldest = self.remembered.iter().min_by_key(|(_, at)| **at).map(|(origin, _)| *origin);
@@ -145,7 +147,7 @@ impl Table {
         }
     }
 
-    /// Refuses a caller one more slot among the known. `more`: slots there are beyond the usual ones.
+    /// Checks that a caller may have one more authenticated slot. `more` is the number of slots beyond the usual ones.
     fn check_known(&self, caller: &Caller, more: usize) -> Result<(), Failure> {
         let (all, own) = (self.known.len(), self.known.values().filter(|known| known.caller.who == caller.who).count());
         let kept = if caller.role >= Role::Operate { 0 } else { RESERVED };
@@ -171,7 +173,7 @@ impl Slots {
         self.0.lock().expect("nobody panics with this lock")
     }
 
-    /// Returns the slot of a connection that has just come: that of a stranger.
+    /// Returns the slot of a newly accepted connection, which starts as a stranger.
     pub fn enter(self: &Arc<Slots>, from: impl Into<Origin>) -> Arc<Slot> {
         let (origin, end) = (from.into(), Arc::new(Notify::new()));
         let mut table = self.locked();
@@ -195,22 +197,22 @@ impl Slots {
 }
 
 impl Slot {
-    /// Notes that the first bytes have come: a handshake, or a request, is going on.
+    /// Notes that the first bytes have arrived: a handshake or a request is under way.
     pub fn spoke(&self) {
         let mut table = self.slots.locked();
         table.newcomers.spoke(self.number);
         table.returning.spoke(self.number);
     }
 
-    /// Notes that a request arrived on a connection that is still not authenticated: its time begins again.
+    /// Notes that a request arrived on a connection that is still unauthenticated; this restarts its time limit.
     pub fn heard(&self) {
         if let Some(stranger) = self.slots.locked().stranger_mut(self.number) {
             stranger.until = Instant::now() + STRANGER_MAX;
         }
     }
 
-    /// Notes whose the connection is: it keeps its slot. `stops`: it carries what stops, for which there is always room.
-    /// Errors: `LimitExceeded`.
+    /// Authenticates the connection, so that it keeps its slot. `stops` is true if it carries a request that stops, for which there is
+    /// always room. Fails with `LimitExceeded`.
     pub fn know(&self, caller: &Caller, pass: &Pass, stops: bool) -> Result<(), Failure> {
         let mut table = self.slots.locked();
         if table.known.get(&self.number).is_some_and(|before| before.caller == *caller && before.pass == *pass) {
@@ -219,7 +221,7 @@ impl Slot {
         table.check_known(caller, if stops { STOPS } else { 0 })?;
         let before = table.take_stranger(self.number).map(|stranger| (stranger.origin, stranger.end));
         let before = before.or_else(|| table.known.remove(&self.number).map(|known| (known.origin, known.end)));
-        // One that has just given way has no slot any more, and its request ends with it.
+        // A connection that has just given way no longer has a slot, and its request ends with it.
         if let Some((origin, end)) = before {
             table.known.insert(self.number, KnownClient { origin, caller: caller.clone(), pass: pass.clone(), doubted: false, end });
             table.remember(origin);
@@ -227,7 +229,7 @@ impl Slot {
         Ok(())
     }
 
-    /// Returns when the connection is to end: a stranger's time is up, or another has its slot.
+    /// Waits until the connection has to end: its time as a stranger has expired, or another has its slot.
     pub async fn over(&self) {
         while let Some(until) = self.until() {
             if until <= Instant::now() {
@@ -241,7 +243,7 @@ impl Slot {
         self.end.notified().await;
     }
 
-    /// Returns until when it may stay; without an end if it is known, or has given way and is told so.
+    /// Returns the deadline of the connection; `None` if it is authenticated, or has given way and has been notified.
     fn until(&self) -> Option<Instant> {
         self.slots.locked().stranger(self.number).map(|stranger| stranger.until)
     }
@@ -271,7 +273,7 @@ mod tests {
         IpAddr::from([10, 0, 0, last])
     }
 
-    /// Returns true if a connection is to end now.
+    /// Returns true if a connection has to end now.
     fn is_over(slot: &Slot) -> bool {
         let mut over = std::pin::pin!(slot.over());
         let mut context = std::task::Context::from_waker(std::task::Waker::noop());
@@ -301,7 +303,7 @@ mod tests {
         assert!(!few.iter().chain(&others).any(|slot| is_over(slot)));
     }
 
-    /// Connections from so many addresses, one each; `speak`: with a handshake that is going on.
+    /// Opens one connection from each of this number of addresses; `speak` starts a handshake on each.
     fn crowd(slots: &Arc<Slots>, addresses: u16, speak: bool) -> Vec<Arc<Slot>> {
         let knock = |number: u16| {
             let slot = slots.enter(IpAddr::from([10, 1, (number >> 8) as u8, number as u8]));

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The Unix socket: its path, and that only its owner can reach it.
+//! The Unix socket: its path, and its protection against other users.
 use model::refusal::{Class, Refusal, Refusals};
 use std::fs::{self, DirBuilder, Permissions};
 use std::io::ErrorKind;
@@ -7,7 +7,7 @@ use std::os::unix::fs::{DirBuilderExt, FileTypeExt, MetadataExt, PermissionsExt}
 use std::os::unix::net::{UnixListener, UnixStream};
 use std::path::{Path, PathBuf};
 
-/// Returns the user that this process runs as.
+/// Returns the ID of the user who runs this process.
 pub fn uid() -> u32 {
     fs::metadata("/proc/self").map(|about| about.uid()).expect("the processes of a machine with Linux have their folders in /proc")
 }
@@ -24,8 +24,8 @@ fn refuse(class: Class, message: String, remedy: &str) -> Refusals {
     vec![Refusal::new(class, message).remedy(remedy)]
 }
 
-/// Listens at a path: the socket has mode 0600 before another user can reach it. A socket without a server is replaced. A folder
-/// that is not there is made with mode 0700; the default one must be ours, and closed to others.
+/// Listens at a path. The socket has mode 0600 before another user can reach it; a socket without a server is replaced. A missing folder
+/// is created with mode 0700; the default folder must be ours, and closed to others.
 pub fn bind(path: &Path, is_default: bool) -> Result<UnixListener, Refusals> {
     let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
     let failed =
@@ -49,7 +49,7 @@ pub fn bind(path: &Path, is_default: bool) -> Result<UnixListener, Refusals> {
         Err(why) if why.kind() == ErrorKind::NotFound => {}
         Err(why) => return Err(failed(why)),
     }
-    // Made in a folder closed to other users, restricted, and only then moved into its place.
+    // The socket is created in a folder that is closed to other users, restricted, and only then moved to its path.
     let private = folder.join(format!(".{}", std::process::id()));
     DirBuilder::new().mode(0o700).create(&private).map_err(failed)?;
     let hidden = private.join("s");

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Connections that have not said who they are, by where they come from, and which of them gives way where there are too many.
+//! Unauthenticated connections by origin, and the rule by which they give way if there are too many.
 //!
-//! Slots are shared by address: as long as there are fewer addresses than slots, the only connection of an address gives way to none of
-//! another. So clients that knock from hundreds of addresses, silently or with handshakes that go on, end no handshake of a panel.
+//! Slots are shared fairly between addresses: as long as there are fewer addresses than slots, the only connection of an address does not
+//! give way to another address. So clients that connect from hundreds of addresses, silently or with unfinished handshakes, cannot end
+//! the handshake of a panel.
 use std::cmp::Reverse;
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 use std::fmt;
@@ -12,14 +13,14 @@ use std::time::Duration;
 use tokio::sync::Notify;
 use tokio::time::Instant;
 
-/// Connections that have not authenticated yet, where the process may have enough descriptors.
+/// Maximum number of unauthenticated connections; fewer if the descriptor limit is low.
 pub(crate) const STRANGERS_MAX: usize = 1024;
-/// Maximum of strangers from one address.
+/// Maximum number of strangers from one address.
 pub(crate) const STRANGERS_EACH_MAX: usize = 128;
-/// Time for which a handshake that is going on keeps its slot against all newcomers: some round trips of a slow network, and what a busy machine
-/// needs.
+/// Time for which a handshake keeps its slot against all newcomers: several round trips of a slow network, plus a margin for a busy
+/// machine.
 pub(crate) const HANDSHAKE_MAX: Duration = Duration::from_secs(2);
-/// Time limit of a stranger for its TLS handshake and its first head, and after each head until the next.
+/// Time limit of a stranger for its TLS handshake and its first head, and between one head and the next.
 pub(crate) const STRANGER_MAX: Duration = Duration::from_secs(5);
 
 /// Origin of strangers.
@@ -27,7 +28,7 @@ pub(crate) const STRANGER_MAX: Duration = Duration::from_secs(5);
 pub(crate) enum Origin {
     /// The Unix socket.
     Socket,
-    /// An address; of IPv6 its network: one machine has as many addresses there as it likes.
+    /// An address; for IPv6 its network, because one machine has any number of addresses there.
     Network(IpAddr),
 }
 
@@ -49,12 +50,12 @@ impl fmt::Display for Origin {
     }
 }
 
-/// A connection that has not authenticated yet.
+/// A connection that has not been authenticated yet.
 #[derive(Debug)]
 pub(crate) struct Stranger {
     pub origin: Origin,
     pub until: Instant,
-    /// Time since which it has sent something, a handshake or a head.
+    /// Time at which it first sent something, a handshake or a head.
     spoke: Option<Instant>,
     pub end: Arc<Notify>,
 }
@@ -76,7 +77,7 @@ struct Crowd {
     speaking: BTreeSet<u64>,
 }
 
-/// Size of a crowd, its oldest connection, and where it is from: the largest is last, of several the one that has been there for longest.
+/// Size of a crowd, its oldest connection, and its origin. The largest crowd sorts last; of several, the one with the oldest connection.
 type Rank = (usize, Reverse<u64>, Origin);
 
 impl Crowd {
@@ -97,9 +98,9 @@ impl Crowd {
 #[derive(Debug, PartialEq, Eq)]
 pub(crate) enum Admission {
     Free,
-    /// The connection of this number gives way to it.
+    /// The connection of this number gives way to the new one.
     InPlaceOf(u64),
-    /// The connection is refused: all others are in the middle of their handshakes, and it may come again.
+    /// The new connection is refused, because all others are in the middle of their handshakes; the client may retry.
     Refused,
 }
 
@@ -109,18 +110,18 @@ pub(crate) struct Strangers {
     most: usize,
     held: BTreeMap<u64, Stranger>,
     crowds: HashMap<Origin, Crowd>,
-    /// The crowds by their size: all, and those with connections that have sent nothing.
+    /// Crowds by size: all of them, and those with silent connections.
     ranks: BTreeSet<Rank>,
     silent_ranks: BTreeSet<Rank>,
 }
 
 impl Strangers {
-    /// Makes slots for so many.
+    /// Creates `most` slots.
     pub fn new(most: usize) -> Strangers {
         Strangers { most, held: BTreeMap::new(), crowds: HashMap::new(), ranks: BTreeSet::new(), silent_ranks: BTreeSet::new() }
     }
 
-    /// Changes the crowd of an origin, and its ranks.
+    /// Changes the crowd of an origin and updates its ranks.
     fn change(&mut self, origin: Origin, change: impl FnOnce(&mut Crowd)) {
         let crowd = self.crowds.entry(origin).or_default();
         if let Some(rank) = crowd.rank(origin) {
@@ -157,7 +158,7 @@ impl Strangers {
         Some(stranger)
     }
 
-    /// Notes that it has sent something.
+    /// Notes that a stranger has sent something.
     pub fn spoke(&mut self, number: u64) {
         let Some(stranger) = self.held.get_mut(&number).filter(|stranger| stranger.spoke.is_none()) else { return };
         stranger.spoke = Some(Instant::now());
@@ -176,10 +177,10 @@ impl Strangers {
         self.held.get(&number)
     }
 
-    /// Admits one more stranger from there. Where its address has too many, its oldest gives way. Where all together are too many, one
-    /// gives way of the largest crowd that has more than this one will have, first of those with connections that have sent nothing. Where no
-    /// address has more, this one has its share, and only its own connections give way. Where all are alone at their addresses, the oldest
-    /// that has sent nothing does, or whose handshake lasts too long.
+    /// Admits one more stranger from an origin. If its address has too many, the oldest of that address gives way. If there are too many
+    /// in total, a connection of the largest crowd that exceeds the new size of this one gives way, silent connections first. If no
+    /// address has more, this one already has its share, and only its own connections give way. If every connection is alone at its
+    /// address, the oldest that is silent, or whose handshake takes too long, gives way.
     pub fn admit(&self, origin: Origin) -> Admission {
         let own = self.crowds.get(&origin);
         let size = own.map_or(0, Crowd::size);
@@ -195,13 +196,13 @@ impl Strangers {
         gives_way.map_or(Admission::Refused, Admission::InPlaceOf)
     }
 
-    /// Returns one of a crowd that has sent nothing, or else whose handshake lasts too long.
+    /// Returns a connection of a crowd that is silent, or else one whose handshake takes too long.
     fn idle_of(&self, crowd: &Crowd) -> Option<u64> {
         let late = || crowd.speaking.iter().find(|number| self.held.get(number).is_some_and(Stranger::is_late));
         crowd.silent.first().or_else(late).copied()
     }
 
-    /// Returns one of all that has sent nothing, or else whose handshake lasts too long.
+    /// Returns a connection of any crowd that is silent, or else one whose handshake takes too long.
     fn idle(&self) -> Option<u64> {
         let silent = self.silent_ranks.last().and_then(|(.., of)| self.crowds.get(of)?.silent.first().copied());
         silent.or_else(|| self.held.iter().find(|(_, stranger)| stranger.is_late()).map(|(number, _)| *number))
@@ -217,7 +218,7 @@ mod tests {
         IpAddr::from([10, 1, (number >> 8) as u8, number as u8]).into()
     }
 
-    /// Takes in one more, as a listener does. Returns its number, if it was let in.
+    /// Admits one more stranger, as a listener does. Returns its number if it was admitted.
     fn enter(strangers: &mut Strangers, number: u64, from: Origin, speaks: bool) -> Option<u64> {
         match strangers.admit(from) {
             Admission::Free => {}
@@ -243,7 +244,8 @@ mod tests {
     proptest! {
         #![proptest_config(ProptestConfig::with_cases(64))]
 
-        /// With fewer addresses than slots, the only connection of an address loses its slot to no other address, silent or not.
+        /// Checks that, with fewer addresses than slots, the only connection of an address loses its slot to no other address, silent or
+        /// not.
         #[test]
         fn one_connection_of_an_address_keeps_its_slot(
             knocks in proptest::collection::vec((0_u16..15, any::<bool>(), 0_u64..3000), 0..400), before in 0_usize..40, speaks: bool,

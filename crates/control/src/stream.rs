@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The stream: a WebSocket that carries values, statistics, the log and end reports to who subscribes. A slow reader loses frames, never holds
-//! anybody up, and is told how many.
+//! The stream: a WebSocket that carries values, statistics, the log and end reports to its subscribers. A slow reader loses frames,
+//! delays nothing else, and is notified of the number lost.
 use crate::frames::{self, StreamRequest, Topic};
 use crate::presence::{SessionHold, present, shut_out};
 use crate::refused::RefusedRequest;
@@ -26,30 +26,30 @@ use tokio::sync::mpsc::error::TrySendError;
 use tokio::sync::mpsc::{Receiver, Sender, channel};
 use tokio::task::JoinHandle;
 
-/// Name that a client may give as its subprotocol; a browser needs one answered that it has named.
+/// Name that a client may offer as its subprotocol; a browser requires the answer to name one that it offered.
 const PROTOCOL: &str = "opengpac.v1";
-/// Frames that wait for a slow reader.
+/// Maximum number of frames pending for a slow reader.
 const FRAMES_MAX: usize = 64;
-/// The largest frame of a client, bytes.
+/// Maximum size of a client's frame, bytes.
 const FRAME_MAX: usize = 64 << 10;
-/// Subscriptions of one stream.
+/// Maximum number of subscriptions of one stream.
 const SUBSCRIPTIONS_MAX: usize = 32;
-/// Entries of the log, or ends, in one frame.
+/// Maximum number of log entries, or ends, in one frame.
 const ENTRIES_MAX: usize = 256;
-/// Period at which a silent reader is asked whether it is there, and time limit for a frame to leave.
+/// Period at which a silent reader is pinged, and time limit for a frame to leave.
 const PING: Duration = Duration::from_secs(5);
 const LEAVE_MAX: Duration = Duration::from_secs(10);
-/// Period of the heartbeat of a stream. A client that hears no beat for longer knows that nothing reaches it.
+/// Period of a stream's heartbeat. A client that hears no beat for longer knows that nothing reaches it.
 const BEAT: Duration = Duration::from_millis(250);
-/// Frames of a client in one second, pings among them: more than any program or page sends.
+/// Maximum number of frames of a client in one second, including pings: more than any program or page sends.
 const FRAMES_EACH_SECOND: u32 = 256;
-/// The code with which a stream is closed whose client sends more.
+/// Close code of a stream whose client sends too many frames.
 const TOO_MANY: u16 = 1008;
-/// The code with which a stream is closed whose caller is let in no longer, and how long saying so may take.
+/// Close code of a stream whose caller has lost access, and the time limit for sending it.
 const SHUT_OUT: u16 = 4401;
 const PARTING_MAX: Duration = Duration::from_millis(500);
 
-/// `?hold=true`: where the stream breaks, its session is lost. `?beat=true`: it has a heartbeat.
+/// `?hold=true`: if the stream breaks, its session is lost. `?beat=true`: the stream has a heartbeat.
 #[derive(Default, Deserialize)]
 #[serde(default)]
 pub(crate) struct Options {
@@ -79,14 +79,14 @@ pub(crate) async fn open(
         };
         Ok(upgrade.protocols([PROTOCOL]).max_message_size(FRAME_MAX).max_frame_size(FRAME_MAX).on_upgrade(move |socket| async move {
             Stream { service, caller, pass, beats: options.beat }.serve(socket, held).await;
-            // It has the slot of the connection that it was before.
+            // The stream keeps the slot of the connection from which it was upgraded.
             drop(slot);
         }))
     };
     opened().unwrap_or_else(|failure| RefusedRequest(failure).into_response())
 }
 
-/// Frame that leaves on a stream.
+/// Outgoing frame of a stream.
 enum Frame {
     Text(Box<StreamAnswer>),
     /// Frame of a scope, with its slot until it has left.
@@ -106,7 +106,7 @@ impl Frame {
     }
 }
 
-/// A subscription of a stream that runs, and how many channels it has.
+/// A running subscription of a stream, and its number of channels.
 type RunningSubscription = (JoinHandle<()>, usize);
 /// Subscriptions of one stream, by the names that its client gave them.
 type Subscriptions = HashMap<String, RunningSubscription>;
@@ -122,7 +122,7 @@ impl Pace {
         Pace { since: Instant::now(), frames: 0 }
     }
 
-    /// Counts one more. Returns whether they are too many.
+    /// Counts one more frame. Returns true if there are too many.
     fn count(&mut self) -> bool {
         if self.since.elapsed() >= Duration::from_secs(1) {
             *self = Pace::new();
@@ -132,17 +132,17 @@ impl Pace {
     }
 }
 
-/// A stream, and whose it is.
+/// A stream and its caller.
 struct Stream {
     service: Arc<Service>,
     caller: Caller,
     pass: Pass,
-    /// True if it has a heartbeat.
+    /// True if the stream has a heartbeat.
     beats: bool,
 }
 
 impl Stream {
-    /// Serves it to its end, or until its caller is let in no longer.
+    /// Serves the stream to its end, or until its caller loses access.
     async fn serve(&self, mut socket: WebSocket, mut held: Option<SessionHold>) {
         let mut subscriptions: Subscriptions = HashMap::new();
         let close = tokio::select! {
@@ -154,12 +154,12 @@ impl Stream {
         subscriptions.values().for_each(|(subscription, _)| subscription.abort());
         if let Some(close) = close {
             let close = Message::Close(Some(close));
-            // Who does not read that is cut off all the same.
+            // A client that does not read the close frame is disconnected anyway.
             let _told = tokio::time::timeout(PARTING_MAX, socket.send(close)).await;
         }
     }
 
-    /// Carries frames both ways until the stream ends. Returns the close frame that the client is to get, if any.
+    /// Carries frames in both directions until the stream ends. Returns the close frame for the client, if any.
     async fn carry(&self, socket: &mut WebSocket, held: &mut Option<SessionHold>, subscriptions: &mut Subscriptions) -> Option<CloseFrame> {
         let (sender, mut frames): (Sender<Frame>, Receiver<Frame>) = channel(FRAMES_MAX);
         let mut ping = tokio::time::interval(PING);
@@ -173,7 +173,7 @@ impl Stream {
                 _ = ping.tick() => Some((Message::Ping(Vec::new().into()), None)),
                 received = socket.recv() => {
                     let Some(Ok(received)) = received else { return None };
-                    // Each ping is answered, and the answers of a client that does not read them are kept.
+                    // Each ping is answered, and the answers accumulate if the client does not read them.
                     if pace.count() {
                         let reason = format!("a client sends at most {FRAMES_EACH_SECOND} frames a second");
                         return Some(CloseFrame { code: TOO_MANY, reason: reason.into() });
@@ -196,7 +196,7 @@ impl Stream {
         }
     }
 
-    /// Does what a frame of the client says.
+    /// Executes a frame of the client.
     fn follow(&self, sender: &Sender<Frame>, subscriptions: &mut Subscriptions, text: &str) -> Result<(), Failure> {
         let subscription = match frames::frame(text)? {
             StreamRequest::Unsubscribe(id) => {
@@ -233,28 +233,28 @@ impl Stream {
     }
 }
 
-/// One subscription: what it looks at, and how far it has come.
+/// One subscription: its topic and its progress.
 struct Subscription {
     id: String,
     topic: Topic,
     names: Vec<String>,
     every: Duration,
     raw: bool,
-    /// The next entry.
+    /// Number of the next entry.
     since: u64,
-    /// Frames, or entries, that the reader was too slow for, since the last frame.
+    /// Number of frames, or entries, since the last frame for which the reader was too slow.
     dropped: u64,
 }
 
 impl Subscription {
-    /// Sends the scope: what its channels are, then every value of them.
+    /// Sends the scope: a description of the channels, then every value of them.
     async fn observe(self, service: Arc<Service>, sender: Sender<Frame>, _share: Share) {
         let (id, every) = (self.id.clone(), self.every.min(scope::EVERY_MAX));
         let opened = tokio::task::spawn_blocking(move || Scope::open(&service.system, &self.id, &self.names)).await;
         let mut scope = match opened {
             Ok(Ok(scope)) => scope,
             Ok(Err(refusals)) => {
-                // Who does not take it learns it by the silence.
+                // A client that does not accept this frame notices the silence.
                 let _told = sender.send(Frame::text(StreamAnswer { errors: Some(refusals), ..StreamAnswer::of(&id) })).await;
                 return;
             }
@@ -293,7 +293,7 @@ impl Subscription {
         tick.set_missed_tick_behavior(tokio::time::MissedTickBehavior::Delay);
         loop {
             tick.tick().await;
-            // It waits for its turn as every look of its caller does.
+            // The subscription waits for its turn like every other observation of its caller.
             let Ok(entered) = service.lanes.enter(Lane::Usual, &caller) else { return };
             let here = service.clone();
             let looked = entered.run(move || {
@@ -306,14 +306,14 @@ impl Subscription {
                 Ok(None) => continue,
                 Ok(Some(found)) => found,
                 Err(failure) => {
-                    // A subscription that fails is over; who reads too slowly learns it by its silence.
+                    // A subscription that fails has ended; a client that reads too slowly notices the silence.
                     let _told = sender.try_send(Frame::text(StreamAnswer { errors: Some(failure.refusals), ..StreamAnswer::of(&self.id) }));
                     return;
                 }
             };
             match sender.try_send(Frame::text(frame)) {
                 Ok(()) => (self.since, self.dropped) = (next, 0),
-                // Values are gone; entries are looked at again, as long as they are kept.
+                // Missed values are lost; missed entries are read again for as long as they are kept.
                 Err(TrySendError::Full(_)) if matches!(self.topic, Topic::Svvs | Topic::Statistics) => self.dropped += 1,
                 Err(TrySendError::Full(_)) => {}
                 Err(TrySendError::Closed(_)) => return,
@@ -321,7 +321,7 @@ impl Subscription {
         }
     }
 
-    /// Returns the next frame and what comes after it; none if nothing is new.
+    /// Returns the next frame and the number after it, or `None` if there is nothing new.
     fn look(&self, service: &Service) -> Result<Option<(StreamAnswer, u64)>, Failure> {
         let system = &service.system;
         let told = StreamAnswer { dropped: Some(self.dropped), ..StreamAnswer::of(&self.id) };
@@ -332,7 +332,7 @@ impl Subscription {
                 let version = system.installed_version().max(1);
                 (version != self.since).then(|| (StreamAnswer { installed: Some(system.installed()), dropped: Some(0), ..told }, version))
             }
-            // It has its own way: `observe`.
+            // The scope has its own path: `observe`.
             Topic::Scope => None,
             Topic::Log => {
                 let mut entries = system.log_since(self.since);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! TLS: our certificate, and whose client certificates we accept.
+//! TLS: our certificate, and the client certificates that we accept.
 use daemon::secret;
 use model::refusal::{Class, Refusal, Refusals};
 use rustls::pki_types::{CertificateDer, PrivateKeyDer};
@@ -27,7 +27,7 @@ pub fn certificates(path: &Path) -> Result<Vec<CertificateDer<'static>>, Refusal
     Ok(found)
 }
 
-/// Returns the SHA-256 by which a client certificate is known.
+/// Returns the SHA-256 fingerprint that identifies a client certificate.
 pub fn fingerprint(certificate: &CertificateDer<'_>) -> [u8; 32] {
     Sha256::digest(certificate).into()
 }
@@ -43,7 +43,7 @@ fn private_key(path: &Path) -> Result<PrivateKeyDer<'static>, Refusals> {
     key.ok_or_else(|| wrong(format!("there is no private key in '{}'", path.display()), "give a PEM file"))
 }
 
-/// The files of TLS, and the acceptor that was made of them last.
+/// Files of TLS, and the acceptor that was last made from them.
 pub struct Tls {
     certificate: PathBuf,
     key: PathBuf,
@@ -53,26 +53,26 @@ pub struct Tls {
 }
 
 impl Tls {
-    /// Reads the files. `client_ca`: signs client certificates; `only_certificates`: a client must have one.
+    /// Reads the files. `client_ca` signs client certificates; `only_certificates` requires clients to have one.
     pub fn open(certificate: &Path, key: &Path, client_ca: Option<&Path>, only_certificates: bool) -> Result<Tls, Refusals> {
         let acceptor = RwLock::new(acceptor(certificate, key, client_ca, only_certificates)?);
         Ok(Tls { certificate: certificate.to_owned(), key: key.to_owned(), client_ca: client_ca.map(Path::to_owned), only_certificates, acceptor })
     }
 
-    /// Reads the files again, for the connections to come. Errors: what is wrong with them; those of before go on to count.
+    /// Rereads the files for future connections. If they are invalid, it fails and the previous files remain in use.
     pub fn reread(&self) -> Result<(), Refusals> {
         let new = acceptor(&self.certificate, &self.key, self.client_ca.as_deref(), self.only_certificates)?;
         *self.acceptor.write().unwrap_or_else(PoisonError::into_inner) = new;
         Ok(())
     }
 
-    /// Returns the acceptor of a connection that comes now.
+    /// Returns the acceptor for a new connection.
     pub fn acceptor(&self) -> TlsAcceptor {
         self.acceptor.read().unwrap_or_else(PoisonError::into_inner).clone()
     }
 }
 
-/// Makes an acceptor of TLS connections from these files.
+/// Creates an acceptor of TLS connections from these files.
 fn acceptor(certificate: &Path, key: &Path, client_ca: Option<&Path>, only_certificates: bool) -> Result<TlsAcceptor, Refusals> {
     let provider = Arc::new(rustls::crypto::ring::default_provider());
     let failed =

@@ -6,13 +6,13 @@ use schemars::JsonSchema;
 use serde::Serialize;
 use supervisor::{End, Entry, InstalledInstances, Statistics};
 
-/// A text frame of the stream: what a subscription has to say, or why a frame of the client was refused.
+/// A text frame of the stream: news of a subscription, or the reason for refusing a frame of the client.
 #[derive(Debug, Default, Serialize, JsonSchema)]
 pub(crate) struct StreamAnswer {
-    /// The subscription, as its client named it.
+    /// Subscription, by the name that its client chose.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub id: Option<String>,
-    /// The heartbeat of a stream opened with `?beat=true`: what the daemon's clock says, ms. `OpenGPAC-As-Of` counts from it.
+    /// Heartbeat of a stream opened with `?beat=true`: the daemon's clock, ms. `OpenGPAC-As-Of` counts from it.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub beat: Option<u64>,
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -25,18 +25,18 @@ pub(crate) struct StreamAnswer {
     pub log: Option<Vec<Entry>>,
     #[serde(skip_serializing_if = "Option::is_none")]
     pub ends: Option<Vec<End>>,
-    /// The first frame of a scope: what the binary ones after it carry.
+    /// First frame of a scope, which describes the content of the binary frames that follow.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub scope: Option<ScopeHead>,
-    /// Frames, or entries, that the reader was too slow for since the last frame of this subscription.
+    /// Number of frames, or entries, since the last frame of this subscription for which the reader was too slow.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub dropped: Option<u64>,
-    /// Reason why the subscription ended, or the frame was refused.
+    /// Reason why the subscription ended or the frame was refused.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub errors: Option<Refusals>,
 }
 
-/// The channels of a scope.
+/// Channels of a scope.
 #[derive(Debug, Serialize, JsonSchema)]
 pub(crate) struct ScopeHead {
     /// Channels, in the order of the runs of its binary frames.
@@ -49,12 +49,12 @@ pub(crate) struct ScopeChannel {
     pub name: String,
     pub type_text: String,
     pub unit: String,
-    /// Numbers of one value: elements of an array, members of a struct.
+    /// Number of numbers in one value: elements of an array, members of a struct.
     pub components: usize,
 }
 
 impl StreamAnswer {
-    /// Makes a frame of this subscription.
+    /// Creates a frame of this subscription.
     pub fn of(id: &str) -> StreamAnswer {
         StreamAnswer { id: Some(id.to_owned()), ..StreamAnswer::default() }
     }

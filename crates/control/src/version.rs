@@ -7,20 +7,20 @@ use daemon::code::target;
 use schemars::JsonSchema;
 use serde::Serialize;
 
-/// Version of the server, and the caller as it sees it.
+/// Version of the server, and the caller as the server sees it.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, JsonSchema)]
 pub struct Version {
     /// Version of OpenGPAC.
     pub opengpac: &'static str,
     /// Version of the control interface.
     pub interface: u32,
-    /// Version of the block interface, for shared objects.
+    /// Version of the block interface for shared objects.
     pub abi: u32,
-    /// The machine, for shared objects: `x86_64-linux`.
+    /// Target of the machine for shared objects, such as `x86_64-linux`.
     pub target: String,
     /// Name of the real-time system.
     pub system: String,
-    /// Identifier of this life of the system: a system that was started again has another, and its log and its numbers begin again.
+    /// Identifier of this run of the system: a restarted system has another, and its log and its numbers restart.
     pub run: String,
     pub clock: ClockName,
     /// Role of the caller.

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-//! A call that is added as an exercise: its declaration stands here and nowhere else, and it is everywhere.
+//! A call added as an exercise: it is declared only here, and appears everywhere.
 //!
-//! A process of its own, since the call is entered for the whole life of one.
+//! Runs in its own process, since a call is registered for the life of the process.
 use api::Role;
 use axum::body::{Body, to_bytes};
 use axum::http::Request;
@@ -31,7 +31,7 @@ api::calls! {
     ];
 }
 
-/// A system with two SVVs and its interface; callers are the user of this process.
+/// Returns a system with two SVVs and its interface; callers are the user of this process.
 fn served() -> (Arc<supervisor::System>, Inside) {
     let system = Arc::new(api::open("cell", "virtual", "{}").unwrap_or_else(|r| panic!("{r:?}")));
     for name in ["lamp.red", "lamp.green"] {
@@ -57,12 +57,12 @@ async fn a_call_is_declared_once_and_is_everywhere() {
     let before = (api::generate::header(api::calls()), api::generate::page(api::calls()), api::generate::python(api::calls()));
     api::add(EXERCISE);
     let (system, inside) = served();
-    // In process, by texts, with the words for what is wrong.
+    // In process, by text, with a message for each error.
     assert_eq!(api::call(&system, "count_lamps", r#"{"prefix": "lamp."}"#).expect("two"), 2);
     let wrong = |arguments: &str| api::call(&system, "count_lamps", arguments).expect_err("refused")[0].message.clone();
     assert!(wrong("{}").contains("argument 'prefix' of call 'count_lamps'"), "{}", wrong("{}"));
     assert_eq!(wrong(r#"{"prefix": "", "least": 1}"#), "call 'count_lamps' has no argument 'least'");
-    // As the embedded system of Python makes it: the log has it.
+    // As the embedded system of Python calls it: the log contains it.
     let call = api::known("count_lamps").expect("it is there");
     let told = call.begin_as_program(&system, r#"{"prefix": "lamp.", "most": 1}"#, std::time::Duration::ZERO).expect("one");
     assert_eq!(told, api::CallResult::Done("1".to_owned()));
@@ -72,7 +72,7 @@ async fn a_call_is_declared_once_and_is_everywhere() {
     in_the_studio();
 }
 
-/// Over the control interface: its role, its command, its schema.
+/// Checks the call over the control interface: its role, its need for command, its schema.
 async fn over_http(inside: &Inside) {
     let (status, _) = ask(inside, "", "/v1/call/count_lamps", r#"{"prefix": "lamp."}"#).await;
     assert_eq!(status, 403, "it configures: without a session that commands it is refused");
@@ -87,7 +87,7 @@ async fn over_http(inside: &Inside) {
     assert_eq!(daemon::calls::find("count_lamps").map(|call| call.role), Some(Role::Configure));
 }
 
-/// In the list for C, on the page of the docs, in Python: by what makes the files that are checked in.
+/// Checks that the generators of the committed files list the call: for C, in the docs and for Python.
 fn listed((header, page, python): (String, String, String)) {
     let (header_now, page_now, python_now) = (api::generate::header(api::calls()), api::generate::page(api::calls()), api::generate::python(api::calls()));
     let more = |before: &str, now: &str| now.strip_prefix(before).unwrap_or_else(|| panic!("what was there stays: {now}")).to_owned();
@@ -96,7 +96,7 @@ fn listed((header, page, python): (String, String, String)) {
     assert!(more(&python, &python_now).contains("def count_lamps(self, prefix: str, most: int | None = None) -> int:"));
 }
 
-/// In the types of the studio, by what makes those that are checked in.
+/// Checks that the generator of the studio's types lists the call.
 fn in_the_studio() {
     let maker = concat!(env!("CARGO_MANIFEST_DIR"), "/../../studio/shapes.mjs");
     let node = Command::new("node").args([maker, "--print"]).stdin(Stdio::piped()).stdout(Stdio::piped()).spawn();

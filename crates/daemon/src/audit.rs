@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The audit file: who commanded what, one JSON line each, appended. What cannot be recorded is not configured. A system that serves
-//! only its studio has none, unless it is asked for: there the log alone says who commanded what.
+//! Audit file: one appended JSON line per command, with its caller. A configuration change that cannot be recorded is refused. A system
+//! that serves only its studio has no audit file unless requested; in that case commands are only in the log.
 use crate::caller::Caller;
 use crate::failure::Failure;
 use crate::requests::hex;
@@ -14,15 +14,15 @@ use std::path::{Path, PathBuf};
 use std::sync::Mutex;
 use std::time::{SystemTime, UNIX_EPOCH};
 
-/// The largest file, bytes: at that size it becomes `FILE.1`, and a new one begins.
+/// Maximum size of the file, bytes, at which it becomes `FILE.1`, and a new one begins.
 pub(crate) const FILE_MAX: u64 = 64 << 20;
-/// Number of earlier files that are kept: `FILE.1` to `FILE.4`, the oldest last.
+/// Number of earlier files kept: `FILE.1` to `FILE.4`, the oldest last.
 const OLD_MAX: usize = 4;
 
-/// One line.
+/// One line of the file.
 #[derive(Serialize)]
 struct Line<'a> {
-    /// s since 1970.
+    /// Time, s since 1970.
     time: f64,
     who: &'a str,
     role: &'a str,
@@ -34,11 +34,11 @@ struct Line<'a> {
     outcome: &'a str,
 }
 
-/// Act that a line records.
+/// An act to record in a line.
 #[derive(Clone, Debug)]
 pub struct Act {
     pub caller: Caller,
-    /// Name of the session; empty: none.
+    /// Name of the session; empty if there is none.
     pub session: String,
     pub call: String,
     /// Object of the act, for the log: an instance, a device, an SVV.
@@ -47,7 +47,7 @@ pub struct Act {
 }
 
 impl Act {
-    /// Makes an act with these arguments, of which the file has only the digest.
+    /// Makes an act with these arguments; the file stores only their digest.
     pub fn new(caller: &Caller, session: &str, call: &str, arguments: &[u8]) -> Act {
         Act {
             caller: caller.clone(),
@@ -59,7 +59,7 @@ impl Act {
     }
 }
 
-/// The audit file; nothing where there is none.
+/// The audit file, if there is one.
 pub struct Audit {
     file: Option<Mutex<Open>>,
     path: PathBuf,
@@ -69,19 +69,19 @@ pub struct Audit {
 /// The open file.
 struct Open {
     file: File,
-    /// Bytes that it has.
+    /// Size in bytes.
     len: u64,
-    /// True if the last line could be written.
+    /// True if the last line was written successfully.
     is_written: bool,
 }
 
 impl Audit {
-    /// Opens the file for appending; it is made with mode 0600.
+    /// Opens the file for appending; creates it with mode 0600.
     pub fn open(path: &Path) -> io::Result<Audit> {
         Audit::bounded(path, FILE_MAX)
     }
 
-    /// Opens the same, with another largest size.
+    /// Opens the file with a different maximum size.
     pub(crate) fn bounded(path: &Path, max: u64) -> io::Result<Audit> {
         Ok(Audit { file: Some(Mutex::new(Open::at(path)?)), path: path.to_owned(), max })
     }
@@ -91,7 +91,7 @@ impl Audit {
         Audit { file: None, path: PathBuf::new(), max: FILE_MAX }
     }
 
-    /// Opens the file of that name again, where something else has moved it away. Errors: it cannot be opened, and the one before stays.
+    /// Reopens the file by its name after something else has moved it. If this fails, the previous file stays open.
     pub fn reopen(&self) -> io::Result<()> {
         if let Some(file) = &self.file {
             *file.lock().expect("nobody panics with this lock") = Open::at(&self.path)?;
@@ -99,7 +99,7 @@ impl Audit {
         Ok(())
     }
 
-    /// Writes a line. Errors: `AuditFailed`; the first is also said on standard error.
+    /// Writes a line. Fails with `AuditFailed`; the first failure is also printed on standard error.
     pub fn write(&self, act: &Act, outcome: &str) -> Result<(), Failure> {
         let Some(file) = &self.file else { return Ok(()) };
         let line = Line {
@@ -116,10 +116,10 @@ impl Audit {
         text.push('\n');
         let mut open = file.lock().expect("nobody panics with this lock");
         if open.len > 0 && open.len + text.len() as u64 > self.max {
-            // A file that cannot be moved goes on growing rather than that a line is lost.
+            // If the file cannot be moved, let it grow rather than lose a line.
             let _grows = self.rotate(&mut open);
         }
-        // One write a line: with O_APPEND lines do not mix.
+        // One write per line: with O_APPEND, lines do not mix.
         match open.file.write_all(text.as_bytes()) {
             Ok(()) => {
                 (open.is_written, open.len) = (true, open.len + text.len() as u64);
@@ -134,7 +134,7 @@ impl Audit {
         }
     }
 
-    /// Moves the file to `FILE.1`, those of before each to the next number, and begins a new one.
+    /// Moves the file to `FILE.1`, each earlier one to the next number, and begins a new one.
     fn rotate(&self, open: &mut Open) -> io::Result<()> {
         let old = |number: usize| {
             let mut name = self.path.as_os_str().to_owned();
@@ -191,7 +191,7 @@ mod tests {
             })
             .collect();
         assert!(numbers.windows(2).all(|two| two[0] + 1 == two[1]) && numbers.last() == Some(&99), "{numbers:?}");
-        // Something else moves it away, as a rotation of the machine does.
+        // Simulates an external rotation that moves the file away.
         fs::rename(&path, folder.join("moved")).expect("ours");
         audit.reopen().expect("a new one");
         audit.write(&Act::new(&caller, "panel", "after", b""), "ok").expect("there is room");

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Caller of a request, its address and its role: tokens, client certificates, the user of a Unix socket.
+//! Caller of a request, with its address and role, identified by a token, a client certificate, or the user of a Unix socket.
 use crate::failure::{Failure, Ground};
 use crate::tokens::{RunToken, TokenRejection, Tokens, digest, now_s};
 use api::Role;
@@ -9,14 +9,14 @@ use std::net::SocketAddr;
 /// The other end of a connection.
 #[derive(Clone, Debug)]
 pub enum Peer {
-    /// A Unix socket, with the user of the process there.
+    /// A Unix socket, with the user of the peer process.
     Unix {
         uid: u32,
     },
     Tcp {
         from: SocketAddr,
     },
-    /// `certificate`: SHA-256 of the client certificate's DER, which our authority has signed.
+    /// `certificate`: SHA-256 of the client certificate's DER, signed by our authority.
     Tls {
         from: SocketAddr,
         certificate: Option<[u8; 32]>,
@@ -24,7 +24,7 @@ pub enum Peer {
 }
 
 impl Peer {
-    /// Returns the machine at the other end.
+    /// Returns the address of the peer machine.
     pub fn address(&self) -> String {
         match self {
             Peer::Unix { .. } => "unix".to_owned(),
@@ -42,10 +42,11 @@ pub struct Caller {
     pub from: String,
 }
 
-/// Credential by which a caller was let in, so that it can be looked at again.
+/// Credential by which a caller was authenticated, kept for rechecks.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Pass {
-    /// Credential that lasts as long as the daemon: the user of a Unix socket, the token of this run, any caller if authentication is off.
+    /// A credential that is valid as long as the daemon runs: the user of a Unix socket, the token of this run, any caller if
+    /// authentication is off.
     Lasting,
     /// SHA-256 of a token.
     Token([u8; 32]),
@@ -53,19 +54,19 @@ pub enum Pass {
     Certificate([u8; 32]),
 }
 
-/// Gate that lets callers in.
+/// Authenticates callers.
 pub struct Gate {
     pub tokens: Option<Tokens>,
-    /// The token that was made for this run.
+    /// Token generated for this run.
     pub run: Option<RunToken>,
-    /// The user that the daemon runs as.
+    /// User that the daemon runs as.
     pub uid: u32,
-    /// Callers without a token may observe from loopback.
+    /// True if callers without a token may observe from loopback.
     pub insecure_loopback: bool,
 }
 
 impl Gate {
-    /// Returns the caller of a request that gives this token, and the credential by which it was let in, or why it is not admitted.
+    /// Returns the caller of a request with this token, and the credential by which it was authenticated; fails if it is not admitted.
     pub fn let_in(&self, peer: &Peer, token: Option<&str>) -> Result<(Caller, Pass), Failure> {
         let from = match peer {
             Peer::Unix { .. } => "unix".to_owned(),
@@ -91,8 +92,8 @@ impl Gate {
         }
     }
 
-    /// Looks again at a caller that was let in: its token or certificate still holds, and gives it the same role. What lasts longer than
-    /// a request looks each second.
+    /// Rechecks an authenticated caller: its token or certificate must still be valid and give the same role. Anything that lasts longer
+    /// than a request rechecks every second.
     pub fn look_again(&self, caller: &Caller, pass: &Pass) -> Result<(), Failure> {
         let now = match pass {
             Pass::Lasting => return Ok(()),
@@ -112,7 +113,7 @@ impl Gate {
         Ok(Caller { who: format!("token {}", entry.name), role: entry.role, from })
     }
 
-    /// Returns the caller of a certificate; one that is signed but not listed may observe.
+    /// Returns the caller of a certificate; a certificate that is signed but not listed may observe.
     fn of_certificate(&self, sha256: [u8; 32], from: String) -> Result<Caller, Failure> {
         let known = self.tokens.as_ref().map_or(Err(TokenRejection::Wrong), |tokens| tokens.verify_certificate(sha256, now_s()));
         match known {

@@ -1,30 +1,30 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Check that code fits: the version of the block interface and the machine that a shared object is for.
+//! Check that code is compatible: version of the block interface and target machine of a shared object.
 use crate::failure::Failure;
 use model::refusal::Class;
 use serde::Deserialize;
 
-/// Name and origin that `PUT /v1/modules/NAME` gives its body.
+/// Name and origin of the body of `PUT /v1/modules/NAME`.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct ModuleOrigin {
-    /// Its name; the suffix says what it is.
+    /// Name of the file; the suffix determines its kind.
     pub file: String,
     pub sha256: String,
     /// Version of the block interface of a shared object.
     #[serde(default)]
     pub abi: Option<u32>,
-    /// Machine of a shared object.
+    /// Target machine of a shared object.
     #[serde(default)]
     pub target: Option<String>,
 }
 
-/// Returns the machine here: `x86_64-linux`.
+/// Returns the target of this machine: `x86_64-linux`.
 pub fn target() -> String {
     format!("{}-{}", std::env::consts::ARCH, std::env::consts::OS)
 }
 
-/// Refuses a shared object for another machine or another block interface, by name.
+/// Refuses a shared object for another machine or another block interface, and names it.
 pub fn check_target(module: &str, named: &ModuleOrigin, bytes: &[u8]) -> Result<(), Failure> {
     let refuse = |message: String, remedy: &str| Err(Failure::new(Class::ModuleError, message, remedy));
     if !bytes.starts_with(b"\x7fELF") {

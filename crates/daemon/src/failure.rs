@@ -1,32 +1,32 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Refusals of requests: the reasons, and what a caller can do about them.
+//! Refusals of requests, with reasons and remedies.
 use model::refusal::{Class, Refusal, Refusals};
 
 /// Refusal of a request, with its reasons. The list is never empty.
 #[derive(Clone, Debug)]
 pub struct Failure {
-    /// Refusals of all that is wrong.
+    /// Refusals of all mistakes.
     pub refusals: Refusals,
     pub ground: Ground,
 }
 
-/// Ground of a refusal, where the class of the first reason does not say all.
+/// Ground of a refusal, if the class of the first reason is not specific enough.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Ground {
-    /// The class says it.
+    /// The class is specific enough.
     OfClass,
-    /// The caller is not known: its token, certificate or user is missing or wrong.
+    /// The caller was not recognised: its token, certificate or user is missing or wrong.
     UnknownCaller,
-    /// There were too many requests, or too often: the caller may come again after this time, s.
+    /// There were too many requests, or they were too frequent: the caller may retry after this time, s.
     TooMany { again_in_s: u64 },
     /// The request did not arrive in time.
     TooSlow,
-    /// Fault of the daemon itself.
+    /// An internal fault of the daemon.
     Internal,
 }
 
 impl Failure {
-    /// Makes a failure of one refusal.
+    /// Makes a failure with one refusal.
     pub fn new(class: Class, message: impl Into<String>, remedy: impl Into<String>) -> Failure {
         Failure::from(vec![Refusal::new(class, message).remedy(remedy)])
     }
@@ -36,7 +36,7 @@ impl Failure {
         Failure { ground, ..self }
     }
 
-    /// Sets when to come again, s: there were too many, or too often.
+    /// Sets the time after which to retry, s, because requests were too many or too frequent.
     pub fn again_in(self, seconds: u64) -> Failure {
         self.ground(Ground::TooMany { again_in_s: seconds })
     }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Files that a programming system brings: by their content, into a private folder that goes with the daemon.
+//! Files uploaded by a programming system: stored by content in a private folder that is deleted with the daemon.
 use crate::failure::Failure;
 use crate::requests::{hex, is_sha256};
 use api::Role;
@@ -17,37 +17,37 @@ use std::path::{Component, Path, PathBuf};
 use std::sync::Mutex;
 use supervisor::{Reach, ReachingValue};
 
-/// A file that is there.
+/// A stored file.
 #[derive(Clone, Copy, Debug, Serialize, JsonSchema)]
 pub struct StoredFile {
-    /// Its size.
+    /// Size in bytes.
     pub bytes: u64,
 }
 
-/// The largest file, bytes.
+/// Maximum size of a file, bytes.
 pub const FILE_MAX: usize = 64 << 20;
-/// Maximum of all files together, bytes.
+/// Maximum total size of all files, bytes.
 const FILES_MAX: u64 = 512 << 20;
 
-/// The private folder.
+/// The private folder of uploaded files.
 pub struct Files {
     folder: PathBuf,
-    /// Bytes that are there.
+    /// Total size of the stored files, bytes.
     total: Mutex<u64>,
 }
 
-/// Reference to files that were brought, given in place of a path.
+/// Reference to uploaded files, passed in place of a path.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Reference {
-    /// Name of the file that is meant.
+    /// Name of the main file.
     pub main: String,
     /// Relative name → SHA-256.
     pub files: BTreeMap<String, String>,
 }
 
 impl Files {
-    /// Makes a new folder of mode 0700. Folders of daemons that were killed are removed.
+    /// Makes a new folder of mode 0700. Removes folders of daemons that were killed.
     pub fn new() -> io::Result<Files> {
         let home = std::env::temp_dir();
         remove_orphans(&home);
@@ -60,7 +60,7 @@ impl Files {
         Ok(Files { folder, total: Mutex::new(0) })
     }
 
-    /// Keeps a file. Errors: what it is called is not what it is; no more room.
+    /// Stores a file. Fails if its digest does not match, or if there is no room.
     pub fn put(&self, sha256: &str, bytes: &[u8]) -> Result<(), Failure> {
         check_digest(sha256, bytes, "the file")?;
         let path = self.folder.join("content").join(sha256);
@@ -77,7 +77,7 @@ impl Files {
         Ok(())
     }
 
-    /// Returns its size in bytes; none if it is not there.
+    /// Returns the size of a file in bytes; `None` if it is not stored.
     pub fn size(&self, sha256: &str) -> Option<u64> {
         if !is_sha256(sha256) {
             return None;
@@ -85,12 +85,12 @@ impl Files {
         fs::metadata(self.folder.join("content").join(sha256)).ok().map(|about| about.len())
     }
 
-    /// Returns the bytes of a file; none if it is not there.
+    /// Returns the bytes of a file; `None` if it is not stored.
     pub fn bytes(&self, sha256: &str) -> Option<Vec<u8>> {
         if is_sha256(sha256) { fs::read(self.folder.join("content").join(sha256)).ok() } else { None }
     }
 
-    /// Runs something on a file of this name in a folder of its own, which is removed afterwards.
+    /// Runs a function on a file of this name in a temporary folder, which is removed afterwards.
     pub fn with<T>(&self, name: &str, bytes: &[u8], run: impl FnOnce(&Path) -> T) -> Result<T, Failure> {
         let is_plain = matches!(Path::new(name).components().collect::<Vec<_>>()[..], [Component::Normal(_)]);
         if !is_plain {
@@ -102,13 +102,13 @@ impl Files {
         fs::DirBuilder::new().mode(0o700).create(&folder).map_err(|why| failed("make a folder", &why))?;
         let path = folder.join(name);
         let result = fs::write(&path, bytes).map(|()| run(&path)).map_err(|why| failed("write the file", &why));
-        // The daemon's whole folder is removed at its end, whatever this says.
+        // The daemon's whole folder is removed at its end in any case.
         let _gone = fs::remove_dir_all(&folder);
         result
     }
 
-    /// Lays out the files that a value refers to, and puts their path in its place. A value that is a path, or names code, is the caller's
-    /// to give with the role `download` alone: what lies on this machine is nobody else's.
+    /// Lays out the files that a value refers to, and replaces the value by their path. A value that is a path, or names code, requires
+    /// the role `download`: no other caller may use files of this machine.
     pub fn resolve(&self, of: ReachingValue<'_>, role: Role) -> Result<(), Failure> {
         let ReachingValue { option, reach, value } = of;
         let is_reference = value.is_object();
@@ -128,7 +128,7 @@ impl Files {
         Ok(())
     }
 
-    /// Lays out the files of a reference under their names, in a folder that stays: a device may be opened again.
+    /// Lays out the files of a reference under their names, in a folder that is kept because a device may be reopened.
     fn lay_out(&self, reference: &Reference) -> Result<PathBuf, Failure> {
         let mut digest = Sha256::new();
         for (name, sha256) in &reference.files {
@@ -148,7 +148,7 @@ impl Files {
         let folder = self.folder.join("models").join(hex(&digest.finalize()));
         if !folder.exists() {
             let new = folder.with_extension("new");
-            // What an attempt before this one has left.
+            // Removes the remains of an earlier attempt.
             let _gone = fs::remove_dir_all(&new);
             self.link(reference, &new).and_then(|()| fs::rename(&new, &folder)).map_err(|why| failed("lay out the files", &why))?;
         }
@@ -167,14 +167,14 @@ impl Files {
 
 impl Drop for Files {
     fn drop(&mut self) {
-        // There is no caller left to tell; the next daemon removes what remains.
+        // No caller is left to report to; the next daemon removes what remains.
         let _gone = fs::remove_dir_all(&self.folder);
     }
 }
 
 const PREFIX: &str = "opengpac-rts-";
 
-/// Removes folders of daemons that have ended. Those of other users cannot be removed, and are theirs.
+/// Removes folders of daemons that have ended. Folders of other users cannot be removed and are left.
 fn remove_orphans(home: &Path) {
     for entry in fs::read_dir(home).into_iter().flatten().flatten() {
         let name = entry.file_name();
@@ -185,7 +185,7 @@ fn remove_orphans(home: &Path) {
     }
 }
 
-/// Refuses content that is not what it is called.
+/// Refuses content that does not match its digest.
 pub fn check_digest(sha256: &str, bytes: &[u8], what: &str) -> Result<(), Failure> {
     if !is_sha256(sha256) {
         return Err(Failure::new(Class::CallError, format!("'{sha256}' is no SHA-256"), "write 64 lower-case hexadecimal digits"));

@@ -1,19 +1,19 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The age of a command: one that was held up on its way is refused, so that nothing moves long after somebody pressed.
+//! Age of a command: a delayed command is refused, so that nothing moves long after a button was pressed.
 use crate::clock::told_ms;
 use crate::failure::Failure;
 use model::refusal::Class;
 
-/// The oldest command that is obeyed, ms.
+/// Maximum age of a command, ms.
 const AGE_MAX_MS: u64 = 500;
 
-/// Refuses a command that is too old. One of another run of the daemon is, too: its time is none of this run.
+/// Refuses a command that is too old, or has a time from another run of the daemon.
 pub fn check(call: &str, as_of_ms: Option<u64>) -> Result<(), Failure> {
     as_of_ms.map_or(Ok(()), |then| judge(call, told_ms(), then))
 }
 
 fn judge(call: &str, now_ms: u64, then_ms: u64) -> Result<(), Failure> {
-    // A whole millisecond may be cut off on either side.
+    // Truncation may cost up to a millisecond on either side.
     let message = match (now_ms + 1).checked_sub(then_ms) {
         Some(age_ms) if age_ms <= AGE_MAX_MS + 1 => return Ok(()),
         Some(age_ms) if age_ms < 1 << 31 => {

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The journal of a daemon: the calls that made its system what it is, so that the daemon knows them when it starts again.
+//! Journal of a daemon: the calls that configured its system, from which a restarted daemon restores it.
 //!
-//! A call is recorded after it was made and before it is answered. [`lines`] is the form of a file, [`ledger`] what it comes to,
-//! [`file`](self::file) and [`content`] where it lies, [`playing`](crate::playing) how it is made again.
+//! A call is recorded after it was made and before it is answered. [`lines`] defines the form of a file, [`ledger`] computes its effect,
+//! [`file`](self::file) and [`content`] store it, [`playing`](crate::playing) repeats it.
 pub(crate) mod compaction;
 mod content;
 mod file;
@@ -29,25 +29,25 @@ use std::sync::{Mutex, MutexGuard};
 use std::time::{SystemTime, UNIX_EPOCH};
 use supervisor::System;
 
-/// An open journal, under which a system is served.
+/// An open journal of a served system.
 pub struct Journal {
     pub(crate) path: PathBuf,
     pub(crate) content: Content,
     inner: Mutex<Inner>,
-    /// True if a failure to write was told since the last success.
+    /// True if a write failure has been reported since the last success.
     told: AtomicBool,
 }
 
 pub(crate) struct Inner {
     head: Head,
     file: LogFile,
-    /// Lines that the file has, or is to have when it can be written again.
+    /// Lines in the file, or to be written once it is writable again.
     pub(crate) ledger: Ledger,
-    /// Instances of this life of the daemon by their number in the journal.
+    /// Instances of this run of the daemon by their number in the journal.
     pub(crate) instances: BTreeMap<u64, u64>,
-    /// Recordings of this life of the daemon that are under way, and the names that they were begun under.
+    /// Recordings in progress in this run of the daemon, with the names under which they were started.
     pub(crate) recordings: BTreeMap<u64, Json>,
-    /// The last line could not be written: the whole file is rewritten before anything else.
+    /// True if the last line could not be written: the whole file must be rewritten first.
     is_broken: bool,
 }
 
@@ -60,8 +60,8 @@ fn unwritable(path: &Path, why: &io::Error) -> Refusals {
 }
 
 impl Journal {
-    /// Opens the journal of a system, and rewrites it without what cancelled itself out. Also what a person is to be told.
-    /// Errors: another daemon has it; a line is damaged, of another version or another system: then nothing is touched.
+    /// Opens the journal of a system, and rewrites it without obsolete lines. Also returns messages for a person. Fails, without touching
+    /// the file, if another daemon uses it, or if a line is damaged or belongs to another version or system.
     pub fn open(path: &Path, system: &str) -> Result<(Journal, Vec<String>), Refusals> {
         let shown = path.display();
         let (lock, bytes) = file::lock(path).map_err(|why| match why {
@@ -107,18 +107,18 @@ impl Journal {
         call.journal.recorded != JournalEntry::Nothing
     }
 
-    /// Checks, before something is made that cannot go unrecorded, that there is room for its line. Errors: `AuditFailed`, nothing is done.
+    /// Checks that there is room for the line of a call that must not go unrecorded. Fails with `AuditFailed` before anything is done.
     pub fn ready(&self, bytes: usize) -> Result<(), Failure> {
         let mut inner = self.locked();
-        // What a line has beside the arguments of its call.
+        // Room for the rest of the line, in addition to the arguments.
         let room = bytes as u64 + 1024;
         inner.mend().and_then(|()| inner.file.reserve(room)).map_err(|why| self.refused(&why, "nothing was done"))
     }
 
-    /// Keeps the files that the options of a device refer to. Errors: `AuditFailed`.
+    /// Stores the files that the options of a device refer to. Fails with `AuditFailed`.
     pub fn keep_files(&self, arguments: &Map<String, Json>, files: &Files) -> Result<(), Failure> {
         for sha256 in referred(arguments) {
-            // One that is not there is refused by the call itself.
+            // The call itself refuses a missing file.
             if let Some(bytes) = files.bytes(&sha256) {
                 self.keep_content(&sha256, &bytes)?;
             }
@@ -130,7 +130,7 @@ impl Journal {
         self.content.keep(sha256, bytes).map_err(|why| self.refused(&why, "nothing was done"))
     }
 
-    /// Records a call that was made. Errors: `AuditFailed` where it configures; what operates goes on, and is told of.
+    /// Records a call that was made. Fails with `AuditFailed` if the call configures; for an operating call the failure is only reported.
     pub fn made(&self, system: &System, call: &Call, arguments: Map<String, Json>, result: &Json, by: By) -> Result<(), Failure> {
         let mut inner = self.locked();
         let written = match inner.line(system, call, arguments, result, by) {
@@ -142,25 +142,25 @@ impl Journal {
         self.said(system, call.role, written.and(looked))
     }
 
-    /// Keeps the bytes of a module before it is downloaded, and checks that there is room for its line.
+    /// Stores the bytes of a module before it is downloaded, and checks that there is room for its line.
     pub fn ready_for_module(&self, sha256: &str, bytes: &[u8]) -> Result<(), Failure> {
         self.ready(0)?;
         self.keep_content(sha256, bytes)
     }
 
-    /// Records a module that was downloaded.
+    /// Records a downloaded module.
     pub fn downloaded(&self, system: &System, module: &str, file: &str, sha256: &str, by: By) -> Result<(), Failure> {
         let line = Line::Module { module: module.to_owned(), file: file.to_owned(), sha256: sha256.to_owned(), by };
         let written = self.locked().append(line);
         self.said(system, Role::Download, written)
     }
 
-    /// Looks what has become of that which runs, and writes what could not be written before.
+    /// Checks the states of running subjects, and writes lines that could not be written before.
     pub fn look(&self, system: &System) {
         let mut inner = self.locked();
         let looked = inner.mend().and_then(|()| inner.look(system));
         drop(inner);
-        // It has been said, and is tried again.
+        // The failure has been reported; writing is tried again.
         let _said = self.said(system, Role::Operate, looked);
     }
 
@@ -181,7 +181,7 @@ impl Journal {
         let _said = self.said(system, Role::Operate, written);
     }
 
-    /// Records that the daemon ends in order, and everything that runs with it.
+    /// Records an orderly end of the daemon, and with it of everything that runs.
     pub fn end(&self, system: &System) {
         let mut inner = self.locked();
         let mut written = inner.ledger.running().into_iter().try_for_each(|of| inner.became(of, State::Ended));
@@ -201,7 +201,7 @@ impl Journal {
         Failure::new(Class::AuditFailed, message, "make room for it; observing, operating and stopping go on")
     }
 
-    /// Tells of a line that could not be written: who configures hears it, everybody can read it in the log.
+    /// Reports a line that could not be written: as an error to a configuring caller, and to everyone in the log.
     fn said(&self, system: &System, role: Role, written: io::Result<()>) -> Result<(), Failure> {
         let Err(why) = written else {
             self.told.store(false, Ordering::Relaxed);
@@ -225,7 +225,7 @@ fn damaged(path: &Path, line: usize, why: &str) -> Refusals {
     refuse(Class::DefinitionError, message, "mend or delete that line, or move the file away to begin without it; it was not touched")
 }
 
-/// Digests of the files that a call refers to, at every depth of its options.
+/// Returns the digests of the files that a call refers to, at every depth of its options.
 fn referred(arguments: &Map<String, Json>) -> Vec<String> {
     let mut found = Vec::new();
     let mut left: Vec<&Json> = arguments.get("options").into_iter().collect();
@@ -242,7 +242,7 @@ fn referred(arguments: &Map<String, Json>) -> Vec<String> {
     found
 }
 
-/// Digests of all content that lines refer to.
+/// Returns the digests of all content that lines refer to.
 pub(crate) fn needed(ledger: &Ledger) -> BTreeSet<String> {
     let of = |line: &Line| match line {
         Line::Module { sha256, .. } => vec![sha256.clone()],
@@ -252,7 +252,7 @@ pub(crate) fn needed(ledger: &Ledger) -> BTreeSet<String> {
     ledger.lines().flat_map(|kept| of(&kept.line)).collect()
 }
 
-/// Returns the line of a recording that ended by itself, or with the daemon.
+/// Returns the line for a recording that ended by itself or with the daemon.
 fn recording_ended(name: Json) -> Line {
     let by = By { who: "the system".to_owned(), role: Role::Configure, session: String::new(), time: now_s() };
     let arguments = Map::from_iter([("name".to_owned(), name)]);
@@ -260,13 +260,13 @@ fn recording_ended(name: Json) -> Line {
     Line::Call { call, of: None, arguments, withheld: Vec::new(), by }
 }
 
-/// Returns s since 1970.
+/// Returns the time, s since 1970.
 fn now_s() -> f64 {
     SystemTime::now().duration_since(UNIX_EPOCH).map_or(0.0, |since| since.as_secs_f64())
 }
 
 impl By {
-    /// Returns the caller, in a session or in none, now.
+    /// Returns the record of a caller, with its session if any, and the current time.
     pub fn of(caller: &Caller, session: &str) -> By {
         By { who: caller.who.clone(), role: caller.role, session: session.to_owned(), time: now_s() }
     }
@@ -305,17 +305,17 @@ impl Inner {
         self.append(Line::Became { of, state })
     }
 
-    /// Returns the number in the journal of an instance.
+    /// Returns the journal number of an instance.
     fn number(&self, instance: u64) -> Option<u64> {
         self.instances.iter().find(|(_, live)| **live == instance).map(|(number, _)| *number)
     }
 
-    /// Returns the subject of an instance in the journal: one that was made under it, or the verb of a device.
+    /// Returns the subject of an instance in the journal: an instance created under it, or a device's own verb.
     fn subject(&self, system: &System, instance: u64) -> Option<Subject> {
         self.number(instance).map(Subject::Instance).or_else(|| system.instance_about(instance).ok()?.owner.map(Subject::Device))
     }
 
-    /// Returns the line of a call that was made; none if it leaves nothing that has to be known.
+    /// Returns the line of a call that was made; `None` if it does not need to be recorded.
     fn line(&mut self, system: &System, call: &Call, mut arguments: Map<String, Json>, result: &Json, by: By) -> Option<Line> {
         let instance = arguments.get("instance").and_then(Json::as_u64);
         let of = match call.effect {
@@ -323,7 +323,7 @@ impl Inner {
                 let instance = result.as_u64()?;
                 let number = self.ledger.fresh();
                 self.instances.insert(number, instance);
-                // Others may know it by its name, which the next life of the daemon would give to another one.
+                // Others may know the instance by its name, which the next run of the daemon would give to a different one.
                 if let Ok(about) = system.instance_about(instance) {
                     arguments.insert("name".to_owned(), about.name.into());
                 }
@@ -356,7 +356,7 @@ impl Inner {
         Some(Line::Call { call: call.name.to_owned(), of, arguments, withheld, by })
     }
 
-    /// Records what has become of that which runs, and whether the emergency stop is latched.
+    /// Records the states of running subjects, and whether the emergency stop is latched.
     fn look(&mut self, system: &System) -> io::Result<()> {
         for of in self.ledger.running() {
             let now = match &of {

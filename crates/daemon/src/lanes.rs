@@ -1,16 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Lanes: threads and shares for each kind of request, so that what lasts or costs holds up only its own kind, and what stops waits
-//! for none of them.
+//! Lanes: threads and shares for each kind of request, so that lasting or costly requests hold up only their own kind, and stopping calls
+//! wait for none of them.
 //!
 //! | lane | requests | threads | one caller at a time | all |
 //! |---|---|---|---|---|
 //! | stop | calls that stop, and those that lead to one | its own 32 | 8, an emergency stop unbounded | 16 |
 //! | wait | calls that last, in slices of 1 s at the most | shared | 24 | 128, 32 of them for `operate` and above |
-//! | costly | checks of definitions, histories and large listings | its own 2, of lower priority | 1, and 7 that wait for it | 2, and 48 that wait |
+//! | costly | checks of definitions, histories and large listings | its own 2, of lower priority | 1, and 7 that wait for it | 2, and 46 that wait |
 //! | usual | everything else | shared | 8, the others wait for their turn | 32 |
 //!
-//! A brief call (`Call::brief`) is made where it came in, and one that lasts is begun there: waking a thread of the lane would take longer
-//! than the call. The runtime serves its other connections from another thread meanwhile.
+//! A brief call (`Call::brief`) runs on the thread that received it, and a lasting one begins there: waking a thread of the lane would
+//! take longer than the call. Meanwhile the runtime serves its other connections from another thread.
 use crate::caller::Caller;
 use crate::calls::Call;
 use crate::failure::{Failure, Ground};
@@ -24,55 +24,58 @@ use tokio::runtime::{Builder, Handle, Runtime, RuntimeFlavor};
 use tokio::sync::Semaphore;
 use tokio::task::block_in_place;
 
-/// Waits at a time, of all callers and of one.
+/// Maximum number of concurrent waits, of all callers and of one.
 const WAITS_MAX: usize = 128;
 const WAITS_EACH_MAX: usize = 24;
-/// Waits that are kept for roles that may command and stop.
+/// Number of waits reserved for roles that may command and stop.
 const WAITS_KEPT: usize = 32;
-/// Calls at a time that stop, of all callers and of one, and threads for them: emergency stops have all the others.
+/// Maximum number of concurrent stopping calls, of all callers and of one, and their threads: the remaining threads are for emergency
+/// stops.
 const STOPS_MAX: usize = 16;
 const STOPS_EACH_MAX: usize = 8;
 const STOP_THREADS: usize = 2 * STOPS_MAX;
-/// Costly calls that are there at a time, with those that wait for their turn, and how many are worked on.
+/// Maximum number of costly calls, including those waiting for their turn, of all callers and of one, and the number executed
+/// concurrently.
 const COSTLY_MAX: usize = 48;
 const COSTLY_EACH_MAX: usize = 8;
 const COSTLY_THREADS: usize = 2;
-/// Amount by which the priority of their threads is lower.
+/// Amount by which the priority of their threads is lowered.
 const COSTLY_NICE: i32 = 10;
-/// Usual calls that are worked on at a time, of all callers and of one.
+/// Maximum number of usual calls executed concurrently, of all callers and of one.
 const USUAL_MAX: usize = 32;
 const USUAL_EACH_MAX: usize = 8;
-/// Subscriptions to scopes, of all callers and of one: each has rings of values in every source.
+/// Maximum number of subscriptions to scopes, of all callers and of one; each has rings of values in every source.
 const SCOPES_MAX: usize = 64;
 const SCOPES_EACH_MAX: usize = 32;
-/// Bytes of bodies on their way in, and of answers on their way out, beyond [`SMALL`] each.
+/// Maximum number of bytes of incoming bodies, and of outgoing answers, larger than [`SMALL`].
 const BODIES_MAX: usize = 24 << 20;
 const BODIES_EACH_MAX: usize = 8 << 20;
 const ANSWERS_MAX: usize = 48 << 20;
 const ANSWERS_EACH_MAX: usize = 16 << 20;
-/// Bodies and answers that are so small are bounded by the places of connections alone.
+/// Size up to which bodies and answers are limited only by the number of connections.
 pub const SMALL: usize = 64 << 10;
-/// Threads of the runtime that serves connections, for calls: waits, scopes under the virtual clock, usual calls and the daemon's own looks.
+/// Threads for calls in the runtime that serves connections: waits, scopes under the virtual clock, usual calls and the daemon's own
+/// checks.
 const SHARED_THREADS: usize = WAITS_MAX + SCOPES_MAX + USUAL_MAX + 16;
 
-/// Time for which a call that lasts is waited for where it came in: a firing at 1 kHz.
+/// Time for which the receiving thread waits for a lasting call: a firing at 1 kHz.
 pub const BRIEF: Duration = Duration::from_millis(1);
 
-/// Lane in which a request waits, and where it runs.
+/// Lane in which a request waits and runs.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Lane {
-    /// An emergency stop: it has a thread always, and counts nowhere.
+    /// Lane of an emergency stop, which always has a thread and is never limited.
     Emergency,
     Stop,
     Wait,
     Costly,
     Usual,
-    /// Lane as the usual one, whose calls are made where they came in.
+    /// Like the usual lane, but calls run on the thread that received them.
     Brief,
 }
 
 impl Lane {
-    /// Returns the lane of a call. What stops begins in the lane for that; the wait for its end is one as any other.
+    /// Returns the lane of a call. A stopping call begins in the stop lane; the wait for its end is treated as any other.
     pub fn of(call: &Call) -> Lane {
         match call {
             call if call.stops_all => Lane::Emergency,
@@ -101,7 +104,7 @@ impl Threads {
     }
 }
 
-/// The runtimes of a server. Dropping one does not wait for threads that sleep.
+/// Runtimes of a server. Dropping one does not wait for sleeping threads.
 pub struct Runtimes {
     pub serving: Runtime,
     stops: Runtime,
@@ -116,7 +119,7 @@ impl Runtimes {
             builder
         };
         let lower = || {
-            // Where that is refused they go on as they are.
+            // If this is refused, they keep their priority.
             let _refused = rustix::process::nice(COSTLY_NICE);
         };
         let serving = Builder::new_multi_thread().worker_threads(2).max_blocking_threads(SHARED_THREADS).thread_name("control").enable_all().build()?;
@@ -127,7 +130,7 @@ impl Runtimes {
         })
     }
 
-    /// Ends them all; what still runs then is left to itself.
+    /// Ends all runtimes; anything still running afterwards is abandoned.
     pub fn end(self, within: Duration) {
         self.serving.shutdown_timeout(within);
         self.stops.shutdown_background();
@@ -149,12 +152,12 @@ pub struct Lanes {
     costly_all: Arc<Semaphore>,
     usual_turns: Turns,
     usual_all: Arc<Semaphore>,
-    /// Requests that stop, of each caller.
+    /// Rates of stopping requests, per caller.
     pub stop_rates: Rates,
 }
 
 impl Lanes {
-    /// Makes the lanes, with threads of their own if there are runtimes, else all on those of the server.
+    /// Makes the lanes, with their own threads if there are runtimes, or else on those of the server.
     pub fn new(on: Option<&Runtimes>) -> Arc<Lanes> {
         let threads = |of: fn(&Runtimes) -> &Runtime| on.map_or(Threads::Here, |on| Threads::Own(of(on).handle().clone()));
         Arc::new(Lanes {
@@ -174,7 +177,7 @@ impl Lanes {
         })
     }
 
-    /// Takes a caller's request into its lane, before its body is read. Errors: `LimitExceeded`.
+    /// Admits a caller's request to its lane, before its body is read. Fails with `LimitExceeded`.
     pub fn enter(self: &Arc<Lanes>, lane: Lane, caller: &Caller) -> Result<LaneTicket, Failure> {
         let share = match lane {
             Lane::Stop => Some(self.stops.take(caller, 1)?),
@@ -195,7 +198,8 @@ pub struct LaneTicket {
 }
 
 impl LaneTicket {
-    /// Runs it on a thread of its lane, when it is its turn. It keeps what it has until it is over, also if no caller waits for it.
+    /// Runs the request on a thread of its lane, in turn. It keeps its resources until it is done, even if no caller waits for it any
+    /// longer.
     pub async fn run<T: Send + 'static>(self, run: impl FnOnce() -> Result<T, Failure> + Send + 'static) -> Result<T, Failure> {
         let LaneTicket { lanes, lane, who, share } = self;
         let turn = match lane {
@@ -216,14 +220,14 @@ impl LaneTicket {
         running.await.map_err(|_| failed_inside())?
     }
 
-    /// Begins a brief call that lasts, where it came in; `run` goes on with it.
+    /// Begins a brief lasting call on the receiving thread; `run` continues it.
     pub fn begin<T>(&self, run: impl FnOnce() -> Result<T, Failure>) -> Result<T, Failure> {
         in_place(run)
     }
 }
 
-/// Runs what is brief on the thread of the connection. Another one serves those that this thread would serve, so that what holds it up
-/// after all (somebody has the lock of the core, the disk of the audit file is slow) holds up this connection alone.
+/// Runs a brief call on the thread of the connection. Another thread takes over the other connections of this one, so that an unexpected
+/// delay (the lock of the core is held, the disk of the audit file is slow) holds up only this connection.
 fn in_place<T>(run: impl FnOnce() -> Result<T, Failure>) -> Result<T, Failure> {
     let run = || catch_unwind(AssertUnwindSafe(run));
     let ran = match Handle::current().runtime_flavor() {

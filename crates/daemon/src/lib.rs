@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-//! A real-time system that outlives its callers: who calls, in which session, who commands, how much of everything a caller gets, and what
-//! a system that is started again has to know.
+//! A real-time system that outlives its callers: identifies callers, manages their sessions and command, limits their use of resources,
+//! and restores a restarted system.
 //!
-//! A door (the crate `control` over HTTP) decodes a request, lets its caller in at the [`Gate`], enters it into its lane ([`lanes`]) and makes one
-//! call of [`Service`]. It is judged there by what its declaration in [`api`] says, recorded by the [`Audit`] and the [`journal`], and made.
+//! A front end (the crate `control` over HTTP) decodes a request, authenticates its caller at the [`Gate`], admits it to its lane
+//! ([`lanes`]) and makes one call of [`Service`]. There it is checked against its declaration in [`api`], recorded by the [`Audit`] and
+//! the [`journal`], and executed.
 mod audit;
 mod caller;
 pub mod calls;

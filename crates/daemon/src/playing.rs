@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Playing a journal: what there was is made again, in order; then what still ran is started again.
+//! Replay of a journal: the configuration is restored in order; then everything that was still running is started again.
 use crate::audit::Act;
 use crate::caller::Caller;
 use crate::calls;
@@ -17,22 +17,22 @@ use std::collections::{BTreeMap, HashMap};
 use std::time::{Duration, Instant};
 use supervisor::{Anew, OfProcessor, TakenOver, WaitResult};
 
-/// Period at which progress is told.
+/// Period of progress reports.
 const SAY: Duration = Duration::from_secs(1);
-/// Time for which a wait goes on without a look whether it is to go on.
+/// Time for which a wait continues before it checks whether to go on.
 const SLICE: Duration = Duration::from_millis(50);
 /// Time limit for a device to be enabled, ns of the system's clock.
 const ENABLED_WITHIN_NS: i64 = 10_000_000_000;
 
-/// Watcher of a daemon that starts.
+/// Observer of a daemon's start.
 pub trait Watcher {
-    /// Tells something that a person should read.
+    /// Reports a message for a person.
     fn tell(&mut self, text: &str);
-    /// Returns whether it is to go on; it is asked again and again.
+    /// Returns true if the replay is to continue; called repeatedly.
     fn goes_on(&mut self) -> bool;
 }
 
-/// A replay without a watcher.
+/// Watcher that ignores a replay.
 pub struct NoWatcher;
 
 impl Watcher for NoWatcher {
@@ -47,9 +47,9 @@ struct Player<'a> {
     service: &'a Service,
     journal: &'a Journal,
     watcher: &'a mut dyn Watcher,
-    /// Instances made again, by their number in the journal.
+    /// Recreated instances, by their number in the journal.
     instances: BTreeMap<u64, u64>,
-    /// Instances that keep devices going.
+    /// Instances of devices' own verbs.
     devices: HashMap<String, u64>,
     failures: Refusals,
     is_unwatched: bool,
@@ -58,7 +58,7 @@ struct Player<'a> {
     said: Instant,
 }
 
-/// Plays the journal of a service before it accepts calls. Errors: it was interrupted; with `strict`, all that failed.
+/// Replays the journal of a service before it accepts calls. Fails if it was interrupted, and, with `strict`, if anything failed.
 pub fn play(service: &Service, journal: &Journal, strict: bool, watcher: &mut dyn Watcher) -> Result<(), Refusals> {
     let (kept, suspended, is_stopped) = {
         let inner = journal.locked();
@@ -67,7 +67,7 @@ pub fn play(service: &Service, journal: &Journal, strict: bool, watcher: &mut dy
         (kept, suspended, inner.ledger.stopped().is_some())
     };
     let (running, there): (Vec<LedgerEntry>, Vec<LedgerEntry>) = kept.into_iter().partition(|kept| runs(&kept.line));
-    // A start that a latched emergency stop has ended before its end was written: nothing of it is called, and nothing fails.
+    // If a latched emergency stop ended starts whose ends were not written, they are not called again and do not count as failures.
     let (stopped, running): (Vec<LedgerEntry>, Vec<LedgerEntry>) = running.into_iter().partition(|_| is_stopped);
     let running: Vec<LedgerEntry> = running.into_iter().filter(|kept| !suspended.iter().any(|of| subject(&kept.line) == Some(of))).collect();
     let mut player = Player {
@@ -108,7 +108,7 @@ pub fn play(service: &Service, journal: &Journal, strict: bool, watcher: &mut dy
     Ok(())
 }
 
-/// Returns true if a line starts something or tells of what runs.
+/// Returns true if a line starts something or concerns a running subject.
 fn runs(line: &Line) -> bool {
     match line {
         Line::Call { call, of, .. } => of.is_some() && !creates(call),
@@ -126,11 +126,11 @@ fn subject(line: &Line) -> Option<&Subject> {
 }
 
 impl Player<'_> {
-    /// Gives the service the files that calls refer to.
+    /// Loads the files that calls refer to into the service.
     fn content(&mut self) {
         let needed = needed(&self.journal.locked().ledger);
         for sha256 in needed {
-            // What is missing or damaged is refused by the call that needs it.
+            // The call that needs a missing or damaged file refuses it.
             let kept = self.journal.content.bytes(&sha256).map(|bytes| self.service.files.put(&sha256, &bytes));
             if let Ok(Err(failure)) = kept {
                 self.failed(format!("file {sha256}: {}", text(&failure)), "");
@@ -177,9 +177,8 @@ impl Player<'_> {
         self.failures.push(Refusal::new(Class::InvalidState, told).remedy(remedy));
     }
 
-    /// Takes over what runs in processes that lost the daemon before this one, so that it goes on as it is now here. Everything is there again, so
-    /// that it finds
-    /// its successors; until now nothing of this system has reached a device there.
+    /// Takes over what runs in processes that lost the previous daemon, so that it continues in the current configuration. Everything has
+    /// been restored by now, so that it finds its successors; nothing of this system has reached a device there before.
     fn take_over(&mut self) {
         match self.service.system.take_over() {
             Ok(TakenOver { processors }) => processors.iter().for_each(|of| {
@@ -218,7 +217,7 @@ impl Player<'_> {
         self.service.download(module, file, &bytes).map(|_| ())
     }
 
-    /// Returns the arguments with the number that the instance has now, which belongs to the session that started it.
+    /// Returns the arguments with the current number of the instance, which belongs to the session that started it.
     fn given(&self, of: Option<&Subject>, call: &str, mut arguments: Map<String, Json>) -> Result<Map<String, Json>, Failure> {
         let instance = match of {
             Some(Subject::Instance(_)) if creates(call) => return Ok(arguments),
@@ -231,7 +230,7 @@ impl Player<'_> {
         Ok(arguments)
     }
 
-    /// Keeps what a call made or started, so that later lines find it, and the session that owned it.
+    /// Registers the instance or device that a call created or started, for later lines, and the session that owned it.
     fn follow(&mut self, (call, arguments): (&str, &Map<String, Json>), of: Option<&Subject>, by: &By, result: &Json) -> Result<(), Failure> {
         match (effect(call), of) {
             (Effect::BeginsRecording, _) => {
@@ -259,7 +258,7 @@ impl Player<'_> {
         Ok(())
     }
 
-    /// Restores the session of a line, where it names one, and gives it the instance.
+    /// Restores the session of a line, if it names one, and passes the instance to it.
     fn owned(&self, by: &By, instance: u64, give: impl FnOnce(&Sessions)) {
         if !by.session.is_empty() && instance > 0 {
             self.service.sessions.restore(&by.session, &caller(by), Instant::now());
@@ -267,7 +266,7 @@ impl Player<'_> {
         }
     }
 
-    /// Waits until a device is enabled: what is started next may need it.
+    /// Waits until a device is enabled, because the next start may need it.
     fn enabled(&mut self, device: &str) -> Result<(), Failure> {
         let system = &self.service.system;
         let until_ns = system.now_ns().saturating_add(ENABLED_WITHIN_NS);
@@ -278,7 +277,7 @@ impl Player<'_> {
                     return Err(Failure::new(Class::NotEnabled, message, "look at the log, and enable it again"));
                 }
                 WaitResult::Done(true) => return Ok(()),
-                // The next question ends it.
+                // The next check ends the replay.
                 WaitResult::Slice if !self.watcher.goes_on() => return Ok(()),
                 WaitResult::Slice => {}
             }
@@ -286,7 +285,7 @@ impl Player<'_> {
     }
 }
 
-/// Makes a call as its caller did, with the rights of that caller.
+/// Repeats a call with the rights of its original caller.
 fn make(service: &Service, name: &str, arguments: Map<String, Json>, by: &By) -> Result<Json, Failure> {
     let unknown = || Failure::new(Class::UnknownName, format!("there is no call '{name}'"), "is this an older daemon?");
     let call = calls::find(name).ok_or_else(unknown)?;

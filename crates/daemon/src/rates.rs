@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Rates of callers: a bucket each that fills with time.
+//! Rate limits of callers: a token bucket for each.
 use crate::failure::Failure;
 use model::refusal::Class;
 use std::collections::HashMap;
 use std::sync::Mutex;
 use std::time::Instant;
 
-/// Callers that are remembered.
+/// Maximum number of remembered callers.
 const CALLERS_MAX: usize = 1024;
 
 /// Buckets of one kind.
@@ -17,17 +17,17 @@ pub struct Rates {
 }
 
 impl Rates {
-    /// Makes rates of `per_s` requests a second, `burst` at once.
+    /// Makes rate limits of `per_s` requests a second, with bursts of `burst`.
     pub fn new(per_s: f64, burst: f64) -> Rates {
         Rates { per_s, burst, buckets: Mutex::default() }
     }
 
-    /// Takes one request more. Errors: `LimitExceeded`, with the time to wait.
+    /// Counts a request. Fails with `LimitExceeded` and the time to wait.
     pub fn take(&self, caller: &str, now: Instant) -> Result<(), Failure> {
         let mut buckets = self.buckets.lock().expect("nobody panics with this lock");
         let filled = |(left, at): (f64, Instant)| (left + now.duration_since(at).as_secs_f64() * self.per_s).min(self.burst);
         if !buckets.contains_key(caller) && buckets.len() >= CALLERS_MAX {
-            // Who has a full bucket has not come for a while, and loses nothing by being forgotten.
+            // A caller with a full bucket has not called for a while, and loses nothing by being forgotten.
             buckets.retain(|_, bucket| filled(*bucket) < self.burst);
             if buckets.len() >= CALLERS_MAX {
                 return Err(self.refusal(caller, 1.0));

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Where callers record, and what they read back and run again: by plain names, in the one folder that the daemon was started with for that.
+//! Recordings of callers, which they record, read and replay by plain names in the one folder configured at the daemon's start.
 use crate::failure::Failure;
 use crate::requests::hex;
 use api::RecordArguments;
@@ -7,8 +7,8 @@ use model::refusal::Class;
 use serde_json::{Map, Value as Json};
 use std::path::{Component, Path};
 
-/// Places the path of a recording in the folder, and enters the folder and the code that the daemon trusts where a call takes them.
-/// Whether a recording goes on behind files of another daemon is not the caller's to say. Errors: there is no folder, the name is no plain one.
+/// Resolves the path of a recording within the folder, and sets the arguments for the folder and the trusted code. Callers cannot choose
+/// to continue files of another daemon. Fails if there is no folder or the name is not plain.
 pub fn place(folder: Option<&Path>, trust: &[String], takes: &RecordArguments, arguments: &mut Map<String, Json>) -> Result<(), Failure> {
     if let Some(argument) = takes.trust {
         arguments.insert(argument.to_owned(), trust.into());
@@ -26,7 +26,7 @@ pub fn place(folder: Option<&Path>, trust: &[String], takes: &RecordArguments, a
     if let Some(argument) = takes.folder {
         arguments.insert(argument.to_owned(), Json::String(folder.display().to_string()));
     }
-    // A path that is no text is refused by the call itself.
+    // The call itself refuses a path that is not a text.
     let Some((argument, name)) = path.and_then(|path| Some((path, arguments.get(path)?.as_str()?))) else { return Ok(()) };
     if !matches!(Path::new(name).components().collect::<Vec<_>>()[..], [Component::Normal(_)]) {
         return Err(Failure::new(Class::CallError, format!("a recording cannot be named {name:?}"), "give a name without folders, for example 'run.mcap'"));
@@ -36,7 +36,7 @@ pub fn place(folder: Option<&Path>, trust: &[String], takes: &RecordArguments, a
     Ok(())
 }
 
-/// Gives a recording that begins an identity of its own, by which its files are known when a daemon that died is started again.
+/// Gives a new recording its own identity, by which a restarted daemon recognises its files.
 pub fn identify(takes: &RecordArguments, arguments: &mut Map<String, Json>) -> Result<(), Failure> {
     if let Some(argument) = takes.identity {
         let mut random = [0_u8; 8];
@@ -46,7 +46,8 @@ pub fn identify(takes: &RecordArguments, arguments: &mut Map<String, Json>) -> R
     Ok(())
 }
 
-/// Makes a recording that was under way when its daemon died go on in a file beside those that it has left: `run-2.mcap` after `run.mcap`.
+/// Makes a recording that was in progress when its daemon died continue in a file next to the existing ones: `run-2.mcap` after
+/// `run.mcap`.
 pub fn go_on(takes: &RecordArguments, arguments: &mut Map<String, Json>) {
     if let Some(argument) = takes.resumes {
         arguments.insert(argument.to_owned(), true.into());

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Content of requests, decoded: pure functions of bytes.
+//! Decoding of requests by pure functions of bytes.
 use crate::failure::Failure;
 use model::refusal::Class;
 use schemars::JsonSchema;
@@ -8,20 +8,20 @@ use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value as Json};
 use std::time::Duration;
 
-/// The longest slice of a call that lasts.
+/// Maximum slice of a lasting call.
 pub const SLICE_MAX: Duration = Duration::from_secs(1);
 
-/// Request of a call's body.
+/// A call request decoded from a body.
 #[derive(Clone, Debug, PartialEq)]
 pub struct CallRequest {
     pub arguments: Map<String, Json>,
-    /// Time limit of the request.
+    /// Maximum duration of the request.
     pub slice: Duration,
-    /// The time of the daemon at which it was given, ms. None: its client does not say.
+    /// Daemon time at which the call was issued, ms; `None` if the client does not declare it.
     pub as_of_ms: Option<u64>,
 }
 
-/// Reads the body of a call: a JSON object, or nothing; `slice_ms` (1 to 1,000) is of the request, not of the call.
+/// Parses the body of a call: a JSON object, or nothing; `slice_ms` (1 to 1,000) belongs to the request, not to the call.
 pub fn asked(body: &[u8], lasts: bool) -> Result<CallRequest, Failure> {
     let mut arguments: Map<String, Json> = object(body)?;
     let slice = match arguments.remove("slice_ms") {
@@ -35,18 +35,18 @@ pub fn asked(body: &[u8], lasts: bool) -> Result<CallRequest, Failure> {
     Ok(CallRequest { arguments, slice, as_of_ms: None })
 }
 
-/// Reads a body of some form; an empty one is `{}`.
+/// Parses a body of a given form; an empty body counts as `{}`.
 pub fn object<T: DeserializeOwned>(body: &[u8]) -> Result<T, Failure> {
     let body = if body.iter().all(u8::is_ascii_whitespace) { b"{}" } else { body };
     serde_json::from_slice(body).map_err(|why| wrong(format!("the body is not of the right form: {why}"), "see docs/control.md and GET /v1/schema"))
 }
 
-/// Makes the failure of a request that is not of the right form.
+/// Makes the failure of a request of the wrong form.
 pub fn wrong(message: String, remedy: &str) -> Failure {
     Failure::new(Class::CallError, message, remedy)
 }
 
-/// Blocks, graphs in each other, and values of any kind that a definition may have which is checked for a caller.
+/// Maximum number of blocks, nesting depth of graphs, and number of values of any kind in a definition that is checked for a caller.
 pub const BLOCKS_MAX: usize = 4_096;
 pub const NESTED_MAX: usize = 16;
 pub const VALUES_MAX: usize = 100_000;
@@ -81,7 +81,7 @@ impl Extent {
     }
 }
 
-/// Refuses a definition whose check would take too long, before anything is done with it.
+/// Refuses a definition that would take too long to check, before any processing.
 pub fn check_extent(arguments: &Map<String, Json>) -> Result<(), Failure> {
     let mut of = Extent::default();
     of.add_members(arguments, 0);
@@ -103,15 +103,15 @@ pub fn check_extent(arguments: &Map<String, Json>) -> Result<(), Failure> {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct OpenSession {
-    /// The caller's own: letters, digits, `.`, `_` and `-`, at most 64.
+    /// Name chosen by the caller: letters, digits, `.`, `_` and `-`, at most 64.
     pub name: String,
-    /// Time without a sign of life after which it counts as lost, ms, 1,000 to 60,000.
+    /// Time without a sign of life after which the session counts as lost, ms, 1,000 to 60,000.
     #[serde(default = "lost_after_ms")]
     pub lost_after_ms: u64,
-    /// Takes up a session of that name that is alive, as the same caller.
+    /// True to take over a live session of that name, as the same caller.
     #[serde(default)]
     pub take_up: bool,
-    /// Name of the person, for others to see; at most 64 characters. Left out: as before, if the session was there before.
+    /// Name of the person, shown to others; at most 64 characters. If omitted, an existing session keeps its person.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub person: Option<String>,
 }
@@ -121,7 +121,7 @@ fn lost_after_ms() -> u64 {
 }
 
 impl OpenSession {
-    /// Refuses names and bounds that are none.
+    /// Refuses invalid names and bounds.
     pub fn checked(self) -> Result<OpenSession, Failure> {
         let is_letter = |c: char| c.is_ascii_alphanumeric() || matches!(c, '.' | '_' | '-');
         if self.name.is_empty() || self.name.len() > 64 || !self.name.chars().all(is_letter) {
@@ -141,16 +141,16 @@ impl OpenSession {
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct TakeCommand {
-    /// Takes it from the holder; needs the role `configure`.
+    /// True to take command from the holder; requires the role `configure`.
     #[serde(default)]
     pub force: bool,
 }
 
-/// Maximum length of a person's name, and of the text beside a request, characters.
+/// Maximum length of a person's name, and of the text of a request, characters.
 const PERSON_MAX: usize = 64;
 const REASON_MAX: usize = 200;
 
-/// Refuses a text that is shown to other people and is empty, too long, or has control characters.
+/// Refuses a text shown to other people if it is empty, too long, or has control characters.
 fn said(what: &str, text: &str, most: usize) -> Result<(), Failure> {
     if text.trim().is_empty() || text.chars().count() > most || text.chars().any(char::is_control) {
         return Err(wrong(format!("{what} is {text:?}"), &format!("write 1 to {most} characters on one line, or leave it out")));
@@ -162,10 +162,10 @@ fn said(what: &str, text: &str, most: usize) -> Result<(), Failure> {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct AskForCommand {
-    /// Purpose, for the holder to read.
+    /// Purpose, shown to the holder.
     #[serde(default)]
     pub reason: String,
-    /// Time for which it waits for an answer, ms, 1,000 to 600,000.
+    /// Time for which the request waits for an answer, ms, 1,000 to 600,000.
     #[serde(default = "wait_ms")]
     pub wait_ms: u64,
 }
@@ -175,7 +175,7 @@ fn wait_ms() -> u64 {
 }
 
 impl AskForCommand {
-    /// Refuses bounds that are none.
+    /// Refuses invalid bounds.
     pub fn checked(self) -> Result<AskForCommand, Failure> {
         if !(1_000..=600_000).contains(&self.wait_ms) {
             return Err(wrong(format!("wait_ms is {}", self.wait_ms), "take 1,000 to 600,000 ms"));
@@ -197,14 +197,14 @@ pub struct WithdrawRequest {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct DeclineRequest {
-    /// The session that asks.
+    /// Session that made the request.
     pub name: String,
     /// Reason, for people.
     #[serde(default)]
     pub reason: String,
 }
 
-/// Refuses a reason that cannot be shown.
+/// Refuses a reason that cannot be displayed.
 pub fn reason(given: String) -> Result<String, Failure> {
     if !given.is_empty() {
         said("reason", &given, REASON_MAX)?;
@@ -220,12 +220,12 @@ pub struct HandOver {
     pub to: String,
 }
 
-/// Returns true for a SHA-256 as text: 64 lower-case hexadecimal digits.
+/// Returns true for the text of a SHA-256: 64 lower-case hexadecimal digits.
 pub fn is_sha256(text: &str) -> bool {
     text.len() == 64 && text.bytes().all(|b| b.is_ascii_digit() || (b'a'..=b'f').contains(&b))
 }
 
-/// Bytes as lower-case hexadecimal digits.
+/// Returns bytes as lower-case hexadecimal digits.
 pub fn hex(bytes: &[u8]) -> String {
     bytes.iter().fold(String::with_capacity(2 * bytes.len()), |mut text, byte| {
         use std::fmt::Write;

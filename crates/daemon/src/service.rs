@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! State shared by all requests, and the course of a call from its arguments to its answer. Nothing here is of HTTP.
+//! State shared by all requests, and the processing of a call from its arguments to its answer. It does not depend on HTTP.
 use crate::audit::{Act, Audit};
 use crate::caller::{Caller, Gate};
 use crate::calls::{self, Call};
@@ -22,27 +22,27 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 use supervisor::{ModuleAbout, ReachingValue, System};
 
-/// A system and all that stands between it and its callers.
+/// A system with everything between it and its callers.
 pub struct Service {
     pub system: Arc<System>,
     pub gate: Gate,
     pub sessions: Sessions,
     pub audit: Audit,
-    /// Requests of each caller.
+    /// Rate limits of requests, per caller.
     pub rates: Rates,
     pub lanes: Arc<Lanes>,
     pub files: Files,
-    /// Journal for a daemon that starts again.
+    /// Journal for a restarted daemon.
     pub journal: Option<Journal>,
-    /// The folder in which callers may record.
+    /// Folder in which callers may record.
     pub records: Option<PathBuf>,
-    /// SHA-256 digests of code modules that may run where a recording brings them.
+    /// SHA-256 digests of trusted code modules that may run as part of a recording.
     pub trust: Vec<String>,
-    /// The interpreter that tries code modules.
+    /// Interpreter that tests code modules.
     pub python: String,
 }
 
-/// A request of a session, from its begin to its end.
+/// A request of a session, from its beginning to its end.
 pub struct Presence {
     service: Arc<Service>,
     pub id: String,
@@ -56,14 +56,14 @@ impl Drop for Presence {
 }
 
 impl Service {
-    /// Begins a request of the session of this ID; none without one.
+    /// Begins a request of the session with this ID; returns `None` without an ID.
     pub fn present(self: &Arc<Self>, id: Option<&str>, caller: &Caller) -> Result<Option<Presence>, Failure> {
         let Some(id) = id else { return Ok(None) };
         let name = self.sessions.begin(id, caller, now())?;
         Ok(Some(Presence { service: self.clone(), id: id.to_owned(), name }))
     }
 
-    /// Refuses what a caller may not, naming both roles.
+    /// Refuses an action that a caller is not permitted, and names both roles.
     pub fn require_role(&self, caller: &Caller, role: Role, what: &str) -> Result<(), Failure> {
         if caller.role >= role {
             return Ok(());
@@ -72,8 +72,8 @@ impl Service {
         Err(Failure::new(Class::NotAllowed, message, "ask the operator of the system for a token of that role"))
     }
 
-    /// Makes a call: rights, command, audit, the call itself, and whose the instances are that it makes. It may last; never called on
-    /// a thread that serves others.
+    /// Makes a call: checks rights and command, records it in the audit file, executes it, and assigns owners to the instances it
+    /// creates. May last; must not be called on a thread that serves others.
     pub fn call(self: &Arc<Self>, call: &Call, mut asked: CallRequest, caller: &Caller, presence: Option<&Presence>) -> Result<Json, Failure> {
         let role = call.role_under(self.system.is_virtual());
         if let Some(by) = call.signed {
@@ -95,7 +95,7 @@ impl Service {
         result
     }
 
-    /// Returns a caller as the log names it: its session, the person there, and its token's name.
+    /// Returns the log's name for a caller: its session, the person, and the name of its token.
     fn signature(&self, caller: &Caller, session: &str) -> String {
         let caller = match self.sessions.person(session) {
             Some(person) => format!("{person}, {}", caller.who),
@@ -104,7 +104,7 @@ impl Service {
         if session.is_empty() { caller } else { format!("{session} ({caller})") }
     }
 
-    /// Enters a command into the system's log, and who gave it.
+    /// Logs a command with its caller.
     fn log(&self, act: &Act, failure: Option<&Failure>) {
         let who = self.signature(&act.caller, &act.session);
         let refused = failure.map(|failure| failure.refusals.first().map_or_else(String::new, |refusal| refusal.message.clone()));
@@ -112,7 +112,7 @@ impl Service {
         self.system.log_command(&who, &act.call, about, refused.as_deref());
     }
 
-    /// Does something else than a call that commands: it is in the audit file and in the log.
+    /// Performs a commanding action that is not a call, and records it in the audit file and the log.
     pub fn recorded<T>(&self, act: &Act, role: Role, run: impl FnOnce() -> Result<T, Failure>) -> Result<T, Failure> {
         let result = self.audited(act, role, run);
         if role > Role::Observe {
@@ -121,8 +121,8 @@ impl Service {
         result
     }
 
-    /// Does something that the audit file records: with the role `configure` and above nothing is done that could not be written
-    /// before. What only observes is recorded where it is refused for want of rights.
+    /// Performs an action that the audit file records. With the role `configure` and above, nothing is done unless it can be written
+    /// first. An observing action is recorded only if it is refused for lack of rights.
     fn audited<T>(&self, act: &Act, role: Role, run: impl FnOnce() -> Result<T, Failure>) -> Result<T, Failure> {
         if role >= Role::Configure {
             self.audit.write(act, "begun")?;
@@ -134,13 +134,13 @@ impl Service {
         };
         let denied = result.as_ref().is_err_and(|failure| failure.class() == Class::NotAllowed);
         if role > Role::Observe || denied {
-            // A command of the role `operate` is not held up by a full disk; the audit file has said that on standard error.
+            // A command of the role `operate` is not held up by a full disk; the audit file has already reported that on standard error.
             let _said = self.audit.write(act, &outcome);
         }
         result
     }
 
-    /// Makes a call under the journal, where there is one: what configures is not made where its line would have no room.
+    /// Makes a call under the journal, if there is one: a configuring call is not made if there is no room for its line.
     fn kept(&self, call: &Call, mut asked: CallRequest, caller: &Caller, presence: Option<&Presence>) -> Result<Json, Failure> {
         crate::records::identify(&call.records, &mut asked.arguments)?;
         if call.effect == Effect::PerformsVerb {
@@ -181,7 +181,7 @@ impl Service {
             (Ok(_), Some(failure)) => Err(failure),
             (Ok(answered), None) => Ok(self.answer(call, answered, Some(instance), presence)),
             (Err(refusals), _) => {
-                // Where only the wait was refused, the instance goes on: it stays its session's, and in the journal.
+                // If only the wait was refused, the instance continues: it still belongs to its session and stays in the journal.
                 if self.system.state(instance) == "deleted" {
                     self.forget(instance);
                     self.sessions.disown(instance);
@@ -191,18 +191,18 @@ impl Service {
         }
     }
 
-    /// Forgets an instance that was deleted with its call.
+    /// Removes an instance that was deleted with its call.
     fn forget(&self, instance: u64) {
         if let Some(journal) = &self.journal {
             journal.deleted(&self.system, instance);
         }
     }
 
-    /// Goes on with what an answer told to go on with, which has been judged and recorded when it began.
+    /// Continues a lasting call as named in its answer; it was checked and recorded when it began.
     pub fn go_on(self: &Arc<Self>, with: &Json, slice: Duration, presence: Option<&Presence>) -> Result<Json, Failure> {
         let (name, arguments) = (with["call"].as_str().unwrap_or(""), with["arguments"].as_object().cloned().unwrap_or_default());
         let call = calls::find(name).ok_or_else(|| Failure::new(Class::CallError, format!("there is no call '{name}'"), "please report it"))?;
-        // Nothing that goes on names a file or code: that was resolved when it began.
+        // A continued call never names a file or code: these were resolved when it began.
         self.make(call, CallRequest { arguments, slice, as_of_ms: None }, Role::Observe, presence)
     }
 
@@ -232,7 +232,7 @@ impl Service {
         }
         self.resolve(call, &mut asked.arguments, role)?;
         crate::records::place(self.records.as_deref(), &self.trust, &call.records, &mut asked.arguments)?;
-        // Before the start, so that an end which comes at once has its owner.
+        // Assign it before the start, so that an immediate end has an owner.
         let starts = (call.effect == Effect::StartsInstance).then_some(instance).flatten().zip(presence);
         let before = starts.and_then(|(instance, presence)| self.sessions.own(&presence.name, instance));
         let answered = api::begin(&self.system, call.name, &asked_text(&asked), asked.slice);
@@ -262,7 +262,7 @@ impl Service {
         json!({ "result": result })
     }
 
-    /// Updates the owners of instances after a call, and what its session knows of them.
+    /// Updates the owners of instances after a call, and the records of its session.
     fn follow(&self, call: &Call, result: &Json, instance: Option<u64>, name: &str) {
         match (call.effect, instance) {
             (Effect::CreatesInstance, _) => result.as_u64().into_iter().for_each(|made| self.sessions.make(name, made)),
@@ -281,7 +281,7 @@ impl Service {
         }
     }
 
-    /// Takes the end reports that have come since the last time.
+    /// Takes the end reports that have arrived since the last call.
     pub fn drain(&self) {
         let ends = self.system.ends_since(self.sessions.next_end());
         if !ends.is_empty() {
@@ -290,25 +290,25 @@ impl Service {
         self.sessions.keep(ends);
     }
 
-    /// Records ends in the journal before anybody is told of them: what has ended is not started again by the next daemon.
+    /// Records ends in the journal before they are reported to anyone, so that the next daemon does not start ended instances again.
     pub fn note_ends(&self) {
         if let Some(journal) = &self.journal {
             journal.look(&self.system);
         }
     }
 
-    /// Notes that this side was held up for so long until `now`, with its process or machine: what its callers sent meanwhile is still on its way
-    /// in, so that the next looks do not count them as silent.
+    /// Records that this side was held up, with its process or machine, for the duration `late` until `now`. Messages of its callers are
+    /// still on their way in, so the next checks must not count the callers as silent.
     pub fn stood_still(&self, late: Duration, now: Instant) {
         self.sessions.stood_still(late, now);
     }
 
-    /// Looks after sessions: who is lost is cut off, and instances that lost sessions have made are deleted when they have ended.
+    /// Checks sessions: cuts off lost ones, and deletes the ended instances that lost sessions have created.
     pub fn look_after(&self, now: Instant) {
         self.drain();
         for (name, instances) in self.sessions.lose(now) {
             let who = Caller { who: "the system".to_owned(), role: Role::Download, from: "here".to_owned() };
-            // A system that is closed has nothing left that could be cut off.
+            // A closed system has nothing left to cut off.
             let outcome = self.system.abandon(&instances, &name).map_or("InvalidState", |()| "ok");
             let act = Act::new(&who, &name, "cut_off", b"");
             let _said = self.audit.write(&act, outcome);
@@ -316,7 +316,7 @@ impl Service {
         self.drain();
         for (instance, goes) in self.sessions.orphans() {
             let state = self.system.state(instance);
-            // One that has ended since the last look has a report by now, which is kept only as long as it has an owner.
+            // An instance that has ended since the last check has a report by now, which is kept only while it has an owner.
             self.drain();
             if state == "deleted" || (goes && matches!(state, "created" | "ended") && self.system.delete(instance).is_ok()) {
                 self.sessions.disown(instance);
@@ -333,7 +333,7 @@ impl Service {
         }
     }
 
-    /// Says in the log and on standard error what is new about the file of tokens.
+    /// Reports news about the tokens file in the log and on standard error.
     pub fn tell_of_tokens(&self) {
         for text in self.gate.tokens.iter().flat_map(|tokens| tokens.news(crate::tokens::now_s())) {
             eprintln!("control: {text}");
@@ -350,7 +350,7 @@ impl Service {
         Ok(())
     }
 
-    /// Returns number, name and state of instances that are still there.
+    /// Returns the number, name and state of those instances that still exist.
     pub fn described(&self, instances: &[u64]) -> Vec<SessionInstance> {
         let described = |instance: &u64| {
             let about = self.system.instance_about(*instance).ok()?;
@@ -359,7 +359,7 @@ impl Service {
         instances.iter().filter_map(described).collect()
     }
 
-    /// Downloads a code module under the journal, where there is one.
+    /// Downloads a code module under the journal, if there is one.
     pub fn download_kept(&self, name: &str, named: &ModuleOrigin, bytes: &[u8], by: By) -> Result<ModuleAbout, Failure> {
         let Some(journal) = &self.journal else { return self.download(name, &named.file, bytes) };
         journal.ready_for_module(&named.sha256, bytes)?;
@@ -368,7 +368,7 @@ impl Service {
         Ok(about)
     }
 
-    /// Downloads a code module from the bytes of a file. Places in messages name the file as the caller does.
+    /// Downloads a code module from the bytes of a file. Messages refer to the file by the caller's name for it.
     pub fn download(&self, name: &str, file: &str, bytes: &[u8]) -> Result<ModuleAbout, Failure> {
         self.files.with(file, bytes, |path| {
             let named = path.display().to_string();
@@ -385,7 +385,7 @@ impl Service {
     }
 }
 
-/// Returns the arguments of the two calls that begin the call of a verb, as the journal has them.
+/// Returns the arguments of the two calls that begin the call of a verb, for the journal.
 fn steps(arguments: &Map<String, Json>, instance: u64) -> (Map<String, Json>, Map<String, Json>) {
     let (mut start, create): (Map<_, _>, Map<_, _>) = arguments.clone().into_iter().partition(|(name, _)| matches!(name.as_str(), "values" | "limits"));
     start.insert("instance".to_owned(), json!(instance));

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Sessions: who is there, who commands, whose the instances are, and the end reports that wait for who was away.
+//! Sessions: their presence, command, the owners of instances, and the end reports kept for absent sessions.
 //!
-//! Nothing here looks at a clock: the caller says what time it is.
+//! Nothing here reads a clock: the caller passes the time.
 mod answers;
 mod command;
 mod commanding;
@@ -21,29 +21,29 @@ pub use answers::{Holder, KeptReport, OpenedSession, Reports, SessionAnswer, Ses
 use command::Command;
 pub use command::{Outcome, SETTLED_MAX, SettledRequest};
 
-/// Sessions that are kept, alive and lost.
+/// Maximum number of sessions, alive and lost.
 pub const SESSIONS_MAX: usize = 64;
-/// Maximum number of one caller, so that no caller can fill the table.
+/// Maximum number of sessions of one caller, so that no caller can fill the table.
 pub const SESSIONS_EACH_MAX: usize = 24;
-/// Reports that are kept for each.
+/// Maximum number of reports kept for each session.
 pub const REPORTS_MAX: usize = 256;
 
-/// Mark in place of the ID of a session of a daemon before this one: no ID, and not empty as that of a session that was never open.
+/// Placeholder for the ID of a session of an earlier daemon: not a valid ID, and not empty as for a session that was never open.
 const RESTORED: &str = "restored";
 
 struct Session {
     id: String,
     who: String,
-    /// Name of the person who opened it.
+    /// Name of the person who opened the session.
     person: Option<String>,
     role: Role,
     from: String,
     alive: bool,
     seen: Instant,
     lost_after: Duration,
-    /// Requests under way: a client that waits for an answer does not count as silent.
+    /// Number of requests in progress: a client that waits for an answer does not count as silent.
     in_flight: usize,
-    /// Connections that hold it, and whether one has broken.
+    /// Number of connections that hold the session; `broken` is true if one has broken.
     holds: usize,
     broken: bool,
     instances: BTreeSet<u64>,
@@ -55,20 +55,20 @@ struct Session {
 struct State {
     by_name: IndexMap<String, Session>,
     command: Command,
-    /// The session that started an instance last, or else made it.
+    /// Session that last started each instance, or else created it.
     owners: HashMap<u64, String>,
-    /// The session that made an instance. An instance of the program has none.
+    /// Session that created each instance. An instance of the program has none.
     makers: HashMap<u64, String>,
-    /// Number of the next end report to be looked at.
+    /// Number of the next end report to process.
     next_end: u64,
 }
 
-/// Sessions with one system.
+/// Sessions of one system.
 #[derive(Default)]
 pub struct Sessions(Mutex<State>);
 
 impl Session {
-    /// Makes a session that is lost, and has nothing.
+    /// Makes a lost session without any instances or reports.
     fn of(caller: &Caller, now: Instant) -> Session {
         Session {
             id: String::new(),
@@ -94,15 +94,15 @@ impl State {
         self.by_name.iter_mut().find(|(_, session)| session.alive && session.id == id)
     }
 
-    /// Ends the session's command, and its requests for it.
+    /// Ends the session's command and its requests for it.
     fn leave(&mut self, name: &str, how: &str) {
         let reason = format!("session '{name}' {how}");
         self.command.end(name, Outcome::Withdrawn, None, &reason);
         self.command.release(name, &reason);
     }
 
-    /// Makes room for one more of a caller: of his own too many, or of all, the lost session goes that is out longest; of all, first
-    /// those for which nothing is kept.
+    /// Makes room for one more session of a caller. If the caller, or all callers together, have too many, the session lost for the
+    /// longest time is dropped, preferably one for which nothing is kept.
     fn make_room(&mut self, who: &str) -> Result<(), Failure> {
         let own = self.by_name.values().filter(|session| session.who == who).count();
         if own >= SESSIONS_EACH_MAX {
@@ -125,13 +125,13 @@ impl State {
         Ok(())
     }
 
-    /// Leaves the instances of a session without maker and owner.
+    /// Removes a session as maker and owner of its instances.
     fn release_all(&mut self, name: &str) {
         self.owners.retain(|_, owner| owner != name);
         self.makers.retain(|_, maker| maker != name);
     }
 
-    /// Makes a session, or nobody, the owner of an instance. Returns its owner before.
+    /// Makes a session, or none, the owner of an instance. Returns the previous owner.
     fn pass(&mut self, instance: u64, to: Option<&str>) -> Option<String> {
         let before = match to {
             Some(name) => self.owners.insert(instance, name.to_owned()),
@@ -163,7 +163,7 @@ impl Sessions {
         self.0.lock().expect("nobody panics with this lock")
     }
 
-    /// Opens a session, takes up one that is alive, or comes back to one that was lost.
+    /// Opens a session, takes over a live one, or returns to a lost one.
     pub fn open(&self, caller: &Caller, asked: &OpenSession, now: Instant) -> Result<OpenedSession, Failure> {
         let id = fresh_id()?;
         let mut state = self.locked();
@@ -196,8 +196,8 @@ impl Sessions {
         })
     }
 
-    /// Restores a session of a daemon before this one: it counts as lost, and its caller can come back to it. Nothing where there is one of that
-    /// name, or no room.
+    /// Restores a session of an earlier daemon: it counts as lost, and its caller can return to it. Does nothing if a session of that
+    /// name exists or there is no room.
     pub fn restore(&self, name: &str, caller: &Caller, now: Instant) {
         let mut state = self.locked();
         if !state.by_name.contains_key(name) && state.make_room(&caller.who).is_ok() {
@@ -205,7 +205,7 @@ impl Sessions {
         }
     }
 
-    /// Begins a request of the session: a sign of life, and what its last answers told has arrived. The name of the session.
+    /// Begins a request of the session, which is a sign of life and acknowledges its last answers. Returns the name of the session.
     pub fn begin(&self, id: &str, caller: &Caller, now: Instant) -> Result<String, Failure> {
         let mut state = self.locked();
         let (name, session) = state.of_id(id).filter(|(_, session)| session.who == caller.who).ok_or_else(ended)?;
@@ -215,7 +215,7 @@ impl Sessions {
         Ok(name.clone())
     }
 
-    /// Ends the request.
+    /// Ends a request of the session.
     pub fn end(&self, id: &str, now: Instant) {
         if let Some((_, session)) = self.locked().of_id(id) {
             session.in_flight = session.in_flight.saturating_sub(1);
@@ -223,12 +223,12 @@ impl Sessions {
         }
     }
 
-    /// Returns true if the session of this ID is alive.
+    /// Returns true if the session with this ID is alive.
     pub fn is_alive(&self, id: &str) -> bool {
         self.locked().of_id(id).is_some()
     }
 
-    /// Closes a session in order: what it has started goes on.
+    /// Closes a session in order: the instances that it has started continue.
     pub fn close(&self, id: &str) -> Result<String, Failure> {
         let mut state = self.locked();
         let name = state.of_id(id).map(|(name, _)| name.clone()).ok_or_else(ended)?;
@@ -238,14 +238,14 @@ impl Sessions {
         Ok(name)
     }
 
-    /// Notes that a connection holds the session.
+    /// Records that a connection holds the session.
     pub fn hold(&self, id: &str) {
         if let Some((_, session)) = self.locked().of_id(id) {
             session.holds += 1;
         }
     }
 
-    /// Notes that a connection holds the session no longer. One that broke loses it, at the next look.
+    /// Records that a connection no longer holds the session. If the connection broke, the session is lost at the next check.
     pub fn let_go(&self, id: &str, broke: bool) {
         if let Some((_, session)) = self.locked().of_id(id) {
             session.holds = session.holds.saturating_sub(1);
@@ -253,19 +253,19 @@ impl Sessions {
         }
     }
 
-    /// Notes that this side stood still for so long until `now`: that is no silence of its sessions.
+    /// Records that this side was at a standstill for the duration `late` until `now`, which must not count as silence of its sessions.
     pub fn stood_still(&self, late: Duration, now: Instant) {
         self.locked().by_name.values_mut().for_each(|session| session.seen = (session.seen + late).min(now));
     }
 
-    /// Declares sessions lost whose time is over, and returns each with its instances; one that commanded loses command.
+    /// Declares sessions lost whose time has expired, and returns each with its instances; a lost session loses command.
     pub fn lose(&self, now: Instant) -> Vec<(String, Vec<u64>)> {
         let mut state = self.locked();
         let is_lost =
             |session: &Session| session.alive && (session.broken || (session.in_flight == 0 && now.duration_since(session.seen) > session.lost_after));
         let names: Vec<String> = state.by_name.iter().filter(|(_, session)| is_lost(session)).map(|(name, _)| name.clone()).collect();
         state.command.expire(now);
-        // All of them before any command passes on: it goes to none of them.
+        // End the requests of all lost sessions first, so that command passes to none of them.
         for name in &names {
             state.command.end(name, Outcome::Withdrawn, None, &format!("session '{name}' was lost"));
         }
@@ -279,8 +279,8 @@ impl Sessions {
         lost
     }
 
-    /// Instances that lost sessions have made or started. True for those to be deleted once they have ended: a lost session made it, and
-    /// no session that is alive has started it since.
+    /// Returns the instances that lost sessions have created or started. The flag is true for instances to be deleted once they have
+    /// ended: created by a lost session and not started by a live one since.
     pub fn orphans(&self) -> Vec<(u64, bool)> {
         let state = self.locked();
         let is = |name: Option<&String>, alive: bool| name.and_then(|name| state.by_name.get(name)).is_some_and(|session| session.alive == alive);
@@ -290,37 +290,37 @@ impl Sessions {
         of_lost.map(|(instance, maker, owner)| (instance, is(maker, false) && !is(owner, true))).collect()
     }
 
-    /// Notes that a session has made an instance: it owns it, and the instance is deleted with it.
+    /// Records that a session has created an instance: it owns the instance, which is deleted with it.
     pub fn make(&self, name: &str, instance: u64) {
         let mut state = self.locked();
         state.makers.insert(instance, name.to_owned());
         state.pass(instance, Some(name));
     }
 
-    /// Makes a session the owner of an instance that it starts, also of one that another session has made: the session is told of the
-    /// end, and when it is lost the instance follows its policy. Returns the owner before.
+    /// Makes a session the owner of an instance that it starts, even if another session has created it: the end is reported to the
+    /// session, and if the session is lost the instance follows its policy. Returns the previous owner.
     pub fn own(&self, name: &str, instance: u64) -> Option<String> {
         self.locked().pass(instance, Some(name))
     }
 
-    /// Gives an instance back to its owner before, as a start was refused.
+    /// Returns an instance to its previous owner after a start was refused.
     pub fn give_back_to(&self, before: Option<&str>, instance: u64) {
         self.locked().pass(instance, before);
     }
 
-    /// Takes a deleted instance from its owner.
+    /// Removes a deleted instance from its owner.
     pub fn disown(&self, instance: u64) {
         let mut state = self.locked();
         state.makers.remove(&instance);
         state.pass(instance, None);
     }
 
-    /// Returns the number from which on end reports have not been looked at.
+    /// Returns the number of the first end report not processed yet.
     pub fn next_end(&self) -> u64 {
         self.locked().next_end
     }
 
-    /// Keeps end reports, as the supervisor numbers them, each for the session that its instance belongs to.
+    /// Stores end reports, as numbered by the supervisor, for the sessions that own their instances.
     pub fn keep(&self, ends: Vec<End>) {
         let mut state = self.locked();
         for End { number, instance, report } in ends {
@@ -338,21 +338,21 @@ impl Sessions {
         }
     }
 
-    /// Notes that an answer tells a session how an instance has ended.
+    /// Records that an answer reports the end of an instance to a session.
     pub fn told(&self, name: &str, instance: u64) {
         if let Some(session) = self.locked().by_name.get_mut(name) {
             session.reports.iter_mut().filter(|kept| kept.instance == instance).for_each(|kept| kept.told = true);
         }
     }
 
-    /// Returns the reports that are kept for a session, and how many were lost; for itself or the role `configure`.
+    /// Returns the reports kept for a session, and the number of lost ones; allowed for the session's own caller or the role `configure`.
     pub fn reports(&self, name: &str, caller: &Caller) -> Result<(Vec<KeptReport>, u64), Failure> {
         let mut state = self.locked();
         let session = reader(&mut state, name, caller)?;
         Ok((session.reports.iter().cloned().collect(), session.lost_reports))
     }
 
-    /// Drops the reports up to this number, which have been collected.
+    /// Drops the reports up to this number after they have been collected.
     pub fn collect(&self, name: &str, caller: &Caller, through: u64) -> Result<(), Failure> {
         let mut state = self.locked();
         let session = reader(&mut state, name, caller)?;

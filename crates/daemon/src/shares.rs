@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Shares: how much callers have at a time of what there is a bounded amount of. A quarter is for callers who have nothing yet, and of
-//! the rest a caller gets up to half of what is free: so the next caller finds some, even where several hold what they can.
+//! Shares of limited resources. A quarter is reserved for callers that have nothing yet, and of the rest a caller may have up to half of
+//! the free amount: the next caller always finds some, even if several hold their maximum.
 use crate::caller::Caller;
 use crate::failure::Failure;
 use api::Role;
@@ -9,19 +9,19 @@ use std::collections::HashMap;
 use std::sync::{Arc, Mutex, MutexGuard};
 use tokio::sync::{OwnedSemaphorePermit, Semaphore};
 
-/// A bounded amount of something, shared by all callers.
+/// A limited resource, shared by all callers.
 pub struct Shares {
-    /// Name of the thing, in the plural: `waits`.
+    /// Name of the resource, in the plural: `waits`.
     what: &'static str,
     all: usize,
-    /// The maximum of one caller.
+    /// Maximum amount of one caller.
     each: usize,
-    /// Number that is kept for roles that may command and stop.
+    /// Amount reserved for roles that may command and stop.
     kept: usize,
     held: Mutex<HashMap<String, usize>>,
 }
 
-/// Share of one caller, until it is dropped.
+/// Share of one caller, held until it is dropped.
 pub struct Share {
     of: Arc<Shares>,
     who: String,
@@ -37,14 +37,14 @@ impl Shares {
         self.held.lock().expect("nobody panics with this lock")
     }
 
-    /// Takes so much for a caller. Errors: `LimitExceeded`, which says whose limit it is.
+    /// Takes an amount for a caller. Fails with `LimitExceeded`, which names the limit reached.
     pub fn take(self: &Arc<Shares>, caller: &Caller, amount: usize) -> Result<Share, Failure> {
         let mut held = self.locked();
         let own = held.get(&caller.who).copied().unwrap_or(0);
         let kept = if caller.role >= Role::Operate { 0 } else { self.kept };
         let used: usize = held.values().sum();
         let free = (self.all - kept).saturating_sub(used);
-        // A quarter is for those who have none yet.
+        // A quarter is reserved for callers that have none yet.
         let more = free.saturating_sub((self.all - kept) / 4) / 2;
         let full = if own + amount > self.each || (own > 0 && own + amount > more) {
             format!("{} has {own} {} at a time already, its share of {}", caller.who, self.what, self.all - kept)
@@ -70,10 +70,10 @@ impl Drop for Share {
     }
 }
 
-/// Callers that are remembered before those without a turn are forgotten.
+/// Number of remembered callers above which those without a turn are forgotten.
 const REMEMBERED: usize = 64;
 
-/// Limit of the requests of one caller that are worked on at a time: the others wait for their turn, and so delay only that caller.
+/// Limit on the concurrently executed requests of one caller: further ones wait for their turn, and so delay only that caller.
 pub struct Turns {
     each: usize,
     of: Mutex<HashMap<String, Arc<Semaphore>>>,
@@ -105,7 +105,7 @@ mod tests {
         Caller { who: who.to_owned(), role, from: String::new() }
     }
 
-    /// Takes one after the other until no more is given; what was said then.
+    /// Takes shares one by one until refused; returns them and the message.
     fn fill(shares: &Arc<Shares>, caller: &Caller) -> (Vec<Share>, String) {
         let mut own = Vec::new();
         loop {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Tokens: a file of mode 0600 that keeps their SHA-256, with role, expiry and revocation. A token has 256 random bits, so that one
-//! round of a fast hash is enough; comparison takes the same time whatever is equal.
+//! Tokens: a file of mode 0600 that stores their SHA-256, with role, expiry and revocation. A token has 256 random bits, so one round of
+//! a fast hash is enough; comparison takes constant time.
 use crate::requests::hex;
 use crate::secret;
 use api::Role;
@@ -17,7 +17,7 @@ use std::sync::{Mutex, MutexGuard};
 use std::time::{SystemTime, UNIX_EPOCH};
 use subtle::{Choice, ConditionallySelectable, ConstantTimeEq};
 
-/// One token, or one client certificate, as the file keeps it.
+/// Entry of the file: a token or a client certificate.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Entry {
@@ -25,10 +25,10 @@ pub struct Entry {
     pub role: Role,
     /// Digest of the token's text, or of the certificate's DER.
     pub sha256: String,
-    /// True for a client certificate, not a token.
+    /// True for a client certificate, false for a token.
     #[serde(default)]
     pub certificate: bool,
-    /// s since 1970.
+    /// Time of creation, s since 1970.
     pub created: u64,
     #[serde(default)]
     pub expires: Option<u64>,
@@ -50,34 +50,34 @@ pub enum TokenRejection {
     Revoked,
 }
 
-/// Identity of the file when it was read.
+/// Identity of the file version that was read.
 type Version = (u64, u64, i64, i64);
 
-/// The tokens file, read again whenever it has changed.
+/// The tokens file, which is read again whenever it has changed.
 pub struct Tokens {
     path: PathBuf,
     read: Mutex<FileState>,
 }
 
-/// State of the file as it was last read.
+/// Contents of the file as last read.
 #[derive(Default)]
 struct FileState {
     version: Option<Version>,
     kept: TokenTable,
-    /// Reason why it cannot be read now.
+    /// Reason why the file currently cannot be read.
     trouble: Option<String>,
     told: TokenNews,
 }
 
-/// News that has been told already.
+/// News already reported.
 #[derive(Default)]
 struct TokenNews {
     trouble: Option<String>,
-    /// Stage of each token before its end, by its name and when it was made.
+    /// Expiry stage of each token, by its name and creation time.
     ends: BTreeMap<(String, u64), Ending>,
 }
 
-/// Stage of a token before its end.
+/// Stage of a token's expiry.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 enum Ending {
     Week,
@@ -88,7 +88,7 @@ enum Ending {
 const DAY_S: u64 = 86_400;
 
 impl Tokens {
-    /// Opens the file. Errors: it cannot be read, its form, or others than its owner may read it.
+    /// Opens the file. Fails if it cannot be read, has a wrong form, or is readable by others than its owner.
     pub fn open(path: &Path) -> io::Result<Tokens> {
         let tokens = Tokens { path: path.to_owned(), read: Mutex::default() };
         tokens.refresh(&mut tokens.locked())?;
@@ -109,8 +109,8 @@ impl Tokens {
         Ok(())
     }
 
-    /// Reads the file where it has changed. Where it is damaged, what it had before goes on to count; where it is gone, or others may read it,
-    /// it admits no caller.
+    /// Reads the file if it has changed. If it is damaged, its previous contents stay valid; if it was deleted, or others may read it, no
+    /// caller is admitted.
     fn look(&self, read: &mut FileState) {
         let Err(why) = self.refresh(read) else { return };
         read.version = None;
@@ -122,7 +122,7 @@ impl Tokens {
         });
     }
 
-    /// Returns news for a person, each only once: the file cannot be read, or can be read again; a token is about to expire.
+    /// Returns news for a person, each item only once: the file has become unreadable or readable again; a token is about to expire.
     pub fn news(&self, now_s: u64) -> Vec<String> {
         let mut read = self.locked();
         self.look(&mut read);
@@ -164,7 +164,7 @@ impl Tokens {
         self.find(&sha256, true, now_s)
     }
 
-    /// Compares every entry, also after one that fits.
+    /// Compares every entry, even after a match.
     fn find(&self, sha256: &[u8; 32], certificate: bool, now_s: u64) -> Result<Entry, TokenRejection> {
         let mut read = self.locked();
         self.look(&mut read);
@@ -184,7 +184,7 @@ impl Tokens {
     }
 }
 
-/// A token that holds as long as this process serves, and lies in no file.
+/// A token that is valid while this process serves, and is not stored in any file.
 pub struct RunToken {
     sha256: String,
     /// Role of its holder.
@@ -192,19 +192,19 @@ pub struct RunToken {
 }
 
 impl RunToken {
-    /// Makes a new token of this role, and returns it with its text.
+    /// Makes a new token with this role, and returns it with its text.
     pub fn new(role: Role) -> io::Result<(RunToken, String)> {
         let token = random()?;
         Ok((RunToken { sha256: hex(&Sha256::digest(token.as_bytes())), role }, token))
     }
 
-    /// Returns true if this is its text, in the same time for any text.
+    /// Returns true if this is the token's text, in constant time.
     pub fn is(&self, token: &str) -> bool {
         self.sha256.as_bytes().ct_eq(hex(&Sha256::digest(token.as_bytes())).as_bytes()).into()
     }
 }
 
-/// Returns the digest that the file keeps of a token's text.
+/// Returns the digest of a token's text that the file stores.
 pub(crate) fn digest(token: &str) -> [u8; 32] {
     Sha256::digest(token.as_bytes()).into()
 }
@@ -216,19 +216,19 @@ fn random() -> io::Result<String> {
     Ok(format!("gpac_{}", URL_SAFE_NO_PAD.encode(random)))
 }
 
-/// Returns s since 1970.
+/// Returns the time, s since 1970.
 pub fn now_s() -> u64 {
     SystemTime::now().duration_since(UNIX_EPOCH).map_or(0, |since| since.as_secs())
 }
 
-/// Makes a token of that name and puts it into the file, which is made where there is none. The token: it is told this once.
+/// Makes a token of that name and adds it to the file, which is created if necessary. Returns the token, which is never shown again.
 pub fn add(path: &Path, name: &str, role: Role, expires: Option<u64>) -> io::Result<String> {
     let token = random()?;
     enter(path, name, role, expires, hex(&Sha256::digest(token.as_bytes())), false)?;
     Ok(token)
 }
 
-/// Lets the holder of a client certificate in, by the SHA-256 of its DER.
+/// Adds a client certificate, by the SHA-256 of its DER, so that its holder is admitted.
 pub fn add_certificate(path: &Path, name: &str, role: Role, expires: Option<u64>, sha256: [u8; 32]) -> io::Result<()> {
     enter(path, name, role, expires, hex(&sha256), true)
 }
@@ -242,7 +242,7 @@ fn enter(path: &Path, name: &str, role: Role, expires: Option<u64>, sha256: Stri
     store(path, &kept)
 }
 
-/// Revokes what has that name. False where there is none that is not revoked already.
+/// Revokes the token or certificate of that name. Returns false if there is none, or if it is already revoked.
 pub fn revoke(path: &Path, name: &str) -> io::Result<bool> {
     let mut kept = load(path)?;
     let mut any = false;
@@ -267,14 +267,14 @@ fn load(path: &Path) -> io::Result<TokenTable> {
     serde_json::from_str(&text).map_err(|why| io::Error::new(io::ErrorKind::InvalidData, format!("'{}' is no file of tokens: {why}", path.display())))
 }
 
-/// Stores the file: a new one takes the place of the old one, so that no reader sees half of it.
+/// Stores the file by replacing it with a new one, so that no reader sees half of it.
 fn store(path: &Path, kept: &TokenTable) -> io::Result<()> {
     let new = path.with_extension(format!("new-{}", std::process::id()));
     let text = serde_json::to_string_pretty(kept).map_err(io::Error::other)?;
     let mut file = OpenOptions::new().write(true).create_new(true).mode(0o600).open(&new)?;
     let written = file.write_all(text.as_bytes()).and_then(|()| file.sync_all()).and_then(|()| fs::rename(&new, path));
     if written.is_err() {
-        // What is left of the attempt is of no use to anybody; the first error is the one that is told.
+        // Clean up the failed attempt; only the first error is reported.
         let _gone = fs::remove_file(&new);
     }
     written

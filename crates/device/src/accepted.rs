@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The options that a driver accepts: those that it declares, and those of its class.
+//! Options accepted by a driver: its declared ones, and those of its class.
 use crate::class::Class;
 use crate::declaration::Declaration;
 use crate::option_word::{Kind, OptionWord};
 
-/// Range of the timeout: no source can keep a shorter one, and a longer one guards nobody.
+/// Range of the timeout: no source can meet a shorter one, and a longer one protects nobody.
 const TIMEOUT_NS: [f64; 2] = [1e6, 3.6e12];
 
-/// The watchdog of a driver that declares none itself.
+/// Option of the watchdog, for drivers that do not declare one themselves.
 pub(crate) const TIMEOUT: OptionWord = OptionWord::with_default(
     "timeout_ns",
     Kind::Whole,
@@ -17,11 +17,11 @@ pub(crate) const TIMEOUT: OptionWord = OptionWord::with_default(
 .unit("ns")
 .within(TIMEOUT_NS[0], TIMEOUT_NS[1]);
 
-/// Exchanges on the thread of its source instead, as under the virtual clock.
+/// Option to exchange on the thread of the source, as under the virtual clock.
 pub(crate) const IN_PLACE: OptionWord =
     OptionWord::with_default("in_place", Kind::Bool, "false; true under the virtual clock", "exchanges on the thread of its source: for tests");
 
-/// The options that every driver of class `worker` has.
+/// Options of every driver of class `worker`.
 pub(crate) const WORKER: [OptionWord; 3] = [
     OptionWord::with_default("period_ns", Kind::Whole, "10 ms", "how often it exchanges, on a thread of its own").unit("ns").within(1e5, 1e10),
     OptionWord::with_default(
@@ -35,17 +35,17 @@ pub(crate) const WORKER: [OptionWord; 3] = [
     IN_PLACE,
 ];
 
-/// Returns the options of a driver for a manual: its own, and those that each of its class has.
+/// Returns the options of a driver for a manual: its own, and those of its class.
 pub fn options_of(of: &'static Declaration) -> Vec<&'static OptionWord> {
     accepted(of).collect()
 }
 
-/// Returns true if it declares the option of the watchdog itself.
+/// Returns true if the driver declares the watchdog option itself.
 pub(crate) fn has_own_timeout(of: &Declaration) -> bool {
     of.options.iter().any(|word| word.name == TIMEOUT.name)
 }
 
-/// Returns the options of a driver, and those that each of its class has.
+/// Returns the options of a driver, and those of its class.
 pub(crate) fn accepted(of: &'static Declaration) -> impl Iterator<Item = &'static OptionWord> + Clone {
     let of_class: &[OptionWord] = if of.class == Class::Worker { &WORKER } else { &[] };
     of.options.iter().chain((!has_own_timeout(of)).then_some(&TIMEOUT)).chain(of_class)

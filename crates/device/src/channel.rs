@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-//! A channel of a physical device, and what it says of itself.
+//! Channel of a physical device, and its description.
 use crate::types::Type;
 
 /// Direction of a channel.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 pub enum Direction {
-    /// The channel comes from the machine.
+    /// From the machine.
     Read,
     /// To the machine.
     Write,
@@ -18,29 +18,29 @@ pub struct Channel {
     pub name: String,
     /// Direction of the channel.
     pub direction: Direction,
-    /// C type, for example `double`.
+    /// C type, such as `double`.
     pub type_text: String,
-    /// Unit, or empty.
+    /// Unit, or empty if none.
     pub unit: String,
     /// Description, one line.
     pub doc: String,
-    /// Offset in the readings or in the commands.
+    /// Offset in the readings or the commands.
     pub offset: usize,
-    /// Bytes.
+    /// Length in bytes.
     pub len: usize,
-    /// Write: the value that leaves the machine safe (bytes of the type).
+    /// Write channels: the value that leaves the machine safe (bytes of the type).
     pub safe: Vec<u8>,
-    /// Write, `double` only: the fastest change, in units per second; enforced and counted in the write step.
+    /// Write channels of type `double`: the maximum rate of change, in units per second; enforced and counted in the write step.
     pub slew_max: Option<f64>,
 }
 
 impl Channel {
-    /// Makes a channel that is read. [`Layout::add`](crate::Layout::add) places it.
+    /// Makes a read channel. [`Layout::add`](crate::Layout::add) assigns its offset.
     pub fn read(name: impl Into<String>, of: Type) -> Channel {
         Channel::new(name.into(), Direction::Read, of, Vec::new())
     }
 
-    /// Makes a channel that is written; its safe value is 0 unless [`Channel::safe`] gives another.
+    /// Makes a write channel; its safe value is 0 unless [`Channel::safe`] sets another.
     pub fn write(name: impl Into<String>, of: Type) -> Channel {
         Channel::new(name.into(), Direction::Write, of, vec![0; of.len()])
     }
@@ -49,22 +49,22 @@ impl Channel {
         Channel { name, direction, type_text: of.to_string(), unit: String::new(), doc: String::new(), offset: 0, len: of.len(), safe, slew_max: None }
     }
 
-    /// Sets this unit.
+    /// Sets the unit.
     pub fn unit(self, unit: impl Into<String>) -> Channel {
         Channel { unit: unit.into(), ..self }
     }
 
-    /// Sets this description.
+    /// Sets the description.
     pub fn doc(self, doc: impl Into<String>) -> Channel {
         Channel { doc: doc.into(), ..self }
     }
 
-    /// Sets this safe value, as bytes of the type.
+    /// Sets the safe value, as bytes of the type.
     pub fn safe(self, safe: Vec<u8>) -> Channel {
         Channel { safe, ..self }
     }
 
-    /// Sets this limit of its change, in units per second; none if nothing is given.
+    /// Sets the maximum rate of change, in units per second; `None` removes the limit.
     pub fn slew(self, slew_max: Option<f64>) -> Channel {
         Channel { slew_max, ..self }
     }

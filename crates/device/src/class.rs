@@ -1,15 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The class of a driver.
+//! Class of a driver.
 use std::fmt;
 
 /// Thread on which a driver exchanges its values.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Class {
-    /// The thread of its source: its reads and writes are bounded, and neither allocate nor wait.
+    /// Thread of its source: reads and writes are bounded, and neither allocate nor wait.
     Inline,
-    /// A thread of its own; the newest values are exchanged, each with its age.
+    /// Dedicated thread; the newest values are exchanged, each with its age.
     Worker,
-    /// A process of its own under the guard.
+    /// Dedicated process under the guard.
     Process,
 }
 

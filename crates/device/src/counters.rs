@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Counters of a driver in its exchange: frames that were lost, answers that came too late.
+//! Counters of a driver's exchange, such as lost frames and late answers.
 use std::sync::atomic::{AtomicU64, Ordering};
 
 /// A counter of a driver.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct CounterWord {
     pub name: &'static str,
-    /// Unit, or empty for a mere number.
+    /// Unit, or empty for a plain number.
     pub unit: &'static str,
     /// One line.
     pub doc: &'static str,
@@ -51,8 +51,8 @@ macro_rules! counters {
     };
 }
 
-/// The counters of one open device: the driver counts, anyone reads, nobody waits. An index is a variant of what [`counters!`](crate::counters)
-/// declares, or a number where a driver outside this crate tells its words when it is loaded.
+/// Counters of one open device: the driver counts, any thread may read, nobody waits. An index is a variant of an enum declared by
+/// [`counters!`](crate::counters), or a number if a driver outside this crate declares its words when it is loaded.
 #[derive(Debug)]
 pub struct Counters {
     words: &'static [CounterWord],
@@ -60,40 +60,40 @@ pub struct Counters {
 }
 
 impl Counters {
-    /// Makes all of them, at 0.
+    /// Makes counters for these words, all at 0.
     pub fn new(words: &'static [CounterWord]) -> Counters {
         Counters { words, values: words.iter().map(|_| AtomicU64::new(0)).collect() }
     }
 
-    /// Returns the words of the counters, in the order of the indices.
+    /// Returns the declarations of the counters, in the order of the indices.
     pub fn words(&self) -> &'static [CounterWord] {
         self.words
     }
 
-    /// Counts `more`. Real-time safe.
+    /// Adds `more` to a counter. Real-time safe.
     #[inline]
     pub fn add(&self, index: impl Into<usize>, more: u64) {
         self.values[index.into()].fetch_add(more, Ordering::Relaxed);
     }
 
-    /// Stores a value, as the age of the newest answer. Real-time safe.
+    /// Stores a value, such as the age of the newest answer. Real-time safe.
     #[inline]
     pub fn set(&self, index: impl Into<usize>, value: u64) {
         self.values[index.into()].store(value, Ordering::Relaxed);
     }
 
-    /// Returns the value of one.
+    /// Returns the value of a counter.
     #[inline]
     pub fn get(&self, index: impl Into<usize>) -> u64 {
         self.values[index.into()].load(Ordering::Relaxed)
     }
 
-    /// Returns the address at which one is counted, for code of another language. It is there as long as these counters.
+    /// Returns the address of a counter, for code in another language. It is valid as long as these counters exist.
     pub fn address(&self, index: usize) -> *const AtomicU64 {
         &raw const self.values[index]
     }
 
-    /// Names and values.
+    /// Returns names and values.
     pub fn all(&self) -> impl Iterator<Item = (&'static CounterWord, u64)> {
         self.words.iter().zip(self.values.iter().map(|value| value.load(Ordering::Relaxed)))
     }

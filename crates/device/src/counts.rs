@@ -1,21 +1,21 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Channels whose value is made of counts: value = counts × scale + offset, with the counts of an entry, a terminal or a register.
+//! Channels whose value is derived from counts: value = counts × scale + offset, with the counts of an entry, a terminal or a register.
 use crate::option_word::{Kind, OptionWord};
 use crate::types::Number;
 use serde::Deserialize;
 use serde_json::Value;
 
-/// Largest scale and offset: a double resolves single counts far beyond it.
+/// Maximum scale and offset: a double resolves single counts far beyond it.
 const FARTHEST: f64 = 1e15;
 
-/// The numbers in the options of such a channel.
+/// Numeric options of such a channel.
 pub const WORDS: [OptionWord; 3] = [
     OptionWord::with_default("scale", Kind::Number, "1", "value of one count").within(-FARTHEST, FARTHEST),
     OptionWord::with_default("offset", Kind::Number, "0", "its value at 0 counts").within(-FARTHEST, FARTHEST),
     OptionWord::with_default("safe", Kind::Number, "off, or 0 counts", "value of an output that its device is left with").within(-FARTHEST, FARTHEST),
 ];
 
-/// The options of such a channel, without its place on the bus.
+/// Options of such a channel, except its address on the bus.
 #[derive(Clone, Debug, Default, Deserialize)]
 pub struct CountsOptions {
     scale: Option<f64>,
@@ -25,7 +25,7 @@ pub struct CountsOptions {
 }
 
 impl CountsOptions {
-    /// Returns true if its value is a double, counts × scale + offset, rather than the counts.
+    /// Returns true if the value is a double, counts × scale + offset, rather than the counts.
     pub fn is_scaled(&self) -> bool {
         self.scale.is_some() || self.offset.is_some()
     }
@@ -34,12 +34,12 @@ impl CountsOptions {
         self.unit.as_deref().unwrap_or("")
     }
 
-    /// Its counts, `bits` bits of this number.
+    /// Returns the conversion for `bits` bits of this number type.
     pub fn counts(&self, number: Number, bits: u32) -> Counts {
         Counts { number, bits, scale: self.scale.unwrap_or(1.0), offset: self.offset.unwrap_or(0.0) }
     }
 
-    /// Its safe value: off, or 0 counts where nothing is said.
+    /// Returns the safe value: off, or 0 counts by default.
     pub fn safe(&self) -> f64 {
         let off = self.offset.unwrap_or(0.0);
         match &self.safe {
@@ -49,7 +49,7 @@ impl CountsOptions {
         }
     }
 
-    /// Returns why it cannot be such a channel, for people; none: it can.
+    /// Returns the reason why the options are invalid, for people; `None` if they are valid.
     pub fn problem(&self, is_digital: bool, is_output: bool) -> Option<String> {
         if is_digital && (self.is_scaled() || self.unit.is_some()) {
             return Some("is one bit: it has no scale, offset or unit".to_owned());
@@ -67,23 +67,23 @@ impl CountsOptions {
     }
 }
 
-/// Counts on a bus, and the value that is made of them.
+/// Conversion between counts on a bus and a value.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Counts {
     pub number: Number,
-    /// Its number of bits, at most those of the number.
+    /// Number of bits, at most the width of the number.
     pub bits: u32,
     pub scale: f64,
     pub offset: f64,
 }
 
 impl Counts {
-    /// Returns the number itself, as wide as in C.
+    /// Returns the identity conversion, at the full width of the number in C.
     pub fn of(number: Number) -> Counts {
         Counts { number, bits: 8 * number.width() as u32, scale: 1.0, offset: 0.0 }
     }
 
-    /// Returns the value of these counts, the lowest bits of `raw`. Real-time safe.
+    /// Converts counts, the lowest bits of `raw`, to a value. Real-time safe.
     pub fn value(&self, raw: u64) -> f64 {
         let unused = 64 - self.bits;
         let counts = match self.number {
@@ -95,12 +95,12 @@ impl Counts {
         self.scale * counts + self.offset
     }
 
-    /// Returns the counts nearest to a value, in the lowest bits, and whether it lies in their range: a value beyond it is told as the last
-    /// of them, never as infinity. None: it is no number. Real-time safe.
+    /// Returns the counts nearest to a value, in the lowest bits, and whether the value is in range: a value beyond the range is clamped
+    /// to its end, never to infinity. Returns `None` for NaN. Real-time safe.
     pub fn counts(&self, value: f64) -> Option<(u64, bool)> {
         let exact = (value - self.offset) / self.scale;
         let unused = 64 - self.bits;
-        // The casts saturate. As doubles the ends of 64 bits are one too large, which no double lies between.
+        // The casts saturate. As doubles the ends of 64-bit ranges are one too large, and no double lies between.
         let (raw, least, most, counts) = match self.number {
             Number::Int8 | Number::Int16 | Number::Int32 | Number::Int64 => {
                 let (least, most) = (i64::MIN >> unused, i64::MAX >> unused);
@@ -117,7 +117,7 @@ impl Counts {
     }
 }
 
-/// Returns the first two of these that have the same name, or the same place on a bus, in words; `place` says a place.
+/// Returns a message about the first two entries that have the same name, or the same address on a bus; `place` formats an address.
 pub fn given_twice<P: PartialEq>(all: &[(&str, P)], place: impl Fn(&P) -> String) -> Option<String> {
     all.iter().enumerate().find_map(|(index, (name, at))| {
         all[..index].iter().find_map(|(before, taken)| match () {

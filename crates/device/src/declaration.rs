@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The declaration of a driver: what a program, a manual and the registry know of it before it is opened.
+//! Declaration of a driver: the information for programs, manuals and the registry before it is opened.
 use crate::class::Class;
 use crate::counters::CounterWord;
 use crate::error::DriverError;
@@ -11,17 +11,17 @@ use crate::services::{Scan, ServiceWord};
 use crate::shapes::Geometry;
 use serde_json::Value;
 
-/// Function of a driver that takes its checked options and needs no open driver: it makes one, draws its machine, tries its files.
+/// Function of a driver that takes its checked options and needs no open driver: it opens one, draws its machine, or tries its files.
 pub type Of<T> = fn(&GivenOptions<'_>) -> Result<T, DriverError>;
 
-/// The kind and the options of the driver that stands for another one.
+/// Returns the kind and the options of the driver that replaces another one.
 pub type StandIn = fn(&Value) -> Option<(String, Value)>;
 
-/// A kind of driver. It is a constant of the file that the driver is in; [`register`](crate::register) makes it known.
+/// Kind of driver, a constant in the driver's file; [`register`](crate::register) registers it.
 pub struct Declaration {
-    /// The name by which a program asks for it.
+    /// Name by which a program requests it.
     pub kind: &'static str,
-    /// One line.
+    /// Description, one line.
     pub doc: &'static str,
     pub class: Class,
     pub options: &'static [OptionWord],
@@ -29,23 +29,23 @@ pub struct Declaration {
     pub life: Life,
     /// The safe state of its device.
     pub safe_state: SafeState,
-    /// Services that it offers off the cycle.
+    /// Services offered off the cycle.
     pub services: &'static [ServiceWord],
-    /// Its counters.
+    /// Counters of the driver.
     pub counters: &'static [CounterWord],
-    /// Rights that it needs beyond those of a program of the user, one line each with how it is given: `raw sockets: cap_net_raw`.
+    /// Rights needed beyond those of an ordinary user's program, one line each, with how to grant it: `raw sockets: cap_net_raw`.
     pub rights: &'static [&'static str],
-    /// Finds devices that it could open; none: it cannot look.
+    /// Finds devices that the driver could open; `None` if it cannot search.
     pub scan: Option<Scan>,
-    /// Makes it. It may allocate, read files and load libraries.
+    /// Makes the driver. It may allocate, read files and load libraries.
     pub open: Of<OpenedDriver>,
-    /// Bodies, joints, shapes and meshes of its machine, for whatever draws it; without opening it.
+    /// Returns bodies, joints, shapes and meshes of the machine for drawing, without opening it.
     pub geometry: Option<Of<Option<Geometry>>>,
-    /// Tries the files that its options name, so that what is wrong with one ends no process but a child.
+    /// Tries the files named by the options in a child process, so that a broken file cannot end another one.
     pub trial: Option<Of<()>>,
-    /// Driver and options that stand for it where time is virtual; none: itself.
+    /// Returns the driver and options that replace this one in virtual time; `None` if none do.
     pub in_virtual_time: Option<StandIn>,
-    /// Maker of a driver that was loaded from a file: it makes drivers, and looks for devices, in place of `open` and `scan`.
+    /// Maker of a driver that was loaded from a file: it makes drivers and searches for devices, instead of `open` and `scan`.
     pub loaded: Option<&'static dyn DriverMaker>,
 }
 
@@ -53,12 +53,12 @@ impl Declaration {
     /// Makes a driver.
     ///
     /// # Errors
-    /// The driver's own.
+    /// Returns the driver's own error.
     pub(crate) fn make(&self, given: &GivenOptions<'_>) -> Result<OpenedDriver, DriverError> {
         self.loaded.map_or_else(|| (self.open)(given), |loaded| loaded.open(given))
     }
 
-    /// Makes a declaration with these options, which is inline and has nothing beyond what every driver has.
+    /// Makes a declaration of an inline driver with these options and otherwise the defaults.
     pub const fn new(kind: &'static str, doc: &'static str, options: &'static [OptionWord], open: Of<OpenedDriver>) -> Declaration {
         Declaration {
             kind,

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Errors of making a driver, and of reading or writing its device.
+//! Errors when making a driver, and when reading or writing its device.
 use crate::class::Class;
 use std::path::PathBuf;
 use thiserror::Error;
 
-/// Reason why [`open`](crate::open) failed. Each message says what to do next, where that is known.
+/// Reason why [`open`](crate::open) failed. Each message suggests the next step, if it is known.
 #[derive(Debug, Error)]
 pub enum DriverError {
     /// There is no driver of that name.
@@ -16,7 +16,7 @@ pub enum DriverError {
     /// A file that an option names cannot be read.
     #[error("driver '{kind}' cannot read '{}': {problem}", path.display())]
     File { kind: String, path: PathBuf, problem: String },
-    /// The driver exchanges in a way that nothing in this process serves.
+    /// No thread or process here serves the driver's class.
     #[error("driver '{kind}' is declared as {class}, which this program does not serve; open it by crate drivers, or declare it inline")]
     Class { kind: String, class: Class },
     /// The driver has no such service.
@@ -25,16 +25,16 @@ pub enum DriverError {
     /// An argument of a service is missing, unknown or has a wrong value.
     #[error("service '{service}' of driver '{kind}': argument '{argument}': {problem}")]
     Argument { kind: String, service: String, argument: String, problem: String },
-    /// The driver cannot look for devices.
+    /// The driver cannot search for devices.
     #[error("driver '{kind}' cannot look for devices; its manual says which options open one")]
     NoScan { kind: String },
     /// Another driver of that name is registered.
     #[error("there is a driver '{kind}' already; register this one under another name")]
     Taken { kind: String },
-    /// A process that a driver runs in could not be started, or is gone.
+    /// The process that a driver runs in could not be started, or has exited.
     #[error("driver '{kind}': {problem}")]
     Process { kind: String, problem: String },
-    /// The driver's own words.
+    /// Message of the driver.
     #[error("{0}")]
     Failed(String),
 }
@@ -42,6 +42,6 @@ pub enum DriverError {
 /// Reason why a device could not be read or written. It becomes the condition `device_lost` of the verbs that use the device.
 #[derive(Debug)]
 pub struct DeviceError {
-    /// Text for people.
+    /// Message for people.
     pub message: String,
 }

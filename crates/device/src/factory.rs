@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Makes drivers from their options: finds the declaration, checks the options, and adds the watchdog and the thread that they ask for.
+//! Makes drivers from their options: finds the declaration, checks the options, and adds the watchdog and the thread that they require.
 use crate::accepted::{IN_PLACE, TIMEOUT, accepted, has_own_timeout};
 use crate::channel::Direction;
 use crate::class::Class;
@@ -14,14 +14,14 @@ use crate::shapes::Geometry;
 use crate::{watchdog, worker};
 use serde_json::{Value, json};
 
-/// Mark `true` in a description: nothing but a guard makes the device safe once its process is gone. It is for the supervisor, which
-/// knows whether one runs there.
+/// Key set to `true` in a description if nothing but a guard makes the device safe once its process has exited. It is for the supervisor,
+/// which knows whether a guard is running.
 pub const UNGUARDED_WITHOUT_GUARD: &str = "unguarded_without_guard";
 
 /// Makes the driver `kind` from its options, a table of names and values; it is not opened yet.
 ///
-/// The second value describes the machine: what [`OpenedDriver`] says, and `watchdog_ns` where it has one (option
-/// `timeout_ns` of any driver). Never on the real-time path. Errors: an unknown kind, a wrong option, and each driver's own.
+/// The second value describes the machine: that of [`OpenedDriver`], and `watchdog_ns` if it has one (option `timeout_ns` of any driver).
+/// Never call this on the real-time path. Fails if the kind is unknown or an option is wrong, or with the driver's own error.
 pub fn open(kind: &str, options: &Value) -> Result<OpenedDriver, DriverError> {
     let of = find(kind)?;
     let given = GivenOptions::check(of.kind, options, accepted(of))?;
@@ -30,11 +30,11 @@ pub fn open(kind: &str, options: &Value) -> Result<OpenedDriver, DriverError> {
         Class::Inline | Class::Process => (None, given),
     };
     let (driver, mut about) = if has_own_timeout(of) { of.make(&given)? } else { watchdog::watched(&given, of)? };
-    // The watchdog that any driver can have by an option runs in the process of the driver, and ends with it.
+    // The watchdog that any driver can have by an option runs in the driver's process, and ends with it.
     let is_kept_here = !has_own_timeout(of) && !given.value()[TIMEOUT.name].is_null();
     let has_watchdog = !is_kept_here && driver.watchdog_ns().is_some();
     let commands = driver.channels().iter().any(|channel| channel.direction == Direction::Write);
-    // Of a driver that runs another one, what that one says of itself does not hold.
+    // If a driver runs another one, the other one's marks do not apply.
     for (word, guard) in [("unguarded", true), (UNGUARDED_WITHOUT_GUARD, false)] {
         if commands && of.safe_state.is_unguarded(has_watchdog, guard) {
             about[word] = true.into();
@@ -53,7 +53,7 @@ pub fn open(kind: &str, options: &Value) -> Result<OpenedDriver, DriverError> {
     Ok((driver, about))
 }
 
-/// Adds the declaration of each of its devices; a driver that says more of this one has the last word.
+/// Adds the declared properties of the device, except for those that the driver has set itself.
 fn tell(of: &'static Declaration, about: &mut Value) {
     let Manual { class, safe_state, services, counters, .. } = Manual::from(of);
     let told = [("class", json!(class)), ("safe_state", json!(safe_state)), ("services", json!(services)), ("counters", json!(counters))];
@@ -64,48 +64,48 @@ fn tell(of: &'static Declaration, about: &mut Value) {
     }
 }
 
-/// Checks options against what the driver `kind` declares, without making one.
+/// Checks options against the declaration of the driver `kind`, without making one.
 ///
 /// # Errors
-/// An unknown kind, an option that is wrong, unknown or missing.
+/// Fails if the kind is unknown, or an option is wrong, unknown or missing.
 pub fn check(kind: &str, options: &Value) -> Result<(), DriverError> {
     let of = find(kind)?;
     GivenOptions::check(of.kind, options, accepted(of)).map(|_| ())
 }
 
-/// Bodies, joints, shapes and meshes of the machine that a driver of this kind and these options stands for; nothing where it has
-/// none. It may load the model once more and leaves the machine alone, so it may last some tenths of a second: never on the real-time
-/// path. Errors: those of [`open`], for a model that is no longer there.
+/// Returns bodies, joints, shapes and meshes of the machine of a driver with this kind and these options; `None` if it has none. It may
+/// load the model once more and leaves the machine alone, so it may take some tenths of a second: never call this on the real-time path.
+/// Fails like [`open`], for example if the model no longer exists.
 pub fn geometry(kind: &str, options: &Value) -> Result<Option<Geometry>, DriverError> {
     let of = find(kind)?;
     of.geometry.map_or(Ok(None), |geometry| geometry(&GivenOptions::check(of.kind, options, accepted(of))?))
 }
 
-/// Tries the files that the options name, as the driver declares it; without a trial nothing is tried.
+/// Tries the files named by the options, if the driver declares a trial.
 ///
 /// # Errors
-/// What is wrong with them.
+/// Returns the problem with them.
 pub fn try_options(kind: &str, options: &Value) -> Result<(), DriverError> {
     let of = find(kind)?;
     of.trial.map_or(Ok(()), |trial| trial(&GivenOptions::check(of.kind, options, accepted(of))?))
 }
 
-/// Returns the driver and options that stand for these where time is virtual, where nothing can run at a pace of its own.
+/// Returns the driver and options that replace these in virtual time, in which nothing can run at a pace of its own.
 pub fn in_virtual_time(kind: &str, options: &Value) -> (String, Value) {
     let Ok(of) = find(kind) else { return (kind.to_owned(), options.clone()) };
     let other = of.in_virtual_time.and_then(|of| of(options));
     let (kind, mut options) = other.unwrap_or_else(|| (kind.to_owned(), options.clone()));
-    // No thread has a pace of its own there.
+    // No thread has a pace of its own in virtual time.
     if let (Class::Worker, Some(options)) = (of.class, options.as_object_mut()) {
         options.insert(IN_PLACE.name.to_owned(), true.into());
     }
     (kind, options)
 }
 
-/// Looks for devices that the driver `kind` could open; `options` say where, and need not say more.
+/// Searches for devices that the driver `kind` could open; `options` say where, and may omit the rest.
 ///
 /// # Errors
-/// An unknown kind, one that cannot look, a wrong option, and each driver's own.
+/// Fails if the kind is unknown or cannot search, or an option is wrong, or with the driver's own error.
 pub fn scan(kind: &str, options: &Value) -> Result<Vec<FoundDevice>, DriverError> {
     let of = find(kind)?;
     let scan = of.scan.ok_or_else(|| DriverError::NoScan { kind: of.kind.into() })?;

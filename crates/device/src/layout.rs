@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Layout of a device's channels in its readings and in its commands.
+//! Layout of a device's channels in its readings and commands.
 use crate::channel::{Channel, Direction};
 
-/// The channels of a driver, each behind the one before it that goes the same way.
+/// Channels of a driver, each placed after the previous one in the same direction.
 #[derive(Clone, Debug, Default)]
 pub struct Layout {
     channels: Vec<Channel>,
@@ -10,21 +10,22 @@ pub struct Layout {
     commands_len: usize,
 }
 
-/// The bytes of one channel, in the readings or in the commands.
+/// Bytes of one channel, in the readings or the commands.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Slot {
     pub offset: usize,
     pub len: usize,
 }
 
-/// The widest number: what begins at a multiple of it is aligned for every type.
+/// Width of the widest number: a multiple of it is aligned for every type.
 const ALIGNED: usize = 8;
 
 impl Layout {
-    /// Puts a channel behind those that go the same way, and says where that is.
+    /// Adds a channel after those in the same direction, and returns its location.
     ///
     /// # Panics
-    /// A channel of that name is there already, or its safe value has another length than its type: each is a fault of the driver.
+    /// Panics if there is already a channel of that name, or if its safe value differs in length from its type: each is a bug in the
+    /// driver.
     pub fn add(&mut self, channel: Channel) -> Slot {
         assert!(!self.has(&channel.name), "channel '{}' is declared twice", channel.name);
         let end = match channel.direction {
@@ -55,25 +56,25 @@ impl Layout {
         self.channels
     }
 
-    /// Bytes of the readings.
+    /// Returns the number of bytes of the readings.
     pub fn readings_len(&self) -> usize {
         self.readings_len
     }
 
-    /// Bytes of the commands.
+    /// Returns the number of bytes of the commands.
     pub fn commands_len(&self) -> usize {
         self.commands_len
     }
 }
 
 impl Slot {
-    /// Its bytes among those of all.
+    /// Returns the bytes of this channel among those of all.
     #[inline]
     pub fn of(self, all: &[u8]) -> &[u8] {
         &all[self.offset..self.offset + self.len]
     }
 
-    /// Its bytes, to be stored to.
+    /// Returns the bytes of this channel for writing.
     #[inline]
     pub fn of_mut(self, all: &mut [u8]) -> &mut [u8] {
         &mut all[self.offset..self.offset + self.len]

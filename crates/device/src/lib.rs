@@ -1,24 +1,24 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The interface of a driver: what stands between a physical device and the kernel that reads and writes it.
+//! Interface of drivers: the layer between a physical device and the kernel that reads and writes it.
 //!
 //! | | |
 //! |---|---|
-//! | [`Driver`], [`DeviceError`] | what a driver does: open, read, write, safe state, close |
-//! | [`Channel`], [`Direction`], [`Type`] | what it says of its values |
-//! | [`Layout`], [`Slot`] | where they lie: offsets that nobody counts by hand |
-//! | [`Declaration`], [`OptionWord`], [`Class`] | its manual: name, options with units and defaults, where it exchanges |
-//! | [`register`], [`open`], [`geometry`] | the drivers of this process: each registers itself, nobody above names one |
-//! | [`DriverMaker`], [`lend_loader`] | drivers that come in a file: `name@file.so` |
-//! | [`GivenOptions`] | options, checked by one piece of code |
-//! | [`Life`], [`SafeState`] | how its device comes, goes and comes to rest |
-//! | [`Services`], [`ServiceWord`], [`Scan`] | what it does off the cycle: commands, and the search for devices |
-//! | [`Counters`] | what it counts: lost frames, late answers |
-//! | [`Beside`], [`Manual`] | services and counters of an open driver; what it declares, to be sent and printed |
-//! | [`Part`], [`Command`], [`Servo`], [`Geometry`] | what it says of its machine, and what that looks like |
-//! | [`Attendance`] | how long the other side was silent, as far as who judges it was there |
-//! | [`SafeHandle`] | what the guard writes when the process of the driver is gone |
+//! | [`Driver`], [`DeviceError`] | functions of a driver: open, read, write, safe state, close |
+//! | [`Channel`], [`Direction`], [`Type`] | description of its values |
+//! | [`Layout`], [`Slot`] | location of its values: computed offsets |
+//! | [`Declaration`], [`OptionWord`], [`Class`] | its manual: name, options with units and defaults, thread of its exchange |
+//! | [`register`], [`open`], [`geometry`] | the drivers of this process: each registers itself, no higher layer names one |
+//! | [`DriverMaker`], [`lend_loader`] | drivers from a file: `name@file.so` |
+//! | [`GivenOptions`] | options, checked in one place |
+//! | [`Life`], [`SafeState`] | opening, loss and safe state of its device |
+//! | [`Services`], [`ServiceWord`], [`Scan`] | functions off the cycle: commands, and the search for devices |
+//! | [`Counters`] | its counters: lost frames, late answers |
+//! | [`Beside`], [`Manual`] | services and counters of an open driver; its declaration in a form that can be sent and printed |
+//! | [`Part`], [`Command`], [`Servo`], [`Geometry`] | description of its machine, and its appearance |
+//! | [`Attendance`] | silence of the other side, as far as this side was running |
+//! | [`SafeHandle`] | writes that the guard makes when the driver's process has exited |
 //!
-//! Nothing here knows a kernel, a verb, a thread or a process.
+//! This crate is independent of kernels, verbs, threads and processes.
 mod accepted;
 mod attendance;
 mod channel;

@@ -1,18 +1,19 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Times of a device's opening, loss and coming to rest: a driver declares them, and the conformance kit measures them.
+//! Times of a device's opening, loss and safe state: a driver declares them, and the conformance kit measures them.
 use std::fmt;
 
 /// Times of a device's opening and loss.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Life {
-    /// Time for which [`Driver::open`](crate::Driver::open) waits for a device that is not there yet, ns; 0: it is there, or refused at once.
+    /// Time for which [`Driver::open`](crate::Driver::open) waits for a device that is not present yet, ns; 0: the device is present, or
+    /// refused at once.
     pub waits_ns: i64,
-    /// Time from the last answer of a device that is gone until its loss is reported, ns, at most.
+    /// Maximum time from the last answer of a lost device until its loss is reported, ns.
     pub lost_within_ns: i64,
 }
 
 impl Life {
-    /// Life of a device that is there when it is opened, and whose next exchange fails when it is gone.
+    /// Life of a device that is present when it is opened, and whose next exchange fails when it is lost.
     pub const IN_PLACE: Life = Life { waits_ns: 0, lost_within_ns: 0 };
 }
 
@@ -23,9 +24,9 @@ pub enum SafeBy {
     Driver,
     /// The guard, by [`Driver::safe_handles`](crate::Driver::safe_handles).
     Guard,
-    /// The device's own watchdog, which the driver sets.
+    /// The device's own watchdog, set by the driver.
     Device,
-    /// The end of the driver's process: its machine is computed there, or sees that commands have ended.
+    /// The end of the driver's process: the machine is simulated in it, or detects that commands have ended.
     End,
 }
 
@@ -40,25 +41,25 @@ impl fmt::Display for SafeBy {
     }
 }
 
-/// The safe state of a device: what it is, what brings it about, and how soon.
+/// Safe state of a device: the state, the agents that bring it about, and its delay.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct SafeState {
     /// Description, one line: `torque off`.
     pub doc: &'static str,
     pub by: &'static [SafeBy],
-    /// Time from the request until it holds, ns, at most.
+    /// Maximum time from the request until it holds, ns.
     pub within_ns: i64,
 }
 
 impl SafeState {
     /// Safe state in which each output carries its safe value when [`Driver::safe_state`](crate::Driver::safe_state) returns.
     pub const BY_DRIVER: SafeState = SafeState { doc: "each output carries its safe value", by: &[SafeBy::Driver], within_ns: 0 };
-    /// The safe values, of a machine that is computed in the driver.
+    /// Safe state of a machine that is simulated in the driver.
     pub const OF_SIMULATION: SafeState = SafeState { by: &[SafeBy::Driver, SafeBy::End], ..SafeState::BY_DRIVER };
 
-    /// Returns whether the machine goes on under its last commands when the driver's process is gone or hangs: neither a guard nor the
-    /// machine itself brings it to its safe state. `watchdog`: the device has a watchdog of its own with these options; `guard`: a guard
-    /// runs where the driver does.
+    /// Returns true if the machine continues under its last commands when the driver's process has exited or hangs: neither a guard nor
+    /// the machine itself brings it to its safe state. `watchdog`: the device has a watchdog of its own with these options; `guard`: a
+    /// guard runs alongside the driver.
     #[must_use]
     pub fn is_unguarded(&self, watchdog: bool, guard: bool) -> bool {
         let by = |one| self.by.contains(&one);

@@ -1,18 +1,18 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Drivers that come in a file while the program runs: `name@/path/of/file.so`. What loads such a file is lent by the program that opens drivers, as
-//! nothing here knows a linker; any process that is asked for such a kind loads the file by itself.
+//! Drivers loaded from a file at run time: `name@/path/of/file.so`. The program that opens drivers provides the loader, as this crate
+//! does not use a linker; any process that is asked for such a kind loads the file itself.
 use crate::declaration::Declaration;
 use crate::error::DriverError;
 use std::path::Path;
 use std::sync::{PoisonError, RwLock};
 
-/// Reads the drivers of a file: it gives the declaration of each. A driver stays known for the life of its process.
+/// Loads the drivers of a file and returns their declarations. A driver stays registered for the life of its process.
 pub type Loader = fn(&Path) -> Result<Vec<&'static Declaration>, DriverError>;
 
-/// Loaders, each with the ending of its files.
+/// Loaders, each with the extension of its files.
 static LOADERS: RwLock<Vec<(&'static str, Loader)>> = RwLock::new(Vec::new());
 
-/// Sets the loader of files that end in `.ending` in this process. The first one of an ending stays.
+/// Sets the loader of files with the extension `.ending` in this process. The first one for an extension stays.
 pub fn lend_loader(ending: &'static str, loader: Loader) {
     let mut loaders = LOADERS.write().unwrap_or_else(PoisonError::into_inner);
     if loaders.iter().all(|(known, _)| *known != ending) {
@@ -23,7 +23,7 @@ pub fn lend_loader(ending: &'static str, loader: Loader) {
 /// Returns the drivers in a file.
 ///
 /// # Errors
-/// Nothing here loads such a file, or what is wrong with it.
+/// Fails if no loader is registered for such a file, or with the loader's error.
 pub fn load(file: &Path) -> Result<Vec<&'static Declaration>, DriverError> {
     let loaders = LOADERS.read().unwrap_or_else(PoisonError::into_inner).clone();
     let ending = file.extension().map(|ending| ending.to_string_lossy().into_owned()).unwrap_or_default();
@@ -34,7 +34,7 @@ pub fn load(file: &Path) -> Result<Vec<&'static Declaration>, DriverError> {
     loader(file)
 }
 
-/// Returns the driver that `name@file` asks for; none: the kind names no file.
+/// Returns the driver that `name@file` refers to; `None` if the kind does not name a file.
 pub(crate) fn in_file(kind: &str) -> Option<Result<&'static Declaration, DriverError>> {
     let (name, file) = kind.split_once('@')?;
     let found = load(Path::new(file)).and_then(|drivers| {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The declaration of a driver in a form that can be sent and printed.
+//! Declaration of a driver in a form that can be sent and printed.
 use crate::accepted::options_of;
 use crate::counters::CounterWord;
 use crate::declaration::Declaration;
@@ -13,23 +13,23 @@ use serde::{Deserialize, Serialize};
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Manual {
-    /// The name by which a program asks for it.
+    /// Name by which a program requests it.
     pub kind: String,
-    /// One line.
+    /// Description, one line.
     pub doc: String,
-    /// Where it exchanges: "inline", "worker" or "process".
+    /// Place of its exchange: "inline", "worker" or "process".
     pub class: String,
     pub options: Vec<OptionAbout>,
-    /// Time for which it waits for a device that is not there yet, ns.
+    /// Time for which the driver waits for a device that is not present yet, ns.
     pub waits_ns: i64,
-    /// Time from the last answer of a device that is gone until its loss is reported, ns.
+    /// Maximum time from the last answer of a lost device until its loss is reported, ns.
     pub lost_within_ns: i64,
     pub safe_state: SafeStateAbout,
     pub services: Vec<ServiceAbout>,
     pub counters: Vec<CounterAbout>,
-    /// Rights that it needs beyond those of a program of the user.
+    /// Rights needed beyond those of an ordinary user's program.
     pub rights: Vec<String>,
-    /// True if it can look for devices.
+    /// True if the driver can search for devices.
     pub scans: bool,
 }
 
@@ -41,12 +41,12 @@ pub struct OptionAbout {
     pub name: String,
     /// "text", "number", "whole", "bool", "list" or "table".
     pub kind: String,
-    /// Empty for none.
+    /// Unit, or empty if none.
     pub unit: String,
-    /// Range of a number, or of each number of a list, `(0, 10]`: a round bracket excludes its end. Left out: every number.
+    /// Range of a number, or of each number of a list, `(0, 10]`: a round bracket excludes its end. Omitted if every number is valid.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub range: Option<String>,
-    /// Default in words; null: it must be given.
+    /// Default in words; null: the option is required.
     pub default: Option<String>,
     pub doc: String,
 }
@@ -59,9 +59,9 @@ pub struct ServiceAbout {
     pub name: String,
     pub doc: String,
     pub arguments: Vec<OptionAbout>,
-    /// The kind of its answer; null: it answers nothing.
+    /// Kind of its answer; null: there is no answer.
     pub answer: Option<String>,
-    /// True if it moves the device: it is refused while an emergency stop is latched.
+    /// True if the service moves the device: it is refused while an emergency stop is latched.
     #[serde(default)]
     pub moves: bool,
 }
@@ -72,7 +72,7 @@ pub struct ServiceAbout {
 #[cfg_attr(feature = "schema", schemars(rename = "DriverCounter"))]
 pub struct CounterAbout {
     pub name: String,
-    /// Empty for a mere number.
+    /// Unit, or empty for a plain number.
     pub unit: String,
     pub doc: String,
 }
@@ -84,9 +84,9 @@ pub struct CounterAbout {
 pub struct SafeStateAbout {
     /// Description of the state.
     pub doc: String,
-    /// Agents that bring it about: "driver", "guard", "device".
+    /// Agents that bring it about: "driver", "guard", "device", "end of process".
     pub by: Vec<String>,
-    /// Time from the request until it holds, ns.
+    /// Maximum time from the request until it holds, ns.
     pub within_ns: i64,
 }
 

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Finds the value inside nested options that a type refuses, by its path: `servos.elbow.id`.
+//! Finds the value inside nested options that a type rejects, by its path: `servos.elbow.id`.
 //!
-//! Errors of `serde` say what is wrong and not where. Each value is left out in turn: where the error goes away with it, it is the cause.
+//! Errors of `serde` do not include the location. Each value is left out in turn: if the error disappears with it, it is the cause.
 use serde_json::Value;
 
-/// Options with more values than this are not searched: each value costs one reading of all.
+/// Options with more values than this are not searched: each value costs one deserialisation of all.
 const SEARCHED_MAX: usize = 1_000;
 
 /// A step from a value to one inside it.
@@ -14,7 +14,7 @@ enum Step {
     Index(usize),
 }
 
-/// Returns the path of the value that `error_of` refuses, or of the one that is missing; empty if it is not found.
+/// Returns the path of the value that `error_of` rejects, or of the missing one; empty if it is not found.
 pub(crate) fn path(options: &Value, error_of: impl Fn(&Value) -> Option<String>) -> String {
     let Some(error) = error_of(options) else { return String::new() };
     let named = error.split('`').nth(1).unwrap_or("");
@@ -41,7 +41,7 @@ pub(crate) fn path(options: &Value, error_of: impl Fn(&Value) -> Option<String>)
     text
 }
 
-/// Returns true if an error has the value at a path in its words.
+/// Returns true if an error message quotes the value at a path.
 fn quotes(error: &str, options: &Value, path: &[Step]) -> bool {
     match at(options, path) {
         Some(Value::String(text)) => error.contains(&format!("{text:?}")) || error.contains(&format!("`{text}`")),
@@ -52,7 +52,7 @@ fn quotes(error: &str, options: &Value, path: &[Step]) -> bool {
     }
 }
 
-/// Collects all values inside one, each by its path.
+/// Collects the paths of all values inside one.
 fn paths(value: &Value, here: &mut Vec<Step>, all: &mut Vec<Vec<Step>>) {
     let inside: Vec<(Step, &Value)> = match value {
         Value::Object(table) => table.iter().map(|(name, value)| (Step::Name(name.clone()), value)).collect(),
@@ -92,7 +92,7 @@ fn remove(value: &mut Value, path: &[Step]) {
     }
 }
 
-/// Returns a path as a person writes it: an element of a list by its `name`, if it has one.
+/// Formats a path for people: an element of a list by its `name`, if it has one.
 fn written(options: &Value, path: &[Step]) -> String {
     let mut text = String::new();
     for (depth, step) in path.iter().enumerate() {

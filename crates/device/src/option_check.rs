@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Checks options against those that a driver declares, and arguments against those of a service.
+//! Checks options against the declaration of a driver, and arguments against that of a service.
 use crate::error::DriverError;
 use crate::option_word::{Kind, OptionWord};
 use crate::options::GivenOptions;
@@ -8,10 +8,10 @@ use crate::services::ServiceWord;
 use serde_json::{Map, Value};
 
 impl<'a> GivenOptions<'a> {
-    /// Checks `options`, a table of names and values, against what the driver `kind` declares. One that is null counts as left out.
+    /// Checks `options`, a table of names and values, against the declaration of the driver `kind`. A null option counts as omitted.
     ///
     /// # Errors
-    /// [`DriverError::Option`] names the option.
+    /// Returns a [`DriverError::Option`] that names the option.
     pub fn check<'w>(kind: &'a str, options: &Value, words: impl Iterator<Item = &'w OptionWord> + Clone) -> Result<GivenOptions<'a>, DriverError> {
         let given = GivenOptions::check_known(kind, options, words.clone())?;
         match words.clone().find(|word| word.default.is_none() && given.value().get(word.name).is_none()) {
@@ -20,7 +20,7 @@ impl<'a> GivenOptions<'a> {
         }
     }
 
-    /// Checks as [`check`](Self::check), where any of them may be left out: a search for devices does not know them all.
+    /// Checks like [`check`](Self::check), but any option may be omitted: a search for devices does not know them all.
     pub(crate) fn check_known<'w>(
         kind: &'a str,
         options: &Value,
@@ -51,7 +51,7 @@ impl<'a> GivenOptions<'a> {
 /// Checks the arguments of a service against its declaration.
 ///
 /// # Errors
-/// [`DriverError::Service`]: the driver has no such service. [`DriverError::Argument`] names an argument.
+/// Returns [`DriverError::Service`] if the driver has no such service, or a [`DriverError::Argument`] that names the argument.
 pub fn check_service(kind: &str, services: &'static [ServiceWord], name: &str, arguments: &Value) -> Result<Value, DriverError> {
     let Some(word) = services.iter().find(|word| word.name == name) else {
         let problem = match services {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! A typed word of a declaration: an option of a driver, an argument of a service.
+//! Typed word of a declaration: an option of a driver, or an argument of a service.
 use hints::Interval;
 
 /// Kind of an option's value.
@@ -7,26 +7,26 @@ use hints::Interval;
 pub enum Kind {
     Text,
     Number,
-    /// A whole number.
+    /// Integer.
     Whole,
     Bool,
     List,
-    /// Names with values.
+    /// Table of names and values.
     Table,
 }
 
-/// Reach of an option's value beyond its device. A door to other callers decides by it who may give the option.
+/// Reach of an option's value beyond its device. An interface for other clients decides by it who may set the option.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Reach {
-    /// The option reaches nothing beyond the device.
+    /// The option does not reach beyond the device.
     Device,
-    /// A file of this machine, which is read or written.
+    /// File of this machine, which is read or written.
     File,
-    /// Code that runs: a program, a module, a library, or a folder in which they are looked for.
+    /// Code that runs: a program, a module, a library, or a folder that is searched for them.
     Code,
     /// Another driver: a table of its `kind` and its `options`.
     Driver,
-    /// A list or table of tables, with the reach of the values by these names in each.
+    /// A list or table of tables, with the reach of the values of these names in each.
     Entries(&'static [(&'static str, Reach)]),
 }
 
@@ -34,9 +34,9 @@ pub enum Reach {
 #[derive(Clone, Copy, Debug)]
 pub enum Inside {
     Nothing,
-    /// The value is a table with these.
+    /// The value is a table with these words.
     Fields(&'static [&'static [OptionWord]]),
-    /// The value is a list or a table of tables, each with these.
+    /// The value is a list or a table of tables, each with these words.
     Entries(&'static [&'static [OptionWord]]),
 }
 
@@ -45,23 +45,23 @@ pub enum Inside {
 pub struct OptionWord {
     pub name: &'static str,
     pub kind: Kind,
-    /// Unit of a number, or empty.
+    /// Unit of a number, or empty if none.
     pub unit: &'static str,
-    /// Default in words; none: it must be given.
+    /// Default in words; `None`: the option is required.
     pub default: Option<&'static str>,
-    /// One line.
+    /// Description, one line.
     pub doc: &'static str,
     pub reach: Reach,
-    /// Range of its number, or of each number of its list; none: what is plausible for its unit.
+    /// Range of the number, or of each number of the list; `None`: the plausible range for its unit.
     pub range: Option<Interval>,
     pub inside: Inside,
 }
 
 impl Kind {
-    /// Kinds, all of them.
+    /// All kinds.
     pub const ALL: [Kind; 6] = [Kind::Text, Kind::Number, Kind::Whole, Kind::Bool, Kind::List, Kind::Table];
 
-    /// Its name in a manual.
+    /// Returns the name of the kind in a manual.
     pub fn name(self) -> &'static str {
         match self {
             Kind::Text => "text",
@@ -75,22 +75,22 @@ impl Kind {
 }
 
 impl OptionWord {
-    /// Makes an option that must be given.
+    /// Makes a required option.
     pub const fn needed(name: &'static str, kind: Kind, doc: &'static str) -> OptionWord {
         OptionWord { name, kind, unit: "", default: None, doc, reach: Reach::Device, range: None, inside: Inside::Nothing }
     }
 
-    /// Makes an option that may be left out; `default` says what it is then.
+    /// Makes an option that may be omitted; `default` describes its value in that case.
     pub const fn with_default(name: &'static str, kind: Kind, default: &'static str, doc: &'static str) -> OptionWord {
         OptionWord { default: Some(default), ..OptionWord::needed(name, kind, doc) }
     }
 
-    /// Sets a unit.
+    /// Sets the unit.
     pub const fn unit(self, unit: &'static str) -> OptionWord {
         OptionWord { unit, ..self }
     }
 
-    /// Sets a range from `least` to `most`, of its number or of each number of its list.
+    /// Sets a range from `least` to `most`, of the number or of each number of the list.
     pub const fn within(self, least: f64, most: f64) -> OptionWord {
         OptionWord { range: Some(Interval::closed(least, most)), ..self }
     }
@@ -100,17 +100,17 @@ impl OptionWord {
         OptionWord { range: Some(Interval::above(least, most)), ..self }
     }
 
-    /// Sets a table of these words.
+    /// Declares the value to be a table of these words.
     pub const fn fields(self, words: &'static [&'static [OptionWord]]) -> OptionWord {
         OptionWord { inside: Inside::Fields(words), ..self }
     }
 
-    /// Sets a list or a table of tables of these words.
+    /// Declares the value to be a list or a table of tables of these words.
     pub const fn entries(self, words: &'static [&'static [OptionWord]]) -> OptionWord {
         OptionWord { inside: Inside::Entries(words), ..self }
     }
 
-    /// Declares that its value reaches beyond the device.
+    /// Declares that the value reaches beyond the device.
     pub const fn reaches(self, reach: Reach) -> OptionWord {
         OptionWord { reach, ..self }
     }

@@ -1,25 +1,25 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The options that a driver is given.
+//! Options passed to a driver.
 use crate::error::DriverError;
 use serde::de::DeserializeOwned;
 use serde_json::Value;
 
-/// The options that a driver is given: known ones only, of the declared kinds, none missing.
+/// Options passed to a driver: only declared ones, of the declared kinds, none missing.
 pub struct GivenOptions<'a> {
     kind: &'a str,
     options: Value,
 }
 
 impl<'a> GivenOptions<'a> {
-    /// Takes options that have been checked against what the driver `kind` declares.
+    /// Takes options that have been checked against the declaration of the driver `kind`.
     pub(crate) fn checked(kind: &'a str, options: Value) -> GivenOptions<'a> {
         GivenOptions { kind, options }
     }
 
-    /// Reads the options as the driver's own type.
+    /// Deserialises the options into the driver's own type.
     ///
     /// # Errors
-    /// [`DriverError::Option`]: something inside one of them is not as that type wants it.
+    /// Returns [`DriverError::Option`] if a nested value does not fit that type.
     pub fn read<T: DeserializeOwned>(&self) -> Result<T, DriverError> {
         serde_json::from_value(self.options.clone()).map_err(|error| {
             let problem = error.to_string();
@@ -33,12 +33,12 @@ impl<'a> GivenOptions<'a> {
         &self.options
     }
 
-    /// Makes an error that names one of them.
+    /// Makes an error that names an option.
     pub fn wrong(&self, option: &str, problem: impl Into<String>) -> DriverError {
         DriverError::Option { kind: self.kind.into(), option: option.into(), problem: problem.into() }
     }
 
-    /// Returns the same without an option.
+    /// Returns the same options without one of them.
     pub(crate) fn without(&self, option: &str) -> GivenOptions<'a> {
         let mut options = self.options.clone();
         if let Some(given) = options.as_object_mut() {

@@ -6,20 +6,20 @@ use serde::{Deserialize, Serialize};
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Part {
     pub name: String,
-    /// Unit of its position: `rad` (hinge) or `m` (slide).
+    /// Unit of the position: `rad` (hinge) or `m` (slide).
     pub unit: &'static str,
-    /// Minimum and maximum position. [`UNLIMITED`] either way where the model has no limit.
+    /// Minimum and maximum position; [`UNLIMITED`] if the model has no limit in that direction.
     pub range_min: f64,
     pub range_max: f64,
-    /// Maximum effort either way, N.m or N; [`UNLIMITED`] where the model has no limit.
+    /// Maximum magnitude of the effort, N.m or N; [`UNLIMITED`] if the model has no limit.
     pub effort_max: f64,
-    /// Maximum speed either way, rad/s or m/s; [`UNLIMITED`] where the model has no limit.
+    /// Maximum magnitude of the speed, rad/s or m/s; [`UNLIMITED`] if the model has no limit.
     pub speed_max: f64,
     /// Position at the start: the model's keyframe `home`, or its zero configuration.
     pub home: f64,
-    /// Gains that suit the inertia that moves with this joint. They mean nothing where the machine closes the loop.
+    /// Gains that suit the inertia that moves with this joint. They are meaningless if the machine closes the loop.
     pub servo: Servo,
-    /// Command that the machine takes for it.
+    /// Command that the machine takes for this joint.
     pub command: Command,
 }
 
@@ -27,15 +27,15 @@ pub struct Part {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Command {
-    /// An effort, in `<name>.effort` (written); `<name>.bias` (read) is the one that holds the joint. The servo runs here.
+    /// An effort, in `<name>.effort` (written); `<name>.bias` (read) is the effort that holds the joint. The servo runs here.
     #[default]
     Effort,
-    /// A position, in `<name>.goal` (written): the machine closes the loop, as the controller of a bought arm or a hobby servo does. The
-    /// safe value of that channel is NaN, no goal: the joint stays where it is, as long as nobody has stored one.
+    /// A position, in `<name>.goal` (written): the machine closes the loop, like the controller of a commercial arm or a hobby servo. The
+    /// safe value of that channel is NaN, no goal: the joint stays where it is until a goal is stored.
     Position,
 }
 
-/// Number for "no limit" in a [`Part`], so that it can be a parameter's value.
+/// Value for "no limit" in a [`Part`], so that it can be a parameter's value.
 pub const UNLIMITED: f64 = 1e6;
 
 /// Gains of a position servo at 1 kHz with bias compensation: effort = kp (setpoint - position) - kd velocity + bias.

@@ -1,37 +1,37 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Checks the numbers in options against the ranges that drivers declare, at every depth, before a driver looks at them.
+//! Checks the numbers in options against the ranges that drivers declare, at every depth, before a driver uses them.
 use crate::accepted::accepted;
 use crate::option_word::{Inside, Kind, OptionWord, Reach};
 use crate::registry::find;
 use hints::{Interval, short};
 use serde_json::Value;
 
-/// Units of time, and how many ns each has.
+/// Units of time, each with its length in ns.
 const TIMES: [(&str, f64); 4] = [("ns", 1.0), ("us", 1e3), ("ms", 1e6), ("s", 1e9)];
 
-/// A number that is out of its range.
+/// A number that is out of range.
 #[derive(Debug, PartialEq)]
 pub(crate) struct Outside {
-    /// Its path in the options: `servos.elbow.id`.
+    /// Path of the number in the options: `servos.elbow.id`.
     pub path: String,
-    /// The reason, for people.
+    /// Reason, for people.
     pub problem: String,
 }
 
 impl OptionWord {
-    /// Returns true if its value is a number, or a list of numbers.
+    /// Returns true if the value is a number, or a list of numbers.
     pub fn is_numeric(&self) -> bool {
         matches!(self.kind, Kind::Number | Kind::Whole) || self.kind == Kind::List && (self.range.is_some() || !self.unit.is_empty())
     }
 
-    /// Its range; a time without a declared one is not negative.
+    /// Returns the range; a time without a declared range must not be negative.
     pub fn interval(&self) -> Interval {
         let least = if matches!(self.unit, "ns" | "s") { 0.0 } else { f64::NEG_INFINITY };
         self.range.unwrap_or(Interval::closed(least, f64::INFINITY))
     }
 }
 
-/// Finds the first number in the value of an option that is out of its range.
+/// Finds the first number in the value of an option that is out of range.
 pub(crate) fn outside(at: &str, word: &OptionWord, value: &Value) -> Option<Outside> {
     let path = if at.is_empty() { word.name.to_owned() } else { format!("{at}.{}", word.name) };
     if word.is_numeric()
@@ -60,7 +60,8 @@ fn in_table(at: &str, word: &OptionWord, table: &Value) -> Option<Outside> {
     table.get(word.name).and_then(|value| outside(at, word, value))
 }
 
-/// Returns the tables of a list or a table, each with the next step of its path. An element of a list is called by its `name`, where it has one.
+/// Returns the tables of a list or a table, each with the next step of its path. An element of a list is identified by its `name`, if it
+/// has one.
 fn entries(value: &Value) -> Box<dyn Iterator<Item = (String, &Value)> + '_> {
     match value {
         Value::Object(table) => Box::new(table.iter().map(|(name, entry)| (format!(".{name}"), entry))),
@@ -72,7 +73,7 @@ fn entries(value: &Value) -> Box<dyn Iterator<Item = (String, &Value)> + '_> {
     }
 }
 
-/// Returns why a number, or the first such number of a list, is refused. Other values are refused by their kind.
+/// Returns the reason why a number, or the first such number of a list, is refused. Other values are refused because of their kind.
 fn problem(word: &OptionWord, value: &Value) -> Option<String> {
     let range = word.interval();
     match value {
@@ -87,7 +88,7 @@ fn refusal(word: &OptionWord, range: Interval, number: f64) -> String {
     format!("it cannot be {given}: its range is {range}{meant}")
 }
 
-/// Returns what was probably meant, with the number to give: options are plain numbers.
+/// Returns the probable intention, with the number to use: options are plain numbers.
 fn meant(word: &OptionWord, range: Interval, number: f64) -> Option<String> {
     if word.unit == "ns" {
         let larger = |(unit, ns): &(&str, f64)| range.contains(number * ns).then(|| format!("give {} for {} {unit}", number * ns, short(number)));
@@ -97,7 +98,7 @@ fn meant(word: &OptionWord, range: Interval, number: f64) -> Option<String> {
     Some(format!("did you mean {text}, which is {}?", short(number)))
 }
 
-/// Returns a number with its unit, for people: 10000000 ns is 10 ms.
+/// Formats a number with its unit for people: 10000000 ns is 10 ms.
 fn shown(number: f64, unit: &str) -> String {
     let (number, unit) = match unit {
         "ns" => TIMES.iter().rev().find(|(_, ns)| number.abs() >= *ns).map_or((number, "ns"), |(unit, ns)| (number / ns, *unit)),

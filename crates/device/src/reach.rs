@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Values in the options of a driver that reach beyond its device: files, code, other drivers. They are found at every depth, by what
-//! drivers declare, before any driver looks at them.
+//! Values in the options of a driver that reach beyond its device: files, code, other drivers. They are found at every depth, according
+//! to the declarations of the drivers, before any driver uses them.
 use crate::accepted::accepted;
 use crate::option_word::{OptionWord, Reach};
 use crate::registry::find;
@@ -15,20 +15,19 @@ pub struct ReachingValue<'v> {
     pub value: &'v mut Value,
 }
 
-/// Visits each value in the options of the driver `kind` that names a file or code, in the options of drivers within it too. A kind that
-/// names its own file is visited as the option `kind`, and its file is not loaded: what it declares is not known here.
+/// Visits each value in the options of the driver `kind` that names a file or code, including the options of nested drivers. A kind that
+/// names its own file is visited as the option `kind`, and its file is not loaded: its declaration is not known here.
 ///
 /// # Errors
-/// The first error of `visit`.
+/// Returns the first error of `visit`.
 pub fn each_reach<E>(kind: &str, options: &mut Value, visit: &mut dyn FnMut(ReachingValue<'_>) -> Result<(), E>) -> Result<(), E> {
     within("", kind, options, visit)
 }
 
-/// Visits each argument of a service of the driver `kind` that names a file or code. The services of a driver within another are those of
-/// both.
+/// Visits each argument of a service of the driver `kind` that names a file or code. A driver with a nested one has the services of both.
 ///
 /// # Errors
-/// The first error of `visit`.
+/// Returns the first error of `visit`.
 pub fn each_reach_of_service<E>(
     (kind, options): (&str, &Value),
     service: &str,
@@ -53,7 +52,7 @@ fn within<E>(at: &str, kind: &str, options: &mut Value, visit: &mut dyn FnMut(Re
     if kind.contains('@') {
         return visit(ReachingValue { option: &format!("{at}kind"), reach: Reach::Code, value: &mut Value::String(kind.to_owned()) });
     }
-    // An unknown kind opens nothing.
+    // An unknown kind does not open anything.
     let Ok(of) = find(kind) else { return Ok(()) };
     accepted(of).try_for_each(|word| of_word(at, word, options, visit))
 }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The drivers of this process, by name. Nobody but the driver's own crate names one: it registers its declaration, and a program asks for
-//! it by a text.
+//! Registry of the drivers of this process, by name. Only the driver's own crate names it: it registers its declaration, and a program
+//! requests it by a string.
 use crate::declaration::Declaration;
 use crate::error::DriverError;
 use crate::loaded;
@@ -9,10 +9,10 @@ use std::sync::{PoisonError, RwLock};
 
 static DRIVERS: RwLock<BTreeMap<&'static str, &'static Declaration>> = RwLock::new(BTreeMap::new());
 
-/// Makes this driver known to [`open`](crate::open), in this process. Again is nothing.
+/// Registers this driver for [`open`](crate::open) in this process. Idempotent.
 ///
 /// # Errors
-/// [`DriverError::Taken`]: another driver has its name.
+/// Returns [`DriverError::Taken`] if another driver has its name.
 pub fn register(driver: &'static Declaration) -> Result<(), DriverError> {
     let mut drivers = DRIVERS.write().unwrap_or_else(PoisonError::into_inner);
     let is_other = drivers.get(driver.kind).is_some_and(|known| !std::ptr::eq(*known, driver));
@@ -23,7 +23,7 @@ pub fn register(driver: &'static Declaration) -> Result<(), DriverError> {
     Ok(())
 }
 
-/// Returns the drivers that are registered, by name.
+/// Returns the registered drivers, by name.
 pub fn declarations() -> Vec<&'static Declaration> {
     DRIVERS.read().unwrap_or_else(PoisonError::into_inner).values().copied().collect()
 }
@@ -31,7 +31,7 @@ pub fn declarations() -> Vec<&'static Declaration> {
 /// Returns the driver of that name, or in that file: `name@file.so`.
 ///
 /// # Errors
-/// [`DriverError::UnknownKind`] lists those that there are.
+/// Returns a [`DriverError::UnknownKind`] that lists the registered ones.
 pub fn find(kind: &str) -> Result<&'static Declaration, DriverError> {
     if let Some(found) = loaded::in_file(kind) {
         return found;

@@ -1,28 +1,29 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Services of a driver beside its cycle: commands with typed arguments, and the search for devices.
+//! Services of a driver off its cycle: commands with typed arguments, and the search for devices.
 use crate::error::{DeviceError, DriverError};
 use crate::option_word::{Kind, OptionWord};
 use crate::options::GivenOptions;
 use serde_json::Value;
 
-/// A service of a driver: a command off the cycle, as reading an object of a drive or homing it.
+/// A service of a driver: a command off the cycle, such as reading an object of a drive or homing it.
 #[derive(Clone, Copy, Debug)]
 pub struct ServiceWord {
     pub name: &'static str,
-    /// One line.
+    /// Description, one line.
     pub doc: &'static str,
-    /// Its arguments: names, kinds, units and defaults, as options have them.
+    /// Arguments: names, kinds, units and defaults, as for options.
     pub arguments: &'static [OptionWord],
-    /// Kind of its answer; none: it gives none.
+    /// Kind of its answer; `None`: there is no answer.
     pub answer: Option<Kind>,
-    /// True if it moves the device: it is refused while an emergency stop is latched.
+    /// True if the service moves the device: it is refused while an emergency stop is latched.
     pub moves: bool,
 }
 
-/// Services of an open driver. It is called from threads that are not the device's source, while the source exchanges,
-/// so it shares with the driver only what may wait for neither.
+/// Services of an open driver. They are called from threads other than the device's source, during its exchange, so they may share with
+/// the driver only state for which neither has to wait.
 pub trait Services: Send + Sync {
-    /// Returns the services of this device, if they are others than its driver declares; none: those. See [`DeclaredServices`](crate::Told).
+    /// Returns the services of this device if they differ from its driver's declaration, else `None`. See
+    /// [`DeclaredServices`](crate::DeclaredServices).
     fn words(&self) -> Option<&'static [ServiceWord]> {
         None
     }
@@ -32,19 +33,21 @@ pub trait Services: Send + Sync {
         false
     }
 
-    /// Carries out a service that the driver declares, with arguments that were checked against its declaration. It may wait.
+    /// Carries out a declared service, with arguments that were checked against its declaration. It may wait.
     ///
     /// # Errors
-    /// What the device or the driver refuses, for people.
+    /// Returns the refusal of the device or the driver, for people.
     fn call(&self, service: &str, arguments: &Value) -> Result<Value, DeviceError>;
 
-    /// Carries out a service that moves the device, or is told of stops. `is_stopped`: whether an emergency stop is latched; `safe_state` is called after it says so.
+    /// Carries out a service that moves the device, or must observe stops. `is_stopped` returns true if an emergency stop is latched;
+    /// `safe_state` is called after it has become true.
     ///
-    /// A stop may come while it is under way. One that asks something of the next `write` counts the calls of `safe_state`: it takes their number,
-    /// looks at `is_stopped`, and `write` begins nothing that was asked under another number. Default: a look, then [`Services::call`].
+    /// A stop may occur during the call. A service that passes a request to the next `write` must count the calls of `safe_state`: it
+    /// reads their number, then checks `is_stopped`, and `write` discards a request with another number. The default checks `is_stopped`,
+    /// then calls [`Services::call`].
     ///
     /// # Errors
-    /// As [`Services::call`]; an emergency stop is latched.
+    /// Fails like [`Services::call`], or if an emergency stop is latched.
     fn call_moving(&self, service: &str, arguments: &Value, is_stopped: &dyn Fn() -> bool) -> Result<Value, DeviceError> {
         if is_stopped() {
             return Err(under_a_stop(service));
@@ -58,14 +61,14 @@ pub fn under_a_stop(service: &str) -> DeviceError {
     DeviceError { message: format!("service '{service}' moves the machine, and an emergency stop is latched: remove its cause and reset it first") }
 }
 
-/// A device that a search found.
+/// Device found by a search.
 #[derive(Clone, Debug, PartialEq, serde::Serialize)]
 pub struct FoundDevice {
     /// Description, one line.
     pub what: String,
-    /// The options that open it.
+    /// Options that open it.
     pub options: Value,
 }
 
-/// Looks for devices that a driver could open; its options say where. It moves nothing.
+/// Searches for devices that a driver could open; its options say where. The search moves nothing.
 pub type Scan = fn(&GivenOptions<'_>) -> Result<Vec<FoundDevice>, DriverError>;

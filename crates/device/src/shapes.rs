@@ -2,29 +2,29 @@
 //! Shapes of a machine, for a viewer.
 use serde::Serialize;
 
-/// Bodies of a machine for drawing. Metres; quaternions w x y z; places are those on the parent.
+/// Bodies of a machine for drawing. Metres; quaternions w x y z; poses are relative to the parent.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Geometry {
     /// Bodies in the order of the model; the first is the world.
     pub bodies: Vec<Body>,
     pub meshes: Vec<Mesh>,
-    /// The name by which contacts are read, six numbers each: place, m, and force, N, in the world; null: none are told.
+    /// Name by which contacts are read, six numbers each: position, m, and force, N, in the world; null: contacts are not reported.
     pub contacts: Option<String>,
 }
 
-/// A body: where it is on its parent, how it moves, its shapes.
+/// A body: its pose on its parent, its joint, its shapes.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[cfg_attr(feature = "schema", schemars(rename = "GeometryBody"))]
 pub struct Body {
     pub name: String,
-    /// Null of the world.
+    /// Parent; null for the world.
     pub parent: Option<String>,
     pub position: [f64; 3],
     /// w x y z.
     pub quaternion: [f64; 4],
-    /// The first of its joints.
+    /// First joint of the body.
     pub joint: Option<Joint>,
     pub joints: Vec<Joint>,
     pub geoms: Vec<Shape>,
@@ -39,9 +39,9 @@ pub struct Joint {
     pub kind: JointKind,
     pub axis: [f64; 3],
     pub position: [f64; 3],
-    /// Position of a hinge or slide as the model is drawn, rad or m. A page turns by position - reference.
+    /// Position of a hinge or slide in the drawn model, rad or m. A viewer turns by position - reference.
     pub reference: Option<f64>,
-    /// The name by which its position is read; null: no channel tells it.
+    /// Name by which its position is read; null: no channel reports it.
     pub svv: Option<String>,
 }
 
@@ -63,24 +63,24 @@ pub enum JointKind {
 pub struct Shape {
     /// `plane`, `hfield`, `sphere`, `capsule`, `ellipsoid`, `cylinder`, `box`, `mesh`, `sdf`.
     pub kind: String,
-    /// Size as MuJoCo counts it: half lengths, radii.
+    /// Size in MuJoCo's convention: half lengths, radii.
     pub size: [f64; 3],
     pub position: [f64; 3],
     /// w x y z.
     pub quaternion: [f64; 4],
     /// Red, green, blue, opacity, 0 to 1.
     pub rgba: [f32; 4],
-    /// Index into the meshes; null: it is drawn as its kind says.
+    /// Index into the meshes; null: the shape is drawn according to its kind.
     pub mesh: Option<usize>,
 }
 
-/// Triangles.
+/// Mesh of triangles.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[cfg_attr(feature = "schema", schemars(rename = "GeometryMesh"))]
 pub struct Mesh {
-    /// Three numbers a vertex.
+    /// Coordinates, three per vertex.
     pub vertices: Vec<f64>,
-    /// Three vertices a face.
+    /// Vertex indices, three per face.
     pub faces: Vec<usize>,
 }

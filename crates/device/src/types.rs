@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The types that a channel can have: a number, or a fixed array of one.
+//! Types of a channel: a number, or a fixed array of one.
 use std::fmt;
 use std::str::FromStr;
 
-/// A number of a fixed width, or a truth value.
+/// Number of a fixed width, or Boolean.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Number {
     Bool,
@@ -19,7 +19,7 @@ pub enum Number {
     Double,
 }
 
-/// Number types, each with its name in C and its bytes.
+/// Number types, each with its name in C and its width in bytes.
 const NUMBERS: [(Number, &str, usize); 11] = [
     (Number::Bool, "bool", 1),
     (Number::Int8, "int8_t", 1),
@@ -39,18 +39,18 @@ impl Number {
         NUMBERS.iter().find(|(number, ..)| *number == self).expect("every number has a row")
     }
 
-    /// Its name in C.
+    /// Returns the name in C.
     pub fn name(self) -> &'static str {
         self.row().1
     }
 
-    /// Bytes; it is aligned to as many.
+    /// Returns the width in bytes, which is also the alignment.
     pub fn width(self) -> usize {
         self.row().2
     }
 }
 
-/// The type of a channel. As text it is a C type: `double`, `int16_t[4]`.
+/// Type of a channel. As text it is a C type: `double`, `int16_t[4]`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Type {
     pub number: Number,
@@ -67,17 +67,17 @@ impl Type {
         Type { number, elements: None }
     }
 
-    /// Makes the type of an array of `elements` doubles; one alone is no array.
+    /// Makes the type of an array of `elements` doubles; a single one is not an array.
     pub const fn doubles(elements: usize) -> Type {
         Type { number: Number::Double, elements: if elements == 1 { None } else { Some(elements) } }
     }
 
-    /// Returns the number of its elements.
+    /// Returns the number of elements.
     pub fn count(self) -> usize {
         self.elements.unwrap_or(1)
     }
 
-    /// Its bytes.
+    /// Returns the length in bytes.
     #[allow(clippy::len_without_is_empty)]
     pub fn len(self) -> usize {
         self.number.width() * self.count()
@@ -94,7 +94,7 @@ impl fmt::Display for Type {
 }
 
 impl FromStr for Type {
-    /// Error in words.
+    /// Error message.
     type Err = String;
 
     fn from_str(text: &str) -> Result<Type, String> {

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-//! A device with a watchdog of its own, as drives have one: where no new command comes for so long it goes to its safe state by itself, and
-//! says so when its driver comes back.
+//! Watchdog of a device without one, as drives have it: if no new command arrives for its timeout, the device goes to its safe state by
+//! itself, and reports it when its driver returns.
 //!
-//! Option `timeout_ns` of every driver that runs in place (a plant in a process of its own has it in that process). It begins with the first
-//! command that moves anything: a device that is at rest has nothing to time out.
+//! Option `timeout_ns` of every driver that runs in place (a plant in a process of its own has it in that process). It starts with the
+//! first command that moves anything: a device at rest cannot time out.
 use crate::accepted::TIMEOUT;
 use crate::channel::Channel;
 use crate::counters::Counters;
@@ -19,12 +19,12 @@ use std::sync::Arc;
 struct Watchdog {
     inner: Box<dyn Driver>,
     timeout_ns: i64,
-    /// The latest command that moves anything; none: it is at rest.
+    /// Time of the latest command that moves anything; `None` at rest.
     commanded_ns: Option<i64>,
     is_over: bool,
 }
 
-/// Makes a driver, with a watchdog where its options ask for one.
+/// Makes a driver, with a watchdog if its options request one.
 pub(crate) fn watched(given: &GivenOptions<'_>, of: &Declaration) -> Result<OpenedDriver, DriverError> {
     let timeout_ns = given.value()[TIMEOUT.name].as_i64();
     let (inner, about) = of.make(&given.without(TIMEOUT.name))?;
@@ -34,7 +34,7 @@ pub(crate) fn watched(given: &GivenOptions<'_>, of: &Declaration) -> Result<Open
     })
 }
 
-/// Returns the message of a driver whose device did not wait for it.
+/// Returns the message of a device that has timed out.
 pub fn timeout_message(timeout_ns: i64) -> String {
     format!("it went to its safe state by itself: no command came for its timeout of {} ms", timeout_ns as f64 * 1e-6)
 }
@@ -51,7 +51,7 @@ impl Driver for Watchdog {
     fn read(&mut self, release_ns: i64, readings: &mut [u8]) -> Result<(), DeviceError> {
         if let Some(over_ns) = self.commanded_ns.map(|commanded| commanded.saturating_add(self.timeout_ns)).filter(|over_ns| release_ns > *over_ns) {
             (self.commanded_ns, self.is_over) = (None, true);
-            // It moved until then.
+            // The device moved until then.
             self.inner.read(over_ns, readings)?;
             self.inner.safe_state();
         }

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Common parts of drivers above their interface, crate [`device`]: where they exchange, and how they come from files.
+//! Common parts of drivers above their interface, crate [`device`]: the threads of their exchange, and their loading from files.
 //!
 //! | module | |
 //! |---|---|
 //! | `worker` | a thread of its own for a driver whose exchange may wait; its source takes the newest readings, each with its age |
-//! | [`conformance`] | the kit that checks whether a driver keeps what the interface promises |
+//! | [`conformance`] | the kit that checks that a driver keeps the promises of the interface |
 //! | `foreign` | drivers in C, from shared objects |
 //! | `in_place` | the same driver on the thread of its source, for the virtual clock |
 pub mod conformance;
@@ -17,7 +17,7 @@ mod worker;
 use device::{Driver, Pace};
 use std::sync::Once;
 
-/// Lends the drivers of this process their threads, and the loader of those in files; again is nothing.
+/// Registers the threads for the drivers of this process, and the loader for drivers in files. Idempotent.
 pub fn lend() {
     static ONCE: Once = Once::new();
     ONCE.call_once(|| {
@@ -26,7 +26,7 @@ pub fn lend() {
     });
 }
 
-/// The driver at its pace: its last channel is `age`, in seconds.
+/// Wraps the driver according to its pace: its last channel is `age`, in seconds.
 fn paced(driver: Box<dyn Driver>, pace: Pace) -> Box<dyn Driver> {
     if pace.in_place { Box::new(in_place::InPlace::new(driver, pace)) } else { Box::new(worker::Worker::new(driver, pace)) }
 }

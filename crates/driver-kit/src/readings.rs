@@ -1,15 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The channels of a driver, with the age of its readings behind them.
+//! Channels of a driver, followed by the age of its readings.
 use device::{Channel, DeviceError, Direction, Pace, Slot, Type};
 
 /// Name of the channel that a worker adds.
 const AGE: &str = "age";
 
-/// The channels of a driver with their `age`, and where that lies.
+/// Channels of a driver with their `age`, and its location.
 pub(crate) struct AgedChannels {
     pub(crate) channels: Vec<Channel>,
     pub(crate) age: Slot,
-    /// Bytes of what the driver itself reads and writes.
+    /// Length in bytes of the driver's own readings and commands.
     pub(crate) readings_len: usize,
     pub(crate) commands_len: usize,
     /// Number of channels that are written.
@@ -26,7 +26,7 @@ impl AgedChannels {
         let written = channels.iter().filter(|channel| channel.direction == Direction::Write).count();
         AgedChannels { channels, age, readings_len, commands_len: end(Direction::Write), written }
     }
-    /// Stores how old readings are that the device took at a time, and returns it, ns. Real-time safe.
+    /// Stores and returns the age of readings that the device took at a time, ns. Real-time safe.
     pub(crate) fn set_age(&self, readings: &mut [u8], release_ns: i64, taken_ns: i64) -> i64 {
         let age_ns = release_ns.saturating_sub(taken_ns).max(0);
         self.age.set_double(readings, 0, age_ns as f64 * 1e-9);
@@ -34,7 +34,7 @@ impl AgedChannels {
     }
 }
 
-/// Errors: the device has told nothing new for longer than its readings may be old.
+/// Fails if the device has sent nothing new for longer than the maximum age of its readings.
 pub(crate) fn check_age(pace: &Pace, age_ns: i64) -> Result<(), DeviceError> {
     let Some(most_ns) = pace.taken_max_ns.filter(|most_ns| age_ns > *most_ns) else { return Ok(()) };
     let (age, most) = (age_ns as f64 * 1e-6, most_ns as f64 * 1e-6);

@@ -1,15 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 //! A thread of its own for a driver whose exchange may wait: a fieldbus over TCP, a serial line. The source takes the newest readings and
-//! leaves its commands in triple buffers; it never waits for the thread, and the thread never for it.
+//! leaves its commands in triple buffers; it never waits for the thread, nor the thread for it.
 //!
-//! | | what happens |
+//! | event | consequence |
 //! |---|---|
 //! | an exchange fails | the next `read` of the source fails: the device is lost |
-//! | an exchange lasts | readings grow old; beyond `age_max_ns` the device is lost |
-//! | the device tells nothing new | readings grow old too; the device is lost beyond `age_max_ns` where that option was given |
+//! | an exchange takes long | readings grow old; beyond `age_max_ns` the device is lost |
+//! | the device sends nothing new | readings grow old too; the device is lost beyond `age_max_ns` if that option was set |
 //! | the source leaves no commands for as long | the thread brings the outputs to their safe state |
-//! | source and thread stood still together | neither blames the other: what was silent counts from then on |
-//! | `safe_state` | the thread is woken; it happens behind the exchange that runs |
+//! | source and thread were stalled together | neither blames the other: silence counts from the resumption |
+//! | `safe_state` | the thread is woken; the safe state follows the running exchange |
 use crate::readings::{AgedChannels, check_age};
 use device::{Attendance, Channel, Counters, DeviceError, Driver, Pace, SafeHandle, Services};
 use interconnect::{TripleReader, TripleWriter, triple_buffer};
@@ -19,21 +19,21 @@ use std::sync::{Arc, Mutex, PoisonError};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
-/// Time that a running exchange may last when the driver is opened or closed, beside what the device may take to be there.
+/// Time limit of a running exchange when the driver is opened or closed, in addition to the declared wait for the device.
 const EXCHANGE: Duration = Duration::from_secs(5);
-/// Bytes before commands: when they were written, ns.
+/// Bytes before commands: the time of writing, ns.
 const STAMP: usize = size_of::<i64>();
-/// Bytes before readings: when they were exchanged, and when the device took them, ns.
+/// Bytes before readings: the times at which they were exchanged, and taken by the device, ns.
 const STAMPS: usize = 2 * STAMP;
 
-/// State shared by the source and the thread beside the buffers.
+/// State shared by the source and the thread in addition to the buffers.
 #[derive(Default)]
 struct SharedState {
-    /// Number of times that the outputs were to go to their safe state.
+    /// Number of requests for the safe state.
     safe: AtomicU64,
     stops: AtomicBool,
     lost: AtomicBool,
-    /// Cause, written before `lost`.
+    /// Cause of the loss, written before `lost`.
     why: Mutex<String>,
 }
 
@@ -49,7 +49,7 @@ impl SharedState {
 }
 
 pub(crate) struct Worker {
-    /// Before `open`; the thread has it then.
+    /// The driver before `open`; afterwards the thread has it.
     inner: Option<Box<dyn Driver>>,
     aged: AgedChannels,
     pace: Pace,
@@ -60,7 +60,7 @@ pub(crate) struct Worker {
     running: Option<SourceSide>,
 }
 
-/// The source's side of an open one.
+/// The source's side of an open driver.
 struct SourceSide {
     shared: Arc<SharedState>,
     readings: TripleReader,
@@ -132,7 +132,7 @@ impl Driver for Worker {
         let silent_ns = release_ns - stamp_of(exchanged).max(back_ns);
         if silent_ns > self.pace.age_max_ns {
             let (age, most) = (silent_ns as f64 * 1e-6, self.pace.age_max_ns as f64 * 1e-6);
-            // It stays lost, also when this side is held up.
+            // The device stays lost, even if this side was held up.
             running.shared.lose(format!("its newest readings are {age:.1} ms old, more than {most} ms: it answers too slowly or not at all"));
             return Err(running.shared.why());
         }
@@ -163,9 +163,9 @@ impl Driver for Worker {
         let Some(running) = self.running.take() else { return };
         running.shared.stops.store(true, Ordering::Release);
         running.thread.thread().unpark();
-        // A driver that does not come back from its exchange keeps its thread: there is no way to take it from it.
+        // A driver that does not return from its exchange keeps its thread: there is no way to stop it.
         if running.ended.recv_timeout(EXCHANGE) != Err(RecvTimeoutError::Timeout) {
-            // What it panicked with has been printed.
+            // The panic message has already been printed.
             let _ = running.thread.join();
         }
     }
@@ -205,7 +205,7 @@ impl Clock {
     }
 }
 
-/// The thread's side.
+/// The thread's side of an open driver.
 struct Exchange {
     inner: Box<dyn Driver>,
     pace: Pace,
@@ -214,7 +214,7 @@ struct Exchange {
     engaged: Vec<bool>,
     readings: TripleWriter,
     commands: TripleReader,
-    /// Time at which the commands in force were written; none: the outputs are at rest.
+    /// Time at which the commands in force were written; `None` if the outputs are at rest.
     commanded_ns: Option<i64>,
     attendance: Attendance,
     safe_done: u64,
@@ -236,7 +236,7 @@ impl Exchange {
         }
         self.inner.safe_state();
         self.inner.close();
-        // Who closed it may have given up waiting.
+        // The closing side may have given up waiting.
         let _ = ends.send(());
     }
 
@@ -255,7 +255,7 @@ impl Exchange {
                 std::thread::park_timeout(Duration::from_nanos(left_ns.unsigned_abs()));
                 continue;
             }
-            // What was missed is not caught up with.
+            // Missed exchanges are not made up for.
             next_ns = (next_ns + self.pace.period_ns).max(self.clock.now_ns());
             if let Err(why) = self.write().and_then(|()| self.read()) {
                 self.shared.lose(why.message);

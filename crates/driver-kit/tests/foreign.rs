@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Drivers in C: the bytes that both sides share, a driver from its source to its exchange, and files that are none.
+//! Drivers in C: the bytes that both sides share, a driver from source to exchange, and files that are not drivers.
 use device::{Class, Driver, Slot};
 use driver_kit::foreign::abi;
 use modules::BuildOptions;
@@ -9,7 +9,7 @@ use std::mem::offset_of;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-/// Folder in which a test builds; it is there as long as this.
+/// Folder in which a test builds; deleted on drop.
 struct Folder(PathBuf);
 
 impl Folder {
@@ -19,7 +19,7 @@ impl Folder {
         Folder(path)
     }
 
-    /// A driver of this source.
+    /// Builds a driver from this source.
     fn built(&self, name: &str, source: &str) -> String {
         let file = self.0.join(format!("{name}.c"));
         std::fs::write(&file, source).expect("temporary files can be written");

@@ -1,21 +1,21 @@
 // SPDX-License-Identifier: Apache-2.0
-//! A driver on a thread of its own: newest readings with their age, commands, safe state, and the ways in which a device is lost.
+//! A driver on its own thread: newest readings with their age, commands, safe state, and the ways to lose a device.
 use device::{Channel, Class, Declaration, DeviceError, Driver, DriverError, GivenOptions, Kind, Layout, OpenedDriver, OptionWord, Slot, Type};
 use serde_json::{Value, json};
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, AtomicI64, AtomicU64, Ordering};
 use std::time::{Duration, Instant};
 
-/// Actions and observations of the device of a test; each test has one of its own, by a number.
+/// Actions and observations of a test's device; each test has its own, by number.
 #[derive(Default)]
 struct Bench {
     exchanges: AtomicU64,
-    /// Bits of the value that was commanded last.
+    /// Bits of the last commanded value.
     commanded: AtomicU64,
     rests: AtomicU64,
     closed: AtomicBool,
     fails: AtomicBool,
-    /// Its exchanges hang as long as this is locked.
+    /// Exchanges block as long as this is locked.
     hangs: Mutex<()>,
     opened_ns: AtomicI64,
 }
@@ -76,7 +76,7 @@ impl Driver for Device {
     }
 }
 
-/// Far longer than anything here takes.
+/// Time limit far longer than any operation here.
 const LONG: Duration = Duration::from_secs(300);
 
 fn wait_until(what: &str, mut holds: impl FnMut() -> bool) {
@@ -87,7 +87,7 @@ fn wait_until(what: &str, mut holds: impl FnMut() -> bool) {
     }
 }
 
-/// A clock of the test's source, which the worker's follows.
+/// A clock of the test's source; the worker's clock follows it.
 struct Source {
     driver: Box<dyn Driver>,
     epoch: Instant,
@@ -108,7 +108,7 @@ impl Source {
         self.epoch.elapsed().as_nanos() as i64
     }
 
-    /// Readings: the count, and their age.
+    /// Reads the count and its age.
     fn read(&mut self) -> Result<(f64, f64), String> {
         let mut readings = [0; 16];
         let now_ns = self.now_ns();

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The drivers that come with OpenGPAC: physical devices behind the interface of crate [`device`].
+//! Drivers that come with OpenGPAC: physical devices behind the interface of crate [`device`].
 //!
-//! A driver is a file or a folder here, with a declaration that names its options; `ALL` is the list of them. It knows channels and time,
-//! nothing of verbs, state vector variables or Python, and nobody above names it: what is asked for comes in as a text. A driver of
-//! another crate calls [`device::register`], and is asked for in the same way.
+//! A driver is a file or a folder here, with a declaration that names its options; `ALL` is the list of them. It depends on channels and
+//! time only, not on verbs, state vector variables or Python, and no higher layer names it: it is requested by a string. A driver of
+//! another crate calls [`device::register`], and is requested in the same way.
 //!
-//! | kind | what it is |
+//! | kind | description |
 //! |---|---|
 //! | `mujoco` | a robot arm simulated by MuJoCo, from any MJCF file |
 //! | `loopback` | parts that follow their effort, `x' = u`, for tests; it can fail on purpose |
@@ -18,7 +18,7 @@
 //! | `modbus_server` | channels of this machine, offered by Modbus over TCP |
 //! | `text` | a device that speaks in lines of text, over TCP or a serial line |
 //! | `ur` | an arm of Universal Robots over RTDE, which takes positions |
-//! | `scripted` | channels of any type that read a table of values and record what is written, for tests |
+//! | `scripted` | channels of any type that read a table of values and record commands, for tests |
 mod loopback;
 mod modbus;
 mod mujoco;
@@ -30,7 +30,7 @@ mod stream;
 mod text;
 mod ur;
 
-/// Readers of a machine's bytes, for fuzzers: functions that take any, and panic where one is accepted that would be written differently.
+/// Parsers of bytes from machines, for fuzzers: functions that take any bytes, and panic if accepted bytes would be encoded differently.
 #[doc(hidden)]
 pub mod any_bytes {
     pub use crate::modbus::any_bytes::modbus;
@@ -48,7 +48,7 @@ use std::sync::Once;
 
 pub use plant_process::{PlantState, clean as clean_processes, state as process_state};
 
-/// Every driver of this crate.
+/// All drivers of this crate.
 #[rustfmt::skip]
 static ALL: &[&Declaration] = &[
     &mujoco::DRIVER,
@@ -66,7 +66,7 @@ static ALL: &[&Declaration] = &[
     &ur::DRIVER,
 ];
 
-/// Makes the drivers of this crate known in this process; again is nothing.
+/// Registers this crate's drivers in this process. Idempotent.
 fn register() {
     static ONCE: Once = Once::new();
     ONCE.call_once(|| {
@@ -77,90 +77,90 @@ fn register() {
     });
 }
 
-/// Returns the drivers that are known here, those of other crates included, by name.
+/// Returns the registered drivers, including those of other crates, by name.
 pub fn declarations() -> Vec<&'static Declaration> {
     register();
     device::declarations()
 }
 
-/// Returns the declaration of each driver that is known here, by name.
+/// Returns the declaration of each registered driver, by name.
 pub fn manuals() -> Vec<Manual> {
     declarations().into_iter().map(Manual::from).collect()
 }
 
-/// Looks for devices that a driver could open; as [`device::scan`].
+/// Searches for devices that a driver could open, like [`device::scan`].
 ///
 /// # Errors
-/// An unknown kind, one that cannot look, and each driver's own.
+/// Fails if the kind is unknown or cannot search, or with the driver's own error.
 pub fn scan(kind: &str, options: &Value) -> Result<Vec<FoundDevice>, DriverError> {
     register();
     device::scan(kind, options)
 }
 
-/// Makes the driver `kind` from its options; as [`device::open`].
+/// Makes the driver `kind` from its options, like [`device::open`].
 ///
 /// # Errors
-/// An unknown kind, a wrong option, and each driver's own.
+/// Fails if the kind is unknown or an option is wrong, or with the driver's own error.
 pub fn open(kind: &str, options: &Value) -> Result<OpenedDriver, DriverError> {
     register();
     device::open(kind, options)
 }
 
-/// Returns the drivers in a file; as [`device::load`].
+/// Returns the drivers in a file, like [`device::load`].
 ///
 /// # Errors
-/// What is wrong with the file.
+/// Returns the problem with the file.
 pub fn load(file: &Path) -> Result<Vec<&'static Declaration>, DriverError> {
     register();
     device::load(file)
 }
 
-/// Checks options against a declaration; as [`device::check`].
+/// Checks options against a declaration, like [`device::check`].
 ///
 /// # Errors
-/// An unknown kind, an option that is wrong, unknown or missing.
+/// Fails if the kind is unknown, or an option is wrong, unknown or missing.
 pub fn check(kind: &str, options: &Value) -> Result<(), DriverError> {
     register();
     device::check(kind, options)
 }
 
-/// Returns the shapes of a driver's machine; as [`device::geometry`].
+/// Returns the shapes of a driver's machine, like [`device::geometry`].
 ///
 /// # Errors
-/// Those of [`open`].
+/// Fails like [`open`].
 pub fn geometry(kind: &str, options: &Value) -> Result<Option<Geometry>, DriverError> {
     register();
     device::geometry(kind, options)
 }
 
-/// Tries the files that the options of a driver name; as [`device::try_options`].
+/// Tries the files named by the options of a driver, like [`device::try_options`].
 ///
 /// # Errors
-/// What is wrong with them.
+/// Returns the problem with them.
 pub fn try_options(kind: &str, options: &Value) -> Result<(), DriverError> {
     register();
     device::try_options(kind, options)
 }
 
-/// Returns the driver that stands for another where time is virtual; as [`device::in_virtual_time`].
+/// Returns the driver that replaces another in virtual time, like [`device::in_virtual_time`].
 pub fn in_virtual_time(kind: &str, options: &Value) -> (String, Value) {
     register();
     device::in_virtual_time(kind, options)
 }
 
-/// Visits each option that names a file or code; as [`device::each_reach`].
+/// Visits each option that names a file or code, like [`device::each_reach`].
 ///
 /// # Errors
-/// The first error of `visit`.
+/// Returns the first error of `visit`.
 pub fn each_reach<E>(kind: &str, options: &mut Value, visit: &mut dyn FnMut(ReachingValue<'_>) -> Result<(), E>) -> Result<(), E> {
     register();
     device::each_reach(kind, options, visit)
 }
 
-/// Visits each argument of a service that names a file or code; as [`device::each_reach_of_service`].
+/// Visits each argument of a service that names a file or code, like [`device::each_reach_of_service`].
 ///
 /// # Errors
-/// The first error of `visit`.
+/// Returns the first error of `visit`.
 pub fn each_reach_of_service<E>(
     of: (&str, &Value),
     service: &str,
@@ -171,18 +171,17 @@ pub fn each_reach_of_service<E>(
     device::each_reach_of_service(of, service, arguments, visit)
 }
 
-/// Runs a process that was started for a driver. Returns when the driver was put away, or nobody has been connected for its time to
-/// linger.
+/// Runs a process that was started for a driver. Returns when the driver was closed, or no client has been connected for its linger time.
 ///
 /// # Errors
-/// For people: it was not started by a driver.
+/// Fails if the process was not started by a driver; the message is for people.
 pub fn run_process() -> Result<(), String> {
     register();
     plant_process::run()
 }
 
-/// Checks a driver by the conformance kit; `settings` name a process that calls [`run_check`]. `hear` is given each outcome as it comes, and
-/// ends the checks by breaking.
+/// Checks a driver by the conformance kit; `settings` name a process that calls [`run_check`]. `hear` receives each outcome as it
+/// arrives, and ends the checks by breaking.
 pub fn check_conformance(kind: &str, options: &Value, settings: &Settings, hear: &mut dyn FnMut(&Outcome) -> ControlFlow<()>) -> Report {
     register();
     driver_kit::conformance::check(kind, options, settings, hear)
@@ -191,7 +190,7 @@ pub fn check_conformance(kind: &str, options: &Value, settings: &Settings, hear:
 /// Runs a process in which a driver is checked.
 ///
 /// # Errors
-/// For people: nobody has started it for that.
+/// Fails if the process was not started for that; the message is for people.
 pub fn run_check() -> Result<(), String> {
     register();
     driver_kit::conformance::serve()

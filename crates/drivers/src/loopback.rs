@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Parts that follow their effort, `x' = u`, exactly: a physical device for tests that needs nothing else.
+//! Parts that follow their effort, `x' = u`, exactly: a self-contained physical device for tests.
 //!
-//! Channels of each part: `<part>.position` (double, rad, read), `<part>.velocity` (double, rad/s, read), `<part>.bias` (double,
-//! N.m, read, always 0) and `<part>.effort` (double, N.m, write, safe value 0). The effort written at one firing moves the part
-//! until the next; a part whose effort is not claimed stands still. With `command` `"position"` there is `<part>.goal` (double, rad, write)
-//! instead of effort and bias: the part is there at the next firing.
+//! Channels of each part: `<part>.position` (double, rad, read), `<part>.velocity` (double, rad/s, read), `<part>.bias` (double, N.m,
+//! read, always 0) and `<part>.effort` (double, N.m, write, safe value 0). The effort written at one firing moves the part until the
+//! next; a part whose effort is not claimed stands still. With `command` `"position"` there is `<part>.goal` (double, rad, write) instead
+//! of effort and bias: the part reaches it at the next firing.
 mod services;
 
 use device::{
@@ -59,7 +59,7 @@ struct Loopback {
     velocity: Vec<f64>,
     placed: Arc<PlacedParts>,
     counters: Arc<Counters>,
-    /// Goals of parts that take positions, and are told one.
+    /// Goals of parts that take positions, if one is set.
     goal: Vec<Option<f64>>,
 }
 
@@ -67,12 +67,12 @@ struct Loopback {
 struct Slots {
     position: Slot,
     velocity: Slot,
-    /// Slot of parts that take efforts.
+    /// Slot of a part that takes efforts.
     bias: Option<Slot>,
     command: Slot,
 }
 
-/// Makes the device; positions are `initial`.
+/// Makes the device; the initial positions are `initial`.
 fn open(given: &GivenOptions<'_>) -> Result<OpenedDriver, DriverError> {
     let options: Options = given.read()?;
     let wrong = |option: &str, problem: String| given.wrong(option, problem);
@@ -99,7 +99,7 @@ fn open(given: &GivenOptions<'_>) -> Result<OpenedDriver, DriverError> {
             effort_max: UNLIMITED,
             speed_max: UNLIMITED,
             home: *home,
-            // x' = u is a velocity drive: kp alone, 50 rad/s, makes a first-order servo.
+            // x' = u is a velocity drive: kp alone, 50 rad/s, gives a first-order servo.
             servo: Servo { kp: 50.0, kd: 0.0 },
             command: options.command,
         })

@@ -4,13 +4,13 @@
 //! | module | |
 //! |---|---|
 //! | `pdu` | requests, answers and exceptions |
-//! | `frame` | what is around them: MBAP on TCP, CRC on a serial line |
-//! | `value` | numbers in registers: widths, orders of bytes, scales |
-//! | `map` | which channel lies where, and the fewest requests that read them |
+//! | `frame` | the frames around them: MBAP on TCP, CRC on a serial line |
+//! | `value` | numbers in registers: widths, byte orders, scales |
+//! | `map` | the locations of channels, and the minimum number of requests that read them |
 //! | `turn`, `link` | a request and its answer; units on one line take turns |
 //! | `client` | the driver |
-//! | `server` | the other end: channels of this machine, offered to clients |
-//! | `any_bytes` | what a fuzzer asks |
+//! | `server` | the other side: channels of this machine, offered to clients |
+//! | `any_bytes` | the entry of a fuzzer |
 //! | `services`, `scan` | single registers, identification; the search for units |
 pub(crate) mod any_bytes;
 mod client;

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-//! A serial line: opened raw and for one program alone, read with a deadline. A pseudo terminal is one too, so that everything above it is
-//! tested without a cable.
+//! A serial line: opened raw and exclusively, read with a deadline. A pseudo terminal is one too, so that all layers above are tested
+//! without a cable.
 //!
-//! Nothing here allocates after [`SerialLine::open`]. Each wait is bounded by the deadline that its caller gives.
+//! Nothing here allocates after [`SerialLine::open`]. Each wait is bounded by the caller's deadline.
 use forks::Device;
 use serde::Deserialize;
 use std::fs::{File, OpenOptions};
@@ -11,7 +11,7 @@ use std::os::fd::{AsFd, AsRawFd, BorrowedFd};
 use std::os::unix::fs::OpenOptionsExt;
 use std::time::{Duration, Instant};
 
-/// The bit that guards each byte.
+/// Parity bit of each byte.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub(crate) enum Parity {
@@ -24,7 +24,7 @@ pub(crate) enum Parity {
 /// Settings of a line: 8 data bits.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Settings {
-    /// Bits per second: any number that the interface can make, not only those of a list.
+    /// Bits per second: any number that the interface can generate, not only standard rates.
     pub baud: u32,
     pub parity: Parity,
     /// 1 or 2.
@@ -51,7 +51,7 @@ pub(crate) struct SerialLine {
     file: Device<File>,
 }
 
-/// Takes a line for this program: the lock tells programs that ask for it, the flag of the terminal keeps out the others.
+/// Claims a line for this program: the lock informs programs that check it, the flag of the terminal excludes the others.
 fn claim(file: &File) -> Result<()> {
     // SAFETY: the descriptor is open.
     if unsafe { libc::flock(file.as_raw_fd(), libc::LOCK_EX | libc::LOCK_NB) } != 0 {
@@ -64,12 +64,13 @@ fn claim(file: &File) -> Result<()> {
 }
 
 impl SerialLine {
-    /// Opens `path` raw (no echo, no line editing, no flow control) and for this program alone, and throws away what had come in before.
+    /// Opens `path` raw (no echo, no line editing, no flow control) and exclusively, and discards bytes received before.
     ///
     /// # Errors
-    /// It is not there, is no terminal, cannot be set so, or another program has it ([`ErrorKind::ResourceBusy`]).
+    /// Fails if the path does not exist, is not a terminal, cannot be configured, or is in use by another program
+    /// ([`ErrorKind::ResourceBusy`]).
     pub(crate) fn open(path: &str, settings: &Settings) -> Result<SerialLine> {
-        // Non-blocking, so that neither a missing carrier nor a full buffer holds anybody up; `poll` waits.
+        // Non-blocking, so that neither a missing carrier nor a full buffer blocks the caller; `poll` waits.
         let file = OpenOptions::new().read(true).write(true).custom_flags(libc::O_NOCTTY | libc::O_NONBLOCK | libc::O_CLOEXEC).open(path)?;
         claim(&file)?;
         let line = SerialLine { file: Device::new(file) };
@@ -79,7 +80,7 @@ impl SerialLine {
     }
 
     fn set(&self, settings: &Settings) -> Result<()> {
-        // SAFETY: all zeros is a value of this struct of numbers.
+        // SAFETY: all zeros is a valid value of this struct of numbers.
         let mut terminal: libc::termios2 = unsafe { std::mem::zeroed() };
         // SAFETY: the descriptor is open, and the request writes one `termios2`.
         check(unsafe { libc::ioctl(self.raw(), libc::TCGETS2, &raw mut terminal) })?;
@@ -96,24 +97,24 @@ impl SerialLine {
             terminal.c_cflag |= libc::CSTOPB;
         }
         (terminal.c_ispeed, terminal.c_ospeed) = (settings.baud, settings.baud);
-        // With 0 a read that finds nothing would look like the end of the line.
+        // With 0 a read without data would look like the end of the line.
         (terminal.c_cc[libc::VMIN], terminal.c_cc[libc::VTIME]) = (1, 0);
         // SAFETY: the descriptor is open, and the request reads one `termios2`.
         check(unsafe { libc::ioctl(self.raw(), libc::TCSETS2, &raw const terminal) })
     }
 
-    /// Reads what is there, at least one byte; `Ok(0)`: nothing had come when the deadline was reached. After the deadline it does not wait,
+    /// Reads the available bytes, at least one; returns `Ok(0)` if none had arrived by the deadline. After the deadline it does not wait,
     /// and [`OVERTIME`] after it it reads nothing.
     ///
     /// # Errors
-    /// The line is gone: its adapter was unplugged, the other end of the pseudo terminal closed.
+    /// Fails if the line is lost: its adapter was unplugged, or the other end of the pseudo terminal was closed.
     pub(crate) fn read(&self, buffer: &mut [u8], deadline: Instant) -> Result<usize> {
         if is_overtime(deadline) {
             return Ok(0);
         }
         loop {
             match (&*self.file).read(buffer) {
-                // A terminal without a byte says that it would block, so this is its end.
+                // A terminal without data would return `WouldBlock`, so this is its end.
                 Ok(0) => return Err(Error::new(ErrorKind::UnexpectedEof, "the line is gone")),
                 Err(why) if why.kind() == ErrorKind::WouldBlock => {}
                 Err(why) if why.kind() == ErrorKind::Interrupted => continue,
@@ -125,10 +126,10 @@ impl SerialLine {
         }
     }
 
-    /// Gives all bytes to the line; they may still be on their way when it returns.
+    /// Writes all bytes to the line; their transmission may still be in progress on return.
     ///
     /// # Errors
-    /// The line is gone, or has not taken them by the deadline ([`ErrorKind::TimedOut`]).
+    /// Fails if the line is lost, or has not accepted them by the deadline ([`ErrorKind::TimedOut`]).
     pub(crate) fn write_all(&self, mut bytes: &[u8], deadline: Instant) -> Result<()> {
         while !bytes.is_empty() {
             match (&*self.file).write(bytes) {
@@ -145,10 +146,10 @@ impl SerialLine {
         Ok(())
     }
 
-    /// Throws away what has come in and was not read.
+    /// Discards received bytes that were not read.
     ///
     /// # Errors
-    /// The line is gone.
+    /// Fails if the line is lost.
     pub(crate) fn drain_input(&self) -> Result<()> {
         // SAFETY: the descriptor is open.
         check(unsafe { libc::tcflush(self.raw(), libc::TCIFLUSH) })
@@ -161,11 +162,11 @@ impl SerialLine {
 
 impl Drop for SerialLine {
     fn drop(&mut self) {
-        // A pseudo terminal outlives this end, and would keep the flag.
-        // SAFETY: the descriptor is open, and the request has no argument.
+        // SAFETY: the descriptor is open, and the request has no argument. The flag is cleared because a pseudo terminal outlives this
+        // end and would keep it.
         let _ = unsafe { libc::ioctl(self.raw(), libc::TIOCNXCL) };
-        // The guard may have this descriptor, too, and would keep the lock: a device that was lost could not be opened anew.
-        // SAFETY: the descriptor is open.
+        // SAFETY: the descriptor is open. The guard may have a copy of it, which would keep the lock: a lost device could not be opened
+        // again.
         let _ = unsafe { libc::flock(self.raw(), libc::LOCK_UN) };
     }
 }
@@ -176,16 +177,17 @@ impl AsFd for SerialLine {
     }
 }
 
-/// Time after a deadline in which data is still read: it may have come before the deadline while the system did not run this thread. After it a
-/// loop that reads until nothing more comes ends, also where the other side is never silent.
+/// Time after a deadline in which data is still read: it may have arrived before the deadline while this thread was not scheduled.
+/// Afterwards a loop that reads until no more data arrives ends, even if the other side is never silent.
 pub(crate) const OVERTIME: Duration = Duration::from_secs(2);
 
-/// Returns true if a deadline is over by more than [`OVERTIME`].
+/// Returns true if a deadline has passed by more than [`OVERTIME`].
 pub(crate) fn is_overtime(deadline: Instant) -> bool {
     Instant::now() > deadline + OVERTIME
 }
 
-/// Waits until a descriptor is ready (`POLLIN`, `POLLOUT`) or has failed; false: the deadline came first, or is over by [`OVERTIME`].
+/// Waits until a descriptor is ready (`POLLIN`, `POLLOUT`) or has failed; returns false if the deadline is reached first, or has passed
+/// by [`OVERTIME`].
 pub(crate) fn wait(of: BorrowedFd<'_>, events: i16, deadline: Instant) -> Result<bool> {
     if is_overtime(deadline) {
         return Ok(false);
@@ -194,7 +196,7 @@ pub(crate) fn wait(of: BorrowedFd<'_>, events: i16, deadline: Instant) -> Result
         let left = deadline.saturating_duration_since(Instant::now());
         let mut asked = libc::pollfd { fd: of.as_raw_fd(), events, revents: 0 };
         let timeout = libc::timespec { tv_sec: left.as_secs().try_into().unwrap_or(libc::time_t::MAX), tv_nsec: left.subsec_nanos().into() };
-        // SAFETY: one `pollfd` and one `timespec`, both alive; no signal mask.
+        // SAFETY: the arguments are one `pollfd` and one `timespec`, both alive, and no signal mask.
         match unsafe { libc::ppoll(&raw mut asked, 1, &raw const timeout, std::ptr::null()) } {
             0 => return Ok(false),
             1.. => return Ok(true),
@@ -218,9 +220,9 @@ pub(crate) mod tests {
     use std::ffi::CStr;
     use std::os::fd::FromRawFd;
 
-    /// Makes a pseudo terminal: the end that plays the device, and the path of the other.
+    /// Makes a pseudo terminal. Returns the end that plays the device, and the path of the other.
     pub(crate) fn pty() -> (File, String) {
-        // SAFETY: plain calls on a descriptor of our own; the name is copied out of a buffer of ours.
+        // SAFETY: these are plain calls on a local descriptor; the name is copied out of a local buffer.
         unsafe {
             let master = libc::posix_openpt(libc::O_RDWR | libc::O_NOCTTY | libc::O_CLOEXEC);
             assert!(master >= 0 && libc::grantpt(master) == 0 && libc::unlockpt(master) == 0);
@@ -258,7 +260,7 @@ pub(crate) mod tests {
     fn a_forked_child_does_not_keep_a_line() {
         let (_device, path) = pty();
         let line = SerialLine::open(&path, &Settings::default()).expect("it opens");
-        // SAFETY: the child calls nothing but what it may between fork and exec, and ends there, with this thread at the latest.
+        // SAFETY: the child makes only calls that are permitted between fork and exec, and ends there, with this thread at the latest.
         let child = unsafe { libc::fork() };
         if child == 0 {
             // SAFETY: as above.
@@ -270,7 +272,7 @@ pub(crate) mod tests {
         }
         drop(line);
         let again = SerialLine::open(&path, &Settings::default());
-        // SAFETY: a child of this test, which is ended and reaped once.
+        // SAFETY: the process is a child of this test, which is ended and reaped once.
         unsafe {
             libc::kill(child, libc::SIGKILL);
             libc::waitpid(child, std::ptr::null_mut(), 0);

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-//! A stream of bytes to a device: a TCP connection or a serial line, by an address in one text.
+//! A stream of bytes to a device: a TCP connection or a serial line, by an address in one string.
 //!
-//! `tcp/192.0.2.5:502` and `rtu//dev/ttyUSB0?baud=19200&parity=even&stop=1`; the word before the first slash of a serial line is its driver's.
+//! `tcp/192.0.2.5:502` and `rtu//dev/ttyUSB0?baud=19200&parity=even&stop=1`; the prefix of a serial line depends on the driver.
 use crate::serial::{Parity, SerialLine, Settings, is_overtime, wait};
 use forks::Device;
 use std::fmt;
@@ -22,11 +22,10 @@ pub(crate) enum Address {
 }
 
 impl Address {
-    /// Parses an address. `serial`: the word that a serial line begins with; `settings`: how it is set where the address does not say; `port`: that
-    /// of TCP.
+    /// Parses an address. `serial` is the prefix of a serial line, `settings` are its defaults, and `port` is the default of TCP.
     ///
     /// # Errors
-    /// In words: how an address is written.
+    /// Returns a message that explains the format of an address.
     pub(crate) fn parse(text: &str, serial: &str, settings: Settings, port: Option<u16>) -> std::result::Result<Address, String> {
         if let Some(host) = text.strip_prefix("tcp/").filter(|host| !host.is_empty()) {
             let has_port = host.rsplit_once(':').is_some_and(|(_, port)| port.parse::<u16>().is_ok());
@@ -66,7 +65,7 @@ impl fmt::Display for Address {
     }
 }
 
-/// An open one.
+/// An open stream.
 #[derive(Debug)]
 pub(crate) enum Stream {
     Tcp(Device<TcpStream>),
@@ -77,7 +76,7 @@ impl Stream {
     /// Connects, or opens the line.
     ///
     /// # Errors
-    /// Nobody answers there by the deadline, or the line cannot be opened.
+    /// Fails if there is no answer by the deadline, or the line cannot be opened.
     pub(crate) fn open(address: &Address, deadline: Instant) -> Result<Stream> {
         match address {
             Address::Serial { path, settings } => SerialLine::open(path, settings).map(Stream::Serial),
@@ -92,10 +91,10 @@ impl Stream {
         }
     }
 
-    /// Reads as [`SerialLine::read`].
+    /// Reads like [`SerialLine::read`].
     ///
     /// # Errors
-    /// The other end is gone.
+    /// Fails if the other end is lost.
     pub(crate) fn read(&self, buffer: &mut [u8], deadline: Instant) -> Result<usize> {
         if is_overtime(deadline) {
             return Ok(0);
@@ -116,10 +115,10 @@ impl Stream {
         }
     }
 
-    /// Writes as [`SerialLine::write_all`].
+    /// Writes like [`SerialLine::write_all`].
     ///
     /// # Errors
-    /// The other end is gone, or takes nothing by the deadline.
+    /// Fails if the other end is lost, or accepts nothing by the deadline.
     pub(crate) fn write_all(&self, mut bytes: &[u8], deadline: Instant) -> Result<()> {
         let connection = match self {
             Stream::Serial(line) => return line.write_all(bytes, deadline),

@@ -1,14 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Devices that speak in lines of text, over TCP or a serial line: scanners, scales, printers. What they say is declared, and no code is
-//! written for it.
+//! Devices that speak in lines of text, over TCP or a serial line: scanners, scales, printers. Their texts are declared, without code.
 //!
 //! | module | |
 //! |---|---|
-//! | `frame` | where a text begins and ends, and whether it is whole |
+//! | `frame` | start and end of a text, and its completeness |
 //! | `fields` | numbers, words, letters |
-//! | `pattern` | `"ST,{weight} kg"`: which of them stand where |
+//! | `pattern` | `"ST,{weight} kg"`: the positions of fields |
 //! | `talker` | the driver |
-//! | `any_bytes` | what a fuzzer asks |
+//! | `any_bytes` | the entry of a fuzzer |
 pub(crate) mod any_bytes;
 mod fields;
 mod frame;
@@ -96,7 +95,7 @@ fn half_a_second() -> u64 {
     500_000_000
 }
 
-/// The channel that counts texts, so that a verb sees that one has come which says the same as the last.
+/// Channel that counts texts, so that a verb notices one that equals the previous one.
 const COUNT: &str = "count";
 
 fn open(given: &GivenOptions<'_>) -> Result<OpenedDriver, DriverError> {
@@ -142,7 +141,7 @@ fn framing(options: &Options) -> Result<Framing, (&'static str, String)> {
 struct ChannelsMade {
     layout: Layout,
     fields: BTreeMap<String, (Field, bool)>,
-    /// Number of channels that are written.
+    /// Number of written channels.
     written: usize,
     indices: BTreeMap<String, usize>,
 }

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The contacts of a plant: where they are, and their forces, against what statics says.
+//! The contacts of a plant: their positions and forces, compared with statics.
 //!
-//! As in `ur5e.rs`, `OPENGPAC_MUJOCO` says where the library is; without it these tests check what the driver says then.
+//! As in `ur5e.rs`, `OPENGPAC_MUJOCO` names the library; without it these tests check the driver's message.
 mod common;
 use common::{Machine, scratch, with_mujoco};
 use serde_json::{Value, json};
@@ -9,7 +9,7 @@ use serde_json::{Value, json};
 const MS: i64 = 1_000_000;
 const G: f64 = 9.81;
 
-/// A ball of 2 kg and a box of 1 kg on a floor, beside an arm of one joint; `name` is that of the file.
+/// Writes a model with a ball of 2 kg and a box of 1 kg on a floor, next to an arm with one joint; `name` is the file's name.
 fn table(name: &str) -> std::path::PathBuf {
     let text = r#"<mujoco><worldbody><geom type="plane" size="2 2 .1"/>
         <body name="b" pos="0 0 1"><joint name="j" axis="0 0 1"/><geom size="0.1" mass="1"/><site name="s"/></body>
@@ -19,12 +19,12 @@ fn table(name: &str) -> std::path::PathBuf {
     scratch(name, text)
 }
 
-/// Waits until nothing moves.
+/// Waits until everything is at rest.
 fn rest(machine: &mut Machine) {
     (0..40).for_each(|at| machine.read(at * 100 * MS));
 }
 
-/// Place and force of each contact that is told.
+/// Returns position and force of each reported contact.
 fn contacts(machine: &Machine) -> Vec<([f64; 3], [f64; 3])> {
     let of = |row: &[f64]| ([row[0], row[1], row[2]], [row[3], row[4], row[5]]);
     machine.get("contacts").chunks(6).map(of).filter(|(_, force)| *force != [0.0; 3]).collect()
@@ -37,7 +37,7 @@ fn what_rests_is_carried() {
         rest(&mut machine);
         let told = contacts(&machine);
         assert_eq!(told.len(), 5, "one of the ball, four of the box: {told:?}");
-        // The greatest comes first.
+        // Contacts are sorted by force, largest first.
         let (place, force) = told[0];
         assert!((place[0] - 0.1).abs() < 1e-3 && (place[1] - 0.2).abs() < 1e-3 && place[2].abs() < 1e-3, "{place:?}");
         assert!((force[2] - 2.0 * G).abs() < 0.01 && force[0].abs() < 0.01 && force[1].abs() < 0.01, "{force:?}");
@@ -60,7 +60,7 @@ fn a_plant_moves_to_the_same_bits_whether_contacts_are_told_or_not() {
     });
 }
 
-/// Returns the values of the plant, all but its contacts.
+/// Returns the values of the plant without its contacts.
 fn bits(machine: &Machine) -> Vec<u64> {
     ["ball.pose", "box.pose", "sensor.sensor_0", "j.position"].iter().flat_map(|name| machine.get(name)).map(f64::to_bits).collect()
 }

@@ -1,18 +1,18 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The plant where a servo meets what it does not see: time steps that are not its period, and joints that follow another one.
+//! The plant under conditions that a servo does not see: time steps that differ from its period, and joints coupled to another one.
 //!
-//! As in `two_joint.rs`, `OPENGPAC_MUJOCO` says where the library is.
+//! As in `two_joint.rs`, `OPENGPAC_MUJOCO` names the library.
 mod common;
 use common::{Machine, scratch, with_mujoco};
 use serde_json::json;
 
 const MS: i64 = 1_000_000;
 const G: f64 = 9.81;
-/// Engaged channels of a machine with one joint: its effort, its decoupled effort.
+/// Engaged channels of a machine with one joint: effort and decoupled effort.
 const EFFORT: [bool; 2] = [true, false];
 const DECOUPLED: [bool; 2] = [false, true];
 
-/// A flywheel of 1 kg.m^2 that is simulated in steps of `step_ms`.
+/// Returns a flywheel of 1 kg.m^2 that is simulated in steps of `step_ms`.
 fn flywheel(step_ms: f64) -> String {
     format!(
         r#"<mujoco><option timestep="{}"/><worldbody><body><joint name="j" axis="0 0 1"/><inertial pos="0 0 0" mass="1" diaginertia="1 1 1"/></body></worldbody>
@@ -52,7 +52,7 @@ fn a_servo_beside_longer_steps_gives_a_smooth_effort() {
         let mut efforts = Vec::new();
         for k in 0..600 {
             machine.read(k * MS);
-            // At 2 rad/s^2, so that what is asked for rises all the time.
+            // Acceleration of 2 rad/s^2, so that the set-point rises all the time.
             let time_s = k as f64 * 1e-3;
             let asked = kp * (time_s * time_s - machine.get("j.position")[0]) + kd * (2.0 * time_s - machine.get("j.velocity")[0]);
             machine.set("j.decoupled", &[asked]);
@@ -71,7 +71,8 @@ fn a_motor_bears_what_follows_its_joint() {
         let body = |name: &str, kg: u8| {
             format!(r#"<body pos="0 {kg} 0"><joint name="{name}" type="slide" axis="0 0 1"/><inertial pos="0 0 0" mass="{kg}" diaginertia="1 1 1"/></body>"#)
         };
-        // The fingers of a gripper: 2 follows 1 at twice its travel, 3 follows 2 the other way. They are trees of bodies of their own.
+        // The fingers of a gripper: 2 follows 1 at twice its travel, 3 follows 2 in the opposite direction. Each is a kinematic tree of
+        // its own.
         let text = format!(
             r#"<mujoco><option timestep="0.001"/><worldbody>{}{}{}</worldbody>
             <equality><joint joint1="second" joint2="first" polycoef="0 2 0 0 0"/><joint joint1="third" joint2="second" polycoef="0 -1 0 0 0"/></equality>
@@ -90,9 +91,9 @@ fn a_motor_bears_what_follows_its_joint() {
         let told = [machine.get("first.motor_effort")[0], machine.get("first.bias")[0]];
         assert!(told.iter().all(|effort| (effort - weight).abs() < 1e-6), "{told:?} N, not {weight} N");
         let (position, velocity) = (machine.get("first.position")[0], machine.get("first.velocity")[0]);
-        // Nobody controls it, and the coupling is soft: it settles once.
+        // It is not controlled, and the coupling is soft: it settles once.
         assert!(position.abs() < 1e-3 && velocity.abs() < 1e-9, "{position} m, {velocity} m/s");
-        // A servo of decoupled efforts moves the inertia of all of them.
+        // A servo on decoupled efforts moves the inertia of all of them.
         let gains = &machine.about["parts"][0]["decoupled"];
         let (kp, kd) = (gains["kp"].as_f64().expect("a gain"), gains["kd"].as_f64().expect("a gain"));
         assert!((kd * kd / (4.0 * kp) - (1.0 + 4.0 * 3.0 + 4.0 * 2.0)).abs() < 1e-9, "{gains}");

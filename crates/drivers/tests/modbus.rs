@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! A Modbus device that answers badly: late, by halves, damaged, not at all. Its answers are written by hand here, byte by byte.
+//! A Modbus device that answers badly: late, in pieces, damaged, not at all. Its answers are hand-written, byte by byte.
 mod common;
 use common::Machine;
 use device::Driver;
@@ -7,10 +7,10 @@ use serde_json::{Value, json};
 use std::io::{Read, Write};
 use std::net::{TcpListener, TcpStream};
 
-/// Answer of a device to its n-th request, counted from 0; it also sees all requests so far. None: it closes the connection.
+/// Returns the device's answer to its n-th request, counted from 0; it also gets all requests so far. `None` closes the connection.
 type Script = fn(usize, &[[u8; 12]]) -> Option<Vec<u8>>;
 
-/// A device that reads requests of 12 bytes; it ends with the test's process.
+/// Starts a device that reads requests of 12 bytes; it ends with the test's process.
 fn device(script: Script) -> String {
     let listener = TcpListener::bind("127.0.0.1:0").expect("a port is free");
     let address = format!("tcp/{}", listener.local_addr().expect("it is bound"));
@@ -37,7 +37,7 @@ fn serve(mut stream: TcpStream, requests: &mut Vec<[u8; 12]>, script: Script) {
     }
 }
 
-/// The answer to a request that reads one register.
+/// Returns the answer to a request that reads one register.
 fn answer(request: &[u8; 12], value: u16) -> Vec<u8> {
     let [high, low] = value.to_be_bytes();
     vec![request[0], request[1], 0, 0, 0, 5, request[6], request[7], 2, high, low]
@@ -50,7 +50,7 @@ fn options(address: &str, more: Value) -> Value {
     options
 }
 
-/// Opens it, and says why that failed.
+/// Opens the driver, and returns why that failed.
 fn refused(options: &Value) -> (Box<dyn Driver>, String) {
     let (mut driver, _) = drivers::open("modbus", options).unwrap_or_else(|e| panic!("{e}"));
     let why = driver.open(0).expect_err("it is refused").message;
@@ -76,12 +76,12 @@ fn a_register_is_a_channel() {
 
 #[test]
 fn a_late_answer_is_not_taken_for_the_next_one() {
-    // Nothing at the first; from then on what it was asked first, and only then what it was asked now.
+    // No answer to the first request; every later one is answered after the answer to its predecessor.
     let script: Script = |n, requests| match n {
         0 => Some(Vec::new()),
         _ => Some([answer(&requests[n - 1], 1), answer(&requests[n], 2)].concat()),
     };
-    // Opening it asks first.
+    // Opening the driver sends the first request.
     let mut machine = Machine::open("modbus", options(&device(script), json!({})));
     machine.read(0);
     assert_eq!(machine.get("x"), [1.0], "2 times its scale");
@@ -152,7 +152,7 @@ fn a_command_beyond_its_register_is_written_as_the_largest_number_and_never_as_i
     assert_eq!((written, limited), (vec![[0xFF, 0xFF], [0, 0], [0xFF, 0xFF]], 3));
 }
 
-/// Commands a channel each of these numbers; what the device was last told by each, and how many were limited.
+/// Commands each of these numbers to a channel; returns the last register value the device received for each, and how many were limited.
 fn limits(script: Script, channels: Value, commands: &[f64]) -> (Vec<[u8; 2]>, u64) {
     let listener = TcpListener::bind("127.0.0.1:0").expect("a port is free");
     let address = format!("tcp/{}", listener.local_addr().expect("it is bound"));
@@ -184,7 +184,7 @@ fn limits(script: Script, channels: Value, commands: &[f64]) -> (Vec<[u8; 2]>, u
 
 #[test]
 fn parts_of_a_register_change_nothing_else_in_it() {
-    // A device that knows no mask write, function 22: the register is read and written.
+    // A device without mask write (function 22): the register is read and written.
     let script: Script = |_, requests| {
         let r = requests.last()?;
         match r[7] {
@@ -216,7 +216,7 @@ fn parts_of_a_register_change_nothing_else_in_it() {
     machine.write(0, &[true, true, true]);
     let asked: Vec<[u8; 12]> = tells.try_iter().collect();
     assert_eq!(asked.iter().map(|request| request[7]).collect::<Vec<_>>(), [22, 3, 6], "it is tried once, then read and written as one");
-    // Bit 1 set, bit 6 cleared, the high byte 5; bit 0, which is nobody's, stays.
+    // Bit 1 set, bit 6 cleared, the high byte 5; the unassigned bit 0 stays.
     assert_eq!(asked[2][8..], [0, 5, 0b0000_0101, 0b0000_0011]);
     machine.set_bool("run", false);
     machine.write(0, &[true, true, true]);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Channels offered by Modbus, asked by sockets that are slow, silent or mad, and by our own client.
+//! Channels served over Modbus, queried by slow, silent or mad sockets, and by our own client.
 mod common;
 use common::Machine;
 use serde_json::{Value, json};
@@ -11,7 +11,7 @@ const CHANNELS: &str = r#"{
     "wanted": { "holding": 100, "type": "double" }, "flag": { "holding": 104, "type": "double" },
     "position": { "input": 0, "type": "int32", "scale": 0.001, "write": true, "safe": -1.0 }, "speed": { "input": 2, "type": "float", "write": true } }"#;
 
-/// A server, and its address: a loopback address of this test alone, so that nobody else has its port.
+/// Starts a server; returns it and its address, a loopback address unique to this test, so that its port is free.
 fn server(test: u8, more: &Value) -> (Machine, String) {
     let process = std::process::id();
     let address = format!("tcp/127.{test}.{}.{}:15020", process / 250 % 250, process % 250 + 1);
@@ -73,7 +73,7 @@ fn what_is_no_channel_is_refused_as_a_whole() {
     let (mut machine, address) = server(2, &json!({}));
     let mut client = connect(&address);
     assert_eq!(ask::<13>(&mut client, &READ_POSITION), SAFE);
-    // One register too many; a register that only this machine writes; a function that there is not; a count of 0.
+    // One register too many; a register that only this machine writes; an unsupported function; a count of 0.
     for (request, exception) in [
         (&[0, 2, 0, 0, 0, 6, 9, 4, 0, 0, 0, 5][..], [0, 2, 0, 0, 0, 3, 9, 0x84, 2]),
         (&[0, 3, 0, 0, 0, 6, 1, 6, 0, 99, 0, 5], [0, 3, 0, 0, 0, 3, 1, 0x86, 2]),
@@ -93,7 +93,7 @@ fn one_client_delays_no_other() {
     let (_machine, address) = server(3, &json!({ "clients": 4 }));
     let (mut half, mut deaf, mut mad) = (connect(&address), connect(&address), connect(&address));
     half.write_all(&READ_POSITION[..7]).expect("it takes it");
-    // One takes none of its answers, until nothing more goes in.
+    // One client never reads its answers, until its socket accepts no more requests.
     deaf.set_nonblocking(true).expect("it is open");
     let until = Instant::now() + Duration::from_secs(60);
     while !matches!(deaf.write(&READ_POSITION.repeat(100)), Err(why) if why.kind() == ErrorKind::WouldBlock) {
@@ -103,7 +103,7 @@ fn one_client_delays_no_other() {
     assert!(matches!(mad.read(&mut [0; 1]), Ok(0) | Err(_)), "its connection ends");
     let mut plc = connect(&address);
     assert_eq!(ask::<13>(&mut plc, &READ_POSITION), SAFE);
-    // One more than there is room for: the one gives way that was silent for the longest.
+    // One client too many: the one that was silent for the longest is disconnected.
     let mut others = [connect(&address), connect(&address)];
     others.iter_mut().for_each(|other| assert_eq!(ask::<13>(other, &READ_POSITION), SAFE));
     assert!(matches!(half.read(&mut [0; 1]), Ok(0) | Err(_)), "its connection ends");

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Plants in processes of their own: the channels of the driver that they run, at their own pace, beyond the end of who commands them.
+//! Plants in their own processes: the channels of the driver that they run, at their own pace, surviving the process that commands them.
 mod common;
 use common::{Machine, robot, with_mujoco};
 use device::SafeHandle;
@@ -12,7 +12,7 @@ use std::sync::atomic::{AtomicU32, Ordering};
 use std::sync::mpsc::channel;
 use std::time::{Duration, Instant};
 
-/// Time limit of any wait of these tests: it only ends a test that hangs.
+/// Limit of any wait in these tests: it only ends a test that hangs.
 const LIMIT: Duration = Duration::from_secs(300);
 const MS: i64 = 1_000_000;
 
@@ -25,7 +25,7 @@ fn with(mut options: Value, name: &str, value: impl Into<Value>) -> Value {
     options
 }
 
-/// A name that no other test has.
+/// Returns a name that no other test uses.
 fn fresh_name() -> String {
     static NUMBER: AtomicU32 = AtomicU32::new(0);
     format!("test-{}-{}", std::process::id(), NUMBER.fetch_add(1, Ordering::Relaxed))
@@ -46,7 +46,7 @@ fn until<T>(what: &str, mut found: impl FnMut() -> Option<T>) -> T {
     }
 }
 
-/// The first reading of the plant's first part.
+/// Returns the first reading of the plant's first part.
 fn position(state: &PlantState) -> f64 {
     f64::from_ne_bytes(state.readings[..8].try_into().unwrap())
 }
@@ -133,7 +133,7 @@ fn a_plant_that_is_gone_or_fails_loses_the_device() {
     let mut options = loopback(&["a"]);
     options["driver"]["options"]["fail_at_ns"] = json!(20 * MS);
     let mut machine = Machine::made("plant_process", options);
-    // On a loaded machine it fails before it has been opened here.
+    // On a loaded machine the plant may fail before it is opened here.
     let why = match machine.driver.open(0) {
         Err(why) => why.message,
         Ok(()) => until("it fails", || machine.try_read(0).err()),
@@ -146,7 +146,7 @@ fn a_plant_is_put_away_with_its_driver() {
     let name = fresh_name();
     let options = with(loopback(&["a"]), "name", name.clone());
     let pid = |name: &str| state(name).unwrap().pid;
-    // Made, never opened.
+    // Created but never opened.
     let (driver, _) = drivers::open("plant_process", &options).unwrap();
     let first = pid(&name);
     drop(driver);
@@ -172,7 +172,7 @@ fn a_driver_that_opens_a_plant_anew_cuts_the_one_before_off() {
     assert_eq!(position(&later), 0.0, "nobody reads what it commands");
     assert_eq!(before.try_read(0), Ok(()));
     assert!(before.try_read(600 * MS).is_err_and(|error| error.contains("no step")));
-    // It is no longer its to put away.
+    // Its close must not remove the plant, which belongs to the new device.
     before.driver.close();
     after.set("a.effort", &[1.0]);
     after.write(0, &[true]);
@@ -216,7 +216,7 @@ fn wrong_options_are_named() {
     assert!(ends.contains("status 1"), "{ends}");
 }
 
-/// An rtp in a process of its own that commands a plant, and what makes the plant safe.
+/// Starts an rtp in its own process that commands a plant; returns it and the plant's safe handle.
 fn rtp(options: &Value) -> (Child, SafeHandle) {
     let (link, theirs) = UnixLink::pair().unwrap();
     let launch = Launch::new([env!("CARGO_BIN_EXE_drivers-stand-in").into(), "rtp".into()]).descriptor("link", theirs);
@@ -227,7 +227,7 @@ fn rtp(options: &Value) -> (Child, SafeHandle) {
     (child, SafeHandle { descriptor, writes: serde_json::from_slice(&writes).unwrap(), latches: true })
 }
 
-/// Process of the guard of the test below: this program, started with this test alone.
+/// Process of the guard of the test below: this program, running this test only.
 #[test]
 #[ignore = "the guard process of another test"]
 fn the_guard_process() {

@@ -1,12 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Every number in the options and services of every driver has a range, and one beyond it is refused with its path before anything opens.
+//! Every number in the options and services of every driver has a range, and a value outside it is refused with its path before anything
+//! opens.
 use device::{Inside, Kind, OptionWord, Reach};
 use serde_json::{Value, json};
 
-/// A place in options: names on the way to a number, a name of its own for each entry.
+/// A path in options: the names that lead to a number, with a name of its own for each entry.
 type OptionPath = (Vec<String>, OptionWord);
 
-/// All numbers at this place and below.
+/// Collects all numbers at this path and below.
 fn numbers(word: &OptionWord, way: &[String], found: &mut Vec<OptionPath>) {
     let way = [way, &[word.name.to_owned()]].concat();
     if word.is_numeric() {
@@ -29,7 +30,7 @@ fn numbers_of(kind: &str) -> Vec<OptionPath> {
     found
 }
 
-/// Options with all that must be given, and this value at the place that `way` leads to.
+/// Returns options with all required entries, and this value at the path `way`.
 fn options(kind: &str, way: &[String], value: Value) -> Value {
     let of = device::find(kind).expect("a driver of ours");
     let needed = device::options_of(of).into_iter().filter(|word| word.default.is_none() && word.name != way[0]);
@@ -48,7 +49,7 @@ fn options(kind: &str, way: &[String], value: Value) -> Value {
     Value::Object(all)
 }
 
-/// A list of one table in place of a table of one, whose name is then the `name` in it.
+/// Converts a table of tables to a list of tables, each with its name as `name`.
 fn named(of: Value) -> Value {
     let entries = of.as_object().into_iter().flatten().map(|(name, entry)| {
         let mut entry = entry.clone();

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Every option that is a file, or code, is declared as one.
+//! Checks that every option that is a file or code is declared as one.
 use device::{OptionWord, Reach, ServiceWord};
 use serde_json::json;
 use std::collections::BTreeSet;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-/// The names of options and arguments that reach beyond their device.
+/// Returns the names of options and arguments that reach beyond their device.
 fn reaching() -> BTreeSet<&'static str> {
     let of_word = |word: &OptionWord| -> Vec<&'static str> {
         match word.reach {
@@ -34,7 +34,7 @@ fn sources(folder: &Path, found: &mut Vec<PathBuf>) {
 #[test]
 fn an_option_whose_words_speak_of_a_file_or_a_program_reaches_beyond_its_device() {
     let speaks = |doc: &str| ["file", "module with", "library", "command line", "modules"].iter().any(|word| doc.contains(word));
-    // Neither names a file of this machine.
+    // None of these names a file of this machine.
     let others = [("canopen", "axes"), ("canopen", "modules"), ("canopen", "object")];
     let mut seen = 0;
     for of in drivers::declarations() {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Reading and writing allocate nothing: every allocation of this program is counted.
+//! Checks that reading and writing allocate nothing, by counting every allocation of this program.
 //!
-//! What MuJoCo does inside its step is the C library's and not in this count.
+//! Allocations of MuJoCo within its step are made by the C library and are not counted.
 mod common;
 use common::{Machine, robot, with_mujoco};
 use serde_json::json;
@@ -18,7 +18,7 @@ thread_local! {
 unsafe impl GlobalAlloc for Counting {
     unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
         ALLOCATIONS.with(|count| count.set(count.get() + 1));
-        // SAFETY: the caller's promise is the one that is needed.
+        // SAFETY: the caller's contract is the one that is required.
         unsafe { System.alloc(layout) }
     }
     unsafe fn dealloc(&self, place: *mut u8, layout: Layout) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Devices that speak in texts: a scale that is asked, a scanner that speaks by itself, a printer that is told.
+//! Devices that use text: a scale that is polled, a scanner that sends by itself, a printer that is written to.
 mod common;
 use common::Machine;
 use device::Direction;
@@ -35,7 +35,7 @@ fn counted(machine: &Machine, name: &str) -> u64 {
     machine.driver.counters().expect("it counts").all().find(|(word, _)| word.name == name).expect("it is counted").1
 }
 
-/// Reads until so many texts have come.
+/// Reads until `count` texts have arrived.
 fn read_until(machine: &mut Machine, count: f64) {
     let until = Instant::now() + Duration::from_secs(60);
     while machine.get("count") != [count] {
@@ -78,7 +78,7 @@ fn a_scanner_speaks_by_itself() {
     let mut scanner = accept(&listener);
     machine.read(0);
     assert_eq!((machine.get("count"), bytes_of(&machine, "code")), (vec![0.0], &[0; 8][..]));
-    // Noise, a damaged one, one that is too long, a good one in two halves.
+    // Noise, a damaged text, one that is too long, and a good one in two halves.
     scanner.write_all(b"xy\x02A1B7\x30\x30\x03\x02123456789\x33\x31\x03\x02A1B7").expect("it takes it");
     scanner.write_all(b"\x30\x30\x03\x02A1B7\x30\x32\x03").expect("it takes it");
     let sum = b"A1B7".iter().fold(0, |sum, byte| sum ^ byte);
@@ -114,12 +114,12 @@ fn a_line_that_is_too_long_is_dropped_with_its_tail() {
     let (listener, address) = listen();
     let mut machine = open(json!({ "address": address, "reads": ["W {weight}"] }));
     let mut scale = accept(&listener);
-    // Its tail alone would be a reading.
+    // Its tail alone would be a valid reading.
     let long = format!("{}W 99\nW 7\n", "x".repeat(5_000));
     scale.write_all(long.as_bytes()).expect("it takes it");
     read_until(&mut machine, 1.0);
     assert_eq!((machine.get("weight"), counted(&machine, "damaged"), counted(&machine, "taken")), (vec![7.0], 1, 1));
-    // One whose tail comes later.
+    // A long text whose tail arrives later.
     scale.write_all("y".repeat(2_000).as_bytes()).expect("it takes it");
     machine.read(1);
     scale.write_all(b"W 98\nW 8\n").expect("it takes it");

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The plant on an arm whose equations fit on a line: efforts, brakes, limits, time, and what goes wrong.
+//! The plant with an arm whose equations fit on a line: efforts, brakes, limits, time, and errors.
 //!
-//! As in `ur5e.rs`, `OPENGPAC_MUJOCO` says where the library is; without it these tests check what the driver says then.
+//! As in `ur5e.rs`, `OPENGPAC_MUJOCO` names the library; without it these tests check the driver's message.
 mod common;
 use common::{Machine, robot, scratch, with_mujoco};
 use serde_json::json;
@@ -66,7 +66,7 @@ fn it_is_drawn_from_its_bodies_joints_and_shapes() {
         let shapes = drawn["bodies"][1]["geoms"].as_array().expect("shapes");
         assert_eq!(shapes.len(), 1, "what only collides is left out");
         assert_eq!(shapes[0]["rgba"], json!([1.0, 0.0, 0.0, 1.0]));
-        // Its triangles come by the Python package of MuJoCo, which an interpreter that nobody has lent need not have.
+        // The triangles need MuJoCo's Python package, which a default interpreter may lack.
         let told = (shapes[0]["kind"].as_str(), shapes[0]["mesh"].as_u64(), drawn["meshes"].as_array().map_or(0, Vec::len));
         assert!([(Some("box"), None, 0), (Some("mesh"), Some(0), 1)].contains(&told), "{told:?}");
     });
@@ -112,7 +112,7 @@ fn the_bias_is_the_weight_of_the_links_and_holds_them() {
 fn a_joint_that_nobody_commands_is_held_by_its_brake() {
     with_mujoco(|library| {
         let mut machine = Machine::open("mujoco", json!({ "path": robot("two_joint.xml"), "library": library }));
-        // The elbow is commanded with nothing, and falls; the shoulder is braked.
+        // The elbow is commanded with zero effort and falls; the shoulder is braked.
         for k in 1..=50 {
             machine.read(k * MS);
             machine.write(k * MS, &[false, true]);
@@ -123,7 +123,7 @@ fn a_joint_that_nobody_commands_is_held_by_its_brake() {
         let acceleration = -G * 0.4 / (0.16 + 0.01 + 1e-6);
         let fallen = machine.get("elbow.position")[0];
         assert!((fallen - 0.5 * acceleration * 0.05f64.powi(2)).abs() < 2.0e-3, "the braked shoulder is as a wall: {fallen}");
-        // Now nobody commands it: its brake slows it down with the 20 N.m of its drive, less its weight, and then holds it.
+        // Now it is not commanded: its brake slows it down with the 20 N.m of its drive, less its weight, and then holds it.
         let speed = machine.get("elbow.velocity")[0];
         machine.write(51 * MS, &[false, false]);
         machine.read(52 * MS);
@@ -178,7 +178,7 @@ fn what_is_not_finite_is_refused_and_what_diverges_is_lost() {
         machine.set("elbow.effort", &[f64::NAN]);
         let error = machine.try_write(0, &[false, true]).expect_err("refused");
         assert!(error.contains("'elbow.effort'"), "{error}");
-        // A spring that throws the arm out of all numbers, in some tenths of a second.
+        // A spring that makes the arm's state overflow within some tenths of a second.
         let text = std::fs::read_to_string(robot("two_joint.xml"))
             .expect("the model")
             .replace(r#"axis="0 -1 0" range="-2.5 2.5""#, r#"axis="0 -1 0" stiffness="-1e4""#);
@@ -201,7 +201,7 @@ fn after_the_safe_state_every_brake_holds() {
         let (before, speed) = (machine.get("elbow.position")[0], machine.get("elbow.velocity")[0]);
         machine.read(100 * MS);
         let held = machine.get("elbow.position")[0];
-        // Its brake needs a way, and less than with the elbow alone: that of the shoulder holds against it.
+        // Its brake needs some distance, but less than for the elbow alone: the shoulder's brake holds against it.
         let way = speed.powi(2) / (2.0 * (20.0 + G * 0.4) / (0.16 + 0.01 + 1e-6));
         assert!(speed > 1.0 && (before + 0.1 * way..before + way).contains(&held), "{before} to {held} at {speed} rad/s, alone a way of {way}");
         machine.read(500 * MS);
@@ -290,7 +290,7 @@ fn every_sensor_of_the_model_is_a_channel_with_its_unit() {
             ("sensor.motor", "double", ""),
         ];
         assert_eq!(told, expected);
-        // The forearm is pressed onto the stop, and then harder.
+        // The forearm is pressed onto the stop, first gently, then harder.
         let mut pressed = |effort: f64, until_ms: i64| {
             machine.set("elbow.effort", &[effort]);
             machine.write(0, &[false, true]);
@@ -318,14 +318,14 @@ fn a_free_body_beside_the_arm_shifts_no_channel() {
     });
 }
 
-/// A chain of three links whose joints have no inertia of their own: a servo that does not know of the others shakes it.
+/// A chain of three links whose joints have no inertia of their own: a servo that ignores the other links makes it oscillate.
 const THREE_LINKS: &str = r#"<mujoco><option timestep="0.002"/><worldbody><body><joint name="a" axis="0 1 0"/>
     <inertial pos="0.2 0 0" mass="4" diaginertia="0.008 0.06 0.06"/><body pos="0.4 0 0"><joint name="b" axis="0 1 0"/>
     <inertial pos="0.2 0 0" mass="3" diaginertia="0.006 0.045 0.045"/><body pos="0.4 0 0"><joint name="c" axis="0 1 0"/>
     <inertial pos="0.2 0 0" mass="1" diaginertia="0.002 0.015 0.015"/></body></body></body></worldbody>
     <actuator><motor joint="a" ctrlrange="-100 100"/><motor joint="b" ctrlrange="-100 100"/><motor joint="c" ctrlrange="-100 100"/></actuator></mujoco>"#;
 
-/// Gains that a joint is given: of its efforts ("servo") or decoupled efforts.
+/// Returns the gains of a joint: for efforts ("servo") or decoupled efforts.
 fn gains(machine: &Machine, joint: usize, of: &str) -> (f64, f64) {
     let number = |name: &str| machine.about["parts"][joint][of][name].as_f64().expect("a gain");
     (number("kp"), number("kd"))
@@ -368,7 +368,7 @@ fn a_motor_tells_what_it_gave_within_its_limit() {
         machine.set("a.effort", &[250.0]);
         machine.set("b.decoupled", &[1e4]);
         machine.write(MS, &[true, false, false, false, true, false]);
-        // Its step is 2 ms: the one in which the effort was written goes on without it.
+        // The step is 2 ms: the one during which the effort was written continues without it.
         machine.read(3 * MS);
         assert_eq!((machine.get("a.motor_effort"), machine.get("b.motor_effort")), (vec![100.0], vec![100.0]));
         machine.set("a.effort", &[5.0]);

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Our UR5e against its published numbers, and a servo on it, with the real MuJoCo library.
 //!
-//! `OPENGPAC_MUJOCO` says where the library is (`make test` sets it). Without it these tests check instead that the driver says what is missing.
+//! `OPENGPAC_MUJOCO` names the library (`make test` sets it). Without it these tests check that the driver reports what is missing.
 mod common;
 use common::{Machine, robot, with_mujoco};
 use serde_json::json;
@@ -29,7 +29,8 @@ fn the_parts_are_the_published_joints() {
     });
 }
 
-/// Potential energy of the arm at joint angles `q`, from the DH parameters, masses and centres of mass of the support article.
+/// Returns the potential energy of the arm at joint angles `q`, from the DH parameters, masses and centres of mass of the support
+/// article.
 fn potential_energy(q: &[f64; 6]) -> f64 {
     let d = [0.1625, 0.0, 0.0, 0.1333, 0.0997, 0.0996];
     let a = [0.0, -0.425, -0.3922, 0.0, 0.0, 0.0];
@@ -56,7 +57,7 @@ fn potential_energy(q: &[f64; 6]) -> f64 {
     energy + 0.01 * 9.81 * pose[2][3]
 }
 
-/// Bias at rest is the gradient of the potential energy: this ties frames, signs, masses and centres to the article at once.
+/// The bias at rest is the gradient of the potential energy: this ties frames, signs, masses and centres to the article at once.
 #[test]
 fn gravity_torques_are_those_of_the_dh_parameters() {
     with_mujoco(|library| {
@@ -125,7 +126,7 @@ fn the_tool_feels_a_push() {
         machine.write(0, &[false, false, false, false, false, false, true]);
         machine.read(2_000_000);
         let force = machine.get("tool.force");
-        // 30 N up, less the weight of the tool, 0.1 N; the tool's z axis points down, and the tool pushes the flange as it is pushed.
+        // 30 N up, less the weight of the tool, 0.1 N; the tool's z axis points down, and the force on the tool acts on the flange.
         assert!((force[2] + 29.9).abs() < 0.05 && force[0].abs() < 0.1 && force[1].abs() < 0.1, "{force:?}");
     });
 }

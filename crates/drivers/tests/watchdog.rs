@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The watchdog that each driver can have.
+//! The watchdog available to every driver.
 use serde_json::json;
 
 const MS: i64 = 1_000_000;
@@ -14,7 +14,7 @@ fn a_device_that_is_not_commanded_goes_to_its_safe_state_and_says_so() {
     assert_eq!((device.watchdog_ns(), &about["watchdog_ns"]), (Some(50 * MS), &json!(50 * MS)));
     device.open(0).unwrap();
     let mut readings = [0; 24];
-    // At rest it waits for any time.
+    // At rest the watchdog does not expire.
     device.read(1_000 * MS, &mut readings).unwrap();
     for firing in 1_001..1_010 {
         device.write(firing * MS, &1.0_f64.to_ne_bytes(), &[true]).unwrap();
@@ -60,13 +60,13 @@ fn a_device_says_whether_anything_makes_it_safe_when_its_process_is_gone() {
     let cases = [
         ("modbus", register(true), true, true),
         ("modbus", register(false), false, false),
-        // The watchdog that any driver can have is kept by its process.
+        // The generic watchdog runs in the driver's process.
         ("modbus", with(register(true), "timeout_ns", json!(50 * MS)), true, true),
         ("modbus_server", json!({ "address": "tcp/127.0.0.1:1502", "channels": { "x": { "holding": 1, "write": true } } }), false, false),
         ("loopback", json!({ "parts": ["x"] }), false, false),
         ("loopback", json!({ "parts": ["x"], "timeout_ns": 50 * MS }), false, false),
         ("ur", json!({ "host": "127.0.0.1" }), false, false),
-        // Only the guard makes it safe, and on a lent host there is none.
+        // Only the guard makes it safe, and a lent host has no guard.
         ("feetech", json!({ "port": "/dev/null", "servos": { "x": { "id": 1 } } }), false, true),
     ];
     for (kind, options, is_unguarded, is_unguarded_without_guard) in cases {

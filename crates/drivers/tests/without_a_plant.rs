@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The drivers that need nothing: loopback and scripted, and the door to all.
+//! Drivers without prerequisites: loopback and scripted, and opening drivers in general.
 mod common;
 use common::Machine;
 use serde_json::json;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The driver in its cycle, as a source exchanges it: `cycles INTERFACE AXES SECONDS PRIORITY` engages all axes at 1 kHz on a thread of that
-//! real-time priority (0: none), counts what the cycles allocate, and prints how late they began and how long they took, ns, as JSON.
+//! The driver in its cycle, exchanged as by a source: `cycles INTERFACE AXES SECONDS PRIORITY` engages all axes at 1 kHz on a thread of
+//! that real-time priority (0: none), counts the allocations of the cycles, and prints their lateness and duration, ns, as JSON.
 use device::{DeviceError, Driver};
 use serde_json::{Value, json};
 use std::alloc::{GlobalAlloc, Layout, System};
@@ -10,9 +10,9 @@ use std::io;
 
 const PERIOD_NS: i64 = 1_000_000;
 const COUNTS: f64 = 10_000.0;
-/// Time that a thread of real-time priority may compute without a rest, µs: one that runs away ends, and not the machine.
+/// Time that a thread of real-time priority may compute without blocking, µs: a runaway thread is killed instead of blocking the machine.
 const RTTIME_US: u64 = 5_000_000;
-/// Cycles in which all axes come into operation; what counts begins behind them.
+/// Cycles in which all axes are enabled; measurements begin after them.
 const BEGINS: usize = 1_000;
 
 struct Counting;
@@ -25,7 +25,7 @@ thread_local! {
 unsafe impl GlobalAlloc for Counting {
     unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
         ALLOCATIONS.with(|count| count.set(count.get() + 1));
-        // SAFETY: the caller's promise is the one that is needed.
+        // SAFETY: the caller's contract is the one that is required.
         unsafe { System.alloc(layout) }
     }
     unsafe fn dealloc(&self, place: *mut u8, layout: Layout) {
@@ -44,7 +44,7 @@ fn main() -> Result<(), String> {
     let (axes, cycles) = (number(axes)?, number(seconds)? * 1_000);
     device::register(&ethercat::DRIVER).map_err(|error| error.to_string())?;
     let all: Vec<Value> = (0..axes).map(|axis| json!({ "name": format!("a{axis}"), "counts": COUNTS, "speed_max": 5 })).collect();
-    // It ends where nothing comes for a minute, and not where this machine is busy.
+    // It ends after a minute without any frame, but not on a busy machine.
     let options = json!({ "interface": interface, "axes": all, "lost_after": 60_000, "timeout_ns": 6_000_000_000_i64 });
     let (mut driver, _) = device::open("ethercat", &options).map_err(|error| error.to_string())?;
     take_priority(number(priority)? as i32).map_err(|error| format!("priority {priority}: {error}"))?;
@@ -65,9 +65,9 @@ struct CycleMeasurements {
     lateness: Vec<u64>,
     spans: Vec<u64>,
     allocations: u64,
-    /// Releases that a late cycle took with it.
+    /// Releases skipped by late cycles.
     skipped: u64,
-    /// Between the minimum and the maximum position of the first axis, rad.
+    /// Range of positions of the first axis, rad.
     moved: f64,
 }
 
@@ -80,7 +80,7 @@ fn exchange(driver: &mut dyn Driver, axes: usize, cycles: usize) -> Result<Cycle
     for cycle in 0..BEGINS + cycles {
         sleep_until(release_ns);
         let began_ns = now_ns();
-        // Once to either side in a second.
+        // One full swing per second.
         let goal = 0.2 * (cycle as f64 * 1e-3 * TAU).sin();
         commands.chunks_exact_mut(8).for_each(|command| command.copy_from_slice(&goal.to_ne_bytes()));
         let before = ALLOCATIONS.with(Cell::get);
@@ -111,14 +111,14 @@ fn said(mut values: Vec<u64>) -> Value {
 
 fn now_ns() -> i64 {
     let mut now = libc::timespec { tv_sec: 0, tv_nsec: 0 };
-    // SAFETY: it is told where the struct lies.
+    // SAFETY: the pointer is valid for the call.
     unsafe { libc::clock_gettime(libc::CLOCK_MONOTONIC, &raw mut now) };
     now.tv_sec * 1_000_000_000 + now.tv_nsec
 }
 
 fn sleep_until(ns: i64) {
     let until = libc::timespec { tv_sec: ns / 1_000_000_000, tv_nsec: ns % 1_000_000_000 };
-    // SAFETY: the struct is ours for the call; an interrupted sleep begins a cycle early, once.
+    // SAFETY: the struct is ours for the call; an interrupted sleep starts a cycle early, once.
     unsafe { libc::clock_nanosleep(libc::CLOCK_MONOTONIC, libc::TIMER_ABSTIME, &raw const until, std::ptr::null_mut()) };
 }
 
@@ -128,7 +128,7 @@ fn take_priority(priority: i32) -> io::Result<()> {
     }
     let limit = libc::rlimit { rlim_cur: RTTIME_US, rlim_max: libc::RLIM_INFINITY };
     let wanted = libc::sched_param { sched_priority: priority };
-    // SAFETY: each is told where a struct lies that is ours for the call; 0 is this thread.
+    // SAFETY: each gets a valid pointer to a struct that is ours for the call; 0 is this thread.
     let done = unsafe { [libc::setrlimit(libc::RLIMIT_RTTIME, &raw const limit), libc::sched_setscheduler(0, libc::SCHED_FIFO, &raw const wanted)] };
     if done == [0, 0] { Ok(()) } else { Err(io::Error::last_os_error()) }
 }

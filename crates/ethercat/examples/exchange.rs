@@ -7,7 +7,7 @@ use std::time::{Duration, Instant};
 
 const WATCHDOG_NS: i64 = 6_000_000_000;
 const LONG: Duration = Duration::from_secs(10);
-/// Control words that lead to operation, by velocity 0.
+/// Control words that lead to operation, with velocity 0.
 const WORDS: [u16; 4] = [0x80, 0x06, 0x07, 0x0F];
 
 fn main() -> Result<(), String> {
@@ -43,7 +43,7 @@ fn main() -> Result<(), String> {
     Ok(())
 }
 
-/// There and back, looked for without a rest, as SOEM does.
+/// Makes one round trip, polling without a pause as SOEM does.
 fn exchange(cycle: &mut Cycle) -> Result<(), String> {
     let failed = |error: std::io::Error| error.to_string();
     cycle.send(None).map_err(failed)?;

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Messages in the mailbox of a subdevice: service data objects of CANopen over EtherCAT.
+//! Messages in the mailbox of a subdevice: service data objects of CANopen over EtherCAT (CoE).
 use crate::frames::{put, u16_at, u32_at};
 
 pub use cia402::Entry;
 
-/// Header of a mailbox, and that of CoE.
+/// Lengths of the mailbox header, and of the CoE header.
 const MAILBOX: usize = 6;
-/// The shortest message that carries an SDO.
+/// Minimum length of a message that carries an SDO.
 pub const SDO_LEN: usize = MAILBOX + 2 + 8;
 /// Offset of the bytes of an SDO.
 pub const SDO_AT: usize = MAILBOX + 2;
@@ -17,7 +17,7 @@ pub const EMERGENCY: u8 = 1;
 pub const REQUEST: u8 = 2;
 pub const RESPONSE: u8 = 3;
 
-/// Size given, expedited: bits of a command.
+/// Bits of a command: size indicated, expedited.
 const SIZED: u8 = 1;
 const EXPEDITED: u8 = 2;
 pub const ABORT: u8 = 0x80;
@@ -25,42 +25,42 @@ pub const ABORT: u8 = 0x80;
 /// Content of a message.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Sdo<'a> {
-    /// Read this entry.
+    /// Request to read this entry.
     Upload(Entry),
-    /// Its value, whole.
+    /// Complete value of the entry.
     Uploaded(Entry, &'a [u8]),
-    /// The first bytes of a value of that many.
+    /// First bytes of a value of this total length.
     UploadBegun(Entry, u32, &'a [u8]),
-    /// Send the next segment.
+    /// Request for the next segment.
     UploadNext {
         toggle: bool,
     },
-    /// A segment, and whether it is the last one. Both directions.
+    /// A segment, and whether it is the last one; used in both directions.
     Segment {
         toggle: bool,
         last: bool,
         data: &'a [u8],
     },
-    /// Write this entry: a value, or the first bytes of one of that many.
+    /// Request to write this entry: a complete value, or the first bytes of one of this total length.
     Download(Entry, u32, &'a [u8]),
     Downloaded(Entry),
-    /// A segment was taken.
+    /// Confirmation of a segment.
     Taken {
         toggle: bool,
     },
     Abort(Entry, u32),
 }
 
-/// A message of a mailbox.
+/// A message in a mailbox.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Message<'a> {
-    /// 1 to 7, counted by the sender; 0 where it does not.
+    /// 1 to 7, counted by the sender; 0 if it does not count.
     pub counter: u8,
     pub service: u8,
     pub body: &'a [u8],
 }
 
-/// Reads a mailbox. None: it is no message of CoE, or shorter than it says.
+/// Parses a mailbox; returns `None` if it is not a CoE message, or shorter than its header states.
 pub fn message(bytes: &[u8]) -> Option<Message<'_>> {
     let header = bytes.get(..SDO_AT)?;
     let len = usize::from(u16_at(header, 0));
@@ -69,13 +69,13 @@ pub fn message(bytes: &[u8]) -> Option<Message<'_>> {
     Some(Message { counter: header[5] >> 4 & 7, service: header[7] >> 4, body })
 }
 
-/// Reads what a message of service [`REQUEST`] asks for.
+/// Parses the body of a message of service [`REQUEST`].
 pub fn request(body: &[u8]) -> Option<Sdo<'_>> {
     let command = *body.first()?;
     match command >> 5 {
         0 => segment(body),
         1 => download(body),
-        // With complete access (bit 4) it is another one.
+        // With complete access (bit 4) it would be another request.
         2 if command & 0x10 == 0 => entry(body).map(Sdo::Upload),
         3 => Some(Sdo::UploadNext { toggle: command & 0x10 != 0 }),
         4 => abort(body),
@@ -83,7 +83,7 @@ pub fn request(body: &[u8]) -> Option<Sdo<'_>> {
     }
 }
 
-/// Reads what a message of service [`RESPONSE`] answers.
+/// Parses the body of a message of service [`RESPONSE`].
 pub fn response(body: &[u8]) -> Option<Sdo<'_>> {
     let command = *body.first()?;
     match command >> 5 {
@@ -106,7 +106,7 @@ fn abort(body: &[u8]) -> Option<Sdo<'_>> {
 
 fn segment(body: &[u8]) -> Option<Sdo<'_>> {
     let (command, data) = body.split_first()?;
-    // The length of a short one is told by what it lacks of 7.
+    // The length of a short segment is given as the number of bytes missing from 7.
     let data = if data.len() <= 7 { data.get(..7usize.saturating_sub(usize::from(command >> 1 & 7)))? } else { data };
     Some(Sdo::Segment { toggle: command & 0x10 != 0, last: command & 1 != 0, data })
 }
@@ -141,8 +141,8 @@ fn download(body: &[u8]) -> Option<Sdo<'_>> {
     Some(Sdo::Download(of, size, body[8..].get(..size as usize).unwrap_or(&body[8..])))
 }
 
-/// Writes a message into a mailbox; returns how many bytes of it are used. What does not fit is cut off: of the data of a segment or of
-/// the beginning of a transfer, which say how much there is.
+/// Writes a message into a mailbox; returns the number of bytes used. Data that do not fit are truncated: those of a segment or of the
+/// beginning of a transfer, which contain the total length.
 pub fn write(mailbox: &mut [u8], counter: u8, service: u8, sdo: &Sdo<'_>) -> usize {
     let mut len = 8;
     let body = &mut mailbox[SDO_AT..];

@@ -1,23 +1,23 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Frames of EtherCAT: datagrams in an Ethernet frame, as they are sent and as they come back.
+//! EtherCAT frames: datagrams in an Ethernet frame, as sent and as returned.
 //!
-//! A subdevice changes a frame in place while it passes: data, working counters, addresses that count. So both sides work on the bytes
+//! A subdevice changes a frame in place while it passes: data, working counters, counting addresses. So both sides work on the bytes
 //! themselves, and nothing here allocates.
 
-/// Type of the Ethernet frames.
+/// EtherType of the frames.
 pub const ETHERTYPE: u16 = 0x88A4;
-/// The longest frame, without its check sum.
+/// Maximum length of a frame, without its checksum.
 pub const FRAME_MAX: usize = 1514;
-/// The shortest frame, without its check sum.
+/// Minimum length of a frame, without its checksum.
 pub const FRAME_MIN: usize = 60;
-/// Offset of the datagrams: behind the header of Ethernet and that of EtherCAT.
+/// Offset of the datagrams: after the Ethernet and the EtherCAT header.
 pub const DATAGRAMS: usize = 16;
-/// Bytes of a datagram beside its data: header and working counter.
+/// Bytes of a datagram in addition to its data: header and working counter.
 pub const OVERHEAD: usize = DATAGRAM_HEADER + 2;
 const DATAGRAM_HEADER: usize = 10;
 const LEN_MASK: u16 = 0x07FF;
 const MORE: u16 = 0x8000;
-/// Frames that carry datagrams, in the header of EtherCAT.
+/// Type of frames that carry datagrams, in the EtherCAT header.
 const OF_DATAGRAMS: u16 = 0x1000;
 
 /// Command of a datagram.
@@ -25,23 +25,23 @@ const OF_DATAGRAMS: u16 = 0x1000;
 #[repr(u8)]
 pub enum Command {
     Nop = 0,
-    /// By position: read, write, both.
+    /// Access by position: read, write, both.
     PositionRead = 1,
     PositionWrite = 2,
     PositionReadWrite = 3,
-    /// By station address.
+    /// Access by station address.
     StationRead = 4,
     StationWrite = 5,
     StationReadWrite = 6,
-    /// Of every subdevice.
+    /// Access to every subdevice.
     AllRead = 7,
     AllWrite = 8,
     AllReadWrite = 9,
-    /// By logical address, through the FMMUs.
+    /// Access by logical address, through the FMMUs.
     LogicalRead = 10,
     LogicalWrite = 11,
     LogicalReadWrite = 12,
-    /// One reads, those behind it write.
+    /// One subdevice reads, the following ones write.
     PositionReadRestWrite = 13,
     StationReadRestWrite = 14,
 }
@@ -71,7 +71,7 @@ impl Command {
     }
 }
 
-/// Reason why bytes are no frame of EtherCAT.
+/// Reason why bytes are not an EtherCAT frame.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum MalformedFrame {
     Short,
@@ -80,35 +80,35 @@ pub enum MalformedFrame {
     Command,
 }
 
-/// Offset of a datagram in its frame.
+/// Position of a datagram in its frame.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Datagram {
     pub command: Command,
     pub index: u8,
     /// Position or station and memory address, or the logical address.
     pub address: u32,
-    /// Offset of its header.
+    /// Offset of the datagram's header.
     pub at: usize,
     pub len: usize,
 }
 
 impl Datagram {
-    /// Returns the offset of its data.
+    /// Returns the offset of the data.
     pub fn data_at(&self) -> usize {
         self.at + DATAGRAM_HEADER
     }
 
-    /// Its data.
+    /// Returns the data.
     pub fn data<'a>(&self, frame: &'a [u8]) -> &'a [u8] {
         &frame[self.data_at()..self.data_at() + self.len]
     }
 
-    /// Its data, to be stored to.
+    /// Returns the data for writing.
     pub fn data_mut<'a>(&self, frame: &'a mut [u8]) -> &'a mut [u8] {
         &mut frame[self.data_at()..self.data_at() + self.len]
     }
 
-    /// Returns the number of subdevices that did what it asks for, as it counts them.
+    /// Returns the working counter: a count of the subdevices that executed the datagram.
     pub fn working_counter(&self, frame: &[u8]) -> u16 {
         u16_at(frame, self.data_at() + self.len)
     }
@@ -130,10 +130,10 @@ pub struct Datagrams<'a> {
     ended: bool,
 }
 
-/// Reads the headers of a frame.
+/// Parses the headers of a frame.
 ///
 /// # Errors
-/// It is none of EtherCAT, or shorter than it says.
+/// Fails if it is not an EtherCAT frame, or is shorter than its header states.
 pub fn datagrams(frame: &[u8]) -> Result<Datagrams<'_>, MalformedFrame> {
     if frame.len() < DATAGRAMS {
         return Err(MalformedFrame::Short);
@@ -177,10 +177,10 @@ impl Datagrams<'_> {
     }
 }
 
-/// Returns the datagram that begins there, and whether another one follows it.
+/// Returns the datagram at an offset, and whether another one follows it.
 ///
 /// # Errors
-/// The bytes end before it does, or it has an unknown command.
+/// Fails if the bytes end before it does, or if it has an unknown command.
 pub fn datagram_at(frame: &[u8], at: usize) -> Result<(Datagram, bool), MalformedFrame> {
     if at + OVERHEAD > frame.len() {
         return Err(MalformedFrame::Short);
@@ -202,7 +202,7 @@ pub struct Builder<'a> {
 }
 
 impl<'a> Builder<'a> {
-    /// Begins an empty frame from this station to all.
+    /// Starts an empty frame from this station to all.
     pub fn new(frame: &'a mut [u8; FRAME_MAX], source: [u8; 6]) -> Builder<'a> {
         frame[..6].fill(0xFF);
         frame[6..12].copy_from_slice(&source);
@@ -210,7 +210,7 @@ impl<'a> Builder<'a> {
         Builder { frame, end: DATAGRAMS, last: None }
     }
 
-    /// Adds a datagram, its data zero; none where it has no room.
+    /// Adds a datagram whose data are zero; returns `None` if there is no room.
     pub fn add(&mut self, command: Command, index: u8, address: u32, len: usize) -> Option<Datagram> {
         let (at, end) = (self.end, self.end + OVERHEAD + len);
         if end > FRAME_MAX {
@@ -228,7 +228,7 @@ impl<'a> Builder<'a> {
         Some(Datagram { command, index, address, at, len })
     }
 
-    /// Stores the length; returns how many bytes are to be sent.
+    /// Stores the length; returns the number of bytes to be sent.
     pub fn finish(self) -> usize {
         let header = OF_DATAGRAMS | (self.end - DATAGRAMS) as u16;
         put(self.frame, 14, &header.to_le_bytes());
@@ -238,12 +238,13 @@ impl<'a> Builder<'a> {
     }
 }
 
-/// Returns a position on the line or a station address, and an address of its memory.
+/// Returns the address of a subdevice, by position on the line or station address, and of its memory.
 pub fn at(device: u16, memory: u16) -> u32 {
     u32::from(device) | u32::from(memory) << 16
 }
 
-/// Returns the address of the subdevice at this position of the line: each that a frame passes counts it up, and the one that sees 0 is meant.
+/// Returns the address of the subdevice at this position of the line: each subdevice that a frame passes increments it, and the one that
+/// sees 0 is addressed.
 pub fn position(index: usize) -> u16 {
     0u16.wrapping_sub(index as u16)
 }

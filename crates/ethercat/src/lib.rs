@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-//! EtherCAT: drives by CiA 402 as axes, and an emulated segment that stands for them.
+//! EtherCAT: drives by CiA 402 as axes, and an emulated segment that replaces them.
 //!
 //! | | |
 //! |---|---|
 //! | [`frames`], [`coe`], [`sii`], [`registers`] | frames, mailbox messages, EEPROM contents, addresses: functions over bytes |
 //! | [`states`], [`cia402`] | states and errors by name, of the bus and of its drives |
-//! | [`link`] | what carries frames |
+//! | [`link`] | carriers of frames |
 //! | [`main_device`] | brings subdevices to OP and exchanges their process data |
 //! | [`DRIVER`] | the driver `ethercat`: an axis for each drive |
 //! | [`emulator`] | an emulated segment |

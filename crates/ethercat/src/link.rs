@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Carrier of frames: a network interface, or a local socket between processes that needs no rights.
 //!
-//! `eth0` is the interface of that name, with a raw socket, which needs `CAP_NET_RAW`. `local:NAME` is a socket of this machine on which an
-//! emulated segment answers.
+//! `eth0` is the interface of that name, with a raw socket, which needs `CAP_NET_RAW`. `local:NAME` is a socket of this machine on which
+//! an emulated segment answers.
 use crate::frames::ETHERTYPE;
 use forks::Device;
 use std::ffi::CString;
@@ -11,7 +11,7 @@ use std::mem::{size_of, zeroed};
 use std::os::fd::{AsRawFd, FromRawFd, OwnedFd};
 use std::time::Duration;
 
-/// One end. It never waits unless [`Link::wait`] is called, and never allocates after it is open.
+/// One end of a line. It never waits unless [`Link::wait`] is called, and never allocates after it has been opened.
 pub struct Link {
     socket: Device<OwnedFd>,
     name: String,
@@ -24,16 +24,16 @@ impl Link {
     /// Opens the end of a main device.
     ///
     /// # Errors
-    /// There is no such interface, or no right to use it; no segment answers on that local socket.
+    /// Fails if there is no such interface, or no right to use it, or no segment answers on that local socket.
     pub fn open(name: &str) -> io::Result<Link> {
         match name.strip_prefix(LOCAL) {
             None => Link::raw(name),
             Some(local) => {
                 let link = Link::local(name)?;
-                // A name of its own, given by the kernel, to which the segment answers.
+                // The kernel assigns a name, to which the segment answers.
                 link.bind(&address(""), size_of::<libc::sa_family_t>())?;
                 let (to, len) = local_address(local);
-                // SAFETY: the address is of that length, and the descriptor is ours.
+                // SAFETY: the address has that length, and we own the descriptor.
                 check(unsafe { libc::connect(link.socket.as_raw_fd(), (&raw const to).cast(), len as libc::socklen_t) })?;
                 Ok(link)
             }
@@ -43,7 +43,7 @@ impl Link {
     /// Opens the end of a segment.
     ///
     /// # Errors
-    /// As [`Link::open`]; the name of a local socket is taken.
+    /// Fails as [`Link::open`] does, and if the name of a local socket is taken.
     pub fn answering(name: &str) -> io::Result<Link> {
         match name.strip_prefix(LOCAL) {
             None => Link::raw(name),
@@ -58,13 +58,13 @@ impl Link {
 
     fn raw(name: &str) -> io::Result<Link> {
         let interface = CString::new(name).map_err(|_| io::ErrorKind::InvalidInput)?;
-        // SAFETY: the text ends with a zero.
+        // SAFETY: the text is NUL-terminated.
         let index = unsafe { libc::if_nametoindex(interface.as_ptr()) };
         if index == 0 {
             return Err(io::Error::last_os_error());
         }
         let link = Link::socket(name, libc::AF_PACKET, libc::SOCK_RAW, i32::from(ETHERTYPE.to_be()))?;
-        // SAFETY: zero is a value of this type of the C library.
+        // SAFETY: all zeros are a valid value of this C type.
         let mut to: libc::sockaddr_ll = unsafe { zeroed() };
         (to.sll_family, to.sll_protocol, to.sll_ifindex) = (libc::AF_PACKET as u16, ETHERTYPE.to_be(), index as i32);
         link.bind(&to, size_of::<libc::sockaddr_ll>())?;
@@ -76,13 +76,13 @@ impl Link {
     }
 
     fn socket(name: &str, family: i32, kind: i32, protocol: i32) -> io::Result<Link> {
-        // SAFETY: a new descriptor, which is ours alone.
+        // SAFETY: a new descriptor, which we alone own.
         let socket = unsafe { OwnedFd::from_raw_fd(check(libc::socket(family, kind | libc::SOCK_NONBLOCK | libc::SOCK_CLOEXEC, protocol))?) };
         Ok(Link { socket: Device::new(socket), name: name.to_owned() })
     }
 
     fn bind<A>(&self, to: &A, len: usize) -> io::Result<()> {
-        // SAFETY: the address is of at least that length, and the descriptor is ours.
+        // SAFETY: the address has at least that length, and we own the descriptor.
         check(unsafe { libc::bind(self.socket.as_raw_fd(), (&raw const *to).cast(), len as libc::socklen_t) }).map(drop)
     }
 
@@ -90,50 +90,50 @@ impl Link {
         &self.name
     }
 
-    /// Sends a frame, or nothing of it. Real-time safe.
+    /// Sends a frame as a whole, or not at all. Real-time safe.
     ///
     /// # Errors
-    /// The interface is down, or its queue is full.
+    /// Fails if the interface is down, or its queue is full.
     pub fn send(&self, frame: &[u8]) -> io::Result<()> {
-        // SAFETY: the bytes are ours for the call.
+        // SAFETY: the bytes are owned by us during the call.
         let sent = unsafe { libc::send(self.socket.as_raw_fd(), frame.as_ptr().cast(), frame.len(), libc::MSG_DONTWAIT | libc::MSG_NOSIGNAL) };
         if sent < 0 { Err(io::Error::last_os_error()) } else { Ok(()) }
     }
 
-    /// Receives a frame that is there; none: there is none. Real-time safe.
+    /// Receives a frame, or returns `None` if none has arrived. Real-time safe.
     ///
     /// # Errors
-    /// The interface is down.
+    /// Fails if the interface is down.
     pub fn receive(&self, into: &mut [u8]) -> io::Result<Option<usize>> {
-        // SAFETY: the bytes are ours for the call.
+        // SAFETY: the bytes are owned by us during the call.
         let received = unsafe { libc::recv(self.socket.as_raw_fd(), into.as_mut_ptr().cast(), into.len(), libc::MSG_DONTWAIT) };
         there(received)
     }
 
-    /// Receives a frame and remembers who sent it, for [`Link::answer`].
+    /// Receives a frame and stores its sender, for [`Link::answer`].
     pub(crate) fn receive_from(&self, into: &mut [u8], from: &mut Sender) -> io::Result<Option<usize>> {
         from.len = size_of::<libc::sockaddr_un>() as libc::socklen_t;
         let (socket, to) = (self.socket.as_raw_fd(), into.as_mut_ptr().cast());
-        // SAFETY: the bytes and the address are ours for the call, and of these lengths.
+        // SAFETY: the bytes and the address are owned by us during the call, and have these lengths.
         let received = unsafe { libc::recvfrom(socket, to, into.len(), libc::MSG_DONTWAIT, (&raw mut from.address).cast(), &raw mut from.len) };
         there(received)
     }
 
-    /// Sends a frame back. The receiver may be gone, which is no error.
+    /// Sends a frame back. It is not an error if the receiver has disconnected.
     pub(crate) fn answer(&self, frame: &[u8], to: &Sender) {
         if !self.name.starts_with(LOCAL) {
             return drop(self.send(frame));
         }
         let (socket, bytes) = (self.socket.as_raw_fd(), frame.as_ptr().cast());
-        // SAFETY: the bytes and the address are ours for the call, and of these lengths.
+        // SAFETY: the bytes and the address are owned by us during the call, and have these lengths.
         unsafe { libc::sendto(socket, bytes, frame.len(), libc::MSG_DONTWAIT | libc::MSG_NOSIGNAL, (&raw const to.address).cast(), to.len) };
     }
 
-    /// Waits until a frame is there, or for this time; false: there is none.
+    /// Waits until a frame arrives, or for this time; returns false if none has arrived.
     pub fn wait(&self, time: Duration) -> bool {
         let mut poll = libc::pollfd { fd: self.socket.as_raw_fd(), events: libc::POLLIN, revents: 0 };
         let time_ms = time.as_nanos().div_ceil(1_000_000).min(1_000_000) as i32;
-        // SAFETY: one entry, ours for the call.
+        // SAFETY: one entry, owned by us during the call.
         unsafe { libc::poll(&raw mut poll, 1, time_ms) > 0 }
     }
 }
@@ -165,7 +165,7 @@ fn check(returned: i32) -> io::Result<i32> {
     if returned < 0 { Err(io::Error::last_os_error()) } else { Ok(returned) }
 }
 
-/// Returns a name that no file has; it is gone with its socket.
+/// Returns an abstract name, which exists as long as its socket and has no file.
 fn local_address(name: &str) -> (libc::sockaddr_un, usize) {
     let text = format!("\0opengpac-ethercat-{name}");
     let to = address(&text);
@@ -173,7 +173,7 @@ fn local_address(name: &str) -> (libc::sockaddr_un, usize) {
 }
 
 fn address(text: &str) -> libc::sockaddr_un {
-    // SAFETY: zero is a value of this type of the C library.
+    // SAFETY: all zeros are a valid value of this C type.
     let mut to: libc::sockaddr_un = unsafe { zeroed() };
     to.sun_family = libc::AF_UNIX as libc::sa_family_t;
     for (to, byte) in to.sun_path.iter_mut().zip(text.bytes()) {

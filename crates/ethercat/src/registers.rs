@@ -9,14 +9,14 @@ pub const ALIAS: u16 = 0x0012;
 pub const DL_CONTROL: u16 = 0x0100;
 pub const DL_STATUS: u16 = 0x0110;
 pub const AL_CONTROL: u16 = 0x0120;
-/// State, with [`AL_CODE`] 4 bytes behind it.
+/// State register; [`AL_CODE`] follows 4 bytes after it.
 pub const AL_STATUS: u16 = 0x0130;
 pub const AL_CODE: u16 = 0x0134;
 pub const WATCHDOG_DIVIDER: u16 = 0x0400;
 pub const WATCHDOG_OUTPUTS: u16 = 0x0420;
 pub const WATCHDOG_STATUS: u16 = 0x0440;
 pub const EEPROM_CONFIG: u16 = 0x0500;
-/// Control and status, then address, then data.
+/// Control and status register, followed by address and data.
 pub const EEPROM: u16 = 0x0502;
 pub const EEPROM_ADDRESS: u16 = 0x0504;
 pub const EEPROM_DATA: u16 = 0x0508;
@@ -29,20 +29,20 @@ pub const DC_SYSTEM_TIME: u16 = 0x0910;
 pub const DC_RECEIVED_UNIT: u16 = 0x0918;
 pub const DC_OFFSET: u16 = 0x0920;
 pub const DC_DELAY: u16 = 0x0928;
-/// Difference of its time from that of the reference clock: sign and magnitude, ns.
+/// Difference of the local time from that of the reference clock: sign and magnitude, ns.
 pub const DC_DIFFERENCE: u16 = 0x092C;
 pub const DC_SPEED: u16 = 0x0930;
-/// Starter of SYNC0, and then whether it is on.
+/// Assignment of SYNC0's control, followed by its activation.
 pub const SYNC_UNIT: u16 = 0x0980;
 pub const SYNC_ACTIVATION: u16 = 0x0981;
 pub const SYNC0_START: u16 = 0x0990;
 pub const SYNC0_CYCLE: u16 = 0x09A0;
-/// Address of the process memory.
+/// Start address of the process memory.
 pub const MEMORY: u16 = 0x1000;
 
-/// Bit of the features: it has a distributed clock.
+/// Feature bit: has a distributed clock.
 pub const HAS_CLOCK: u16 = 0x0004;
-/// Bits of the activation: the unit is on, and SYNC0 is.
+/// Activation bits: the unit and SYNC0 are enabled.
 pub const SYNC0_ON: u8 = 0x03;
-/// Bit of a SyncManager's status: a mailbox holds something.
+/// Status bit of a SyncManager: the mailbox is full.
 pub const MAILBOX_FULL: u8 = 0x08;

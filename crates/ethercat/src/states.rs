@@ -12,7 +12,7 @@ pub enum State {
     Op = 8,
 }
 
-/// Set beside a state: the subdevice did not do what was asked for; see its status code. Asked with it, the error is acknowledged.
+/// Flag in addition to a state: the subdevice did not execute the request; see its status code. In a request it acknowledges the error.
 pub const ERROR: u16 = 0x10;
 
 impl State {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-//! A cycle allocates nothing: every allocation of the thread that exchanges is counted, with frames that are lost and spoiled, axes that are
-//! engaged and let go of, faults that are reset, and axes that come back.
+//! Checks that a cycle allocates nothing, by counting every allocation of the exchanging thread: with lost and corrupted frames, axes
+//! that are engaged and released, faults that are reset, and axes that recover.
 mod common;
 use common::{COUNTS, OPERATION_ENABLED, Rig, drive};
 use serde_json::json;
@@ -17,7 +17,7 @@ thread_local! {
 unsafe impl GlobalAlloc for Counting {
     unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
         ALLOCATIONS.with(|count| count.set(count.get() + 1));
-        // SAFETY: the caller's promise is the one that is needed.
+        // SAFETY: the caller's contract is the one that is required.
         unsafe { System.alloc(layout) }
     }
     unsafe fn dealloc(&self, place: *mut u8, layout: Layout) {
@@ -31,7 +31,7 @@ static COUNTING: Counting = Counting;
 
 const AXES: usize = 8;
 
-/// Returns the number of the driver's allocations in so many cycles, with an action on the segment before each.
+/// Returns the number of the driver's allocations in `cycles` cycles, with an action on the segment before each.
 fn allocations(rig: &mut Rig, cycles: usize, mut before: impl FnMut(&Rig, usize)) -> u64 {
     let mut counted = 0;
     for cycle in 0..cycles {
@@ -61,7 +61,7 @@ fn a_cycle_allocates_nothing_with_all_axes_in_op() {
     let goals = [Some(1.0); AXES];
     rig.until(&goals, "all in operation", |rig| names.iter().all(|name| rig.status(name) == OPERATION_ENABLED));
     assert_eq!(allocations(&mut rig, 1000, |_, _| {}), 0);
-    // Two frames that do not come back, one that is changed; a drive that has a fault for a while.
+    // Two frames that do not return, one that is corrupted; a drive that has a fault for a while.
     let disturb = |rig: &Rig, cycle: usize| match cycle % 20 {
         5 => rig.server.lock().lose(2),
         15 => rig.server.lock().spoil(1),
@@ -69,7 +69,7 @@ fn a_cycle_allocates_nothing_with_all_axes_in_op() {
     };
     assert_eq!(allocations(&mut rig, 1000, disturb), 0);
     assert_eq!((rig.counter("frames_lost") > 0, rig.counter("cycles") > 2000), (true, true));
-    // An axis whose voltage goes and comes: the device is lost, which allocates its reason, and comes back.
+    // An axis that loses and regains power: the device is lost, which allocates its reason, and recovers.
     rig.server.lock().power(3, false);
     let lost = (0..3).find_map(|_| rig.exchange(&[]).err()).expect("lost within three cycles");
     assert!(lost.message.contains("axis 'a3' at place 3"), "{}", lost.message);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! A load that falls where nothing holds it, and the brake that the driver serves.
+//! A load that falls if nothing holds it, and the brake that the driver operates.
 mod common;
 use common::{COUNTS, LONG, OPERATION_ENABLED, Rig, SWITCH_ON_DISABLED, drive};
 use ethercat::emulator::DriveOptions;
@@ -14,7 +14,7 @@ fn rig(mode: &str) -> Rig {
     Rig::with(&drives, json!({ "axes": [{ "name": "hoist", "counts": COUNTS, "speed_max": 10, "mode": mode, "brake": brake }] }))
 }
 
-/// Exchanges, and sees that it neither falls nor moves against its brake.
+/// Exchanges until a condition holds, and checks that the load never falls below `least`.
 fn watched(rig: &mut Rig, goals: &[Option<f64>], least: f64, holds: impl Fn(&Rig) -> bool) {
     let until = Instant::now() + LONG;
     loop {
@@ -35,7 +35,7 @@ fn a_load_never_falls() {
     }
     watched(&mut rig, &[Some(1.5)], START, |rig| rig.double("hoist.position") == 1.5);
     assert_eq!(rig.status("hoist"), OPERATION_ENABLED);
-    // Nobody engages it: the motor holds.
+    // The axis is not engaged: the motor holds it.
     for _ in 0..100 {
         watched(&mut rig, &[], 1.5, |_| true);
     }
@@ -47,7 +47,7 @@ fn a_load_never_falls() {
         watched(&mut rig, &[], 1.5, |_| true);
     }
     watched(&mut rig, &[Some(1.2)], 1.2, |rig| rig.double("hoist.position") == 1.2);
-    // Another driver takes the line; nothing is commanded meanwhile.
+    // A new driver takes over the line; nothing is commanded meanwhile.
     rig.reset();
     watched(&mut rig, &[], 1.2, |rig| rig.status("hoist") == SWITCH_ON_DISABLED);
     assert_eq!(rig.double("hoist.position"), 1.2);
@@ -56,7 +56,7 @@ fn a_load_never_falls() {
 #[test]
 fn a_load_that_is_lost_is_held_by_nothing() {
     let drives = [DriveOptions { falls: Some(50_000.0), ..drive("hoist", 1000) }];
-    // A brake that is declared the wrong way round: what the tests above would see.
+    // A brake with the wrong polarity: the load falls, so the tests above would fail.
     let brake = json!({ "released_by_one": true });
     let mut rig = Rig::with(&drives, json!({ "axes": [{ "name": "hoist", "counts": COUNTS, "brake": brake }] }));
     rig.until(&[], "it falls", |rig| rig.double("hoist.position") < 0.5);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Distributed clocks on an emulated segment, in a time of the test's own: cables of known lengths, quartzes that drift, frames that are late.
+//! Distributed clocks on an emulated segment, in simulated time: cables of known lengths, oscillators that drift, late frames.
 mod common;
 use common::{COUNTS, LONG, OPERATION_ENABLED, Rig, drive};
 use ethercat::emulator::{DriveOptions, Segment, serve_at};
@@ -12,17 +12,17 @@ use std::sync::atomic::{AtomicU64, Ordering};
 
 const PERIOD_NS: u64 = 1_000_000;
 const SHIFT_NS: u32 = 500_000;
-/// The clock of the host: ahead, and 20 millionths too fast.
+/// Offset of the host's clock, which also runs 20 ppm fast.
 const AHEAD_NS: u64 = 777_000_000;
 const TOO_FAST: u64 = 50_000;
-/// Lateness of a frame, ns.
+/// Maximum lateness of a frame, ns.
 const LATE_NS: u64 = 100_000;
 
 fn host_ns(true_ns: u64) -> u64 {
     true_ns + true_ns / TOO_FAST + AHEAD_NS
 }
 
-/// The true time at which the clock of the host shows that.
+/// Returns the true time at which the host's clock shows `host_ns`.
 fn true_ns(host_ns: u64) -> u64 {
     ((host_ns - AHEAD_NS) as f64 / (1.0 + 1.0 / TOO_FAST as f64)).round() as u64
 }
@@ -57,7 +57,7 @@ fn clocks_keep_to_the_host_and_outputs_are_there_before_sync0() {
         }
         random = random.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
         let late_ns = (random >> 33) % LATE_NS;
-        // The frame is at the first subdevice 2 to 4 us after its time was read.
+        // The frame reaches the first subdevice 2 to 4 us after its timestamp was read.
         let there_ns = true_ns((first + number) * PERIOD_NS) + late_ns;
         time_ns.store(there_ns, Ordering::Relaxed);
         cycle.send(Some(host_ns(there_ns - 2_000 - late_ns % 2_000))).unwrap();

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Frames that were changed on the way: a million of them, and none is taken for an answer.
+//! Frames corrupted in transit: a million of them, none of which is accepted as an answer.
 mod common;
 use common::{COUNTS, Rig};
 use ethercat::coe::Entry;
@@ -10,7 +10,7 @@ use serde_json::json;
 const FRAMES: usize = 1_000_000;
 const OUTPUTS: usize = 2 * 13;
 
-/// Numbers that look like chance and are the same each time.
+/// Pseudo-random numbers from a fixed seed.
 struct Random(u64);
 
 impl Random {
@@ -47,13 +47,13 @@ fn of_a_million_changed_frames_none_is_taken() {
         if random.below(8) == 0 {
             changed.truncate(random.below(answer.len()));
         }
-        // Two turns of the same bit are none.
+        // Flipping the same bit twice changes nothing.
         taken += usize::from(changed != answer && cycle.check(&changed) == Ok(FrameAnswer::Whole));
     }
     assert_eq!(taken, 0);
 }
 
-/// Returns the bytes that the adapter does not check: type and length, the headers of the datagrams without their interrupts, outputs, working
+/// Returns the bytes that the adapter does not check: type and length, the datagram headers without their interrupts, outputs, working
 /// counters.
 fn places(frame: &[u8]) -> Vec<usize> {
     let mut places: Vec<usize> = (12..16).collect();

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The driver on an emulated segment, over a local socket: no rights, no waiting for time to pass.
+//! The driver on an emulated segment, over a local socket: without privileges or real-time waits.
 mod common;
 use common::{COUNTS, OPERATION_ENABLED, Rig, SWITCH_ON_DISABLED};
 use device::Services;
@@ -49,7 +49,7 @@ fn the_safe_state_is_a_quick_stop_that_lasts_until_somebody_engages_the_axis_ane
     assert_eq!((rig.double("x.position"), rig.status("x")), (1.0, SWITCH_ON_DISABLED));
     rig.exchange(&[]).unwrap();
     rig.until(&[Some(1.1)], "in operation again", |rig| rig.status("x") == OPERATION_ENABLED);
-    // Nobody engages it, and it holds where it is: so it is when an emergency stop comes to an axis that stands.
+    // It is not engaged and holds its position, as when an emergency stop reaches an axis at standstill.
     rig.exchange(&[]).unwrap();
     assert_eq!(rig.status("x"), OPERATION_ENABLED);
     rig.driver.safe_state();
@@ -146,7 +146,7 @@ fn a_fault_is_named_and_reset() {
     assert_eq!(fault, "axis 'x' has a fault, 0x7121: motor blocked; remove its cause, then reset the device");
     rig.reset();
     rig.until(&[Some(1.0)], "in operation again", |rig| rig.status("x") == OPERATION_ENABLED);
-    // One that is not engaged loses no device; the service resets it.
+    // A fault of an axis that is not engaged does not lose the device; the service resets it.
     rig.server.lock().fail(1, 0x7121);
     rig.until(&[], "a fault", |rig| rig.status("y") == 0x08);
     call(&*services(&rig), "reset_fault", json!({ "axis": "y" })).unwrap();
@@ -244,7 +244,7 @@ fn a_drive_whose_main_device_is_gone_stops_by_itself() {
     let (mut driver, _) = device::open("ethercat", &options).unwrap();
     driver.open(0).unwrap();
     assert!(server.lock().status(0).starts_with("OP"), "{}", server.lock().status(0));
-    // As behind a kill: no safe state, and no frame any more.
+    // As after a kill: no safe state, and no further frame.
     std::mem::forget(driver);
     let until = std::time::Instant::now() + common::LONG;
     while !server.lock().status(0).contains("SyncManager watchdog") {

@@ -1,18 +1,18 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Homing by the drive: a service that waits, beside the cycle.
+//! Homing by the drive: a service that waits while the cycle continues.
 mod common;
 use common::{LONG, OPERATION_ENABLED, Rig, SWITCH_ON_DISABLED, drive, two_axes};
 use ethercat::emulator::DriveOptions;
 use serde_json::{Value, json};
 use std::time::Instant;
 
-/// A drive whose machine has a switch at -5 rad and one at 5 rad, and one without switches.
+/// Returns a rig with two drives: one whose machine has switches at -5 rad and 5 rad, and one without switches.
 fn rig() -> Rig {
     let switched = DriveOptions { limits: Some([-5_000.0, 5_000.0]), ..drive("first", 1000) };
     Rig::with(&[switched, drive("second", 2000)], json!({ "axes": two_axes() }))
 }
 
-/// Calls the service while the cycle goes on; what it answered, and the positions of the axis on the way.
+/// Calls the service while the cycle continues; returns its result.
 fn home(rig: &mut Rig, arguments: Value, mut cycle: impl FnMut(&mut Rig)) -> Result<Value, String> {
     let services = rig.driver.services().expect("services");
     let calling = std::thread::spawn(move || services.call("home", &arguments).map_err(|error| error.message));
@@ -41,12 +41,12 @@ fn the_switch_at_an_end_gets_the_position_that_home_has() {
     assert!(least < -4.9, "it went to the switch: {least}");
     rig.until(&[], "off", |rig| rig.status("x") == SWITCH_ON_DISABLED);
     assert_eq!((rig.double("x.position"), rig.bytes("x.homing")), (0.25, &[2][..]));
-    // Then it is an axis as before, and begins where it is.
+    // Afterwards it is a normal axis again, and starts from its present position.
     rig.exchange(&[Some(0.26)]).unwrap();
     assert_eq!(rig.double("x.position"), 0.25);
     rig.until(&[Some(0.26)], "there", |rig| rig.double("x.position") == 0.26);
     assert_eq!(rig.status("x"), OPERATION_ENABLED);
-    // One that holds and that nobody has engaged is homed too.
+    // An axis that holds without being engaged can be homed too.
     assert_eq!(home(&mut rig, json!({ "axis": "x", "method": 35, "position": 0.0 }), idle), Ok(Value::Null));
     assert_eq!(rig.double("x.position"), 0.0);
 }
@@ -124,7 +124,7 @@ fn a_stop_a_fault_a_limit_of_time_and_a_lost_device_end_it() {
     assert_eq!(late, "axis 'x': it was not home within 0.05 s, and was stopped");
     rig.until(&[], "off", |rig| rig.status("x") == SWITCH_ON_DISABLED);
 
-    // What engages it expects that it follows.
+    // An engaging source expects the axis to follow, so homing stops.
     let engaged = home(&mut rig, slowly.clone(), |rig| {
         if begun(rig) {
             rig.exchange(&[Some(1.0)]).unwrap()

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Drives that are not where they were, or not what the options say: named, and nothing is switched on.
+//! Drives that have moved or differ from the options are named, and nothing is switched on.
 mod common;
 use common::{COUNTS, Rig, SWITCH_ON_DISABLED, drive, two_axes};
 use ethercat::emulator::{DriveOptions, PRODUCT, VENDOR};

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Terminals of inputs and outputs on an emulated segment: a coupler, digital and analog ones, and a drive behind them.
+//! I/O terminals on an emulated segment: a coupler, digital and analog ones, and a drive behind them.
 mod common;
 use common::{COUNTS, Rig, drive};
 use device::{DeviceError, Direction};
@@ -43,7 +43,7 @@ fn options() -> Value {
     })
 }
 
-/// Exchanges twice, as what is read lies a frame behind: these outputs are commanded, the others carry their safe values.
+/// Exchanges twice, since readings are one frame behind, with these outputs commanded and the others at their safe values.
 fn exchange(rig: &mut Rig, commanded: &[(&str, &[u8])]) -> Result<(), DeviceError> {
     let mut commands = vec![0; 256];
     let mut engaged = Vec::new();

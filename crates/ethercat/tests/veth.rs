@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The driver on a network interface: one end of a veth pair, with the emulated segment on the other. It needs the rights to make a network
-//! namespace; the test's thread has one of its own, which ends with it.
+//! The driver on a network interface: one end of a veth pair, with the emulated segment on the other. Needs the privilege to create a
+//! network namespace; the test's thread has its own, which ends with it.
 mod common;
 use common::{OPERATION_ENABLED, Rig, drive, two_axes};
 use serde_json::json;
 use std::process::Command;
 
-/// A namespace for this thread and those that it starts, with a pair of interfaces.
+/// Creates a namespace for this thread and its descendants, with a pair of interfaces.
 fn network() {
-    // SAFETY: it moves this thread alone.
+    // SAFETY: it moves this thread only.
     let moved = unsafe { libc::unshare(libc::CLONE_NEWNET) };
     assert_eq!(moved, 0, "this test makes a network namespace: run it as root, or with CAP_NET_ADMIN and CAP_SYS_ADMIN");
     for arguments in ["link add ec0 type veth peer name ec1", "link set ec0 up", "link set ec1 up"] {

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Descriptors of devices, which forked children do not have.
+//! Descriptors of devices, which forked children do not inherit.
 //!
-//! A child that `fork()` makes has copies of all descriptors. While it lives, a serial line stays locked, a connection stays open for its
-//! other end, and a bus has a second socket: the parent can neither close nor reopen its devices. The handler in the child puts `/dev/null` in
-//! the place of each. It does not close them: the child would open files of its own under those numbers, and the drivers in its memory could
-//! reach these.
+//! A child made by `fork()` has copies of all descriptors. While it lives, a serial line stays locked, a connection stays open for its
+//! other end, and a bus has a second socket: the parent can neither close nor reopen its devices. The handler in the child replaces each
+//! with `/dev/null`. It does not close them, because the child would open its own files under the same numbers, which the drivers in its
+//! memory could then access.
 use crate::claim_process;
 use std::fs::File;
 use std::io::{Read, Result, Write};
@@ -12,23 +12,23 @@ use std::ops::{Deref, DerefMut};
 use std::os::fd::{AsFd, AsRawFd, BorrowedFd, IntoRawFd, RawFd};
 use std::sync::atomic::{AtomicI32, Ordering};
 
-/// The most descriptors that can be kept from children. Those beyond it stay open in them.
+/// Maximum number of descriptors kept from children. Any further ones stay open in them.
 const DEVICES_MAX: usize = 1024;
 
-/// Descriptors of a child that are looked at: a duplicate with a higher number stays.
+/// Number of a child's descriptors that are checked; duplicates with higher numbers stay open.
 const DESCRIPTORS_MAX: RawFd = 4096;
 
 const FREE: i32 = -1;
-/// A place whose owner has not written its descriptor yet.
+/// Slot whose owner has not written its descriptor yet.
 const TAKEN: i32 = -2;
 
-/// Read by the handler in the child, where no lock can be taken. A place belongs to the [`Device`] that has claimed it.
+/// Read by the handler in the child, where no lock can be taken. A slot belongs to the [`Device`] that has claimed it.
 static DEVICES: [AtomicI32; DEVICES_MAX] = [const { AtomicI32::new(FREE) }; DEVICES_MAX];
 
-/// `/dev/null`, which is put in the place of each device; [`FREE`] until the process has opened it.
+/// Descriptor of `/dev/null`, which replaces each device; [`FREE`] until the process has opened it.
 static NULL: AtomicI32 = AtomicI32::new(FREE);
 
-/// A descriptor of a device: a forked child finds `/dev/null` in its place.
+/// Descriptor of a device that is `/dev/null` in forked children.
 #[derive(Debug)]
 pub struct Device<T: AsRawFd> {
     inner: T,
@@ -36,7 +36,7 @@ pub struct Device<T: AsRawFd> {
 }
 
 impl<T: AsRawFd> Device<T> {
-    /// Keeps a descriptor from children that are forked after this call. Not for the real-time path.
+    /// Keeps a descriptor from children forked after this call. Not for the real-time path.
     pub fn new(inner: T) -> Device<T> {
         claim_process();
         open_null();
@@ -51,7 +51,7 @@ impl<T: AsRawFd> Device<T> {
 
 impl<T: AsRawFd> Drop for Device<T> {
     fn drop(&mut self) {
-        // Before the descriptor is closed: its number may be another file's a moment later.
+        // Before the descriptor is closed, because its number may be reused immediately.
         if let Some(place) = self.place {
             DEVICES[place].store(FREE, Ordering::Release);
         }
@@ -112,7 +112,7 @@ fn open_null() {
     }
 }
 
-/// Returns what is the same for all descriptors of one file, and for no other file.
+/// Returns an identity that all descriptors of one file share, and no other file has.
 fn identity(descriptor: RawFd) -> Option<(libc::dev_t, libc::ino_t)> {
     // SAFETY: all zeros is a value of this struct of numbers, and the call writes one.
     unsafe {
@@ -121,10 +121,10 @@ fn identity(descriptor: RawFd) -> Option<(libc::dev_t, libc::ino_t)> {
     }
 }
 
-/// Puts `/dev/null` in the place of each device, and of each duplicate, as a guard has them. Runs in the child, before `fork()` returns there.
+/// Replaces each device, and each duplicate (such as a guard's), with `/dev/null`. Runs in the child, before `fork()` returns there.
 pub(crate) fn leave() {
     let null = NULL.load(Ordering::Acquire);
-    // A child of a child finds it in those places already. It is no device, and other descriptors of the process may lead to it.
+    // A child of a child finds it there already. It is not a device, and other descriptors of the process may refer to it.
     let blank = identity(null);
     let mut files = [(0, 0); DEVICES_MAX];
     let mut count = 0;

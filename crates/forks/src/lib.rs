@@ -1,17 +1,18 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Keeps the real-time system of a process out of processes that are forked from it.
+//! Keeps the real-time system of a process out of processes forked from it.
 //!
-//! A fork copies the thread that calls it, with all memory and descriptors. Where that thread runs blocks or drives a device, the copy would
-//! fire, command and publish beside the original. Four barriers stand against that:
+//! A fork copies the calling thread, with all memory and descriptors. If that thread runs blocks or drives a device, the copy would fire,
+//! command and publish in parallel with the original. Four barriers prevent this:
 //!
 //! | barrier | where it acts |
 //! |---|---|
 //! | [`bind_thread`] | a child that a bound thread makes by `fork()` ends before `fork()` returns there |
 //! | [`UnforkedMemory`], [`keep_from_children`] | memory that the child does not have: its first access ends it, however it was made |
-//! | [`Device`] | a descriptor in whose place a child that is made by `fork()` finds `/dev/null` |
-//! | [`end_if_child`] | one load of a word that the operating system sets to 0 in every child, before a device or another process is touched |
+//! | [`Device`] | a descriptor that a child made by `fork()` finds replaced with `/dev/null` |
+//! | [`end_if_child`] | one load of a word that the operating system sets to 0 in every child, before a device or another process is accessed |
 //!
-//! Memory and the word hold for `clone` and `SYS_fork` as well, which call no handlers. None of the four sees `vfork()`, whose child shares all memory.
+//! Memory and the word also work for `clone` and `SYS_fork`, which call no handlers. None of the four detects `vfork()`, whose child
+//! shares all memory.
 #[cfg(not(target_os = "linux"))]
 compile_error!("children are told from their parents by MADV_WIPEONFORK, which Linux has");
 
@@ -24,7 +25,7 @@ use std::cell::Cell;
 use std::sync::OnceLock;
 use std::sync::atomic::{AtomicPtr, AtomicU32, Ordering};
 
-/// Status with which a forked child ends: EX_SOFTWARE.
+/// Exit status of a forked child: EX_SOFTWARE.
 pub const ENDED: i32 = 70;
 
 type Handler = Option<unsafe extern "C" fn()>;
@@ -36,7 +37,7 @@ unsafe extern "C" {
 /// Value of the word in the process that has claimed it.
 const HERE: u32 = 1;
 
-/// The word of a process that has claimed nothing: it is nobody's child.
+/// Word of a process that has claimed nothing, and so is never a child.
 static UNCLAIMED: AtomicU32 = AtomicU32::new(HERE);
 
 static WORD: AtomicPtr<AtomicU32> = AtomicPtr::new((&raw const UNCLAIMED).cast_mut());
@@ -45,8 +46,8 @@ thread_local! {
     static IS_BOUND: Cell<bool> = const { Cell::new(false) };
 }
 
-/// Makes the calling process the one whose children are told apart. Idempotent; in a forked child, it makes the child a process of its own
-/// right. Not for the real-time path.
+/// Marks the calling process as the original, so that its children can be recognised. Idempotent; in a forked child, makes the child an
+/// original itself. Not for the real-time path.
 pub fn claim_process() {
     static CLAIMED: OnceLock<()> = OnceLock::new();
     CLAIMED.get_or_init(|| {
@@ -59,19 +60,19 @@ pub fn claim_process() {
     word().store(HERE, Ordering::Release);
 }
 
-/// The word that is 0 in every child of this process, for code in C. It stays for as long as the process.
+/// Returns the word that is 0 in every child of this process, for C code. It exists as long as the process.
 pub fn word() -> &'static AtomicU32 {
     // SAFETY: the page is never unmapped, and the static lives as long as the program.
     unsafe { &*WORD.load(Ordering::Relaxed) }
 }
 
-/// Returns whether this process was forked from one that had claimed it.
+/// Returns true if this process was forked from one that had claimed itself.
 #[inline]
 pub fn is_child() -> bool {
     word().load(Ordering::Relaxed) != HERE
 }
 
-/// Ends this process at once if it was forked from one that had claimed it. Otherwise it costs one load of a word in the cache.
+/// Ends this process immediately if it was forked from one that had claimed itself. Otherwise costs one load of a cached word.
 #[inline]
 pub fn end_if_child() {
     if is_child() {
@@ -85,19 +86,19 @@ fn end_child() -> ! {
     unsafe { libc::_exit(ENDED) }
 }
 
-/// Binds the calling thread to its process: a child that it forks ends before it runs anything of ours. For threads that run blocks or
+/// Binds the calling thread to its process: a child that it forks ends before it runs any of our code. For threads that run blocks or
 /// drivers.
 pub fn bind_thread() {
     claim_process();
     IS_BOUND.set(true);
 }
 
-/// Runs in each child that was made by `fork()`, in its one thread.
+/// Runs in each child made by `fork()`, in its only thread.
 unsafe extern "C" fn in_the_child() {
     if IS_BOUND.get() {
         end_child();
     }
     device::leave();
-    // The operating system has done that already, unless it is older than Linux 4.14.
+    // The operating system has done so already, unless it is older than Linux 4.14.
     word().store(0, Ordering::Relaxed);
 }

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Memory that a forked child does not have, or finds wiped.
+//! Memory that forked children do not have, or find wiped.
 use std::ffi::c_void;
 use std::ptr::{self, NonNull};
 use std::sync::atomic::AtomicU32;
 
-/// Private memory, zero at first, that no forked child has.
+/// Private memory, initially zero, that no forked child has.
 #[derive(Debug)]
 pub struct UnforkedMemory {
     start: NonNull<u8>,
@@ -17,7 +17,7 @@ unsafe impl Send for UnforkedMemory {}
 unsafe impl Sync for UnforkedMemory {}
 
 impl UnforkedMemory {
-    /// Maps at least `len` bytes, on a page. `None` where the operating system has no memory left.
+    /// Maps at least `len` bytes, page-aligned. Returns `None` if the operating system has no memory left.
     pub fn new(len: usize) -> Option<UnforkedMemory> {
         let start = map(len)?;
         // SAFETY: the mapping was made just now.
@@ -38,7 +38,7 @@ impl Drop for UnforkedMemory {
     }
 }
 
-/// Keeps the pages of a mapping from children that are forked later: an access there ends the child with SIGSEGV.
+/// Keeps the pages of a mapping from children forked later: an access there ends the child with SIGSEGV.
 ///
 /// # Safety
 /// `start` is the first byte of a mapping of `len` bytes that is the caller's own.

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! A forked child finds nothing of a device; the parent's close is the last one.
+//! A forked child inherits nothing of a device; the parent's close is the last one.
 use forks::Device;
 use std::io::{Read, Write};
 use std::os::fd::AsRawFd;
@@ -8,7 +8,7 @@ use std::time::Duration;
 
 /// Forks a child that lives until it is killed, or until the calling thread ends. Returns its process id.
 fn forked() -> libc::pid_t {
-    // SAFETY: the child calls nothing but what it may between fork and exec, and ends there.
+    // SAFETY: the child makes only calls that are permitted between fork and exec, and ends there.
     let child = unsafe { libc::fork() };
     if child == 0 {
         // SAFETY: as above.
@@ -29,16 +29,16 @@ fn the_other_end_of_a_device_sees_it_close_while_a_child_lives() {
     (&*device).write_all(b"x").expect("it is there");
     let child = forked();
     (&*device).write_all(b"y").expect("the parent still has it");
-    // As a guard has one.
+    // A duplicate such as a guard has.
     let duplicate = device.try_clone().expect("a duplicate");
     let late = forked();
     drop((device, duplicate));
     let mut said = Vec::new();
-    // Where a child still has it, the end never comes.
+    // If a child still had it, end of file would never come.
     theirs.set_read_timeout(Some(Duration::from_secs(60))).expect("a socket");
     theirs.read_to_end(&mut said).expect("its end, though the child lives");
     assert_eq!(said, b"xy");
-    // What had the same number since is the parent's and the child's.
+    // A later file with the same descriptor number is shared by parent and child.
     let (kept, mut other) = UnixStream::pair().expect("two sockets");
     let second = forked();
     drop(kept);
@@ -53,9 +53,9 @@ fn the_other_end_of_a_device_sees_it_close_while_a_child_lives() {
     }
 }
 
-/// Forks a child of a child of a child, each of which tells over `told` what it finds, and ends.
+/// Forks three generations of children, each of which writes its findings to `told` and ends.
 fn told_by_descendants(told: i32, descriptors: [i32; 2]) {
-    // SAFETY: the children call nothing but what they may between fork and exec, and each ends here.
+    // SAFETY: the children make only calls that are permitted between fork and exec, and each ends here.
     unsafe {
         let child = libc::fork();
         assert!(child >= 0);
@@ -79,7 +79,7 @@ fn told_by_descendants(told: i32, descriptors: [i32; 2]) {
 #[test]
 fn a_child_of_a_child_keeps_what_stands_in_the_place_of_a_device() {
     let device = Device::new(UnixStream::pair().expect("two sockets").0);
-    // SAFETY: a descriptor of this test; it is left open for programs that are executed, as the standard input of a service is.
+    // SAFETY: a descriptor of this test; it stays open across exec, as the standard input of a service does.
     let input = unsafe { libc::open(c"/dev/null".as_ptr(), libc::O_RDONLY) };
     let (mut heard, told) = UnixStream::pair().expect("two sockets");
     told_by_descendants(told.as_raw_fd(), [input, device.as_raw_fd()]);

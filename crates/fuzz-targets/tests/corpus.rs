@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The corpus of each fuzzer, as it is and changed at random: seconds of what `make faults` does for ten minutes each.
+//! The corpus of each fuzzer, as is and with random mutations: a few seconds of what `make faults` does for ten minutes each.
 use fuzz_targets::{TARGETS, Target};
 use std::path::Path;
 
-/// Changed inputs of each target.
+/// Number of mutated inputs per target.
 const CHANGED: usize = 4_000;
-/// Changed inputs of the control interface: each makes a system and serves it.
+/// Number of mutated inputs for the control interface, each of which creates and serves a system.
 const CHANGED_CONTROL: usize = 150;
 
 fn corpus(name: &str) -> Vec<Vec<u8>> {
@@ -15,7 +15,7 @@ fn corpus(name: &str) -> Vec<Vec<u8>> {
     files.iter().map(|file| std::fs::read(file).expect("it can be read")).collect()
 }
 
-/// A generator of numbers, the same ones on each run.
+/// A generator of pseudo-random numbers, the same on each run.
 struct NumberGenerator(u64);
 
 impl NumberGenerator {
@@ -27,7 +27,7 @@ impl NumberGenerator {
     }
 }
 
-/// One to four changes: a byte, a bit, a piece left out, repeated, or taken from another input.
+/// Makes one to four changes: a byte, a bit, a piece removed, repeated, or taken from another input.
 fn change(chosen: &mut NumberGenerator, corpus: &[Vec<u8>]) -> Vec<u8> {
     let mut bytes = corpus[chosen.below(corpus.len())].clone();
     for _ in 0..=chosen.below(4) {

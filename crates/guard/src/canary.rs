@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The canary: a thread whose end says that its process is dying. A process that is killed has ended for the operating system only when its memory
-//! has been put away, which takes tens of milliseconds where that is much, and locked. Its threads end at once.
+//! Canary: a thread whose end indicates that its process is dying. For the operating system, a killed process has ended only after its
+//! memory has been freed, which takes tens of milliseconds if it is large and locked. Its threads end immediately.
 //!
-//! It says who it is in the memory of its heart. Where the operating system is too old to wait for a thread (before Linux 6.9), the end of the
-//! process is what is seen.
+//! The memory of the heart identifies the canary. If the operating system cannot wait for a thread (before Linux 6.9), the end of the
+//! process is detected instead.
 use process_kit::Heartbeat;
 use process_kit::{ended, has_ended};
 use std::io;
@@ -12,12 +12,12 @@ use std::path::Path;
 use std::sync::Arc;
 use std::time::Duration;
 
-/// Above every kernel: when it is to end, it does so before anything else runs.
+/// Priority above every kernel, so that it ends before anything else runs.
 const PRIORITY: i32 = 98;
-/// Flag of `pidfd_open`: a thread, not a process.
+/// Flag of `pidfd_open` for a thread instead of a process.
 const PIDFD_THREAD: libc::c_long = libc::O_EXCL as libc::c_long;
 
-/// Canary of a heart.
+/// Identity of the canary of a heart.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 struct Who {
     process: u32,
@@ -44,7 +44,7 @@ impl Who {
     }
 }
 
-/// Guard value: this thread is the canary of a heart as long as it lives.
+/// Guard value: while it lives, this thread is the canary of a heart.
 pub(crate) struct Sings<'a>(&'a Heartbeat);
 
 impl Sings<'_> {
@@ -55,21 +55,21 @@ impl Sings<'_> {
 }
 
 impl Drop for Sings<'_> {
-    /// Ends it in good order.
+    /// Ends the canary in an orderly way.
     fn drop(&mut self) {
         self.0.set_canary(0);
     }
 }
 
-/// Shares the thread that a heart names, which is the canary of another one, too.
+/// Makes the canary of one heart the canary of another one, too.
 pub(crate) fn share(of: &Heartbeat, with: &Heartbeat) {
     with.set_canary(of.canary());
 }
 
-/// Starts a canary for the heart of this process, which lives as long as that does.
+/// Starts a canary for the heart of this process, which lives as long as the process.
 ///
 /// # Errors
-/// No thread can be started.
+/// Fails if no thread can be started.
 pub fn sing(heart: Arc<Heartbeat>) -> io::Result<()> {
     let body = move || {
         let parameter = libc::sched_param { sched_priority: PRIORITY };
@@ -84,16 +84,16 @@ pub fn sing(heart: Arc<Heartbeat>) -> io::Result<()> {
     std::thread::Builder::new().name("canary".into()).spawn(body).map(drop)
 }
 
-/// The canary of a heart, as somebody else sees it.
+/// Canary of a heart, as another process sees it.
 #[derive(Debug, Default)]
 pub struct Canary {
-    /// Canary that the heart named when it was looked at last, and the thread, where it can be waited for.
+    /// Identity in the heart when last read, and the thread, if it can be waited for.
     said: u64,
     thread: Option<Arc<OwnedFd>>,
 }
 
 impl Canary {
-    /// Looks at who it is; `process`: whose it must be, where that is known.
+    /// Reads the canary's identity; `process`: the process that it must belong to, if known.
     pub fn look(&mut self, heart: &Heartbeat, process: Option<i32>) {
         let said = heart.canary();
         if said == self.said {
@@ -103,13 +103,13 @@ impl Canary {
         (self.said, self.thread) = (said, who.and_then(thread_of).map(Arc::new));
     }
 
-    /// Returns whether it has ended though nobody told it to: its process is dying. Returns true only once.
+    /// Returns true, once, if it has ended without being asked to: its process is dying.
     pub fn notice_dying(&mut self, heart: &Heartbeat) -> bool {
         let has_ended = self.thread.as_ref().is_some_and(|thread| has_ended(thread.as_fd()));
         if has_ended {
             self.thread = None;
         }
-        // One that ends in good order says so first.
+        // A canary that ends in an orderly way announces it first.
         has_ended && heart.canary() == self.said
     }
 
@@ -118,13 +118,13 @@ impl Canary {
         self.thread.as_ref().map(|thread| thread.as_fd())
     }
 
-    /// Returns the same, for a thread that waits without this value.
+    /// Returns the same descriptor, for a thread that waits without this value.
     pub fn thread(&self) -> Option<Arc<OwnedFd>> {
         self.thread.clone()
     }
 }
 
-/// Waits until it ends, at most `span`.
+/// Waits until the thread ends, at most `span`.
 pub fn wait(thread: &OwnedFd, span: Duration) {
     ended(thread.as_fd(), span);
 }
@@ -134,7 +134,8 @@ fn thread_of(who: Who) -> Option<OwnedFd> {
     let made = unsafe { libc::syscall(libc::SYS_pidfd_open, libc::c_long::from(who.thread), PIDFD_THREAD) };
     // SAFETY: it was made just now.
     let made = (made >= 0).then(|| unsafe { OwnedFd::from_raw_fd(made as i32) })?;
-    // What another process says is not believed: it is a thread of that process, and was when the descriptor was made.
+    // Information from another process is not trusted: the thread must belong to that process, and must have when the descriptor was
+    // made.
     who.is_there().then_some(made)
 }
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The supervisor's side of the guard: two guard processes that are told the same and act alike. While one of them is dead, stands still or is
-//! being replaced, the other one guards, whatever becomes of the supervisor meanwhile.
+//! Supervisor's side of the guard: two guard processes with the same registrations that act alike. While one of them is dead, stands
+//! still or is being replaced, the other one guards, even if the supervisor disappears meanwhile.
 use crate::canary;
 use crate::guard_event::{FoundWard, GuardCommand, GuardError, GuardEvent};
 use crate::member::{Member, Tells};
@@ -16,15 +16,15 @@ use std::sync::Arc;
 
 /// The guard of one supervisor.
 ///
-/// Calls wait for the answer of both processes, some tens of microseconds; none is for a real-time thread, nor for the function that events are
-/// told to, which must not drop it either.
-/// When it is dropped, both processes go on with what has not been forgotten, and end where that is nothing.
+/// Calls wait for the answers of both processes, some tens of microseconds; none may be made by a real-time thread, nor by the function
+/// that receives events, which must not drop the guard either. When it is dropped, both processes continue with their remaining
+/// registrations, and end if there are none.
 pub struct Guard {
     members: [Member; 2],
     reports: Arc<Reports>,
 }
 
-/// Only one of two watchers writes beside the guards: a third one would add nothing.
+/// Only one of the two members' watchers writes in addition to the guards: a third writer would add nothing.
 const WATCHES: [bool; 2] = [true, false];
 
 fn no_descriptor(error: &io::Error) -> GuardError {
@@ -46,7 +46,7 @@ impl Guard {
     /// Starts the guard processes. `tell` is called from threads of this value.
     ///
     /// # Errors
-    /// [`GuardError`]: they cannot be started, or ended at once.
+    /// [`GuardError`] if they cannot be started, or ended immediately.
     pub fn start(command: GuardCommand, tell: impl Fn(GuardEvent) + Send + Sync + 'static) -> Result<Guard, GuardError> {
         let reports = Arc::new(Reports::new(Box::new(tell)));
         let [first, second] = commands(command);
@@ -55,11 +55,11 @@ impl Guard {
         Ok(Guard { members: [first, second], reports })
     }
 
-    /// Takes over the guard that listens at the path of `command`, with everything that it guards, from a supervisor that is gone. Where one of
-    /// its processes is gone, too, another one is started and told what the other guards.
+    /// Takes over the guard that listens at the path of `command`, with everything that it guards, from a supervisor that has exited. If
+    /// one of its processes has exited, too, another one is started with the registrations of the other.
     ///
     /// # Errors
-    /// [`GuardError`]: nobody listens there, or what answers is no guard.
+    /// [`GuardError`] if nobody listens there, or a process answers that is not a guard.
     pub fn adopt(command: GuardCommand, tell: impl Fn(GuardEvent) + Send + Sync + 'static) -> Result<(Guard, Vec<FoundWard>), GuardError> {
         let reports = Arc::new(Reports::new(Box::new(tell)));
         let [first, second] = commands(command);
@@ -77,20 +77,20 @@ impl Guard {
         Ok((Guard { members, reports }, found))
     }
 
-    /// Starts guarding a process, under a number of the caller's. `heartbeat`: it counts as lost too when that stands still for its bounds,
-    /// from its first beat on. It is looked at from here, too, beside the guard.
+    /// Starts guarding a process under a number chosen by the caller. With `heartbeat`, it also counts as lost when that stands still for
+    /// its bounds, from its first beat on. This process watches it in addition to the guard.
     ///
     /// # Errors
-    /// [`GuardError`]: the number is in use, or the guard is gone.
+    /// [`GuardError`] if the number is in use, or the guard has exited.
     pub fn watch(&self, ward: u64, name: &str, process: OwnedFd, heartbeat: Option<(Heartbeat, Bounds)>) -> Result<(), GuardError> {
         self.add(ward, name, process, heartbeat, false)
     }
 
-    /// Guards this process itself, as [`Guard::watch`] does another one: only the guard does, and where it only stands still (somebody stopped it
-    /// in a debugger) its outputs are made safe and it is spared, as far as they latch.
+    /// Guards this process itself, as [`Guard::watch`] guards another one. Only the guard watches it; if it merely stands still (stopped
+    /// in a debugger) its outputs are made safe and it is spared, provided that they latch.
     ///
     /// # Errors
-    /// As of [`Guard::watch`].
+    /// As for [`Guard::watch`].
     pub fn watch_this(&self, ward: u64, name: &str, heartbeat: Heartbeat, bounds: Bounds) -> Result<(), GuardError> {
         canary::share(&self.members[0].hearts().supervisor, &heartbeat);
         let process = process_kit::this_process().map_err(|error| GuardError(format!("no descriptor of this process can be made: {error}")))?;
@@ -108,18 +108,18 @@ impl Guard {
         })
     }
 
-    /// Descriptors of the hearts of the guard and of this supervisor, for a process that is to see whether anybody watches it.
+    /// Returns descriptors of the hearts of the guard and of this supervisor, for a process that checks whether it is watched.
     ///
     /// # Errors
-    /// No descriptors left.
+    /// Fails if no descriptors are left.
     pub fn hearts(&self) -> io::Result<[OwnedFd; 2]> {
         self.members[0].hearts().descriptors()
     }
 
-    /// Registers what makes the outputs of a device of that process safe, in place of what was registered for that device.
+    /// Registers the safe handles of a device of that process, replacing earlier ones of that device.
     ///
     /// # Errors
-    /// [`GuardError`]: there is no such process, or the guard is gone.
+    /// [`GuardError`] if there is no such process, or the guard has exited.
     pub fn hold(&self, ward: u64, device: &str, handles: Vec<SafeHandle>) -> Result<(), GuardError> {
         self.release(ward, device)?;
         handles.iter().try_for_each(|handle| {
@@ -130,34 +130,36 @@ impl Guard {
         })
     }
 
-    /// Notes that the device was closed in good order: nothing is written for it.
+    /// Unregisters a device that was closed in an orderly way: nothing is written for it.
     ///
     /// # Errors
-    /// As [`Guard::hold`].
+    /// As for [`Guard::hold`].
     pub fn release(&self, ward: u64, device: &str) -> Result<(), GuardError> {
         self.request(|registry| registry.release(ward, device))
     }
 
-    /// Forgets a process that is about to end in good order, or whose loss has been dealt with.
+    /// Unregisters a process that is about to end in an orderly way, or whose loss has been handled.
     ///
     /// # Errors
-    /// [`GuardError`]: the guard is gone.
+    /// [`GuardError`] if the guard has exited.
     pub fn forget(&self, ward: u64) -> Result<(), GuardError> {
         self.request(|registry| registry.forget(ward))
     }
 
-    /// Returns the numbers of the two processes, if this supervisor started them.
+    /// Returns the process IDs of the two, if this supervisor started them.
     pub fn pids(&self) -> [Option<i32>; 2] {
         self.members.each_ref().map(Member::pid)
     }
 
-    /// Returns the numbers of the processes that stand in for a guard that is stopped, or has ended and has not been replaced yet. They have been told
+    /// Returns the numbers of the processes that stand in for a guard that is stopped, or has ended and has not been replaced yet. They
+    /// have been told
     /// what is registered.
     pub fn stand_ins(&self) -> [Option<i32>; 2] {
         self.members.each_ref().map(Member::stand_in)
     }
 
-    /// Asks both. It is done where one has done it: the other one is gone for good, or is told when it is there again.
+    /// Sends a request to both. It succeeds if one has carried it out: the other one has exited permanently, or receives it when it is
+    /// restarted.
     fn request(&self, change: impl Fn(&mut Registry) -> Result<Request, String>) -> Result<(), GuardError> {
         let [first, second] = &self.members;
         match (first.request(&change), second.request(&change)) {
@@ -173,7 +175,7 @@ fn says(reports: &Arc<Reports>) -> Tells {
     Box::new(move |event| reports.hear(event))
 }
 
-/// Tells a guard what the other one guards and it does not: one of two may have been told less before their supervisor was gone.
+/// Sends a guard the registrations that only the other one has: the supervisor may have exited between the two.
 fn tell_unknown(from: &Member, to: &Member) -> Result<(), GuardError> {
     let unknown = from.registered(|from| to.registered(|to| from.unknown_to(to))).map_err(|error| no_descriptor(&error))?;
     for (ward, mut process, is_known) in unknown {

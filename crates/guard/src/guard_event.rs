@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Messages between a supervisor and its guard, as values: the command that starts a guard, what it found, what happened.
+//! Messages between a supervisor and its guard, as values: the command that starts a guard, its findings, its events.
 use crate::messages::Loss;
 use process_kit::Child;
 use std::ffi::OsString;
@@ -11,51 +11,51 @@ use std::path::PathBuf;
 pub struct GuardCommand {
     /// A command line whose process calls [`guard::run`](crate::run).
     pub command: Vec<OsString>,
-    /// Path at which a later supervisor finds it with [`Guard::adopt`](crate::Guard::adopt), and the second guard at the same path with `2` behind it;
-    /// none: nowhere.
+    /// Path at which a later supervisor finds it with [`Guard::adopt`](crate::Guard::adopt), and the second guard at the same path with
+    /// `2` appended; `None`: it cannot be found.
     pub path: Option<PathBuf>,
 }
 
-/// Event of the guard, in the order in which they happened.
+/// Events of the guard, reported in the order in which they happened.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum GuardEvent {
-    /// A process is lost; its outputs are safe.
+    /// A process was lost; its outputs are safe.
     Lost(Loss),
-    /// This process stood still; its outputs were made safe, and it was spared.
+    /// A process stood still; its outputs were made safe, and it was spared.
     MadeSafe(Loss),
-    /// The process of this name goes on.
+    /// The process of this name continues.
     GoesOn(String),
-    /// Rights that the operating system did not give the guard, one line each; once for each guard process that lacks something.
+    /// Rights that the operating system did not grant to the guard, one line each; reported once for each guard process that lacks any.
     Missing(Vec<String>),
-    /// One of the two guards was gone; another one has taken what was registered, and guards now.
+    /// One of the two guards had exited; another one has taken over its registrations, and now guards.
     Restarted {
-        /// End of the last one: "was killed by SIGKILL".
+        /// Cause of the previous one's end: "was killed by SIGKILL".
         how: String,
-        /// Registrations that the new one could not take, in words.
+        /// Registrations that the new one could not take, human-readable.
         refused: Vec<String>,
     },
-    /// One of the two guards is gone for good, and why; the other one guards alone.
+    /// One of the two guards has exited permanently, with the reason; the other one guards alone.
     Alone(String),
-    /// The guard is gone, and why: processes that die leave their outputs as they are.
+    /// The guard has exited, with the reason: processes that die leave their outputs as they are.
     Gone(String),
 }
 
-/// A process that a guard of a predecessor guards.
+/// A process guarded by the guard of a previous supervisor.
 #[derive(Debug)]
 pub struct FoundWard {
-    /// The number it was registered with.
+    /// Number with which it was registered.
     pub ward: u64,
-    /// Its name.
+    /// Name of the process.
     pub name: String,
-    /// The process.
+    /// Handle of the process.
     pub process: Child,
-    /// Its devices that have safe handles.
+    /// Devices of the process that have safe handles.
     pub devices: Vec<String>,
-    /// Loss of the process, and its time.
+    /// Loss of the process, if it is lost.
     pub loss: Option<Loss>,
 }
 
-/// Error: the guard could not do what it was asked for.
+/// Error: the guard could not carry out a request.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct GuardError(pub String);
 

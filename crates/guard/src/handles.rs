@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Safe handles on their way from the process that runs a device to the supervisor that registers them with the guard.
+//! Transfer of safe handles from the process that runs a device to the supervisor that registers them with the guard.
 use device::SafeHandle;
 use interconnect::{Link, LinkClosed};
 use process_kit::{DESCRIPTORS_MAX, UnixLink};
@@ -7,22 +7,23 @@ use serde::{Deserialize, Serialize};
 use std::os::fd::{AsFd, BorrowedFd};
 use std::time::Duration;
 
-/// Time for which the other side may leave a frame unread.
+/// Maximum time for which the other side may leave a frame unread.
 const UNREAD: Duration = Duration::from_secs(5);
 
 #[derive(Serialize, Deserialize)]
 struct Text {
     device: String,
-    /// The writes of each handle; its descriptor has the same place among those of the frame.
+    /// Writes of each handle, whose descriptor has the same index in the frame.
     writes: Vec<Vec<(u64, Vec<u8>)>>,
-    /// True for each handle whose values stay in force.
+    /// True for each handle whose written values stay in force.
     latches: Vec<bool>,
 }
 
-/// Sends what makes a device safe, at most [`DESCRIPTORS_MAX`] handles; none: the device is closed. Over a link that carries nothing else.
+/// Sends the safe handles of a device, at most [`DESCRIPTORS_MAX`]; an empty list if the device is closed. The link must carry nothing
+/// else.
 ///
 /// # Errors
-/// [`LinkClosed`]: the other side is gone, does not read, or there are too many handles.
+/// [`LinkClosed`] if the other side has disconnected or does not read, or there are too many handles.
 pub fn send_handles(link: &UnixLink, device: &str, handles: &[SafeHandle]) -> Result<(), LinkClosed> {
     let text = Text {
         device: device.to_owned(),
@@ -36,10 +37,10 @@ pub fn send_handles(link: &UnixLink, device: &str, handles: &[SafeHandle]) -> Re
     link.send_with(&crate::messages::encode(&text), &descriptors, Some(UNREAD))
 }
 
-/// Returns the next device and what makes it safe, for [`Guard::hold`](crate::Guard::hold); none if `limit` passed without one.
+/// Returns the next device and its safe handles, for [`Guard::hold`](crate::Guard::hold); `None` if none arrived within `limit`.
 ///
 /// # Errors
-/// [`LinkClosed`]: the other side is gone, or what came is no handles of a device.
+/// [`LinkClosed`] if the other side has disconnected, or the message does not contain handles of a device.
 pub fn receive_handles(link: &UnixLink, limit: Duration) -> Result<Option<(String, Vec<SafeHandle>)>, LinkClosed> {
     let Some((frame, descriptors)) = link.receive_with(limit)? else { return Ok(None) };
     match serde_json::from_slice::<Text>(&frame) {

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The guard: two small processes that bring the outputs of a lost one to their safe state. Both are told the same and act alike, so that one
+//! The guard: two small processes that bring the outputs of a lost one to their safe state. Both are told the same and act alike, so
+//! that one
 //! guards while the other is being replaced.
 //!
 //! | | |

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-//! One of the two guard processes, as the supervisor has it: started, told what to guard, and replaced by another one with everything that was
-//! registered when it is gone.
+//! One of the two guard processes, as the supervisor sees it: started, sent its registrations, and replaced by another one with all of
+//! them when it exits.
 use crate::guard_event::{GuardCommand, GuardError, GuardEvent};
 use crate::messages::{Ask, HANDED_OVER, Loss, Tell};
 use crate::registry::{Registry, Request};
@@ -17,18 +17,19 @@ use std::time::Duration;
 
 /// Limit on restarting a guard that died: a number of restarts within a time.
 const RESTARTS: (u32, Duration) = (20, Duration::from_secs(10));
-/// Maximum time that a guard with nothing to guard may take to end.
+/// Maximum time that a guard without registrations is given to end.
 const GRACE: Duration = Duration::from_secs(2);
-/// Between two looks of who waits for an answer.
+/// Poll period while waiting for an answer.
 const LOOK: Duration = Duration::from_millis(100);
 
 /// Receiver of the guard's events.
 pub(crate) type Tells = Box<dyn Fn(GuardEvent) + Send + Sync>;
 
-/// A guard process of this supervisor. When it is dropped, the process goes on with what has not been forgotten, and ends where that is nothing.
+/// A guard process of this supervisor. When it is dropped, the process continues with its remaining registrations, and ends if there are
+/// none.
 pub(crate) struct Member {
     shared: Arc<MemberState>,
-    /// The thread that receives from the guard, and the watcher's.
+    /// Threads that receive from the guard, and that run the watcher.
     threads: Vec<JoinHandle<()>>,
 }
 
@@ -42,7 +43,7 @@ struct MemberState {
 
 struct State {
     link: Arc<UnixLink>,
-    /// The guard process; none where a predecessor of ours started it.
+    /// Guard process; `None` if a previous supervisor started it.
     child: Option<Arc<Child>>,
     registry: Registry,
     /// The thread that waits for a change of the child.
@@ -52,32 +53,33 @@ struct State {
     /// Limit on standing in: a guard that is stopped again and again.
     stands: Restarts,
     next_request: u64,
-    /// Requests that wait for an answer, and those that have one.
+    /// Pending requests, and those that have an answer.
     requests: Vec<(u64, Option<Result<(), String>>)>,
     restarts: Restarts,
-    /// The handover to a restarted guard, until it has answered all of it.
+    /// Handover to a restarted guard, until it has answered all of it.
     handover: Option<Handover>,
-    /// Cause for which there is no guard.
+    /// Reason why there is no guard.
     gone: Option<String>,
     is_closing: bool,
 }
 
-/// A handover of all registrations to a restarted guard. Until the guard has answered all of it, the watcher alone guards them.
+/// Handover of all registrations to a restarted guard. Until the guard has answered all of them, only the watcher guards the processes.
 struct Handover {
-    /// The reason that the previous guard ended.
+    /// Reason for the end of the previous guard.
     how: String,
-    /// Answers that have not come yet, its greeting among them.
+    /// Number of pending answers, including its greeting.
     awaited: usize,
-    /// Requests up to this one are answered by the registrations.
+    /// Last request that is answered by the registrations.
     last_request: u64,
-    /// The registrations that it refused.
+    /// Registrations that it refused.
     refused: Vec<String>,
 }
 
 impl Member {
-    /// Starts a guard process. `tell` is called from a thread of this value. `watches`: the supervisor watches beside it what is registered.
+    /// Starts a guard process. `tell` is called from a thread of this value. `watches`: the supervisor also watches the registered
+    /// processes itself.
     ///
-    /// Errors: it cannot be started, or ended at once.
+    /// Fails if it cannot be started, or ended immediately.
     pub fn start(command: GuardCommand, watches: bool, tell: Tells) -> Result<Member, GuardError> {
         let heart = || Heartbeat::new().map_err(|error| GuardError(format!("no memory for the hearts of guard and supervisor: {error}")));
         let hearts = Hearts { guard: heart()?, supervisor: heart()? };
@@ -85,9 +87,9 @@ impl Member {
         Member::of(command, watches, link, Some(child), (Registry::default(), hearts), tell)
     }
 
-    /// Takes over the guard that listens at the path of `command`, with everything that it guards, from a supervisor that is gone.
+    /// Takes over the guard that listens at the path of `command`, with everything that it guards, from a supervisor that has exited.
     ///
-    /// Errors: nobody listens there, or what answers is no guard.
+    /// Fails if nobody listens there, or a process answers that is not a guard.
     pub fn adopt(command: GuardCommand, watches: bool, tell: Tells) -> Result<Member, GuardError> {
         let path = command.path.clone().ok_or_else(|| GuardError("a guard is adopted at a path, and none is given".to_owned()))?;
         let link = connect(&path).map_err(|error| GuardError(format!("no guard at '{}': {error}", path.display())))?;
@@ -109,7 +111,7 @@ impl Member {
         let watcher = Watcher::new(hearts, watches).map_err(|error| GuardError(format!("no descriptor can be made to watch the guard: {error}")))?;
         let link = Arc::new(link);
         watcher.guarded_by(child.as_ref(), &link, true);
-        // It fails nowhere: what is said is only passed on.
+        // It cannot fail, since registrations are only passed on.
         let _all: Result<(), LinkClosed> = registry.everything(|ask, descriptors| {
             watcher.act(&ask, descriptors);
             Ok(())
@@ -137,7 +139,7 @@ impl Member {
         Ok(Member { shared, threads })
     }
 
-    /// Processes that it guards, each with what makes its devices safe.
+    /// Calls `see` with the guarded processes, each with its safe handles.
     pub fn registered<T>(&self, see: impl FnOnce(&Registry) -> T) -> T {
         see(&self.shared.state().registry)
     }
@@ -147,19 +149,19 @@ impl Member {
         &self.shared.watcher.hearts
     }
 
-    /// Changes what is registered, tells the guard, and waits for its answer.
+    /// Changes the registrations, sends the change to the guard, and waits for its answer.
     ///
-    /// Errors: the change is refused, or the guard is gone.
+    /// Fails if the change is refused, or the guard has exited.
     pub fn request(&self, change: impl FnOnce(&mut Registry) -> Result<Request, String>) -> Result<(), GuardError> {
         self.shared.request(change)
     }
 
-    /// Returns true if the process has ended and none will be started.
+    /// Returns true if the process has ended and none will be started in its place.
     pub fn is_gone(&self) -> bool {
         self.shared.state().gone.is_some()
     }
 
-    /// Returns the number of the process, if this supervisor started it.
+    /// Returns the process ID, if this supervisor started it.
     pub fn pid(&self) -> Option<i32> {
         self.shared.state().child.as_ref().map(|child| child.pid())
     }
@@ -180,7 +182,7 @@ impl Drop for Member {
         self.shared.watcher.end();
         link.close();
         for thread in self.threads.drain(..) {
-            // A panic of the function that events are told to has been printed; there is nothing to add.
+            // A panic of the function that receives events has been printed already.
             let _ended = thread.join();
         }
         let (child, stand_in, waiting) = {
@@ -195,7 +197,7 @@ impl Drop for Member {
             }
         }
         if let Some(child) = child {
-            // One that still tries to write somewhere goes on doing so, and ends by itself; one that is stopped would stay for ever.
+            // A guard that is still retrying a write continues, and ends by itself; a stopped one would stay forever.
             if is_done && child.wait(GRACE).is_some() {
                 waiting.into_iter().for_each(ChildWait::join);
             } else {
@@ -215,7 +217,8 @@ impl MemberState {
         self.state.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Waits for the changes of the guard process in a thread, if it is a child of this one. Another one is replaced when it is seen to be gone.
+    /// Waits for the changes of the guard process in a thread, if it is a child of this one. Another one is replaced when it is seen to
+    /// be gone.
     fn wait_for_child(self: &Arc<Self>) {
         let member = Arc::downgrade(self);
         let changed = move |change, is_over: &AtomicBool| member.upgrade().map(|member| member.child_changed(change, is_over)).is_some();
@@ -261,7 +264,7 @@ impl MemberState {
         if let Some(stand_in) = &mut state.stand_in {
             stand_in.tell(ask.clone(), &descriptors);
         }
-        // Where the link is gone, the guard that is started instead is told everything: that is the answer too.
+        // If the link is broken, the replacement guard receives all registrations, which also answers this request.
         let _sent = send(&state.link, request, ask, &descriptors);
         let mut silence = Silence::begins();
         loop {
@@ -280,7 +283,7 @@ impl MemberState {
         }
     }
 
-    /// Hears the guard until this side closes the link, or the guard is gone.
+    /// Receives messages of the guard until this side closes the link, or the guard exits.
     fn keep(self: &Arc<Self>) {
         loop {
             let link = self.state().link.clone();
@@ -321,7 +324,7 @@ impl MemberState {
         }
     }
 
-    /// Notes that a process is lost; the first to say so is heard.
+    /// Records the loss of a process; only the first report counts.
     fn lost(&self, loss: Loss) {
         let is_news = self.state().registry.lose(&loss);
         if is_news {
@@ -336,7 +339,7 @@ impl MemberState {
         self.answered.notify_all();
     }
 
-    /// Notes that the guard that was started again has answered one thing that it was told; with the last answer it guards.
+    /// Records one answer of a restarted guard; with the last one it guards.
     fn handed_over(&self, answer: Result<(), String>) {
         let mut state = self.state();
         let Some(handover) = state.handover.as_mut() else { return };
@@ -353,7 +356,8 @@ impl MemberState {
         (self.tell)(GuardEvent::Restarted { how, refused });
     }
 
-    /// Puts another guard in the place of the one that is gone, which has been told everything that is registered. False: this side is closing, or
+    /// Puts another guard in the place of the one that is gone, which has been told everything that is registered. False: this side is
+    /// closing, or
     /// there can be none.
     fn restore(self: &Arc<Self>) -> bool {
         let mut state = self.state();
@@ -363,7 +367,7 @@ impl MemberState {
         let stood_still = self.watcher.is_gone();
         let how = match state.child.clone() {
             Some(child) => {
-                // One that lives but does not talk is of no use.
+                // A guard that lives but does not answer is useless.
                 child.kill();
                 drop(state);
                 let how = child.wait(GRACE).map_or_else(|| "does not end".to_owned(), |status| status.to_string());
@@ -412,7 +416,7 @@ impl MemberState {
 }
 
 impl State {
-    /// Answers the requests that wait, up to this one.
+    /// Answers all pending requests up to this one.
     fn answer_all(&mut self, last_request: u64, answer: &Result<(), String>) {
         let waiting = self.requests.iter_mut().filter(|(request, place)| *request <= last_request && place.is_none());
         waiting.for_each(|(_, place)| *place = Some(answer.clone()));

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Messages between a supervisor and the guard: one JSON text a frame, descriptors beside it.
+//! Messages between a supervisor and the guard: one JSON text per frame, with descriptors.
 use crate::watch::{Bounds, Cause};
 use serde::{Deserialize, Serialize};
 
-/// The number of what another guard is told of its own accord; requests of callers begin behind it.
+/// Request number of registrations handed over to another guard; requests of callers have higher numbers.
 pub(crate) const HANDED_OVER: u64 = 0;
 
-/// To the guard. Each is answered by one [`Tell::Done`] or [`Tell::Refused`] with its number.
+/// Request to the guard. Each is answered by one [`Tell::Done`] or [`Tell::Refused`] with its number.
 #[derive(Debug, Serialize, Deserialize)]
 pub(crate) struct GuardRequest {
     pub request: u64,
@@ -16,17 +16,17 @@ pub(crate) struct GuardRequest {
 #[derive(Clone, Debug, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub(crate) enum Ask {
-    /// Guard a process. Descriptors: the process, then its heartbeat where there is a bound for it.
+    /// Guard a process. Descriptors: the process, then its heartbeat if it has bounds.
     Ward(WardText),
     /// Writes that make outputs of its device safe. The descriptor is that of their file.
     Handle(HandleText),
-    /// The device is closed or safe in good order: its handles are forgotten.
+    /// The device was closed or made safe in an orderly way: its handles are forgotten.
     Release { ward: u64, device: String },
-    /// The process ends in good order, or its loss has been dealt with: it is forgotten, with its handles.
+    /// The process ends in an orderly way, or its loss has been handled: it is forgotten, with its handles.
     Forget { ward: u64 },
     /// Beat, and listen at the path: the guard that it has stood in for is gone.
     Lead,
-    /// A supervisor that comes back: tell everything that is guarded, descriptors too, then answer.
+    /// Request of a returning supervisor: send everything that is guarded, including descriptors, then answer.
     Adopt,
 }
 
@@ -34,7 +34,7 @@ pub(crate) enum Ask {
 pub(crate) struct WardText {
     pub ward: u64,
     pub name: String,
-    /// Bound for a standstill of its heart, where it has one.
+    /// Maximum standstill of its heart, if it has one.
     pub bounds: Option<Bounds>,
     /// True if it is not killed when it stands still.
     pub is_spared: bool,
@@ -52,7 +52,7 @@ pub(crate) struct HandleText {
 #[derive(Debug, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub(crate) enum Tell {
-    /// First on each link: what the operating system did not give.
+    /// First message on each link: rights that the operating system did not grant.
     Hello {
         missing: Vec<String>,
     },
@@ -65,9 +65,9 @@ pub(crate) enum Tell {
     },
     /// A process is lost and its outputs are safe.
     Lost(Loss),
-    /// A process that is spared stands still, and its outputs are safe.
+    /// A spared process stands still, and its outputs are safe.
     MadeSafe(Loss),
-    /// The process goes on.
+    /// The process continues.
     GoesOn {
         ward: u64,
     },
@@ -78,12 +78,13 @@ pub(crate) enum Tell {
     Handle(HandleText),
 }
 
-/// A process that was lost, or stands still and is spared, and what the guard did. Times are of the monotonic clock, which all processes of a host share.
+/// A process that was lost, or stands still and is spared, and the guard's reaction. Times are on the monotonic clock, which all
+/// processes of a host share.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Loss {
-    /// The number it was registered with.
+    /// Number with which it was registered.
     pub ward: u64,
-    /// Its name.
+    /// Name of the process.
     pub name: String,
     /// Observation of the guard.
     pub cause: Cause,
@@ -91,9 +92,9 @@ pub struct Loss {
     pub seen_ns: i64,
     /// Time at which the last safe value was written, ns.
     pub safe_ns: i64,
-    /// Number of safe handles that were written to.
+    /// Number of safe handles that were written.
     pub written: usize,
-    /// Handles that could not be written to, and why; the guard goes on trying for some seconds.
+    /// Handles that could not be written, with the reason; the guard retries for some seconds.
     pub failed: Vec<String>,
 }
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Registrations of a supervisor with its guard: kept, so that another guard can be told all of them.
+//! Registrations of a supervisor with its guard, kept so that another guard can receive all of them.
 use crate::guard_event::FoundWard;
 use crate::messages::{Ask, HandleText, Loss, WardText};
 use device::SafeHandle;
@@ -8,7 +8,7 @@ use std::collections::BTreeMap;
 use std::io;
 use std::os::fd::OwnedFd;
 
-/// An ask, and the descriptors that go with it.
+/// A request with its descriptors.
 pub(crate) type Request = (Ask, Vec<OwnedFd>);
 
 /// Processes by number.
@@ -39,7 +39,7 @@ impl Ward {
         Ok(Ward { text: self.text.clone(), process: self.process.try_clone()?, heartbeat, handles, loss: None })
     }
 
-    /// Its safe handles, taken out.
+    /// Takes out its safe handles.
     pub fn take_handles(&mut self) -> Vec<(String, SafeHandle)> {
         std::mem::take(&mut self.handles)
     }
@@ -53,7 +53,7 @@ impl Ward {
     }
 }
 
-/// Returns the same place to write to, by another descriptor of it.
+/// Returns the same handle with a duplicate of its descriptor.
 pub(crate) fn copied(handle: &SafeHandle) -> io::Result<SafeHandle> {
     Ok(SafeHandle { descriptor: handle.descriptor.try_clone()?, writes: handle.writes.clone(), latches: handle.latches })
 }
@@ -107,7 +107,7 @@ impl Registry {
         Ok((Ask::Forget { ward }, Vec::new()))
     }
 
-    /// Notes a loss; false where it was known, or the process has been forgotten.
+    /// Records a loss; returns false if it was known, or the process has been forgotten.
     pub fn lose(&mut self, loss: &Loss) -> bool {
         match self.wards.get_mut(&loss.ward) {
             Some(ward) if ward.loss.is_none() => {
@@ -118,11 +118,12 @@ impl Registry {
         }
     }
 
-    /// Says everything that is registered, but for processes that are lost: what was to be done for them is done.
+    /// Calls `say` for all registrations, except of lost processes, which have been handled.
     pub fn everything<E>(&self, mut say: impl FnMut(Ask, &[OwnedFd]) -> Result<(), E>) -> Result<(), E> {
         for (number, ward) in self.wards.iter().filter(|(_, ward)| ward.loss.is_none()) {
             let handles = ward.handles.iter().map(|(device, handle)| ask_to_hold(*number, device, handle));
-            // Without a descriptor left it is not registered; the guard has refused nothing, and the others are more use than none.
+            // If no descriptor is left, it is not registered; the guard has refused nothing, and the other registrations are better than
+            // none.
             for (ask, descriptors) in std::iter::once(ward.ask()).chain(handles).flatten() {
                 say(ask, &descriptors)?;
             }
@@ -130,17 +131,18 @@ impl Registry {
         Ok(())
     }
 
-    /// Copies of those processes that another registry does not know, or knows with fewer safe handles (then the last of the three is true).
+    /// Returns copies of the processes that another registry does not have, or has with fewer safe handles (the third value is then
+    /// true).
     ///
     /// # Errors
-    /// No descriptors left.
+    /// Fails if no descriptors are left.
     pub fn unknown_to(&self, there: &Registry) -> io::Result<Vec<(u64, Ward, bool)>> {
         let known = |number: &u64| there.wards.get(number).map(|ward| ward.handles.len());
         let lacks = self.wards.iter().filter(|(number, ward)| ward.loss.is_none() && known(number).is_none_or(|handles| handles < ward.handles.len()));
         lacks.map(|(number, ward)| Ok((*number, ward.copied()?, known(number).is_some()))).collect()
     }
 
-    /// Reads a process from a guard that is adopted. None where what was told is nothing of the kind.
+    /// Reads a process from a guard that is adopted. Returns `None` for an invalid message.
     pub fn told_ward(&mut self, text: WardText, descriptors: Vec<OwnedFd>) -> Option<()> {
         let mut descriptors = descriptors.into_iter();
         let process = descriptors.next()?;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Two guards see the same and say so, each for itself; this tells it once.
+//! Reports of two guards that observe the same events: each event is passed on once.
 use crate::guard_event::GuardEvent;
 use process_kit::now_ns;
 use std::collections::{BTreeMap, BTreeSet};
@@ -23,7 +23,7 @@ struct State {
 #[derive(Clone, Copy, Default)]
 struct SparedWard {
     stands_still: bool,
-    /// Time at which it was heard that it goes on, ns: a standstill that was seen before then is that one.
+    /// Time of the report that it continues, ns: a standstill observed earlier is the same one.
     went_on_ns: i64,
 }
 
@@ -32,7 +32,7 @@ impl Reports {
         Reports { state: Mutex::default(), tell }
     }
 
-    /// Hears one of the guards. It is told where the other one has not said it.
+    /// Processes a report of one guard. It is passed on unless the other one has already reported the event.
     pub fn hear(&self, event: GuardEvent) {
         let told = self.state.lock().unwrap_or_else(PoisonError::into_inner).news(event, now_ns());
         if let Some(event) = told {
@@ -40,7 +40,7 @@ impl Reports {
         }
     }
 
-    /// Forgets a loss under this number, which names another process now.
+    /// Forgets a loss under this number, which is now used for another process.
     pub fn begin(&self, ward: u64) {
         self.state.lock().unwrap_or_else(PoisonError::into_inner).lost.remove(&ward);
     }

@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Rights that the guard asks of the operating system, so that it outranks every kernel.
+//! Rights that the guard requests from the operating system, so that it outranks every kernel.
 
-/// The highest there is. A source at 99 too would hold the guard up for one firing at most, for equals take turns when one sleeps.
+/// The highest priority. A source at 99 would hold the guard up for at most one firing, since threads of equal priority take turns when
+/// one sleeps.
 const PRIORITY: i32 = 99;
 
-/// Takes what is given; says what is not, one line each.
+/// Requests the rights; returns those not granted, one line each.
 pub(crate) fn take() -> Vec<String> {
     let mut missing = Vec::new();
     // SAFETY: these concern this process and thread alone: ends that are asked for are ignored (it ends by itself when nothing is

@@ -4,20 +4,20 @@ use device::SafeHandle;
 use std::io;
 use std::os::fd::{AsFd, AsRawFd, BorrowedFd};
 
-/// Makes the outputs of a handle safe, as a guard does that has it. Never waits.
+/// Makes the outputs of a handle safe, as a guard does. Never waits.
 ///
 /// # Errors
-/// `WouldBlock` where there is no room to write; else the error of the write.
+/// `WouldBlock` if there is no room to write; otherwise the error of the write.
 pub fn make_safe(handle: &SafeHandle) -> io::Result<()> {
     write(handle.descriptor.as_fd(), &handle.writes)
 }
 
-/// Writes bytes at their offsets, in this order; what has no positions takes just the bytes.
+/// Writes bytes at their offsets, in this order; ignores offsets if the descriptor is not seekable.
 pub(crate) fn write(descriptor: BorrowedFd<'_>, writes: &[(u64, Vec<u8>)]) -> io::Result<()> {
     writes.iter().try_for_each(|(offset, bytes)| write_at(descriptor, *offset, bytes))
 }
 
-/// Writes all of `bytes` at `offset`, or just writes them where the descriptor has no positions.
+/// Writes all of `bytes` at `offset`; ignores `offset` if the descriptor is not seekable.
 fn write_at(descriptor: BorrowedFd<'_>, mut offset: u64, mut bytes: &[u8]) -> io::Result<()> {
     let number = descriptor.as_raw_fd();
     while !bytes.is_empty() {

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 //! The guard process: it waits for processes to end or stop answering, and makes their outputs safe.
 //!
-//! One thread, one loop. In each round its own heart beats, then it looks at every process that it guards, and only then hears who talks to it; nothing
-//! in a round waits: neither a write to a device nor a supervisor that does not read. It guards on when its supervisor is gone, and ends
-//! when nothing is left to guard and nobody is connected.
+//! One thread, one loop. In each round it beats its own heart, then checks every guarded process, and only then processes messages;
+//! nothing in a round waits, neither for a write to a device nor for a supervisor that does not read. It continues to guard after its
+//! supervisor has exited, and ends when nothing is left to guard and nobody is connected.
 use crate::messages::{Ask, GuardRequest, Tell, encode};
 use crate::rights;
 use crate::ward::WardReport;
@@ -15,25 +15,25 @@ use std::os::fd::{AsFd, AsRawFd, BorrowedFd, OwnedFd};
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-/// The environment variable with the path where a supervisor that comes back finds the guard.
+/// Environment variable with the path at which a returning supervisor finds the guard.
 pub(crate) const PATH: &str = "OPENGPAC_GUARD_PATH";
 /// The environment variable of a guard that stands in for another one.
 pub(crate) const STANDS_IN: &str = "OPENGPAC_GUARD_STANDS_IN";
-/// The name of the descriptor of the first link.
+/// Name of the descriptor of the first link.
 pub(crate) const LINK: &str = "link";
-/// The names of the descriptors of hearts: its own, that of its supervisor.
+/// Names of the descriptors of hearts: its own, that of its supervisor.
 pub(crate) const HEART: &str = "heart";
 pub(crate) const SUPERVISOR: &str = "supervisor";
-/// Between two beats of its own heart.
+/// Period of its own heartbeat.
 pub(crate) const BEAT_NS: i64 = 20_000_000;
-/// Frames of one supervisor that are heard in a round.
+/// Maximum number of frames of one supervisor processed in a round.
 const FRAMES_MAX: usize = 64;
 
-/// Runs the guard process: it takes its link and its path from where [`Guard::start`](crate::Guard::start) left them. Returns when nothing is
-/// left to guard and nobody is connected.
+/// Runs the guard process with the link and the path that [`Guard::start`](crate::Guard::start) passed. Returns when nothing is left to
+/// guard and nobody is connected.
 ///
 /// # Errors
-/// For people: it was not started by a supervisor, or another guard is at that path.
+/// Human-readable: it was not started by a supervisor, or another guard is at that path.
 pub fn run() -> Result<(), String> {
     let descriptor = inherited(LINK).map_err(|error| error.to_string())?;
     let link = UnixLink::from_descriptor(descriptor).map_err(|error| format!("the link of the guard cannot be used: {error}"))?;
@@ -44,7 +44,8 @@ pub fn run() -> Result<(), String> {
     serve(link, hearts, path.as_deref().map(Path::new), leads).map_err(|error| format!("the guard cannot serve: {error}"))
 }
 
-/// Guards for every supervisor that talks over `link`, or connects to `path`. It beats and listens at the path if it `leads`, or when it is asked
+/// Guards for every supervisor that talks over `link`, or connects to `path`. It beats and listens at the path if it `leads`, or when it
+/// is asked
 /// to lead, or when its supervisor is gone. Takes over the process: scheduling, signals, memory.
 ///
 /// # Errors
@@ -64,7 +65,7 @@ pub fn serve(link: UnixLink, hearts: Hearts, path: Option<&Path>, leads: bool) -
     Ok(())
 }
 
-/// The hearts of those who watch: each sees whether the other stands still.
+/// Hearts of both watchers, by which each sees whether the other stands still.
 #[derive(Debug)]
 pub struct Hearts {
     /// Heart of the guard.
@@ -74,19 +75,19 @@ pub struct Hearts {
 }
 
 impl Hearts {
-    /// Descriptors of both, in this order.
+    /// Returns descriptors of both, in this order.
     ///
     /// # Errors
-    /// No descriptors left.
+    /// Fails if no descriptors are left.
     pub fn descriptors(&self) -> io::Result<[OwnedFd; 2]> {
         Ok([self.guard.descriptor()?, self.supervisor.descriptor()?])
     }
 }
 
-/// A supervisor that talks to this guard.
+/// A supervisor connected to this guard.
 struct Supervisor {
     link: UnixLink,
-    /// Its process, where that is known. A process that it forked keeps the link open when it is gone itself.
+    /// Its process, if known. A process that it forked may keep the link open after it has exited itself.
     process: Option<OwnedFd>,
 }
 
@@ -109,7 +110,7 @@ struct Guarding {
     listener: Option<Listener>,
     links: Vec<Supervisor>,
     wards: Wards,
-    /// Descriptors that are waited for: the wards in their order, then the links, then the listener. Its room stays.
+    /// Polled descriptors: the wards in their order, then the links, then the listener. The capacity is kept.
     waits: Vec<libc::pollfd>,
     missing: Vec<String>,
 }
@@ -146,12 +147,12 @@ impl Guarding {
         self.waits.extend(self.listener.iter().map(|listener| wait(listener.as_fd())));
         let limit_ns = self.wards.interval_ns().map_or(BEAT_NS, |ns| ns.min(BEAT_NS));
         let limit = libc::timespec { tv_sec: 0, tv_nsec: limit_ns };
-        // What is ready is asked again, one by one; a wait that was interrupted is a round more.
-        // SAFETY: the list has the length given; the limit lives until the call returns.
+        // Ready descriptors are checked again, one by one; an interrupted wait is an extra round. SAFETY: the list has the length given;
+        // the limit lives until the call returns.
         unsafe { libc::ppoll(self.waits.as_mut_ptr(), self.waits.len() as libc::nfds_t, &limit, std::ptr::null()) };
     }
 
-    /// Looks at every ward; what is lost is safe before anybody is told.
+    /// Checks every ward; the outputs of a lost one are safe before anybody is notified.
     fn look(&mut self) {
         for seen in self.wards.look(true, now_ns()) {
             let frame = encode(&match seen {
@@ -163,35 +164,35 @@ impl Guarding {
         }
     }
 
-    /// Tells everyone; a supervisor that is gone may have said something before: its link stays until that is heard.
+    /// Notifies all supervisors. The link of one that has exited is kept until its earlier messages have been processed.
     fn tell_everyone(&self, frame: &[u8]) {
         self.links.iter().for_each(|of| tell(&of.link, frame, &[]));
     }
 
     fn accept(&mut self) {
         let Some(listener) = &self.listener else { return };
-        // One that cannot be taken now is still there at the next round.
+        // A link that cannot be accepted now remains pending until the next round.
         if let Ok(Some(link)) = listener.accept() {
             self.welcome(link);
         }
     }
 
-    /// Its supervisor may be gone already, and have said what is to be guarded: that is heard all the same.
+    /// Welcomes a supervisor. It may have exited already after sending its registrations, which are still processed.
     fn welcome(&mut self, link: UnixLink) {
         tell(&link, &encode(&Tell::Hello { missing: self.missing.clone() }), &[]);
         self.links.push(Supervisor::of(link));
     }
 
-    /// Hears every supervisor. What one said before it was gone counts.
+    /// Processes the messages of every supervisor, including those sent before one exited.
     fn hear(&mut self) {
         let mut links = std::mem::take(&mut self.links);
         links.retain(|of| self.hear_one(of));
         self.links = links;
     }
 
-    /// Returns false if the link or the supervisor is gone, and everything that came over the link has been heard.
+    /// Returns false if the link is broken or the supervisor has exited, and all messages of the link have been processed.
     fn hear_one(&mut self, of: &Supervisor) -> bool {
-        // Asked first: what it said before it ended is heard below.
+        // Checked first: messages sent before it ended are processed below.
         let has_ended = of.has_ended();
         let link = &of.link;
         for _ in 0..FRAMES_MAX {
@@ -218,7 +219,7 @@ impl Guarding {
         }
     }
 
-    /// Tells everything that is guarded, with descriptors.
+    /// Sends everything that is guarded, with descriptors.
     fn tell_all(&self, link: &UnixLink) -> Result<(), String> {
         let hearts = self.hearts.descriptors().map_err(|error| error.to_string())?;
         tell(link, &encode(&Tell::Hearts), &[hearts[0].as_fd(), hearts[1].as_fd()]);
@@ -238,7 +239,7 @@ impl Guarding {
     }
 }
 
-/// Sends a message. A link that is gone, or whose supervisor does not read, is closed: [`Guarding::hear`] hears the rest and drops it.
+/// Sends a message. Closes a link that is broken, or whose supervisor does not read; [`Guarding::hear`] processes the rest and drops it.
 fn tell(link: &UnixLink, frame: &[u8], descriptors: &[BorrowedFd<'_>]) {
     let _closed = link.send_with(frame, descriptors, Some(Duration::ZERO));
 }

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-//! A guard that stands in for another one. The operating system tells the parent of a guard at once that it was stopped or has ended; until it is
+//! A guard that stands in for another one. The operating system tells the parent of a guard at once that it was stopped or has ended;
+//! until it is
 //! certain that it will not go on, which takes 0.1 s, another process guards in its place. One that goes on is kept, and its stand-in ends.
 use crate::guard_event::GuardCommand;
 use crate::messages::{Ask, HANDED_OVER};
@@ -56,8 +57,10 @@ pub(crate) struct ChildWait {
 }
 
 impl ChildWait {
-    /// Starts it for a child of this process: of another one only its parent is told. `changed`: does what follows from a change, and stores whether
-    /// that was the last one, with the lock that who asks [`ChildWait::is_over`] has; false where nobody has the guard. Without a thread or a
+    /// Starts it for a child of this process: of another one only its parent is told. `changed`: does what follows from a change, and
+    /// stores whether
+    /// that was the last one, with the lock that who asks [`ChildWait::is_over`] has; false where nobody has the guard. Without a thread
+    /// or a
     /// descriptor there is none.
     pub fn start(child: &Child, changed: impl Fn(ChildChange, &AtomicBool) -> bool + Send + 'static) -> Option<ChildWait> {
         let process = child.descriptor().ok()?;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The first words with a guard process: it is started, or one that runs is taken over.
+//! First messages exchanged with a guard process that is started or taken over.
 use crate::guard_event::{GuardCommand, GuardError};
 use crate::messages::{Ask, GuardRequest, Tell, encode};
 use crate::registry::Registry;
@@ -10,16 +10,17 @@ use std::os::fd::{AsFd, BorrowedFd, OwnedFd};
 use std::path::Path;
 use std::time::Duration;
 
-/// Bound for the answer of the guard.
+/// Timeout of the guard's answer.
 pub(crate) const ANSWER: Duration = Duration::from_secs(10);
 
-/// Sends an ask with its descriptors.
+/// Sends a request with its descriptors.
 pub(crate) fn send(link: &UnixLink, request: u64, ask: Ask, descriptors: &[OwnedFd]) -> Result<(), LinkClosed> {
     let borrowed: Vec<BorrowedFd<'_>> = descriptors.iter().map(AsFd::as_fd).collect();
     link.send_with(&encode(&GuardRequest { request, ask }), &borrowed, Some(ANSWER))
 }
 
-/// Starts a guard process. `stands_in`: it guards as every other one does, but beats and listens only when it is asked to [lead](Ask::Lead);
+/// Starts a guard process. `stands_in`: it guards as every other one does, but beats and listens only when it is asked to
+/// [lead](Ask::Lead);
 /// it is started at the priority of the calling thread.
 pub(crate) fn launch(command: &GuardCommand, hearts: &Hearts, stands_in: bool) -> Result<(UnixLink, Child), GuardError> {
     let (link, theirs) = UnixLink::pair().map_err(|error| GuardError(format!("no link to a guard can be made: {error}")))?;
@@ -35,7 +36,7 @@ pub(crate) fn launch(command: &GuardCommand, hearts: &Hearts, stands_in: bool) -
     Ok((link, child))
 }
 
-/// Returns the greeting of a guard to the supervisor that adopts it, with the rights that it lacks.
+/// Returns the registrations and hearts that a guard sends to the supervisor that adopts it, with the rights that it lacks.
 pub(crate) fn tale(link: &UnixLink, path: &Path) -> Result<(Registry, Hearts, Vec<String>), GuardError> {
     let silent = || GuardError(format!("what listens at '{}' does not answer as a guard does", path.display()));
     let (mut registry, mut hearts, mut lacks) = (Registry::default(), None, Vec::new());

@@ -1,24 +1,25 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Processes that the operating system holds stopped: it says so, and whatever the load of the machine, such a process does nothing.
+//! Detection of stopped processes: the operating system reports this state and, whatever the load of the machine, such a process does
+//! nothing.
 use process_kit::pid_of;
 use std::fs::File;
 use std::io::Read;
 use std::os::fd::BorrowedFd;
 
-/// Room for the part of the line that says so: number, name (at most 64 bytes), state.
+/// Buffer for the relevant part of the line: number, name (at most 64 bytes), state.
 const LINE: usize = 256;
 
-/// File in which it says so of one process.
+/// File with the state of one process.
 #[derive(Clone, Debug)]
 pub(crate) struct Stops(Option<String>);
 
 impl Stops {
     pub fn of(process: BorrowedFd<'_>) -> Stops {
-        // Of one that has ended there is nothing to say.
+        // A process that has ended has no state.
         Stops(pid_of(process).ok().filter(|pid| *pid > 0).map(|pid| format!("/proc/{pid}/stat")))
     }
 
-    /// Returns whether it is stopped now, by a signal or by a debugger.
+    /// Returns true if it is currently stopped, by a signal or by a debugger.
     pub fn now(&self) -> bool {
         let mut line = [0; LINE];
         let read = self.0.as_ref().and_then(|path| File::open(path).and_then(|mut file| file.read(&mut line)).ok());
@@ -26,7 +27,8 @@ impl Stops {
     }
 }
 
-/// Returns true if the process is stopped, by `1234 (name) T …`: the name may hold anything, and what follows it is numbers.
+/// Returns true if the line `1234 (name) T …` is that of a stopped process: the name may contain anything, and only numbers follow the
+/// state.
 fn is_stopped(line: &[u8]) -> bool {
     let name_end = line.iter().rposition(|byte| *byte == b')');
     name_end.and_then(|end| line.get(end + 2)).is_some_and(|state| matches!(state, b'T' | b't'))

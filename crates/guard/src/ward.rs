@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! A process that is guarded, as the operating system shows it: what [`Watch`] judges, and what it does to it.
+//! A guarded process, as the operating system shows it: the subject that [`Watch`] observes and acts on.
 use crate::canary::Canary;
 use crate::messages::{HandleText, Loss, WardText};
 use crate::safe;
@@ -10,7 +10,7 @@ use process_kit::{has_ended, pid_of, signal};
 use std::io;
 use std::os::fd::{AsFd, BorrowedFd, OwnedFd};
 
-/// Reason why a process was ended, as its heart says to all who watch it.
+/// Reason why a process was ended, as stored in its heart for all watchers.
 const FROZEN: u64 = 1;
 const STOPPED: u64 = 2;
 
@@ -31,7 +31,7 @@ pub(crate) struct Parts {
     pid: Option<i32>,
     canary: Canary,
     has_ended: bool,
-    /// Failure of the latest attempt to write, in words.
+    /// Errors of the latest attempt to write, human-readable.
     failed: Vec<String>,
 }
 
@@ -65,7 +65,7 @@ impl Ward {
         &self.parts
     }
 
-    /// Adds a handle; of a process whose outputs are safe already it is written to at once.
+    /// Adds a handle; writes it immediately if the outputs of the process are safe already.
     pub fn add(&mut self, text: HandleText, descriptor: OwnedFd) {
         self.parts.handles.push(Handle { text, descriptor, is_owed: true });
         self.watch.added(&mut self.parts);
@@ -75,30 +75,29 @@ impl Ward {
         self.parts.handles.retain(|handle| handle.text.device != device);
     }
 
-    /// Returns true if nothing of it is waited for.
+    /// Returns true if nothing is pending.
     pub fn is_settled(&self) -> bool {
         self.watch.is_settled()
     }
 
-    /// Its loss, if it is lost.
+    /// Returns its loss, if it is lost.
     pub fn loss(&self) -> Option<&Loss> {
         self.loss.as_ref()
     }
 
-    /// Returns the descriptors to wait for: the end of its canary, and of the process. None when that has come.
+    /// Returns the descriptors to wait for: the ends of its canary and of the process. Empty once the process has ended.
     pub fn waits_for(&self) -> impl Iterator<Item = BorrowedFd<'_>> {
         let process = (!self.watch.is_over()).then(|| self.parts.process.as_fd());
         let canary = if self.loss.is_none() { self.parts.canary.waits_for() } else { None };
         process.into_iter().chain(canary)
     }
 
-    /// Returns when to look again though nothing comes; none: never.
+    /// Returns the time until the next check without an event; `None`: never.
     pub fn interval_ns(&self) -> Option<i64> {
         self.watch.interval_ns()
     }
 
-    /// Looks at it; what is to be told is true by then: its outputs are safe.
-    /// `leads`: not beside a guard that serves.
+    /// Checks the process. When it returns a report, the outputs are safe. `leads`: false for a watcher beside a serving guard.
     pub fn look(&mut self, leads: bool, now_ns: i64) -> Option<WardReport> {
         self.parts.look_for_canary();
         let event = if leads { self.watch.look(&mut self.parts, now_ns) } else { self.watch.look_beside(&mut self.parts, now_ns) };
@@ -189,7 +188,7 @@ impl Subject for Parts {
 }
 
 impl Handle {
-    /// Makes all its writes, in order. Never waits.
+    /// Carries out all its writes, in order. Never waits.
     fn write(&self) -> io::Result<()> {
         safe::write(self.descriptor.as_fd(), &self.text.writes)
     }

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Processes that are watched: the guard, and the supervisor's watcher beside it, hold the same and judge alike.
+//! Watched processes: the guard and the supervisor's watcher beside it have the same ones and judge alike.
 use crate::messages::Ask;
 use crate::ward::{Ward, WardReport};
 use process_kit::{Heartbeat, now_ns};
 use std::collections::VecDeque;
 use std::os::fd::{BorrowedFd, OwnedFd};
 
-/// Processes that are watched.
+/// Watched processes.
 #[derive(Default)]
 pub(crate) struct Wards(Vec<Ward>);
 
@@ -15,28 +15,28 @@ impl Wards {
         self.0.iter()
     }
 
-    /// Returns whether any of them has to be waited for.
+    /// Returns true if any of them must be waited for.
     pub fn has_reason(&self) -> bool {
         self.0.iter().any(|ward| !ward.is_settled())
     }
 
-    /// Returns the descriptors to wait for: the end of each.
+    /// Returns the descriptors to wait for: the end of each process.
     pub fn waits(&self) -> impl Iterator<Item = BorrowedFd<'_>> {
         self.0.iter().flat_map(Ward::waits_for)
     }
 
-    /// Returns when to look again though nothing comes; none: never.
+    /// Returns the time until the next check without an event; `None`: never.
     pub fn interval_ns(&self) -> Option<i64> {
         self.0.iter().filter_map(Ward::interval_ns).min()
     }
 
-    /// Looks at every one; what is lost is safe before anybody is told.
-    /// `leads`: not beside a guard that serves.
+    /// Checks every process; the outputs of a lost one are safe before anybody is notified. `leads`: false for a watcher beside a serving
+    /// guard.
     pub fn look(&mut self, leads: bool, now_ns: i64) -> Vec<WardReport> {
         self.0.iter_mut().filter_map(|ward| ward.look(leads, now_ns)).collect()
     }
 
-    /// Changes what is watched. Errors: what is wrong with what was asked, in words.
+    /// Changes the watched processes. Fails with a message if the request is invalid.
     pub fn act(&mut self, ask: Ask, descriptors: Vec<OwnedFd>) -> Result<(), String> {
         let mut descriptors = VecDeque::from(descriptors);
         let mut next = |what: &str| descriptors.pop_front().ok_or_else(|| format!("{what} did not come along"));

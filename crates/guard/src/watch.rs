@@ -1,51 +1,50 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The rules by which a process counts as lost, and what follows from that: values without a clock, a thread or a descriptor. The caller looks
-//! says what time it is, and a [`Subject`] says what is seen and does what has to be done.
+//! Rules by which a process counts as lost, and the consequences: values without a clock, a thread or a descriptor. The caller provides
+//! the time, and a [`Subject`] provides observations and carries out actions.
 //!
-//! | who looks | at whom | with | what follows |
+//! | observer | observed | with | consequence |
 //! |---|---|---|---|
 //! | the guard, and the supervisor's watcher beside it | each process that has devices | [`Watch`] | its outputs are made safe |
 //! | the supervisor's watcher | the guard | [`Pulse`] | it is ended, and another one is started |
-//! | the heart of a processor | the guard and the supervisor | [`Watchers`] | where both stand still, it makes its own outputs safe |
+//! | the heart of a processor | the guard and the supervisor | [`Watchers`] | if both stand still, it makes its own outputs safe |
 //!
-//! Two bounds, because two things are not equally certain: a process that the operating system holds stopped (SIGSTOP, a debugger) does nothing,
-//! whatever the load of the machine; one whose heart is silent may only wait for a core.
+//! There are two bounds because the certainty differs: a process that the operating system holds stopped (SIGSTOP, a debugger) does
+//! nothing, whatever the load of the machine; one whose heart is silent may only be waiting for a core.
 use serde::{Deserialize, Serialize};
 use std::time::Duration;
 
-/// Bound for a standstill of a process's heart.
+/// Maximum standstill of a process's heart.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Bounds {
     /// Time until it counts as frozen, whatever the reason.
     pub silent_ns: i64,
-    /// Time until it counts as stopped, if the operating system says that it is.
+    /// Time until it counts as stopped, if the operating system reports it as such.
     pub stopped_ns: i64,
 }
 
 impl Default for Bounds {
-    /// Returns the bounds of a heart that beats every 20 ms. A process that was stopped is seen within some 120 ms; a silent one gets the time for
-    /// which a loaded
-    /// machine may hold it up.
+    /// Returns the bounds of a heart that beats every 20 ms. A stopped process is detected within some 120 ms; a silent one is given the
+    /// time for which a loaded machine may hold it up.
     fn default() -> Bounds {
         Bounds { silent_ns: 500_000_000, stopped_ns: 100_000_000 }
     }
 }
 
 impl From<Duration> for Bounds {
-    /// Makes one bound for both: it was said how long it may stand still, for whatever reason.
+    /// Uses one bound for both: the maximum standstill was configured, for whatever reason.
     fn from(bound: Duration) -> Bounds {
         let bound_ns = i64::try_from(bound.as_nanos()).unwrap_or(i64::MAX);
         Bounds { silent_ns: bound_ns, stopped_ns: bound_ns }
     }
 }
 
-/// A shorter bound would judge the scheduler, not the process.
+/// Minimum bound; a shorter one would judge the scheduler, not the process.
 const BOUND_NS_MIN: i64 = 10_000_000;
-/// Between two looks.
+/// Minimum and maximum interval between two checks.
 const LOOK_NS: (i64, i64) = (1_000_000, 20_000_000);
-/// Time that a killed process may take to end before its outputs are made safe all the same (and again when it has ended).
+/// Maximum time that a killed process is given to end before its outputs are made safe anyway (and again after its end).
 const DEATH_NS_MAX: i64 = 100_000_000;
-/// Time for which writes that failed are tried again, and the interval.
+/// Time for which failed writes are retried, and the interval.
 const RETRY_NS_MAX: i64 = 10_000_000_000;
 const RETRY_NS: i64 = 10_000_000;
 
@@ -54,13 +53,13 @@ const RETRY_NS: i64 = 10_000_000;
 pub enum ProcessStanding {
     /// Its heart beats, or has not been silent for long.
     Serves,
-    /// The operating system holds it stopped, and has done so for the bound.
+    /// The operating system has held it stopped for the bound.
     Stopped,
     /// Its heart has been silent for the bound.
     Silent,
 }
 
-/// Judges a heart that is looked at now and then.
+/// Judges a heart that is polled from time to time.
 #[derive(Clone, Debug)]
 pub struct Pulse {
     bounds: Bounds,
@@ -70,19 +69,19 @@ pub struct Pulse {
 }
 
 impl Pulse {
-    /// Makes the pulse of a heart that has beaten so often by now.
+    /// Makes the pulse of a heart that has beaten `beats` times.
     pub fn new(bounds: Bounds, beats: u64, now_ns: i64) -> Pulse {
         let bounds = Bounds { silent_ns: bounds.silent_ns.max(BOUND_NS_MIN), stopped_ns: bounds.stopped_ns.max(BOUND_NS_MIN) };
         Pulse { bounds, seen: beats, looked_ns: now_ns, still_ns: 0 }
     }
 
-    /// Returns the interval between two looks.
+    /// Returns the interval between two checks.
     pub fn interval_ns(&self) -> i64 {
         (self.bounds.silent_ns.min(self.bounds.stopped_ns) / 5).clamp(LOOK_NS.0, LOOK_NS.1)
     }
 
-    /// Takes one look. `is_stopped` is asked only of a heart that has stood still for long enough. A long time between two looks counts as two
-    /// intervals only: then it was who looks, or the whole machine, that stood still. A heart that has not beaten yet is not silent.
+    /// Checks the heart. `is_stopped` is called only if the heart has stood still for long enough. A long time between two checks counts
+    /// as two intervals only, because the observer or the whole machine stood still. A heart that has not beaten yet is not silent.
     pub fn look(&mut self, beats: u64, is_stopped: impl FnOnce() -> bool, now_ns: i64) -> ProcessStanding {
         let elapsed_ns = (now_ns - self.looked_ns).clamp(0, 2 * self.interval_ns());
         self.looked_ns = now_ns;
@@ -98,29 +97,30 @@ impl Pulse {
     }
 }
 
-/// Process as a [`Watch`] sees it and acts on it. Nothing here may wait.
+/// Process that a [`Watch`] observes and acts on. No method may wait.
 pub trait Subject {
-    /// Returns true if it is no more.
+    /// Returns true if the process has ended.
     fn notice_end(&mut self) -> bool;
-    /// Returns true if the process is exiting but has not been reaped yet: nothing of it runs.
+    /// Returns true if the process is dying: its threads have ended, but its memory has not been freed yet.
     fn notice_dying(&mut self) -> bool {
         false
     }
-    /// Returns how often its heart has beaten.
+    /// Returns the number of its heartbeats.
     fn beats(&self) -> u64;
     /// Returns true if the operating system holds it stopped.
     fn is_stopped(&self) -> bool;
-    /// Returns whether what is written for it stays in force, whatever it writes itself afterwards.
+    /// Returns true if its safe values stay in force regardless of its own later writes.
     fn latches(&self) -> bool;
-    /// Ends it at once; that it has ended is seen later.
+    /// Kills it immediately; its end is noticed later.
     fn kill(&mut self);
-    /// Notes why it is about to be ended, for others who watch it.
+    /// Records the reason why it is about to be ended, for other watchers.
     fn condemn(&mut self, _why: Cause) {}
-    /// Returns the cause for which another watcher ended it, if one did.
+    /// Returns the reason for which another watcher ended it, if one did.
     fn condemned(&self) -> Option<Cause> {
         None
     }
-    /// Writes its safe values: those that have not been written yet, or all of them (`afresh`). Whether nothing is left to write.
+    /// Writes its safe values: the ones that have not been written yet, or all of them (`afresh`). Returns true if nothing is left to
+    /// write.
     fn write(&mut self, afresh: bool) -> bool;
 }
 
@@ -128,7 +128,7 @@ pub trait Subject {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Cause {
-    /// The process has ended: killed, aborted, crashed, or by itself without a word.
+    /// The process has ended: killed, aborted, crashed, or by itself without notice.
     Died,
     /// Its heart stood still for its bound.
     Frozen,
@@ -136,37 +136,38 @@ pub enum Cause {
     Stopped,
 }
 
-/// Result of one look.
+/// Result of one check.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Event {
     /// The process is lost: its outputs have been made safe. This happens once in the life of a process.
     Lost {
-        /// Cause of the loss.
+        /// Cause of the standstill.
         cause: Cause,
-        /// Time at which that was seen.
+        /// Time of the observation.
         seen_ns: i64,
     },
     /// The process stands still and is spared: its outputs have been made safe.
     MadeSafe {
-        /// Cause of the loss.
+        /// Cause of the standstill.
         cause: Cause,
-        /// Time at which that was seen.
+        /// Time of the observation.
         seen_ns: i64,
     },
-    /// The process stood still, was spared, and goes on.
+    /// The process stood still, was spared, and continues.
     GoesOn,
 }
 
-/// A process that is watched: how its loss is seen, and in which order what has to be done is done.
+/// A watched process: detection of its loss, and the order of the actions that follow.
 ///
-/// A process that only stands still is killed first, and written for only when it has ended, so that it can never come back and write over a
-/// safe value. One that is spared is written for while it stands still; this needs outputs that [latch](Subject::latches).
+/// A process that merely stands still is killed first, and its safe values are written only after it has ended, so that it can never
+/// resume and overwrite them. For a spared process they are written while it stands still, which requires outputs that
+/// [latch](Subject::latches).
 #[derive(Clone, Debug)]
 pub struct Watch {
     pulse: Option<Pulse>,
     is_spared: bool,
     state: State,
-    /// True if something could not be written so far.
+    /// True if a write is still pending.
     is_owed: bool,
 }
 
@@ -180,7 +181,7 @@ enum State {
         cause: Cause,
         seen_ns: i64,
     },
-    /// `is_over`: it has ended, which a killed one may not have at first.
+    /// `is_over`: it has ended, which may not be immediate for a killed one.
     Lost {
         since_ns: i64,
         is_over: bool,
@@ -188,19 +189,19 @@ enum State {
 }
 
 impl Watch {
-    /// Makes a watch. `pulse`: none if the end of the process alone counts. `is_spared`: it is not killed where it stands still and its outputs
-    /// latch.
+    /// Makes a watch. `pulse`: `None` if only the end of the process counts. `is_spared`: it is not killed if it stands still and its
+    /// outputs latch.
     pub fn new(pulse: Option<Pulse>, is_spared: bool) -> Watch {
         Watch { pulse, is_spared, state: State::Guarded, is_owed: false }
     }
 
-    /// Takes one look.
+    /// Checks the process.
     pub fn look(&mut self, of: &mut impl Subject, now_ns: i64) -> Option<Event> {
         self.look_as(of, true, now_ns)
     }
 
-    /// Takes one look beside a guard that serves: if the process has ended it is written for at once, no matter who saw it first; one that stands still
-    /// is left to the guard.
+    /// Checks the process beside a serving guard: if the process has ended its safe values are written immediately, no matter who noticed
+    /// first; one that stands still is left to the guard.
     pub fn look_beside(&mut self, of: &mut impl Subject, now_ns: i64) -> Option<Event> {
         self.look_as(of, false, now_ns)
     }
@@ -210,7 +211,7 @@ impl Watch {
         match self.state {
             State::Guarded | State::Still if has_ended => self.lose(of, of.condemned().unwrap_or(Cause::Died), now_ns, now_ns, true),
             State::Guarded | State::Still if of.notice_dying() => {
-                // What it takes to put its memory away is not waited for. Once it has ended it is written for again.
+                // It does not wait until the process's memory is freed. After its end the values are written again.
                 of.kill();
                 self.lose(of, of.condemned().unwrap_or(Cause::Died), now_ns, now_ns, false)
             }
@@ -251,14 +252,14 @@ impl Watch {
         }
     }
 
-    /// Notes that something was added to what is to be written: if its outputs are safe already, it is written at once.
+    /// Records that a handle was added: if the outputs are safe already, it is written immediately.
     pub fn added(&mut self, of: &mut impl Subject) {
         if matches!(self.state, State::Lost { .. } | State::Still) {
             self.is_owed = !of.write(false);
         }
     }
 
-    /// Returns the interval between two looks; none: only when the process ends.
+    /// Returns the interval between two checks; `None`: only the end of the process matters.
     pub fn interval_ns(&self) -> Option<i64> {
         let pulse = || self.pulse.as_ref().map(Pulse::interval_ns);
         match self.state {
@@ -269,12 +270,12 @@ impl Watch {
         }
     }
 
-    /// Returns true if it is lost, and has ended.
+    /// Returns true if the process is lost and has ended.
     pub fn is_over(&self) -> bool {
         matches!(self.state, State::Lost { is_over: true, .. })
     }
 
-    /// Returns true if nothing of it is waited for: neither its end nor writes that failed.
+    /// Returns true if nothing is pending: neither its end nor failed writes.
     pub fn is_settled(&self) -> bool {
         self.is_over() && !self.is_owed
     }
@@ -307,7 +308,7 @@ impl Watch {
     }
 }
 
-/// Watchers of a process, as its own heart sees them.
+/// Watchers of a process, as its own heart monitors them.
 #[derive(Clone, Debug)]
 pub struct Watchers {
     guard: Pulse,
@@ -315,17 +316,16 @@ pub struct Watchers {
 }
 
 impl Watchers {
-    /// Makes watchers that may stand still for `patience`.
+    /// Makes watchers with a maximum standstill of `patience`.
     pub fn new(patience: Duration, now_ns: i64) -> Watchers {
         let pulse = || Pulse::new(patience.into(), 0, now_ns);
         Watchers { guard: pulse(), supervisor: pulse() }
     }
 
-    /// Takes one look at how often their hearts have beaten. True: both have stood still for the patience, so nobody is left who would make the
-    /// outputs
-    /// of this process safe, and it does so itself.
+    /// Checks the counts of their heartbeats. Returns true if both have stood still for the patience: nobody else would make the outputs
+    /// of this process safe, so it does so itself.
     pub fn look(&mut self, guard: u64, supervisor: u64, now_ns: i64) -> bool {
-        // One that has not beaten yet has the patience, too, and no more.
+        // A watcher that has not beaten yet is also given the patience, and no more.
         let silent = |pulse: &mut Pulse, beats: u64| pulse.look(beats.saturating_add(1), || false, now_ns) == ProcessStanding::Silent;
         let (guard, supervisor) = (silent(&mut self.guard, guard), silent(&mut self.supervisor, supervisor));
         guard && supervisor

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The supervisor's watcher: a thread that does nothing else. It looks at the guard, which is replaced where it stands still, and beside the
-//! guard at every process that is registered there: the first to notice writes the safe handles, and to write them twice does no harm. It is the
-//! canary of this process, too.
+//! The supervisor's watcher: a dedicated thread. It checks the guard, which is replaced if it stands still, and in parallel with the
+//! guard every process that is registered there: the first to notice writes the safe handles, and writing them twice is harmless. It is
+//! also the canary of this process.
 use crate::canary::Sings;
 use crate::messages::{Ask, Loss};
 use crate::serve::{BEAT_NS, Hearts};
@@ -17,32 +17,32 @@ use std::os::fd::{AsFd, AsRawFd, FromRawFd, OwnedFd};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
-/// Bound for a standstill of the guard. It outranks everything where it has the rights, so the bound of its silence is for machines that do not
-/// give them.
+/// Maximum standstill of the guard. With its rights it outranks everything, so the bound for silence is for machines that do not grant
+/// them.
 const GUARD: Bounds = Bounds { silent_ns: 1_000_000_000, stopped_ns: 100_000_000 };
-/// The guard is to say what it saw, which may be why it ended the process: only where it has not for so long, the watcher does.
+/// Time that the guard is given to report its observation, which may be why it ended the process; after that, the watcher reports.
 const SAID_NS: i64 = 1_000_000_000;
-/// Below the guard, above the plants and every kernel.
+/// Priority below the guard, and above the plants and every kernel.
 const PRIORITY: i32 = 98;
 
-/// State that the watcher's thread shares with those who register. No lock here is held across a wait.
+/// State that the watcher's thread shares with threads that register. No lock is held across a wait.
 pub(crate) struct Watcher {
     pub hearts: Hearts,
     wards: Mutex<Wards>,
-    /// None while there is none to look at.
+    /// `None` while there is no guard to check.
     guard: Mutex<Option<Present>>,
-    /// Wakes the thread: there is somebody else to wait for.
+    /// Wakes the thread because there is another process to wait for.
     wakes: Wakes,
-    /// The guard that is gone was ended by the watcher.
+    /// True if the exited guard was ended by the watcher.
     is_ended: AtomicBool,
     ends: AtomicBool,
-    /// True if it watches what is registered, too; another watcher does if it does not.
+    /// True if it also watches the registered processes; otherwise, another watcher does.
     watches: bool,
 }
 
-/// The guard process that serves.
+/// The serving guard process.
 struct Present {
-    /// True if it has taken what is registered.
+    /// True if it has taken the registrations.
     guards: bool,
     process: OwnedFd,
     stops: Stops,
@@ -50,7 +50,7 @@ struct Present {
     link: Arc<UnixLink>,
 }
 
-/// A counter that can be waited for.
+/// A counter that can be polled.
 struct Wakes(OwnedFd);
 
 impl Wakes {
@@ -81,56 +81,56 @@ fn locked<T>(of: &Mutex<T>) -> MutexGuard<'_, T> {
 }
 
 impl Watcher {
-    /// Errors: no descriptors left.
+    /// Makes a watcher. Fails if no descriptors are left.
     pub fn new(hearts: Hearts, watches: bool) -> io::Result<Watcher> {
         let (is_ended, ends) = (AtomicBool::new(false), AtomicBool::new(false));
         Ok(Watcher { hearts, wards: Mutex::default(), guard: Mutex::default(), wakes: Wakes::new()?, is_ended, ends, watches })
     }
 
-    /// Watches what the guard is asked to watch. This process itself is the guard's alone.
+    /// Watches the processes that the guard is asked to watch, except this process itself, which only the guard watches.
     pub fn act(&self, ask: &Ask, descriptors: &[OwnedFd]) {
         if !self.watches || matches!(ask, Ask::Ward(text) if text.is_spared) {
             return;
         }
-        // Without a descriptor left it is watched by the guard alone; so is what belongs to this process, of which nothing is known here.
+        // If no descriptor is left, only the guard watches it; likewise handles of this process, which is not registered here.
         let Ok(copies) = descriptors.iter().map(OwnedFd::try_clone).collect::<io::Result<Vec<_>>>() else { return };
         let _unknown = locked(&self.wards).act(ask.clone(), copies);
         self.wakes.wake();
     }
 
-    /// Makes this process the guard: a child of ours, or that of a predecessor. Until it `guards`, this thread does.
+    /// Registers the guard process: a child of ours, or of a previous supervisor. Until it `guards`, this thread does.
     pub fn guarded_by(&self, child: Option<&Child>, link: &Arc<UnixLink>, guards: bool) {
         let process = match child {
             Some(child) => child.descriptor(),
             None => link.peer().and_then(|(_, pid)| process_descriptor(pid)),
         };
-        // One that nothing is known of is known by its link alone.
+        // A guard whose process is unknown is monitored through its link only.
         *locked(&self.guard) = process.ok().map(|process| {
             let pulse = Pulse::new(GUARD, self.hearts.guard.count(), now_ns());
             Present { guards, stops: Stops::of(process.as_fd()), process, pulse, link: link.clone() }
         });
     }
 
-    /// Notes that the guard has taken what is registered.
+    /// Records that the guard has taken the registrations.
     pub fn is_guarded(&self) {
         if let Some(guard) = locked(&self.guard).as_mut() {
             guard.guards = true;
         }
     }
 
-    /// Notes that the guard is gone. Whether that was because it stood still, and was ended here.
+    /// Records that the guard has exited. Returns true if it was ended here because it stood still.
     pub fn is_gone(&self) -> bool {
         *locked(&self.guard) = None;
         self.is_ended.swap(false, Ordering::AcqRel)
     }
 
-    /// Ends its thread.
+    /// Ends the watcher's thread.
     pub fn end(&self) {
         self.ends.store(true, Ordering::Release);
         self.wakes.wake();
     }
 
-    /// Watches until the end. `lost`: is told of what is lost, a while after that was seen.
+    /// Watches until the end. Calls `lost` with each loss, some time after it was noticed.
     pub fn run(&self, lost: impl Fn(Loss)) {
         prioritise();
         let _sings = Sings::here(&self.hearts.supervisor);
@@ -142,7 +142,7 @@ impl Watcher {
             let leads = !self.serves(now_ns);
             let seen = locked(&self.wards).look(leads, now_ns);
             for loss in seen.into_iter().filter_map(|seen| if let WardReport::Lost(loss) = seen { Some(loss) } else { None }) {
-                // Why a process was ended, only who ended it can say.
+                // Only the watcher that ended a process knows the reason.
                 let due_ns = if loss.cause == Cause::Died && !leads { now_ns + SAID_NS } else { now_ns };
                 said.push((due_ns, loss));
             }
@@ -156,7 +156,7 @@ impl Watcher {
         }
     }
 
-    /// Waits until a process ends, the link of the guard breaks, or it is time to look.
+    /// Waits until a process ends, the guard's link breaks, or the next check is due.
     fn wait(&self) {
         let wait = |number: i32, events| libc::pollfd { fd: number, events, revents: 0 };
         let mut waits = vec![wait(self.wakes.0.as_raw_fd(), libc::POLLIN)];
@@ -165,20 +165,20 @@ impl Watcher {
             waits.extend(wards.waits().map(|process| wait(process.as_raw_fd(), libc::POLLIN)));
             wards.interval_ns().unwrap_or(BEAT_NS).min(BEAT_NS)
         };
-        // Of the link only that it is broken: who hears the guard is another thread.
+        // Only polled for being broken; another thread receives from the guard.
         waits.extend(locked(&self.guard).as_ref().map(|guard| wait(guard.link.as_fd().as_raw_fd(), 0)));
         let limit = libc::timespec { tv_sec: 0, tv_nsec: interval_ns };
-        // A number that is closed meanwhile, and given to something else, ends the wait early at most: every process is asked again.
-        // SAFETY: the list has the length given; the limit lives until the call returns.
+        // A descriptor that is closed and reused meanwhile can only end the wait early: every process is checked again. SAFETY: the list
+        // has the length given; the limit lives until the call returns.
         let ready = unsafe { libc::ppoll(waits.as_mut_ptr(), waits.len() as libc::nfds_t, &limit, std::ptr::null()) };
         self.wakes.heard();
         if ready > 0 && waits.last().is_some_and(|link| link.events == 0 && link.revents != 0) {
-            // It is restored by who hears it.
+            // The receiving thread restores it.
             *locked(&self.guard) = None;
         }
     }
 
-    /// Returns whether the guard watches. One that stands still is of no use: it is ended, and its supervisor starts another one.
+    /// Returns true if the guard watches. A guard that stands still is useless: it is ended, and its supervisor starts another one.
     fn serves(&self, now_ns: i64) -> bool {
         let mut present = locked(&self.guard);
         let Some(guard) = present.as_mut() else { return false };
@@ -192,7 +192,7 @@ impl Watcher {
     }
 }
 
-/// Takes real-time priority where it is given; a watcher without it is only less punctual.
+/// Requests real-time priority; without it, the watcher is only less punctual.
 fn prioritise() {
     let parameter = libc::sched_param { sched_priority: PRIORITY };
     // Nothing of this process runs at a real-time priority without the limit.

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The guard over real processes: whatever ends a process, its outputs are safe, and nothing is left behind.
+//! The guard with real processes: however a process ends, its outputs are made safe, and nothing is left behind.
 use device::SafeHandle;
 use guard::{Bounds, Cause, FoundWard, Guard, GuardCommand, GuardEvent, Loss};
 use interconnect::Link;
@@ -10,7 +10,7 @@ use std::sync::atomic::Ordering;
 use std::sync::mpsc::{Receiver, channel};
 use std::time::{Duration, Instant};
 
-/// Bound for any wait of these tests: only to end a test that hangs.
+/// Limit of any wait in these tests: it only ends a test that hangs.
 const LIMIT: Duration = Duration::from_secs(300);
 const SAFE: u64 = u64::from_ne_bytes([1; 8]);
 
@@ -18,14 +18,14 @@ fn program() -> OsString {
     env!("CARGO_BIN_EXE_opengpac-guard").into()
 }
 
-/// A guard and what it says.
+/// Starts a guard; returns it and its events.
 fn guard(path: Option<PathBuf>) -> (Guard, Receiver<GuardEvent>) {
     let (tell, told) = channel();
     let guard = Guard::start(GuardCommand { command: vec![program()], path }, move |event| tell.send(event).expect("the test is there")).unwrap();
     (guard, told)
 }
 
-/// A process that stores 1, 2, 3, … to the first word of its output; what makes it safe stores 0 there and a mark to the second.
+/// A process that stores 1, 2, 3, … to the first word of its output; its safe handle stores 0 there and a mark to the second.
 struct Rtp {
     child: Child,
     output: SharedMemory,
@@ -50,7 +50,7 @@ impl Rtp {
         SafeHandle { descriptor: self.output.descriptor().unwrap(), writes: vec![(0, vec![0; 8]), (8, SAFE.to_ne_bytes().to_vec())], latches: false }
     }
 
-    /// Waits until it has stored `more` commands from now.
+    /// Waits until it has stored `more` further commands.
     fn runs(&self, more: u64) {
         let from = self.output.word(0).load(Ordering::Acquire);
         until("the process stores", || self.output.word(0).load(Ordering::Acquire) >= from + more);
@@ -69,7 +69,7 @@ fn until(what: &str, mut holds: impl FnMut() -> bool) {
     }
 }
 
-/// The next event, but for what the operating system does not give here.
+/// Returns the next event, ignoring features missing from this operating system.
 fn next(told: &Receiver<GuardEvent>) -> GuardEvent {
     loop {
         match told.recv_timeout(LIMIT).expect("an event is told") {
@@ -89,22 +89,22 @@ fn loss(told: &Receiver<GuardEvent>) -> Loss {
     }
 }
 
-/// The first of the two guard processes.
+/// Returns the process ID of the first of the two guards.
 fn pid(guard: &Guard) -> i32 {
     guard.pids()[0].expect("ours")
 }
 
 fn signal(pid: i32, signal: i32) {
-    // SAFETY: signals a child of ours, which is not reaped meanwhile.
+    // SAFETY: signals a child of ours, which has not been reaped yet.
     unsafe { libc::kill(pid, signal) };
 }
 
-/// No process of that number, or only what its parent has not reaped.
+/// Returns true if no process has that ID, or only one that has not been reaped.
 fn is_gone(pid: i32) -> bool {
     std::fs::read_to_string(format!("/proc/{pid}/stat")).map_or(true, |stat| stat.contains(") Z "))
 }
 
-/// Median and 99th percentile, µs.
+/// Returns the median and the 99th percentile, µs.
 fn quantiles(mut spans_ns: Vec<i64>) -> (f64, f64) {
     spans_ns.sort_unstable();
     (spans_ns[spans_ns.len() / 2] as f64 * 1e-3, spans_ns[spans_ns.len() * 99 / 100] as f64 * 1e-3)
@@ -114,7 +114,7 @@ fn quantiles(mut spans_ns: Vec<i64>) -> (f64, f64) {
 fn a_killed_process_leaves_safe_outputs_every_time() {
     let (guard, told) = guard(None);
     let pids = guard.pids();
-    // Another generator of instants would do as well.
+    // Any other generator of instants would do.
     let mut random = 0x2545_f491_4f6c_dd1d_u64;
     let (mut from_kill, mut from_seen) = (Vec::new(), Vec::new());
     for ward in 0..100 {
@@ -253,10 +253,10 @@ fn a_process_that_dies_while_there_is_no_guard_is_safe_when_there_is_one() {
     rtp.child.kill();
     assert_eq!(loss(&told).cause, Cause::Died);
     assert!(rtp.is_safe());
-    // A later guard is not told of it again: it was dealt with.
+    // A later guard is not notified again of a loss that has been handled.
     signal(pid(&guard), libc::SIGKILL);
     assert!(matches!(next(&told), GuardEvent::Restarted { .. }));
-    // The answer of that guard comes after all that it has to say of what it was told before.
+    // The guard answers after everything it has to report about earlier messages.
     guard.forget(1).unwrap();
     assert!(!told.try_iter().any(|event| matches!(event, GuardEvent::Lost(_))));
 }
@@ -287,7 +287,7 @@ fn what_is_released_or_forgotten_is_not_written_to() {
     assert_eq!((loss(&told).written, released.is_safe()), (0, false));
     held.child.kill();
     assert_eq!((loss(&told).ward, held.is_safe(), forgotten.is_safe()), (3, true, false));
-    // A device that is registered when its process is dead already is made safe at once.
+    // A device registered for a process that is already dead is made safe at once.
     guard.hold(1, "arm", vec![released.handle()]).unwrap();
     assert!(released.is_safe());
     assert!(guard.hold(2, "arm", vec![]).expect_err("forgotten").to_string().contains("no process 2"));
@@ -314,7 +314,7 @@ fn a_handle_that_cannot_be_written_is_named_and_the_others_are_safe() {
     assert_eq!(&line, b"safe");
 }
 
-/// A supervisor with an rtp and a guard, killed.
+/// A killed supervisor with an rtp and a guard.
 struct Orphans {
     folder: PathBuf,
     rtp: Child,
@@ -349,7 +349,7 @@ impl Orphans {
         until("the orphan goes on", || self.output.word(0).load(Ordering::Acquire) > from + 2);
     }
 
-    /// The guards have ended and taken their sockets away.
+    /// Waits until the guards have ended and removed their sockets.
     fn end(&self) {
         until("the guards end", || self.guards.iter().all(|guard| is_gone(*guard)));
         std::fs::remove_dir(&self.folder).expect("nothing is left in it");
@@ -371,7 +371,7 @@ fn the_guards_go_on_when_their_supervisor_is_gone_and_either_is_enough() {
 }
 
 impl Drop for Orphans {
-    /// Also where a test failed: then the guard ends too.
+    /// Kills the rtp, so that the guard ends even if a test failed.
     fn drop(&mut self) {
         self.rtp.kill();
     }
@@ -389,7 +389,7 @@ fn a_new_supervisor_adopts_the_guard_and_what_it_guards() {
     for killed in [None, Some(0), Some(1)] {
         let orphans = Orphans::make();
         if let Some(killed) = killed {
-            // A number of the test's own: the guard was started by its supervisor, and nothing has reaped it.
+            // The number is still the guard's: its supervisor started it, and nothing has reaped it.
             signal(orphans.guards[killed], libc::SIGKILL);
             until("it is gone", || is_gone(orphans.guards[killed]));
         }
@@ -398,7 +398,7 @@ fn a_new_supervisor_adopts_the_guard_and_what_it_guards() {
         assert_eq!((found.ward, found.name.as_str(), found.devices.as_slice(), found.loss.as_ref()), (7, "rtp1", &["arm".to_owned()][..], None));
         assert_eq!(found.process.pid(), orphans.rtp.pid());
         orphans.runs();
-        // What was adopted is enough to start others.
+        // The adopted state suffices to start new guards.
         orphans.guards.iter().for_each(|guard| signal(*guard, libc::SIGKILL));
         assert!(matches!(next(&told), GuardEvent::Restarted { .. }));
         let others = guard.pids();

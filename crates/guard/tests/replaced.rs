@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Guards in place of those that are gone: while one is being replaced, the other one guards; where both are, the new ones guard when they have
-//! taken what is registered, and what ended before that is made safe.
+//! Replacement of guards that have exited: while one is being replaced, the other guards; if both are, the new ones guard as soon as they
+//! have received the registrations, and the devices of processes that ended before are made safe.
 use interconnect::Link;
 use process_kit::{Child, Launch, SharedMemory, UnixLink, fresh_folder};
 use std::path::PathBuf;
 use std::sync::atomic::Ordering;
 use std::time::{Duration, Instant};
 
-/// Bound for any wait of these tests: only to end a test that hangs.
+/// Limit of any wait in these tests: it only ends a test that hangs.
 const LIMIT: Duration = Duration::from_secs(300);
 const SAFE: u64 = u64::from_ne_bytes([1; 8]);
 
@@ -19,7 +19,7 @@ fn until(what: &str, mut holds: impl FnMut() -> bool) {
     }
 }
 
-/// A program that is guarded itself, whose third guard and all after it take nothing until they are let go on.
+/// A program that is guarded itself, whose third and later guards read nothing until they are released.
 struct DelayedProgram {
     folder: PathBuf,
     program: Child,
@@ -43,12 +43,12 @@ impl DelayedProgram {
         DelayedProgram { folder, program, output, link }
     }
 
-    /// The next words of the program.
+    /// Returns the next line of the program.
     fn words(&self) -> String {
         String::from_utf8(self.link.receive(LIMIT).unwrap().expect("in time")).unwrap()
     }
 
-    /// The numbers of its guards. What it says meanwhile is kept.
+    /// Returns the process IDs of its guards, keeping its other output.
     fn guards(&self, said: &mut Vec<String>) -> Vec<i32> {
         self.link.send(b"guards").unwrap();
         loop {
@@ -63,13 +63,12 @@ impl DelayedProgram {
         }
     }
 
-    /// Signals so many of the guards; where they are killed, returns when others have been told everything, and have heard nothing. What was said
-    /// until then.
+    /// Signals `count` of the guards; if they are killed, waits until others have started. Returns the output meanwhile.
     fn loses_guards(&self, count: usize, signal: i32) -> Vec<String> {
         let mut said = Vec::new();
         let first = self.guards(&mut said);
         for guard in &first[..count] {
-            // SAFETY: signals a guard that has not been reaped: its program does so.
+            // SAFETY: signals a guard that has not been reaped; only its program reaps it.
             unsafe { libc::kill(*guard, signal) };
         }
         if signal == libc::SIGKILL {
@@ -82,7 +81,7 @@ impl DelayedProgram {
         self.output.word(8).load(Ordering::Acquire) == SAFE
     }
 
-    /// Lets the guards go on.
+    /// Releases the guards.
     fn goes_on(&self) {
         std::fs::write(self.folder.join("gate"), "").unwrap();
     }
@@ -120,7 +119,7 @@ fn a_program_that_stands_still_while_one_guard_is_being_replaced_is_made_safe_by
     for signal in [libc::SIGKILL, libc::SIGSTOP] {
         let delayed = DelayedProgram::start();
         delayed.loses_guards(1, signal);
-        // SAFETY: signals a child of ours, which is not reaped meanwhile.
+        // SAFETY: signals a child of ours, which has not been reaped yet.
         unsafe { libc::kill(delayed.program.pid(), libc::SIGSTOP) };
         until("it is safe", || delayed.is_safe());
     }

@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Guards that stand in for those that are stopped: they guard from the first moment on, and one that goes on is never replaced.
+//! Guards that stand in for stopped ones: they guard from the first moment, and a guard that resumes is never replaced.
 use interconnect::Link;
 use process_kit::{Child, Launch, SharedMemory, UnixLink};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
-/// Bound for any wait of these tests: only to end a test that hangs.
+/// Limit of any wait in these tests: it only ends a test that hangs.
 const LIMIT: Duration = Duration::from_secs(300);
 const SAFE: u64 = u64::from_ne_bytes([1; 8]);
-/// A guard that is stopped for 0.1 s is replaced: where this thread was held up for so long, nothing can be said.
+/// A guard that is stopped for 0.1 s is replaced: if this thread was delayed that long, the trial is inconclusive.
 const SURELY_SPARED: Duration = Duration::from_millis(40);
 
 fn until(what: &str, mut holds: impl FnMut() -> bool) {
@@ -20,7 +20,7 @@ fn until(what: &str, mut holds: impl FnMut() -> bool) {
 }
 
 fn signal(pid: i32, signal: i32) {
-    // SAFETY: signals a guard that has not been reaped: its program does so.
+    // SAFETY: signals a guard that has not been reaped; only its program reaps it.
     assert_eq!(unsafe { libc::kill(pid, signal) }, 0);
 }
 
@@ -46,7 +46,7 @@ impl Program {
         String::from_utf8(self.link.receive(LIMIT).unwrap().expect("in time")).unwrap()
     }
 
-    /// The numbers of its guards, and of those that stand in for them. What it says meanwhile is kept.
+    /// Returns the process IDs of its guards and of their stand-ins, keeping its other output.
     fn guards(&mut self) -> (Vec<i32>, Vec<i32>) {
         self.link.send(b"guards").unwrap();
         loop {
@@ -68,7 +68,7 @@ impl Program {
         self.output.word(8).load(Ordering::Acquire) == SAFE
     }
 
-    /// Stops guards and lets them go on; whether that took so short a time that none of them may be replaced.
+    /// Stops guards and resumes them; returns true if that was short enough that none of them may be replaced.
     fn pauses(&mut self, pause: impl FnOnce(&mut Program, &[i32])) -> bool {
         let (guards, _) = self.guards();
         let begun = Instant::now();
@@ -84,7 +84,7 @@ impl Program {
         is_short
     }
 
-    /// Both guards guard as ever: the program is made safe.
+    /// Checks that both guards still guard: the program is made safe.
     fn is_guarded(&mut self) {
         assert!(!self.is_safe());
         self.program.kill();
@@ -98,7 +98,7 @@ impl Drop for Program {
     }
 }
 
-/// Repeats a trial with fresh programs until the machine let it take place.
+/// Repeats a trial with new programs until the machine's timing made it valid.
 fn until_it_counts(mut trial: impl FnMut() -> bool) {
     let deadline = Instant::now() + LIMIT;
     while !trial() {
@@ -155,7 +155,7 @@ fn guards_that_a_debugger_looks_at_are_not_replaced() {
         let (guards, _) = program.guards();
         let begun = Instant::now();
         for guard in &guards {
-            // SAFETY: traces a process of the same user and lets it go; no memory of ours is given.
+            // SAFETY: traces a process of the same user and releases it; no memory of ours is passed.
             unsafe {
                 let none = std::ptr::null_mut::<libc::c_void>();
                 assert_eq!(libc::ptrace(libc::PTRACE_ATTACH, *guard, none, none), 0, "{}", std::io::Error::last_os_error());
@@ -188,7 +188,7 @@ fn guards_are_not_replaced_under_load() {
         let mut program = Program::start();
         let (guards, _) = program.guards();
         let from = program.output.word(0).load(Ordering::Acquire);
-        // Counted by what the program does, not by a clock.
+        // Measured by the program's progress, not by a clock.
         until("the program goes on", || program.output.word(0).load(Ordering::Acquire) > from + 500);
         let (now, stand_ins) = program.guards();
         ends.store(true, Ordering::Relaxed);

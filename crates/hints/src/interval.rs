@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Intervals of numbers, `(0, 10]`, and the unit that was probably meant by a number far outside.
+//! Intervals of numbers, `(0, 10]`, and the unit probably meant by a number far outside.
 use std::f64::consts::{PI, TAU};
 use std::fmt;
 use std::str::FromStr;
@@ -9,25 +9,25 @@ use std::str::FromStr;
 pub struct Interval {
     pub least: f64,
     pub most: f64,
-    /// `least` itself is excluded.
+    /// True if `least` itself is excluded.
     pub is_above: bool,
 }
 
 impl Interval {
-    /// Every number but NaN.
+    /// Every number except NaN.
     pub const ANY: Interval = Interval::closed(f64::NEG_INFINITY, f64::INFINITY);
 
-    /// The numbers from `least` to `most`, both included.
+    /// Returns the interval from `least` to `most`, both included.
     pub const fn closed(least: f64, most: f64) -> Interval {
         Interval { least, most, is_above: false }
     }
 
-    /// The numbers above `least`, up to `most`.
+    /// Returns the interval above `least`, up to and including `most`.
     pub const fn above(least: f64, most: f64) -> Interval {
         Interval { least, most, is_above: true }
     }
 
-    /// Takes a declared unit apart: `"rad/s (0, 10]"` is `rad/s` and its interval. One that cannot be read stays in the unit.
+    /// Splits a declared unit: `"rad/s (0, 10]"` is `rad/s` and its interval. An interval that cannot be parsed stays part of the unit.
     pub fn split(declared: &str) -> (&str, Option<Interval>) {
         let read = declared.rfind(['[', '(']).filter(|at| *at == 0 || declared[..*at].ends_with(' ')).and_then(|at| {
             let interval = declared[at..].parse().ok()?;
@@ -36,12 +36,12 @@ impl Interval {
         read.unwrap_or((declared.trim(), None))
     }
 
-    /// Returns true if a number is within. NaN is in none.
+    /// Returns true if the number is inside. NaN never is.
     pub fn contains(&self, number: f64) -> bool {
         (self.least..=self.most).contains(&number) && !(self.is_above && number == self.least)
     }
 
-    /// For people: `above 0 to 10`, `at least 0`; `shown` writes a number.
+    /// Returns a human-readable form: `above 0 to 10`, `at least 0`; `shown` formats a number.
     pub fn in_words(&self, shown: impl Fn(f64) -> String) -> String {
         match *self {
             Interval { least: f64::NEG_INFINITY, most: f64::INFINITY, .. } => "every number".to_owned(),
@@ -51,8 +51,8 @@ impl Interval {
         }
     }
 
-    /// Returns what was probably meant by a plain number far beyond the interval, which would be within it in a smaller unit: as text, `200 mm/s`,
-    /// and in `unit`. The interval is that of `from` plus the number.
+    /// Returns the probable meaning of a plain number far beyond the interval that would be inside in a smaller unit: as text, `200
+    /// mm/s`, and in `unit`. The interval is that of `from` plus the number.
     pub fn meant(&self, given: f64, from: f64, unit: &str) -> Option<(String, f64)> {
         let beyond = (from + given - self.most).max(self.least - (from + given));
         let width = if unit.contains("rad") { (self.most - self.least).max(TAU) } else { self.most - self.least };
@@ -61,7 +61,7 @@ impl Interval {
     }
 }
 
-/// The unit that people most often mean where a plain number is far too large: degrees for rad, mm for m, ms for s, g for kg.
+/// Returns the unit most often meant by a plain number that is far too large: degrees for rad, mm for m, ms for s, g for kg.
 fn smaller(unit: &str) -> Option<(String, f64)> {
     let (above, below) = unit.split_once('/').map_or((unit, String::new()), |(above, below)| (above, format!("/{below}")));
     let (smaller, factor) = match above {
@@ -74,7 +74,7 @@ fn smaller(unit: &str) -> Option<(String, f64)> {
     Some((format!("{smaller}{below}"), factor))
 }
 
-/// A number for people: at most six digits.
+/// Formats a number for people, with at most six digits.
 pub fn short(number: f64) -> String {
     if number != 0.0 && number.is_finite() && !(1e-4..1e9).contains(&number.abs()) {
         return format!("{number:e}");
@@ -85,7 +85,7 @@ pub fn short(number: f64) -> String {
 }
 
 impl FromStr for Interval {
-    /// In words.
+    /// Human-readable message.
     type Err = String;
 
     fn from_str(text: &str) -> Result<Interval, String> {

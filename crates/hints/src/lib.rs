@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Judges what a user gave, a number against its range and a name against those that there are, and says what was probably meant.
+//! Checks user input (a number against its range, a name against the existing ones) and suggests the probable meaning.
 mod interval;
 mod names;
 

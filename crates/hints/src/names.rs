@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-//! "did you mean": the nearest of the names that there are.
+//! "did you mean": the nearest existing name.
 
-/// The candidate that `word` most likely meant, if one is near: at most a third of its letters differ, or they are equal but
+/// Returns the candidate that `word` most likely means, if one is near: at most a third of its letters differ, or they are equal except
 /// for case, or one is the last part of the other, or one begins with the other and has one letter more.
 pub fn nearest<'a>(word: &str, candidates: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
     let most = word.chars().count() / 3;
@@ -24,7 +24,7 @@ pub fn nearest<'a>(word: &str, candidates: impl IntoIterator<Item = &'a str>) ->
     best.map(|(_, candidate)| candidate)
 }
 
-/// `did you mean 'x'?`, or else a list of what there is (at most eight), or nothing where there is nothing.
+/// Returns `did you mean 'x'?`, or else a list of the candidates (at most eight), or an empty string if there are none.
 pub fn did_you_mean<'a>(word: &str, candidates: impl IntoIterator<Item = &'a str>) -> String {
     let candidates: Vec<&str> = candidates.into_iter().take(10_000).collect();
     match nearest(word, candidates.iter().copied()) {
@@ -43,7 +43,7 @@ fn is_longer(long: &str, short: &str) -> bool {
     !short.is_empty() && long.strip_prefix(short).is_some_and(|rest| rest.chars().count() == 1)
 }
 
-/// Edits (insert, delete, replace, swap of neighbours) from one word to the other.
+/// Returns the number of edits (insert, delete, replace, swap of neighbours) from one word to the other.
 fn distance(a: &str, b: &str) -> usize {
     let (a, b): (Vec<char>, Vec<char>) = (a.chars().collect(), b.chars().collect());
     let mut before = vec![0; b.len() + 1];

@@ -1,12 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Time of a value from a host to another, beside bare zenoh with the same bytes, in turns, in one run. Each row is one JSON line.
+//! Latency of a value from one host to another, compared with bare zenoh with the same bytes, alternating in one run. Each row is one
+//! JSON line.
 //!
 //!     bench ROUNDS
 //!
-//! Two processes: this one listens, a second one sends back what it gets. Over loopback both are plain; over a veth pair into a network
-//! namespace, which needs the rights to make one, both have TLS with certificates. A latency is half a round trip at 200 Hz. What is
-//! measured is the way from a thread of one process to a thread of the other: a value (a row) wakes its reader; a group is found by a
-//! reader that looks every 20 µs.
+//! There are two processes: this one listens, a second one echoes. Over loopback both are plain; over a veth pair into a network
+//! namespace, which needs the privilege to make one, both use TLS with certificates. A latency is half a round trip at 200 Hz. The path
+//! from a thread of one process to a thread of the other is measured: a value (a row) wakes its reader; a group is found by a reader that
+//! polls every 20 µs.
 #[path = "../tests/common/authority.rs"]
 mod authority;
 use authority::Authority;
@@ -28,7 +29,7 @@ const LENGTHS: [usize; 2] = [64, 4096];
 
 fn main() {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
-    // SAFETY: sets how late this thread's waits may end; no memory is involved. Threads made from here on have it too.
+    // SAFETY: sets the timer slack of this thread; no memory is involved. Threads created later inherit it.
     unsafe { libc::prctl(libc::PR_SET_TIMERSLACK, 1) };
     match arguments.as_slice() {
         [echo, at, bare, files @ ..] if echo == "echo" => send_back(&Way::new(at, bare, files)),
@@ -37,11 +38,11 @@ fn main() {
     }
 }
 
-/// Where both sides meet, and with what.
+/// Endpoint of both sides, and their credentials.
 struct Way {
     at: String,
     bare: String,
-    /// Authority, certificate, key.
+    /// Authority, certificate and key.
     files: Vec<String>,
 }
 
@@ -76,15 +77,15 @@ impl Way {
     }
 }
 
-/// A way there or back: sends bytes, and waits for some.
+/// One direction: sends bytes, and waits for some.
 trait Carries {
-    /// False where there is no room: the other side has not read for a while, as on a busy machine.
+    /// Returns false if there is no space: the other side has not read for a while, as on a busy machine.
     fn send(&mut self, bytes: &[u8]) -> bool;
-    /// True where something came, or waits for it.
+    /// Returns true if something has arrived.
     fn take(&mut self) -> bool;
 }
 
-/// Rows or groups of ours.
+/// Our rows or groups.
 struct Ours {
     sender: Box<dyn Sender>,
     receiver: Box<dyn Receiver>,
@@ -119,7 +120,7 @@ impl Carries for Ours {
     }
 }
 
-/// The same over zenoh alone.
+/// The same, with zenoh alone.
 struct Bare {
     publisher: zenoh::pubsub::Publisher<'static>,
     came: Arc<Mutex<Option<Vec<u8>>>>,
@@ -152,10 +153,10 @@ impl Carries for Bare {
     }
 }
 
-/// Bytes, whether the reader is woken, whether it is ours, what carries it, and the thread that waits.
+/// Length, whether the reader is woken, whether it is ours, the carrier, and the waiting thread.
 type WayUnderTest = (usize, bool, bool, Box<dyn Carries + Send>, Arc<OnceLock<Thread>>);
 
-/// All ways of one side: ours and bare in turns, of a length, woken or looking.
+/// Returns all paths of one side: ours and bare alternating, by length, woken or polling.
 fn ways(hosts: &Hosts, session: &zenoh::Session, near: bool) -> Vec<WayUnderTest> {
     let mut ways: Vec<WayUnderTest> = Vec::new();
     for (at, len) in LENGTHS.into_iter().enumerate() {
@@ -170,7 +171,7 @@ fn ways(hosts: &Hosts, session: &zenoh::Session, near: bool) -> Vec<WayUnderTest
     ways
 }
 
-/// Waits until something came: woken, or looking every 20 µs. False where nothing did.
+/// Waits until something has arrived: woken, or polling every 20 µs. Returns false on timeout.
 fn await_one(way: &mut dyn Carries, woken: bool, limit: Duration) -> bool {
     let until = Instant::now() + limit;
     while !way.take() {
@@ -185,8 +186,7 @@ fn await_one(way: &mut dyn Carries, woken: bool, limit: Duration) -> bool {
 fn send_back(way: &Way) {
     let hosts = Hosts::join(way.options("far")).expect("the near side listens");
     let session = way.bare(false);
-    // Of those that look, only the one that is measured may, and no longer than that: the rest would take the processor's time from
-    // what is measured next.
+    // Only the measured one may poll, and only during its measurement: the others would take processor time from the next measurement.
     let looks: Arc<Mutex<usize>> = Arc::default();
     for (at, (len, woken, _, mut way, wakes)) in ways(&hosts, &session, false).into_iter().enumerate() {
         let looks = looks.clone();
@@ -196,7 +196,7 @@ fn send_back(way: &Way) {
                 if !woken && *looks.lock().expect("no holder panics") != at {
                     std::thread::park_timeout(PAUSE);
                 } else if await_one(way.as_mut(), woken, if woken { LOST } else { PAUSE }) {
-                    // What finds no room is a round that the other side counts as lost.
+                    // A round without space is counted as lost by the other side.
                     let _has_room = way.send(&vec![1; len]);
                 }
             }
@@ -228,7 +228,7 @@ fn measure(rounds: usize) {
     compare("namespaces, TLS", &way, echo, rounds);
 }
 
-/// The echo process; it ends with this.
+/// The echo process, which ends with this value.
 struct Echo(Child);
 
 impl Drop for Echo {
@@ -253,7 +253,7 @@ fn compare(where_to: &str, way: &Way, mut echo: Command, rounds: usize) {
             let mut times: Vec<f64> = (0..SAMPLES).filter_map(|_| round_trip(way.as_mut(), *len, *woken)).collect();
             assert!(times.len() > SAMPLES / 2, "most come back");
             times.sort_by(f64::total_cmp);
-            // The first round warms up.
+            // The first round is a warm-up.
             if round > 0 {
                 latencies[at].push(times[times.len() / 2] / 2.0);
             }
@@ -290,7 +290,7 @@ fn free_port() -> u16 {
     listener.local_addr().expect("it is bound").port()
 }
 
-/// A veth pair: 10.98.7.1 here, 10.98.7.2 in a namespace of its own.
+/// A veth pair: 10.98.7.1 here, 10.98.7.2 in its own namespace.
 struct Cable {
     namespace: String,
     near: String,

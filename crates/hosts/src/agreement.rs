@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Offset of another host's clocks from this one's, from pings.
+//! Offset of another host's clocks from this one's, measured by pings.
 //!
-//! A ping that left at t0 and whose answer came at t3, answered at t1 of the other clock, says: offset t1 − (t0 + t3) / 2, wrong by at
-//! most (t3 − t0) / 2, whatever the two ways took. The ping with the smallest round trip of a window says most; what the clocks may
-//! have drifted since is added.
+//! A ping that left at t0, was answered at t1 of the other clock, and whose answer arrived at t3, yields the offset t1 − (t0 + t3) / 2
+//! with an error of at most (t3 − t0) / 2, however the delay is split between the two directions. The ping with the smallest round trip
+//! of a window is the most precise; the possible drift of the clocks since then is added to the error.
 use std::collections::VecDeque;
 
-/// Pings that are looked at.
+/// Number of pings in a window.
 const WINDOW: usize = 64;
 /// Maximum drift between two crystals, parts per million.
 const DRIFT_PPM: i64 = 50;
@@ -14,48 +14,49 @@ const DRIFT_PPM: i64 = 50;
 /// Offset of another host's clocks from this one's.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct ClockOffset {
-    /// The other's CLOCK_MONOTONIC minus this one's, ns: what published times are converted by. It may be days: it starts at boot.
+    /// The other's CLOCK_MONOTONIC minus this one's, ns; published times are converted by it. It may amount to days, because that clock
+    /// starts at boot.
     pub clock_offset_ns: i64,
     /// Maximum error of the offset, ns.
     pub uncertainty_ns: i64,
-    /// The other's CLOCK_REALTIME minus this one's, ns, as uncertain: what PTP or NTP keeps small.
+    /// The other's CLOCK_REALTIME minus this one's, ns, with the same uncertainty; PTP or NTP keeps it small.
     pub wall_offset_ns: i64,
 }
 
 impl ClockOffset {
-    /// Returns the offset as the other host sees it.
+    /// Returns the offset from the other host's point of view.
     pub(crate) fn reversed(self) -> Self {
         ClockOffset { clock_offset_ns: -self.clock_offset_ns, wall_offset_ns: -self.wall_offset_ns, ..self }
     }
 
-    /// Returns the figure that a limit is compared with: the uncertainty, or the offset of the clocks that should agree, whichever is more.
+    /// Returns the value that is compared with the limit: the uncertainty, or the offset of the wall clocks, whichever is larger.
     pub fn worst_ns(&self) -> i64 {
         self.uncertainty_ns.max(self.wall_offset_ns.saturating_abs())
     }
 }
 
-/// Clocks agree no longer as well as asked for, or do again.
+/// Report that clocks no longer agree as well as required, or do so again.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct ClockReport {
-    /// The other host.
+    /// Name of the other host.
     pub host: String,
     /// Result of the measurement.
     pub offset: ClockOffset,
-    /// The limit, ns.
+    /// Limit, ns.
     pub limit_ns: i64,
-    /// True where it is beyond the limit.
+    /// True if the offset exceeds the limit.
     pub beyond: bool,
 }
 
 /// One ping and its answer.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Ping {
-    /// When it left and when its answer came, on this host's steady clock.
+    /// Times at which the ping left and its answer arrived, on this host's steady clock.
     pub(crate) left_ns: i64,
     pub(crate) came_ns: i64,
-    /// When it left, on this host's wall clock.
+    /// Time at which the ping left, on this host's wall clock.
     pub(crate) left_wall_ns: i64,
-    /// When it was answered, on the other's.
+    /// Time at which the ping was answered, on the other host's steady clock.
     pub(crate) answered_ns: i64,
     pub(crate) answered_wall_ns: i64,
 }
@@ -66,7 +67,7 @@ impl Ping {
     }
 }
 
-/// The pings of a window.
+/// Pings of a window.
 #[derive(Debug, Default)]
 pub(crate) struct Agreement {
     pings: VecDeque<Ping>,
@@ -83,7 +84,7 @@ impl Agreement {
         self.pings.push_back(ping);
     }
 
-    /// Returns the offset by the pings; none before the first.
+    /// Returns the offset measured by the pings, or `None` before the first.
     pub(crate) fn offset(&self) -> Option<ClockOffset> {
         let newest_ns = self.pings.back()?.came_ns;
         let uncertainty_ns = |ping: &Ping| ping.round_trip_ns() / 2 + 1 + (newest_ns - ping.came_ns) * DRIFT_PPM / 1_000_000;
@@ -106,7 +107,7 @@ mod tests {
     use super::*;
     use proptest::prelude::*;
 
-    /// Returns a ping between clocks that differ by `offset_ns`, whose ways take these times.
+    /// Returns a ping between clocks that differ by `offset_ns`, with these travel times.
     fn ping(left_ns: i64, there_ns: i64, back_ns: i64, offset_ns: i64) -> Ping {
         let answered_ns = left_ns + there_ns + offset_ns;
         Ping { left_ns, came_ns: left_ns + there_ns + back_ns, left_wall_ns: left_ns + 7, answered_ns, answered_wall_ns: answered_ns + 9 }

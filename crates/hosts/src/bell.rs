@@ -4,13 +4,13 @@
 //! | | real-time end | bridge |
 //! |---|---|---|
 //! | may block the other | never | never |
-//! | steps | three atomic operations; a wake-up (one system call that does not wait) where the bridge sleeps | one swap for each 64 ends |
+//! | steps | three atomic operations; a wake-up (one system call that does not wait) if the bridge sleeps | one swap for each 64 ends |
 //! | retries | none | none |
-//! | if the other is stopped or killed anywhere | goes on | goes on: it wakes by itself after a tick |
+//! | if the other is stopped or killed anywhere | continues | continues: it wakes by itself after a tick |
 use std::sync::atomic::{AtomicU32, AtomicU64, Ordering};
 use std::time::Duration;
 
-/// Ends that can have a bell in one process.
+/// Maximum number of ends with a bell in one process.
 pub(crate) const SLOTS: usize = 4096;
 const WORDS: usize = SLOTS / 64;
 const _: () = assert!(WORDS == 64, "one word says which words have news");
@@ -31,7 +31,7 @@ impl Bell {
         Bell { rung: Box::new([const { AtomicU64::new(0) }; WORDS]), news: AtomicU64::new(0), state: AtomicU32::new(QUIET) }
     }
 
-    /// Rings for the end at `slot`. Real-time safe.
+    /// Rings the bell for the end at `slot`. Real-time safe.
     #[inline]
     pub(crate) fn ring(&self, slot: usize) {
         self.rung[slot / 64].fetch_or(1 << (slot % 64), Ordering::Release);
@@ -41,16 +41,16 @@ impl Bell {
         }
     }
 
-    /// Sleeps until it rings, at most `limit`. The bridge alone calls it.
+    /// Sleeps until the bell rings, for at most `limit`. Only the bridge calls it.
     pub(crate) fn wait(&self, limit: Duration) {
         if self.state.compare_exchange(QUIET, SLEEPS, Ordering::AcqRel, Ordering::Acquire).is_ok() {
             futex_wait(&self.state, SLEEPS, limit);
         }
-        // A swap, not a store: with the ring that it takes back, the bit set before that is seen.
+        // This is a swap, not a store: it acquires the ring that it takes back, and with it the bit set before that.
         self.state.swap(QUIET, Ordering::AcqRel);
     }
 
-    /// Takes the slots that rang since the last call, after [`wait`](Self::wait). The bridge alone calls it.
+    /// Takes the slots that rang since the last call, after [`wait`](Self::wait). Only the bridge calls it.
     pub(crate) fn take(&self, mut each: impl FnMut(usize)) {
         let mut news = self.news.swap(0, Ordering::AcqRel);
         while news != 0 {
@@ -105,7 +105,7 @@ mod tests {
         let rings = std::thread::spawn(move || (0..10_000).for_each(|round| ringing.ring(round % SLOTS)));
         let mut seen = vec![false; SLOTS];
         while !seen.iter().all(|seen| *seen) {
-            // Would not end within this limit if a ring could be missed.
+            // The test would exceed its time limit if a ring could be missed.
             bell.wait(Duration::from_secs(3600));
             bell.take(|slot| seen[slot] = true);
         }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The bridge: the one thread of a host that serves its ends, and what it shares with the threads on which packets arrive.
+//! The bridge: the only thread of a host that serves its ends, and the state that it shares with the threads on which packets arrive.
 use crate::agreement::Ping;
 use crate::bell::Bell;
 use crate::control::Control;
@@ -14,31 +14,31 @@ use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
-/// Period at which due work is looked for, ns.
+/// Period at which the bridge checks for due work, ns.
 const TICK_NS: i64 = 10_000_000;
-/// A tick that is so late was held up with its process, ns.
+/// Delay of a tick from which on the process is assumed to have been stopped, ns.
 const STOOD_STILL_NS: i64 = 250_000_000;
-/// Period at which a joined host asks for the time, ns.
+/// Period at which a joined host requests the time, ns.
 const PING_NS: i64 = 100_000_000;
-/// Pings at the start come at every tick.
+/// Number of pings at the start that are sent at every tick.
 const QUICK_PINGS: usize = 16;
-/// Time limit for the last frames when a host goes.
+/// Time limit for the last frames when a host leaves.
 const GOODBYE: Duration = Duration::from_secs(1);
 
-/// Everything of a host but its thread.
+/// State of a host except its thread.
 pub(crate) struct Core {
     pub(crate) options: Options,
     pub(crate) wire: Arc<dyn Network>,
     /// Number of this host.
     pub(crate) id: u64,
-    /// The host that listens.
+    /// Number of the listening host.
     listener: u64,
     pub(crate) time: Arc<Timebase>,
     pub(crate) bell: Arc<Bell>,
     pub(crate) slots: Slots,
     peers: Mutex<Peers>,
     peers_changed: Condvar,
-    /// Outlets of the control packets to each host.
+    /// Outlets for the control packets to each host.
     outlets: Mutex<HashMap<u64, Arc<dyn Outlet>>>,
     subscriptions: Mutex<Vec<Subscription>>,
     whole_again: AtomicBool,
@@ -74,7 +74,7 @@ impl Core {
         root(&self.options.system)
     }
 
-    /// Keys that no earlier life of the system had: a listener has another number each time.
+    /// Returns the key prefix of this run of the system: unlike earlier runs, because a listener draws a new number each time.
     pub(crate) fn base(&self) -> String {
         format!("{}/{:x}", self.root(), self.listener)
     }
@@ -83,12 +83,12 @@ impl Core {
         self.peers.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Keeps a subscription as long as this host is there.
+    /// Keeps a subscription for as long as this host exists.
     pub(crate) fn keep(&self, subscription: Subscription) {
         self.subscriptions.lock().unwrap_or_else(PoisonError::into_inner).push(subscription);
     }
 
-    /// Waits until something holds of the other hosts; false where it did not in time.
+    /// Waits until a condition on the other hosts holds; returns false if it does not hold in time.
     pub(crate) fn wait_for_peers(&self, until: Instant, holds: impl Fn(&Peers) -> bool) -> bool {
         let mut peers = self.peers();
         loop {
@@ -109,7 +109,7 @@ impl Core {
             match outlets.get(&to) {
                 Some(outlet) => outlet.clone(),
                 None => {
-                    // Without a way nothing is said; what matters is said again.
+                    // Without a connection nothing is sent; important messages are repeated anyway.
                     let Ok(outlet) = self.wire.outlet(&format!("{}/host/{to:x}", self.base()), Urgency::Clock) else { return };
                     outlets.entry(to).or_insert(outlet.into()).clone()
                 }
@@ -118,14 +118,14 @@ impl Core {
         outlet.send(control.emit());
     }
 
-    /// Handles a control packet that came.
+    /// Handles a received control packet.
     fn heard(&self, bytes: &[u8]) {
         let (now_ns, now_wall_ns) = (self.time.steady_ns(), self.time.wall_ns());
         match Control::parse(bytes) {
             Some(Control::Ping { from, left_ns, left_wall_ns, offset }) => {
                 let offset = offset.map(|offset| offset.reversed());
                 let heard = self.peers().heard(from, offset, None, self.options.clock_limit_ns, now_ns);
-                // Who is not known, or was replaced, gets no answer: so it learns that it has no part here any more.
+                // An unknown or replaced host gets no answer, and learns by this that it no longer belongs to the system.
                 if heard.is_some() {
                     self.say(from, &Control::Pong { from: self.id, left_ns, left_wall_ns, answered_ns: now_ns, answered_wall_ns: now_wall_ns });
                 }
@@ -182,7 +182,7 @@ impl Core {
             if now_ns >= tick_ns {
                 if now_ns - tick_ns > STOOD_STILL_NS {
                     self.peers().stood_still(now_ns - tick_ns, now_ns);
-                    // What came meanwhile may have found no room.
+                    // Packets that arrived meanwhile may have found no room.
                     self.whole_again.store(true, Ordering::Release);
                 }
                 tick_ns = now_ns + TICK_NS;
@@ -214,7 +214,7 @@ impl Core {
         self.say(self.listener, &Control::Ping { from: self.id, left_ns: self.time.steady_ns(), left_wall_ns: self.time.wall_ns(), offset });
     }
 
-    /// Returns true if everything that was sent is known to have arrived.
+    /// Returns true if everything that was sent has been acknowledged.
     fn is_idle(&self) -> bool {
         let idle = AtomicBool::new(true);
         self.slots.each(|served: &dyn BridgeWork| {
@@ -223,18 +223,18 @@ impl Core {
         idle.into_inner()
     }
 
-    /// Tells everyone else that this host goes.
+    /// Notifies all other hosts that this one leaves.
     fn bye(&self) {
         let others: Vec<u64> = self.outlets.lock().unwrap_or_else(PoisonError::into_inner).keys().copied().collect();
         others.into_iter().for_each(|host| self.say(host, &Control::Bye { from: self.id }));
     }
 }
 
-/// Puts the calling thread before ordinary programs and behind every source, if the rights are given: values wait for it. It sleeps
-/// whenever there is nothing to send.
+/// Schedules the calling thread ahead of ordinary programs and behind every source, if permitted, because values wait for it. The thread
+/// sleeps whenever there is nothing to send.
 fn hasten() {
     let parameter = libc::sched_param { sched_priority: 1 };
-    // SAFETY: both set how this thread is scheduled; the parameter lives through the call. What is not given is not needed.
+    // SAFETY: both calls set how this thread is scheduled; the parameter lives through the call. A refusal is harmless.
     unsafe {
         libc::prctl(libc::PR_SET_TIMERSLACK, 1_u64);
         libc::sched_setscheduler(0, libc::SCHED_FIFO | libc::SCHED_RESET_ON_FORK, &parameter);
@@ -270,7 +270,7 @@ impl Bridge {
 
 impl Drop for Bridge {
     fn drop(&mut self) {
-        // The last frames and values of those that are closed already get their time, not more.
+        // The last frames and values of ends that are already closed get this time, and no more.
         let until = Instant::now() + GOODBYE;
         while !self.core.is_idle() && Instant::now() < until && self.core.peers().all(0).iter().any(|peer| !peer.gone) {
             std::thread::park_timeout(Duration::from_millis(1));

@@ -1,43 +1,43 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Messages between hosts beside values and commands: their identity, the time, their leave. All little-endian; eight
-//! bytes of checksum, one that says which, then its fields; a text is four bytes of length and UTF-8.
+//! Control messages between hosts, in addition to values and commands: identity, time, and leave. All fields are little-endian: eight
+//! bytes of checksum, one byte for the kind, then the fields of that kind. A text is four bytes of length and UTF-8.
 use crate::agreement::ClockOffset;
 use crate::secret::{DRAWN_LEN, PROOF_LEN};
 use interconnect::message::packet::checksum;
 
-/// The version of everything that travels between hosts. Hosts of different ones refuse each other.
+/// Version of everything that is sent between hosts. Hosts with different versions refuse each other.
 pub const PROTOCOL_VERSION: u32 = 2;
 
-/// A name, a target or a reason is no longer, bytes.
+/// Maximum length of a name, target or reason, bytes.
 const TEXT_BYTES_MAX: usize = 1024;
 
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) enum Control {
-    /// A host wants to join.
+    /// Request of a host to join.
     Hello(Hello),
-    /// The host is taken in by the host with this number. `proof`: that it has the secret, where there is one.
+    /// The host is admitted by the host with this number. `proof` shows that it has the secret, if there is one.
     Welcome { id: u64, name: String, target: String, proof: [u8; PROOF_LEN] },
-    /// The host is not taken in.
+    /// The host is not admitted.
     Refusal { reason: String },
-    /// Asks for the time. With what the asking host knows already: the listener's clocks minus its own.
+    /// Request for the time, with the requesting host's present estimate: the listener's clocks minus its own.
     Ping { from: u64, left_ns: i64, left_wall_ns: i64, offset: Option<ClockOffset> },
     /// The time of the answering host.
     Pong { from: u64, left_ns: i64, left_wall_ns: i64, answered_ns: i64, answered_wall_ns: i64 },
-    /// The host goes.
+    /// The host leaves.
     Bye { from: u64 },
 }
 
-/// Identity of a host before it is let in.
+/// Identity of a host before it is admitted.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct Hello {
     pub(crate) protocol: u32,
     pub(crate) abi: u32,
-    /// Values travel as they lie in memory.
+    /// Byte order of the values, which are sent as they lie in memory.
     pub(crate) little_endian: bool,
     pub(crate) id: u64,
     pub(crate) name: String,
     pub(crate) target: String,
-    /// Number by which the listener is to show that it has the secret.
+    /// Random number with which the listener has to prove that it has the secret.
     pub(crate) drawn: [u8; DRAWN_LEN],
 }
 
@@ -86,7 +86,7 @@ impl Control {
         fields
     }
 
-    /// Parses a packet; none if the bytes are not as they were sent.
+    /// Parses a packet; returns `None` if the bytes are damaged.
     pub(crate) fn parse(bytes: &[u8]) -> Option<Self> {
         let (sum, fields) = bytes.split_first_chunk::<8>()?;
         if u64::from_le_bytes(*sum) != checksum(fields) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! `tcp/HOST:PORT` and `tls/HOST:PORT`.
+//! Endpoints: `tcp/HOST:PORT` and `tls/HOST:PORT`.
 use crate::refused::JoinError;
 use std::fmt;
 use std::net::{IpAddr, ToSocketAddrs};
@@ -9,7 +9,7 @@ use std::str::FromStr;
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct Endpoint {
     pub(crate) scheme: Scheme,
-    /// A name or an address; an IPv6 address stands in brackets.
+    /// Name or address; an IPv6 address is enclosed in brackets.
     pub(crate) host: String,
     pub(crate) port: u16,
 }
@@ -21,7 +21,7 @@ pub(crate) enum Scheme {
 }
 
 impl Endpoint {
-    /// Returns true if nothing but this host can be at the other side: every address that the name stands for is a loopback address.
+    /// Returns true if the peer can only be on this host: every address to which the name resolves is a loopback address.
     pub(crate) fn is_loopback(&self) -> bool {
         let bare = self.host.trim_start_matches('[').trim_end_matches(']');
         if let Ok(address) = bare.parse::<IpAddr>() {
@@ -45,7 +45,7 @@ impl FromStr for Endpoint {
         };
         let (host, port) = address.rsplit_once(':').ok_or_else(refused)?;
         let bracketed = host.starts_with('[') && host.ends_with(']');
-        // What zenoh would read as an option of the endpoint must not get there.
+        // Characters that zenoh would read as an option of the endpoint must not reach it.
         let fits = !host.is_empty() && (bracketed || !host.contains(':')) && !host.contains(['/', '?', '#', ';', '=', ' ']);
         let port = port.parse().ok().filter(|_| fits).ok_or_else(refused)?;
         Ok(Endpoint { scheme, host: host.to_owned(), port })

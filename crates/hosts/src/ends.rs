@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The two ends of a connection between hosts. What real-time threads touch is memory of this process: the triple buffer and the queue
-//! of `interconnect`, and the bell; the rest is done by the bridge and by the threads on which packets arrive.
+//! The two ends of a connection between hosts. Real-time threads touch only memory of this process: the triple buffer and the queue of
+//! `interconnect`, and the bell. The bridge and the threads on which packets arrive do the rest.
 //!
 //! | | real-time writer | bridge | real-time reader |
 //! |---|---|---|---|
 //! | may block another | never | never a real-time thread | never |
-//! | steps | those of memory, then the bell | locks, sends, allocates | those of memory; the bell where the writer waits for room |
-//! | if another is stopped or killed anywhere | goes on; `Full` when the queue is | goes on | goes on with the last complete group |
+//! | steps | those of memory, then the bell | locks, sends, allocates | those of memory; the bell if the writer waits for room |
+//! | if another is stopped or killed anywhere | continues; `Full` when the queue is | continues | continues with the last complete group |
 use crate::bell::Bell;
 use crate::inbound::Inbound;
 use crate::network::{Outlet, Subscription};
@@ -18,13 +18,13 @@ use interconnect::{Carrier, ConnectionSpec, Full, Header, Memory, Receiver, Send
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
-/// Rows of a connection that may be on their way at least, beside those that wait at the reader.
+/// Minimum number of rows of a connection that may be in transit, in addition to those pending at the reader.
 const WINDOW_MIN: usize = 64;
-/// Time for which a writing end that was dropped is kept, to get its last values over, ns.
+/// Time for which a dropped writing end is kept, to deliver its last values, ns.
 const LINGER_NS: i64 = 5_000_000_000;
 
-/// Rows of a connection that may be on their way: as many as may wait at the reader, so that a network, or a thread of it, that is held up loses no
-/// more than a reader that is. Both sides find the same.
+/// Returns the number of rows of a connection that may be in transit: as many as may be pending at the reader, so that a delayed network,
+/// or a delayed thread of it, loses no more than a delayed reader. Both sides compute the same number.
 fn window(spec: &ConnectionSpec) -> usize {
     if spec.queue_depth == 0 { 0 } else { spec.queue_depth.max(WINDOW_MIN) }
 }
@@ -35,11 +35,11 @@ fn locked<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
 
 /// State shared by both sides of an end in this process.
 struct SharedEnd {
-    /// Number of rows that the writer may have pushed; number that the reader has popped.
+    /// In a writing end: number of rows that may have been pushed; in a reading end: number of rows popped.
     count: AtomicU64,
-    /// The real-time end is dropped.
+    /// True if the real-time end was dropped.
     gone: AtomicBool,
-    /// The writer waits for room: the reader's pops ring.
+    /// True if the writer waits for room, so that the reader's pops ring the bell.
     starved: AtomicBool,
 }
 
@@ -63,7 +63,7 @@ struct WritingState {
     outbound: Outbound,
     /// Time until which the end is kept after it was dropped.
     until_ns: Option<i64>,
-    /// Packets for this end come as long as it is there.
+    /// Subscription to packets for this end, held for as long as the end exists.
     subscription: Option<Subscription>,
 }
 
@@ -97,7 +97,7 @@ impl Writing {
         locked(&self.state).subscription = Some(subscription);
     }
 
-    /// Handles a packet that came from the reading end.
+    /// Handles a packet from the reading end.
     pub(crate) fn came(&self, bytes: &[u8]) {
         let Some(repr) = parse(bytes, self.connection) else { return };
         self.send(|state, out| {
@@ -107,7 +107,7 @@ impl Writing {
         });
     }
 
-    /// Lets the state make packets, and sends them when it is unlocked: their receiver may answer at once, on this thread.
+    /// Lets the state create packets, and sends them after unlocking it: their receiver may answer at once, on this thread.
     fn send(&self, make: impl FnOnce(&mut WritingState, &mut Packets)) {
         let mut out = Packets::new();
         make(&mut locked(&self.state), &mut out);
@@ -116,7 +116,7 @@ impl Writing {
 }
 
 impl WritingState {
-    /// Takes what the real-time end has published.
+    /// Takes the values and rows that the real-time end has published.
     fn drain(&mut self, time: &Timebase, now_ns: i64, out: &mut Packets) {
         if let Some(header) = self.local.latch(now_ns) {
             let header = Header { time_ns: time.travelling(header.time_ns), ..header };
@@ -146,7 +146,7 @@ impl BridgeWork for Writing {
             }
         });
         if !stays {
-            // Dropped outside the lock: a packet that is arriving may hold it up.
+            // The subscription is dropped outside the lock, because a packet that is arriving may delay it.
             let subscription = locked(&self.state).subscription.take();
             drop(subscription);
         }
@@ -245,7 +245,7 @@ impl Reading {
         locked(&self.state).subscription = Some(subscription);
     }
 
-    /// Handles a packet that came from the writing end.
+    /// Handles a packet from the writing end.
     pub(crate) fn came(&self, bytes: &[u8]) {
         let Some(repr) = parse(bytes, self.connection) else { return };
         let now_ns = self.time.steady_ns();
@@ -266,19 +266,20 @@ impl Reading {
         made
     }
 
-    /// Looks how many rows were popped, and whether the writer waits for more.
+    /// Checks how many rows were popped, and whether the writer waits for more room.
     fn look(&self, state: &mut ReadingState) {
         state.inbound.popped(self.shared.count.load(Ordering::Acquire));
         let starved = self.depth > 0 && state.inbound.waiting() >= self.depth;
         if starved != self.shared.starved.swap(starved, Ordering::AcqRel) && starved {
-            // What was popped before the reader could see that it has to ring; what slips through is found at the next tick.
+            // This also counts rows that were popped before the reader could see that it has to ring; any that are still missed are
+            // found at the next tick.
             state.inbound.popped(self.shared.count.load(Ordering::Acquire));
         }
     }
 }
 
 impl ReadingState {
-    /// Gives the rows that came to the real-time end; returns how many.
+    /// Passes the received rows to the real-time end; returns their number.
     fn give(&mut self) -> usize {
         let mut given = 0;
         while let Some((number, row)) = self.inbound.oldest() {
@@ -303,7 +304,7 @@ impl BridgeWork for Reading {
 
     fn tick(&self, now_ns: i64) -> bool {
         if self.shared.gone.load(Ordering::Acquire) {
-            // Dropped outside the lock: a packet that is arriving may hold it up.
+            // The subscription is dropped outside the lock, because a packet that is arriving may delay it.
             let subscription = locked(&self.state).subscription.take();
             drop(subscription);
             return false;
@@ -358,7 +359,7 @@ impl Drop for HostReceiver {
     }
 }
 
-/// Reads a packet of this connection; none if it is damaged or of another one.
+/// Parses a packet of this connection; returns `None` if it is damaged or belongs to another one.
 fn parse(bytes: &[u8], connection: u64) -> Option<Repr<'_>> {
     let repr = Repr::parse(Packet::new_checked(bytes).ok()?).ok()?;
     (repr.connection == connection).then_some(repr)

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-//! A wire that drops, repeats, reorders and corrupts packets, chosen by a seed, around any other: between the protocol and zenoh.
-//! For tests. (On a byte stream such faults end the session, so they never show above it.)
+//! A test wire that drops, repeats, reorders and corrupts packets, chosen by a seed. It wraps any other wire, between the protocol and
+//! zenoh. (On a byte stream such faults end the session, so they never appear above it.)
 use crate::network::{Arrival, Network, NetworkError, Outlet, Subscription, Urgency};
 use std::collections::VecDeque;
 use std::sync::{Arc, Mutex, PoisonError};
@@ -10,27 +10,27 @@ use std::sync::{Arc, Mutex, PoisonError};
 pub struct WireFaults {
     /// Probability that a packet is lost.
     pub drop: f64,
-    /// Probability that a packet comes twice.
+    /// Probability that a packet arrives twice.
     pub repeat: f64,
     /// Probability that a packet is held back until one to eight others have left.
     pub reorder: f64,
-    /// Probability that one to three bits of a packet are turned over.
+    /// Probability that one to three bits of a packet are flipped.
     pub corrupt: f64,
 }
 
 impl WireFaults {
-    /// Makes faults of every kind: one packet in ten lost, repeated, held back, corrupted.
+    /// Returns faults of every kind: one packet in ten lost, repeated, held back, corrupted.
     pub fn every() -> Self {
         WireFaults { drop: 0.1, repeat: 0.1, reorder: 0.1, corrupt: 0.1 }
     }
 
-    /// Makes a cut: nothing passes.
+    /// Returns a cut: nothing passes.
     pub fn cut() -> Self {
         WireFaults { drop: 1.0, ..WireFaults::default() }
     }
 }
 
-/// A wire with faults. A clone is the same wire.
+/// A wire with faults. Clones share the same wire.
 #[derive(Clone)]
 pub struct Faulty {
     wire: Arc<dyn Network>,
@@ -43,7 +43,7 @@ struct State {
 }
 
 impl Faulty {
-    /// Puts faults, chosen by `seed`, into what is sent by `wire`.
+    /// Adds faults, chosen by `seed`, to the packets sent over `wire`.
     pub fn new(wire: Arc<dyn Network>, seed: u64, faults: WireFaults) -> Self {
         Faulty { wire, state: Arc::new(Mutex::new(State { faults, random: seed })) }
     }
@@ -68,7 +68,7 @@ impl Network for Faulty {
 struct FaultyOutlet {
     outlet: Box<dyn Outlet>,
     state: Arc<Mutex<State>>,
-    /// Packets that are held back, each with how many others leave first.
+    /// Packets that are held back, each with the number of others that leave first.
     held: Mutex<VecDeque<(u64, Vec<u8>)>>,
 }
 
@@ -115,7 +115,7 @@ impl State {
     }
 
     fn chance(&mut self, probability: f64) -> bool {
-        // 53 bits: as many as a double has.
+        // A double has 53 bits.
         ((self.next() >> 11) as f64) < probability * (1u64 << 53) as f64
     }
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! A host of a system: listening or joined.
+//! A host of a system that consists of several: listening or joined.
 use crate::agreement::ClockOffset;
 use crate::bridge::{Bridge, Core};
 use crate::control::{Control, Hello, PROTOCOL_VERSION};
@@ -20,29 +20,29 @@ use std::time::{Duration, Instant};
 /// Target of this build.
 pub const TARGET: &str = env!("OPENGPAC_TARGET");
 
-/// Answers to pings that a joining host waits for: until then it does not know what time it is.
+/// Number of ping answers that a joining host waits for: without them it has no usable offset of the clocks.
 const PINGS_TO_JOIN: usize = 4;
-/// Period at which a joining host says hello, ms.
+/// Period at which a joining host sends hellos, ms.
 const HELLO_MS: u64 = 100;
 
-/// A host's part in a system of several. A clone is the same; the last one to be dropped says goodbye.
+/// A host's part in a system of several. Clones share it; when the last one is dropped, the host leaves.
 #[derive(Clone)]
 pub struct Hosts(Arc<Bridge>);
 
 impl Hosts {
-    /// Listens for other hosts: where the supervisor is.
+    /// Listens for other hosts. The supervisor's host does this.
     ///
     /// # Errors
-    /// [`JoinError`]: the endpoint is taken, or not secured as its address needs.
+    /// Fails with [`JoinError`] if the endpoint is in use, or is not secured as its address requires.
     pub fn listen(options: Options) -> Result<Hosts, JoinError> {
         let wire = wire_to_listen(&options)?;
         Hosts::listen_over(options, wire)
     }
 
-    /// Listens as [`listen`](Self::listen), over a wire that is there.
+    /// Listens as [`listen`](Self::listen) does, over an existing wire.
     ///
     /// # Errors
-    /// As for [`listen`](Self::listen).
+    /// Fails as [`listen`](Self::listen) does.
     pub fn listen_over(options: Options, wire: Arc<dyn Network>) -> Result<Hosts, JoinError> {
         let endpoint = options.check()?.to_string();
         let no_way = |error: NetworkError| JoinError::NoWay { endpoint: endpoint.clone(), reason: error.message };
@@ -59,16 +59,16 @@ impl Hosts {
     /// Joins the host that listens at the endpoint.
     ///
     /// # Errors
-    /// [`JoinError`]: nobody there, this host is not let in, or the two builds do not fit.
+    /// Fails with [`JoinError`] if no host answers, this host is not admitted, or the two builds do not match.
     pub fn join(options: Options) -> Result<Hosts, JoinError> {
         let wire = wire_to_join(&options)?;
         Hosts::join_over(options, wire)
     }
 
-    /// Joins as [`join`](Self::join), over a wire that is there.
+    /// Joins as [`join`](Self::join) does, over an existing wire.
     ///
     /// # Errors
-    /// As for [`join`](Self::join).
+    /// Fails as [`join`](Self::join) does.
     pub fn join_over(options: Options, wire: Arc<dyn Network>) -> Result<Hosts, JoinError> {
         let endpoint = options.check()?.to_string();
         let no_way = |error: NetworkError| JoinError::NoWay { endpoint: endpoint.clone(), reason: error.message };
@@ -91,22 +91,22 @@ impl Hosts {
         Ok(Hosts(bridge))
     }
 
-    /// Returns the other hosts: all that have joined, or the one that listens.
+    /// Returns the other hosts: all that have joined, or the listening one.
     pub fn peers(&self) -> Vec<Peer> {
         let now_ns = self.0.core.time.steady_ns();
         self.0.core.peers().all(now_ns)
     }
 
-    /// Waits until a host has joined whose clock is known; false where `limit` passed without.
+    /// Waits until a host has joined and its clock has been measured; returns false if this does not happen within `limit`.
     pub fn wait_for(&self, name: &str, limit: Duration) -> bool {
         let measured = |peers: &crate::peers::Peers| peers.id(name).is_some_and(|id| peers.offset(id).is_some());
         self.0.core.wait_for_peers(Instant::now() + limit, measured)
     }
 
-    /// Returns the link with this number to a host, for commands. Both sides make it, in any order, each once.
+    /// Returns the link with this number to a host, for commands. Each side opens it once, in any order.
     ///
     /// # Errors
-    /// No such host has joined, or it is gone.
+    /// Fails if no such host has joined, or if it has left.
     pub fn link(&self, host: &str, number: u64) -> Result<Box<dyn Link>, EndError> {
         let core = &self.0.core;
         let missing = || EndError { message: format!("no host '{host}' has joined system '{}'; start `opengpac join` there", core.options.system) };
@@ -124,17 +124,17 @@ impl Hosts {
         Ok(Box::new(link))
     }
 
-    /// Sets the origin of the system's times, ns on this host's CLOCK_MONOTONIC: until it is told, 0.
+    /// Sets the origin of the system's times, ns on this host's CLOCK_MONOTONIC; the default is 0.
     pub fn set_epoch(&self, epoch_ns: i64) {
         self.0.core.time.set_epoch(epoch_ns);
     }
 
-    /// Returns an instant of the listening host's CLOCK_MONOTONIC on this host's, ns: so that timers of all hosts count from one epoch.
+    /// Converts an instant of the listening host's CLOCK_MONOTONIC to this host's, ns, so that timers of all hosts count from one epoch.
     pub fn here_ns(&self, listener_ns: i64) -> i64 {
         self.0.core.time.here_ns(listener_ns)
     }
 
-    /// Returns the offset of another host's clocks from this one's; none for a host that is not known or not measured yet.
+    /// Returns the offset of another host's clocks from this one's, or `None` for a host that is unknown or not measured yet.
     pub fn clock_offset(&self, host: &str) -> Option<ClockOffset> {
         let peers = self.0.core.peers();
         peers.id(host).and_then(|id| peers.offset(id))
@@ -181,23 +181,23 @@ impl Ends for Hosts {
     }
 }
 
-/// Returns the wire of a host that listens: zenoh. [`Hosts::listen_over`] takes it, with something between.
+/// Returns the zenoh wire of a listening host. Pass it to [`Hosts::listen_over`], wrapped if needed.
 ///
 /// # Errors
-/// As for [`Hosts::listen`].
+/// Fails as [`Hosts::listen`] does.
 pub fn wire_to_listen(options: &Options) -> Result<Arc<dyn Network>, JoinError> {
     Ok(Arc::new(ZenohWire::open(options, &options.check()?, Side::Listens)?))
 }
 
-/// Returns the wire of a host that joins: zenoh. [`Hosts::join_over`] takes it, with something between.
+/// Returns the zenoh wire of a joining host. Pass it to [`Hosts::join_over`], wrapped if needed.
 ///
 /// # Errors
-/// As for [`Hosts::join`].
+/// Fails as [`Hosts::join`] does.
 pub fn wire_to_join(options: &Options) -> Result<Arc<dyn Network>, JoinError> {
     Ok(Arc::new(ZenohWire::open(options, &options.check()?, Side::Joins)?))
 }
 
-/// Returns the port of an endpoint that was checked.
+/// Returns the port of an endpoint that has been checked.
 fn port_of(endpoint: &str) -> u16 {
     endpoint.rsplit(':').next().and_then(|port| port.parse().ok()).unwrap_or_default()
 }
@@ -212,13 +212,13 @@ fn with<T>(far: &Weak<T>, act: impl FnOnce(&T)) {
     }
 }
 
-/// Says hello until there is an answer: the listening side's first word. None where nobody answered in time.
+/// Sends hellos until the listening side answers. Returns `None` if there is no answer in time.
 fn knock(options: &Options, wire: &dyn Network, (id, port): (u64, u16), until: Instant) -> Result<Option<Control>, NetworkError> {
     let root = crate::bridge::root(&options.system);
     let (heard, answers) = mpsc::channel();
     let hear = move |bytes: &[u8]| {
         if let Some(control) = Control::parse(bytes) {
-            // Who waits for it may have had an answer already.
+            // The waiting thread may have received an answer already.
             let _ = heard.send(control);
         }
     };
@@ -231,7 +231,7 @@ fn knock(options: &Options, wire: &dyn Network, (id, port): (u64, u16), until: I
     while Instant::now() < until {
         door.send(hello.clone());
         match answers.recv_timeout(Duration::from_millis(HELLO_MS)) {
-            // Who does not have the secret either is no listener of this system.
+            // A peer without the secret is not a listener of this system.
             Ok(Control::Welcome { proof, .. }) if options.security.secret().is_some_and(|secret| !secret::is_proof(secret, &drawn, port, id, &proof)) => {
                 return Err(NetworkError {
                     message: "the program that listens there does not have the secret: it is not the system, or another user's".to_owned(),
@@ -244,7 +244,7 @@ fn knock(options: &Options, wire: &dyn Network, (id, port): (u64, u16), until: I
     Ok(None)
 }
 
-/// Greets a host that says hello: it is let in, or told why not.
+/// Handles the hello of a host: admits it, or sends the reason for refusing it.
 fn greet(core: &Weak<Core>, bytes: &[u8]) {
     let Some(Control::Hello(hello)) = Control::parse(bytes) else { return };
     with(core, |core| {
@@ -256,7 +256,7 @@ fn greet(core: &Weak<Core>, bytes: &[u8]) {
             }
             Err(reason) => Control::Refusal { reason },
         };
-        // Without a way back it hears nothing and asks again.
+        // Without a connection back the host receives nothing and repeats its request.
         if let Ok(outlet) = core.wire.outlet(&format!("{}/hello/{:x}", core.root(), hello.id), Urgency::Clock) {
             outlet.send(answer.emit());
         }

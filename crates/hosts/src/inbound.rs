@@ -1,31 +1,33 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The reading side of a connection or link: what came, and what is answered. No clock of its own, no wire, as [`crate::outbound`].
+//! Reading side of a connection or link: tracks received packets and creates the answers. Like [`crate::outbound`] it has no clock and no
+//! wire.
 use crate::outbound::Packets;
 use interconnect::Header;
 use interconnect::message::ends::ReadingEnd;
 use interconnect::message::packet::{Content, Repr};
 
-/// Time without an answer after which the room is told again, and a reader to whom nothing came asks again, ns.
+/// Time without an answer after which the room is reported again, and a reader that has received nothing repeats its request, ns.
 const ASK_NS: i64 = 50_000_000;
-/// Maximum period at which a reader asks, after it has asked in vain again and again, ns.
+/// Maximum period of a reader's requests, reached after repeated requests without an answer, ns.
 const ASK_NS_MAX: i64 = 1_000_000_000;
 
 pub(crate) struct Inbound {
     connection: u64,
     end: ReadingEnd,
     window: u64,
-    /// An answer is owed: to a group; to this many rows.
+    /// True if an answer to a group is due; `rows_owed` is the number of rows for which an answer is due.
     group_owed: bool,
     rows_owed: u64,
-    /// Room that was told last, and the time.
+    /// Room that was last reported, and the time of the report.
     told: (u64, i64),
-    /// Time at which the reader asks for the present state; none once something came.
+    /// Time at which the reader requests the present state; `None` once something has arrived.
     ask_ns: Option<i64>,
     ask_interval_ns: i64,
 }
 
 impl Inbound {
-    /// Makes an end for groups of a length, and rows of one (of any without it), of which at most `window` are on their way.
+    /// Creates an end for groups of one length and rows of one length (of any length if `None`), of which at most `window` are in
+    /// transit.
     pub(crate) fn new(connection: u64, group_len: usize, row_len: Option<usize>, window: usize) -> Self {
         let end = ReadingEnd::new(group_len, row_len);
         Inbound {
@@ -40,8 +42,8 @@ impl Inbound {
         }
     }
 
-    /// Takes a packet of the writing side. A publication that is newer than all before is returned. What is damaged, late or repeated
-    /// changes nothing.
+    /// Handles a packet of the writing side. Returns a publication if it is newer than all previous ones. Damaged, late or repeated
+    /// packets change nothing.
     pub(crate) fn came(&mut self, content: Content<'_>, out: &mut Packets) -> Option<(Header, Vec<u8>)> {
         match content {
             Content::Group { sequence, header, bytes } => {
@@ -50,7 +52,7 @@ impl Inbound {
                 self.group_owed = true;
             }
             Content::Row { sequence, number, bytes } => {
-                // No writer has more on their way: so no packet makes this end keep more.
+                // No writer has more rows in transit, so no packet can make this end store more.
                 if sequence >= self.end.received() + self.window {
                     return None;
                 }
@@ -67,27 +69,27 @@ impl Inbound {
         self.end.latch()
     }
 
-    /// Takes the oldest row out.
+    /// Removes and returns the oldest row.
     pub(crate) fn take(&mut self) -> Option<(u64, Vec<u8>)> {
         self.end.take()
     }
 
-    /// Returns the number and bytes of the oldest row, which stays.
+    /// Returns the number and bytes of the oldest row without removing it.
     pub(crate) fn oldest(&self) -> Option<&(u64, Vec<u8>)> {
         self.end.oldest()
     }
 
-    /// Notes that the reader has popped `count` rows in all, of those that were taken out.
+    /// Notes that the reader has popped `count` rows in total, of those that were taken.
     pub(crate) fn popped(&mut self, count: u64) {
         self.end.popped(count);
     }
 
-    /// Rows that came and are not popped.
+    /// Returns the number of rows that have arrived and have not been popped.
     pub(crate) fn waiting(&self) -> u64 {
         self.end.waiting()
     }
 
-    /// Sends the answers that are owed: a few for many packets, or the way back would be as busy as the way there.
+    /// Sends the answers that are due: few for many packets, or the path back would be as busy as the path there.
     pub(crate) fn tick(&mut self, now_ns: i64, out: &mut Packets) {
         if self.ask_ns.is_some_and(|ask_ns| ask_ns <= now_ns) {
             self.ask_ns = Some(now_ns + self.ask_interval_ns);
@@ -103,13 +105,13 @@ impl Inbound {
         self.tell_room(now_ns, out);
     }
 
-    /// Says what has come, so that the writing side sends what is newer: at once, as after a partition.
+    /// Reports the received state at once, so that the writing side sends anything newer; used after a partition, for example.
     pub(crate) fn ask(&mut self, now_ns: i64, out: &mut Packets) {
         (self.group_owed, self.rows_owed) = (true, 1);
         self.tick(now_ns, out);
     }
 
-    /// Tells how many rows were popped, if that is not known on the other side.
+    /// Reports how many rows were popped, unless the other side has acknowledged that number.
     pub(crate) fn tell_room(&mut self, now_ns: i64, out: &mut Packets) {
         let Some(content @ Content::RowsPopped { count }) = self.end.room_news() else { return };
         let (told, told_ns) = self.told;

@@ -1,21 +1,22 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Hosts: what carries connections, and a supervisor's commands, between hosts over a network.
+//! Carries connections, and a supervisor's commands, between hosts over a network.
 //!
-//! One host listens (the supervisor's), others join it. Zenoh carries packets over TCP or TLS; on top of it are the sequences,
-//! checksums, acknowledgements and retransmissions of the message link in `interconnect`, so that a reader gets the newest group and
-//! never an older or damaged one, and every row in order, once, whatever the network does, and goes on by itself after a partition.
+//! One host listens (the supervisor's), the others join it. Zenoh carries packets over TCP or TLS. The sequences, checksums,
+//! acknowledgements and retransmissions of the message link in `interconnect` run on top of it. So whatever the network does, a reader
+//! gets the newest group and never an older or damaged one, and every row in order, exactly once; after a partition it continues by
+//! itself.
 //!
-//! | module | what |
+//! | module | content |
 //! |---|---|
-//! | `hosts` | listening, joining, and what a host gives: ends and links |
+//! | `hosts` | listening, joining, and the objects of a host: ends and links |
 //! | `bridge`, `bell`, `slots` | the one thread that serves the ends; how real-time threads call it |
 //! | `ends`, `link` | connections; commands |
-//! | `outbound`, `inbound` | what is sent, answered and sent again; without clock or wire |
-//! | `peers`, `control`, `agreement`, `timebase` | who is there, what time it is there |
-//! | `wire`, `session`, `threads`, `faulty` | packets by key: the trait, zenoh, its threads, and one with faults for tests |
-//! | `options`, `endpoint`, `refused` | what is asked for, and what is refused |
+//! | `outbound`, `inbound` | sending, answering and retransmission; without clock or wire |
+//! | `peers`, `control`, `agreement`, `timebase` | the other hosts and their clocks |
+//! | `wire`, `session`, `threads`, `faulty` | packets by key: the trait, zenoh, its threads, and a wire with faults for tests |
+//! | `options`, `endpoint`, `refused` | options and refusals |
 //!
-//! Nothing of zenoh is called by a real-time thread, and nothing of this crate waits on one.
+//! Real-time threads never call zenoh, and nothing in this crate waits for a real-time thread.
 mod agreement;
 mod bell;
 mod bridge;

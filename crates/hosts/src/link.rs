@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The link between a supervisor and a processor on another host: the protocol of rows, once there and once back. A frame travels in
-//! parts, so that none is too large for the queues on the way, and values never wait behind a code module.
+//! The link between a supervisor and a processor on another host: the protocol of rows, once in each direction. A frame is sent in parts,
+//! so that none is too large for the queues on the path, and values never wait behind a code module.
 use crate::inbound::Inbound;
 use crate::network::{Outlet, Subscription};
 use crate::outbound::{Outbound, Packets};
@@ -13,20 +13,20 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
-/// Bytes of a part of a frame.
+/// Size of a part of a frame, bytes.
 const PART_BYTES: usize = 16 * 1024;
-/// Parts on their way; what the queues of the wire hold.
+/// Maximum number of parts in transit: the capacity of the wire's queues.
 const WINDOW: usize = 32;
-/// Parts that may wait where nobody receives.
+/// Maximum number of parts that may wait to be received.
 const DEPTH: usize = 1024;
-/// A frame is no larger: what would be kept for a peer that never ends one is bounded.
+/// Maximum size of a frame: limits the memory for a peer that never ends one.
 const FRAME_BYTES_MAX: usize = 1 << 28;
-/// Time for which a dropped link is kept, to get its last frames over, ns.
+/// Time for which a dropped link is kept, to deliver its last frames, ns.
 const LINGER_NS: i64 = 5_000_000_000;
 
-/// A part goes on.
+/// Flag: further parts of the frame follow.
 const MORE: u8 = 0;
-/// A part is the last of its frame.
+/// Flag: the part is the last of its frame.
 const LAST: u8 = 1;
 /// Flag: no frame follows.
 const CLOSES: u8 = 2;
@@ -34,7 +34,7 @@ const CLOSES: u8 = 2;
 /// One side of a link.
 pub(crate) struct LinkState {
     number: u64,
-    /// The host at the other side.
+    /// Number of the host at the other side.
     host: u64,
     time: Arc<Timebase>,
     outlets: Outlets,
@@ -42,17 +42,17 @@ pub(crate) struct LinkState {
     room: Condvar,
     inbox: Mutex<Inbox>,
     arrived: Condvar,
-    /// True if nothing can be sent: closed on either side, or the other host is gone.
+    /// True if nothing can be sent: either side has closed the link, or the other host has left.
     closed: AtomicBool,
-    /// The other host is gone.
+    /// True if the other host has left.
     lost: AtomicBool,
     /// True if this side was dropped.
     dropped: AtomicBool,
-    /// One frame at a time.
+    /// Serializes senders, so that one frame is sent at a time.
     sending: Mutex<()>,
 }
 
-/// Where this side's parts go, and its answers to the other's.
+/// Destinations of this side's parts, and of its answers to the other's.
 pub(crate) struct Outlets {
     pub(crate) parts: Box<dyn Outlet>,
     pub(crate) answers: Box<dyn Outlet>,
@@ -68,9 +68,9 @@ struct Inbox {
     inbound: Inbound,
     parts: VecDeque<Vec<u8>>,
     frame: Vec<u8>,
-    /// Parts that were received by the program.
+    /// Number of parts that the program has received.
     taken: u64,
-    /// The closing part was received.
+    /// True if the closing part was received.
     ended: bool,
 }
 
@@ -98,7 +98,7 @@ impl LinkState {
         self.outbox().subscriptions = subscriptions;
     }
 
-    /// Takes a part that came from the other side.
+    /// Handles a part from the other side.
     pub(crate) fn part_came(&self, bytes: &[u8]) {
         let Some(repr) = self.parse(bytes) else { return };
         let mut out = Packets::new();
@@ -116,7 +116,7 @@ impl LinkState {
         self.answer(out);
     }
 
-    /// Takes an answer that came from the other side.
+    /// Handles an answer from the other side.
     pub(crate) fn answer_came(&self, bytes: &[u8]) {
         let Some(repr) = self.parse(bytes) else { return };
         let now_ns = self.time.steady_ns();
@@ -130,7 +130,7 @@ impl LinkState {
         (repr.connection == self.number).then_some(repr)
     }
 
-    /// Lets the writing side make packets, and sends them when it is unlocked.
+    /// Lets the writing side create packets, and sends them after unlocking it.
     fn post<R>(&self, make: impl FnOnce(&mut Outbound, &mut Packets) -> R) -> R {
         let mut out = Packets::new();
         let made = make(&mut self.outbox().outbound, &mut out);
@@ -161,10 +161,10 @@ impl LinkState {
         Ok(())
     }
 
-    /// Ends sending, and wakes threads that wait for room. True for the first to shut it.
+    /// Ends sending, and wakes threads that wait for room. Returns true for the first caller.
     fn shut(&self) -> bool {
         let first = !self.closed.swap(true, Ordering::AcqRel);
-        // Who has looked and not yet waits holds the lock: it must not miss this.
+        // A thread that has checked but does not wait yet holds the lock, and must not miss this.
         drop(self.outbox());
         self.room.notify_all();
         first
@@ -189,7 +189,7 @@ impl LinkState {
 }
 
 impl Inbox {
-    /// Returns the next frame, if all of it is here. `LinkClosed` behind the last.
+    /// Returns the next frame if it is complete, or `LinkClosed` after the last one.
     fn frame(&mut self) -> Result<Option<Vec<u8>>, LinkClosed> {
         while let Some(part) = self.parts.pop_front() {
             self.taken += 1;
@@ -225,7 +225,7 @@ impl BridgeWork for LinkState {
         let until_ns = *outbox.until_ns.get_or_insert(now_ns + LINGER_NS);
         let stays = !outbox.outbound.is_idle() && now_ns < until_ns && !self.lost.load(Ordering::Acquire);
         let subscriptions = if stays { Vec::new() } else { std::mem::take(&mut outbox.subscriptions) };
-        // Dropped outside the lock: a packet that is arriving may hold them up.
+        // The outlets are dropped outside the lock, because a packet that is arriving may delay them.
         drop(outbox);
         drop(subscriptions);
         stays
@@ -252,7 +252,7 @@ impl BridgeWork for LinkState {
     }
 }
 
-/// Handle of a program on a link. Dropping it closes the link.
+/// A program's handle on a link. Dropping it closes the link.
 pub(crate) struct HostLink(pub(crate) Arc<LinkState>);
 
 impl Link for HostLink {
@@ -276,7 +276,7 @@ impl Link for HostLink {
             if let Some(frame) = inbox.frame()? {
                 return Ok(Some(frame));
             }
-            // Closed here, or the other side is gone: what had come whole was received above.
+            // This side has closed it, or the other host has left; all complete frames were received above.
             if self.0.lost.load(Ordering::Acquire) || self.0.dropped.load(Ordering::Acquire) || self.0.closed_here(&inbox) {
                 return Err(LinkClosed);
             }
@@ -294,7 +294,7 @@ impl Link for HostLink {
 }
 
 impl LinkState {
-    /// Returns true if this side closed it: nothing more is expected from the other.
+    /// Returns true if this side has closed the link and expects nothing more from the other.
     fn closed_here(&self, inbox: &Inbox) -> bool {
         self.closed.load(Ordering::Acquire) && inbox.parts.is_empty()
     }

@@ -8,36 +8,36 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::Duration;
 
-/// Function that is called when clocks no longer agree as well as asked for, and when they do again.
+/// Function that is called when clocks no longer agree as well as required, and when they do again.
 pub type ClockWatch = Arc<dyn Fn(&ClockReport) + Send + Sync>;
 
 /// Options of a host's part in a real-time system.
 #[derive(Clone)]
 pub struct Options {
-    /// The real-time system: letters, digits, `-`, `_` and `.`, at most 64.
+    /// Name of the real-time system: letters, digits, `-`, `_` and `.`, at most 64.
     pub system: String,
-    /// Name of this host, in the same letters; each host of a system has its own.
+    /// Name of this host, in the same characters; unique in the system.
     pub name: String,
-    /// Where to listen, or where the other listens: `tcp/HOST:PORT` or `tls/HOST:PORT`.
+    /// Endpoint at which this or the other host listens: `tcp/HOST:PORT` or `tls/HOST:PORT`.
     pub endpoint: String,
-    /// Security: the hosts that are let in.
+    /// Security, which determines the hosts that are admitted.
     pub security: Security,
-    /// The version of the block interface that code modules of this build have.
+    /// Version of the block interface in this build's code modules.
     pub abi_version: u32,
-    /// Time for which a host may be silent until it counts as gone: its links are closed then. The default is 5 s.
+    /// Time for which a host may be silent before it counts as gone and its links are closed. The default is 5 s.
     pub silent_max: Duration,
-    /// Time for which [`Hosts::join`](crate::Hosts::join) tries. The default is 10 s.
+    /// Time for which [`Hosts::join`](crate::Hosts::join) tries to connect. The default is 10 s.
     pub join_max: Duration,
-    /// Limit of the difference of clocks, ns; none for no limit, the default.
+    /// Limit of the difference of clocks, ns; `None`, the default, for no limit.
     pub clock_limit_ns: Option<i64>,
-    /// Told when the limit is passed, in either direction.
+    /// Called when the limit is crossed, in either direction.
     pub clock_watch: Option<ClockWatch>,
     /// Clocks of this host.
     pub clocks: Clocks,
 }
 
 impl Options {
-    /// Makes the options of a host of a system, with every default, but for the secret: without one nobody is let in.
+    /// Creates the options of a host with all defaults except the secret: without one, no host is admitted.
     pub fn new(system: &str, name: &str, endpoint: &str) -> Self {
         Options {
             system: system.to_owned(),
@@ -53,7 +53,7 @@ impl Options {
         }
     }
 
-    /// Returns the endpoint, if these options may be used on it.
+    /// Returns the endpoint if these options are permitted for it.
     pub(crate) fn check(&self) -> Result<Endpoint, JoinError> {
         for (what, name) in [("system", &self.system), ("host", &self.name)] {
             let fits = !name.is_empty() && name.len() <= 64 && name.chars().all(|c| c.is_ascii_alphanumeric() || "-_.".contains(c));
@@ -67,31 +67,32 @@ impl Options {
     }
 }
 
-/// Security: the hosts that are let in. The key file of a certificate must be readable by its owner only.
+/// Security, which determines the hosts that are admitted. The key file of a certificate must be readable by its owner only.
 #[derive(Clone)]
 pub enum Security {
-    /// Programs of this host that have a secret, which never travels: each side shows that it has it. Only for loopback addresses,
-    /// `tcp/127.0.0.1:PORT`: other users of this host reach them too.
+    /// Admits programs of this host that have a secret, which is never transmitted: each side proves that it has it. Only for loopback
+    /// addresses, `tcp/127.0.0.1:PORT`, which other users of this host can reach too.
     Loopback {
-        /// 16 characters or more, without white space; [`secret_of_user`](crate::secret_of_user) has one for all programs of a user.
+        /// Secret of at least 16 characters without white space; [`secret_of_user`](crate::secret_of_user) provides one for all programs
+        /// of a user.
         secret: String,
     },
-    /// TLS; each side shows a certificate of an authority that the other knows.
+    /// TLS; each side presents a certificate of an authority that the other accepts.
     Certificates {
         /// PEM file of the authority.
         authority: PathBuf,
         /// PEM file of this host's certificate.
         certificate: PathBuf,
-        /// PEM file of its private key.
+        /// PEM file of the certificate's private key.
         key: PathBuf,
     },
-    /// TLS; the listening side shows a certificate, the joining side a token that both know.
+    /// TLS; the listening side presents a certificate, the joining side a token that both share.
     Token {
-        /// The secret, 16 characters or more, without white space.
+        /// Secret of at least 16 characters without white space.
         token: String,
-        /// PEM file of the authority: needed to join.
+        /// PEM file of the authority; required to join.
         authority: Option<PathBuf>,
-        /// PEM files of certificate and private key: needed to listen.
+        /// PEM files of certificate and private key; required to listen.
         certificate: Option<(PathBuf, PathBuf)>,
     },
 }
@@ -113,7 +114,7 @@ impl Security {
         self.files().try_for_each(|(what, path, secret)| check_file(what, path, secret))
     }
 
-    /// Returns the secret that both sides of a plain connection know.
+    /// Returns the secret that both sides of a plain connection share.
     pub(crate) fn secret(&self) -> Option<&str> {
         match self {
             Security::Loopback { secret } => Some(secret),
@@ -121,7 +122,7 @@ impl Security {
         }
     }
 
-    /// Returns each file: what it is, where, whether it is secret.
+    /// Returns each file: its purpose, its path, and whether it is secret.
     fn files(&self) -> impl Iterator<Item = (&'static str, &Path, bool)> {
         let (authority, certificate, key) = match self {
             Security::Loopback { .. } => (None, None, None),
@@ -147,7 +148,7 @@ fn check_file(what: &'static str, path: &Path, secret: bool) -> Result<(), JoinE
 
 impl fmt::Debug for Security {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        // No secret gets into a log.
+        // A secret must not reach a log.
         f.write_str(match self {
             Security::Loopback { .. } => "Loopback",
             Security::Certificates { .. } => "Certificates",
@@ -156,12 +157,12 @@ impl fmt::Debug for Security {
     }
 }
 
-/// A host's clocks, ns. Tests put others in.
+/// A host's clocks, ns. Tests replace them.
 #[derive(Clone)]
 pub struct Clocks {
-    /// The clock of the times that are published: CLOCK_MONOTONIC.
+    /// Clock of published times: CLOCK_MONOTONIC.
     pub steady: Arc<dyn Fn() -> i64 + Send + Sync>,
-    /// The clock that is set to agree with other hosts', by PTP or NTP: CLOCK_REALTIME.
+    /// Clock that PTP or NTP synchronizes with other hosts: CLOCK_REALTIME.
     pub wall: Arc<dyn Fn() -> i64 + Send + Sync>,
 }
 

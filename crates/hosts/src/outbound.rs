@@ -1,17 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The writing side of a connection or link: what is sent, and again where no answer came. No clock of its own, no wire: the caller
-//! says what time it is and sends what it is given.
+//! Writing side of a connection or link: sends packets, and retransmits them if they are not answered. It has no clock and no wire: the
+//! caller passes the time and sends the packets that it receives.
 use interconnect::Header;
 use interconnect::message::ends::WritingEnd;
 use interconnect::message::packet::{Content, Repr};
 
-/// Time without an answer after which something is sent again, ns.
+/// Time without an answer after which a packet is retransmitted, ns.
 const RETRANSMIT_NS: i64 = 50_000_000;
-/// The same at most, after it was doubled again and again.
+/// Maximum retransmission time, after repeated doubling, ns.
 const RETRANSMIT_NS_MAX: i64 = 400_000_000;
-/// A reader that has an older group is sent the newest at once, if that was not sent within this time.
+/// A reader with an older group is sent the newest at once, unless that was sent within this time, ns.
 const RECENT_NS: i64 = 20_000_000;
-/// Rows that are sent again at a time: the first that are missing are what the reader waits for.
+/// Number of rows that are retransmitted at a time: the reader waits for the first missing ones.
 const AGAIN_ROWS: usize = 8;
 
 /// Packets to send, in order.
@@ -20,17 +20,17 @@ pub(crate) type Packets = Vec<Vec<u8>>;
 pub(crate) struct Outbound {
     connection: u64,
     end: WritingEnd,
-    /// When the group, and when rows are sent again. Each has its own: answers to the one say nothing of the others.
+    /// Retransmission times of the group and of the rows. They are separate, because answers to one do not acknowledge the other.
     group: Due,
     rows: Due,
     group_sent_ns: i64,
-    /// Rows before this one were sent again: those that are still missing follow as soon as there is news of them.
+    /// Rows before this one were retransmitted; those that are still missing follow as soon as there is news of them.
     again_until: u64,
 }
 
-/// Time at which something is sent again.
+/// Time of a retransmission.
 struct Due {
-    /// None where all of it is known to have arrived.
+    /// `None` if everything is acknowledged.
     at_ns: Option<i64>,
     interval_ns: i64,
 }
@@ -45,13 +45,13 @@ impl Due {
         self.at_ns.get_or_insert(now_ns + self.interval_ns);
     }
 
-    /// Notes that there was an answer; more is on its way or not.
+    /// Notes an answer; `waits` is true if more is unacknowledged.
     fn answered(&mut self, waits: bool, now_ns: i64) {
         self.interval_ns = RETRANSMIT_NS;
         self.at_ns = waits.then_some(now_ns + self.interval_ns);
     }
 
-    /// Returns true if it is to be sent again now; then less often.
+    /// Returns true if a retransmission is due now; the next ones become less frequent.
     fn take(&mut self, waits: bool, now_ns: i64) -> bool {
         let due = self.at_ns.is_some_and(|at_ns| at_ns <= now_ns);
         if due {
@@ -84,17 +84,17 @@ impl Outbound {
         self.end.has_room()
     }
 
-    /// Returns the number of rows that may have been pushed in all, as far as is known.
+    /// Returns the total number of rows that may have been pushed, as far as is known.
     pub(crate) fn room_until(&self) -> u64 {
         self.end.room_until()
     }
 
-    /// Returns true if everything is known to have arrived.
+    /// Returns true if everything is acknowledged.
     pub(crate) fn is_idle(&self) -> bool {
         self.end.group().is_none() && !self.end.has_rows()
     }
 
-    /// Takes a packet of the reading side; returns true if there may be room that was not there before.
+    /// Handles a packet of the reading side; returns true if there may be new room.
     pub(crate) fn came(&mut self, content: Content<'_>, now_ns: i64, out: &mut Packets) -> bool {
         match content {
             Content::GroupReceived { sequence } => {
@@ -124,7 +124,7 @@ impl Outbound {
         }
     }
 
-    /// Sends again what had no answer for too long.
+    /// Retransmits packets that have not been answered for too long.
     pub(crate) fn tick(&mut self, now_ns: i64, out: &mut Packets) {
         if self.group.take(self.end.group().is_some(), now_ns) {
             self.send_group(now_ns, out);
@@ -134,7 +134,7 @@ impl Outbound {
         }
     }
 
-    /// Sends again, at once, what is not known to have arrived: the way is whole again after a partition.
+    /// Retransmits all unacknowledged packets at once, because the connection works again after a partition.
     pub(crate) fn again(&mut self, now_ns: i64, out: &mut Packets) {
         self.send_group(now_ns, out);
         self.group.answered(self.end.group().is_some(), now_ns);

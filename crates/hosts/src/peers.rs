@@ -1,24 +1,24 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The other hosts: who they are, when they were last heard, how far their clocks are.
+//! The other hosts: identity, time of the last message, and clock offset.
 use crate::agreement::{Agreement, ClockOffset, ClockReport, Ping};
 
-/// Time without a ping after which a host with the same name may take another's place, ns: it was started again.
+/// Time without a ping after which a host may be replaced by one of the same name, which has been restarted, ns.
 const REPLACED_AFTER_NS: i64 = 1_000_000_000;
-/// A silence that makes everything be sent again when it ends, ns.
+/// Duration of a silence after which everything is retransmitted, ns.
 pub(crate) const PARTITION_NS: i64 = 350_000_000;
 
 /// Another host of the system.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Peer {
-    /// Its name.
+    /// Name of the host.
     pub name: String,
-    /// Target of its build, as `x86_64-unknown-linux-gnu`: it decides which code modules it can load.
+    /// Target of the host's build, such as `x86_64-unknown-linux-gnu`; determines which code modules it can load.
     pub target: String,
-    /// Time for which it has been silent, ns.
+    /// Time since its last message, ns.
     pub silent_ns: i64,
-    /// True where that is longer than it may be: its links are closed.
+    /// True if that time exceeds the limit, so that its links are closed.
     pub gone: bool,
-    /// Offset of its clocks from this host's; none before the first measurement.
+    /// Offset of the host's clocks from this host's; `None` before the first measurement.
     pub offset: Option<ClockOffset>,
 }
 
@@ -29,7 +29,7 @@ pub(crate) struct KnownPeer {
     pub(crate) target: String,
     heard_ns: i64,
     gone: bool,
-    /// Pings from here; on the listening side the other measures.
+    /// Pings sent from here; the listening side leaves the measurement to the other.
     agreement: Agreement,
     offset: Option<ClockOffset>,
     beyond: bool,
@@ -51,17 +51,17 @@ pub(crate) struct Peers {
     known: Vec<KnownPeer>,
 }
 
-/// Meaning of a message from another host.
+/// Consequences of a message from another host.
 #[derive(Debug, Default, PartialEq, Eq)]
 pub(crate) struct MessageMeaning {
-    /// True if it was silent: everything is sent again.
+    /// True if the host was silent, so that everything is retransmitted.
     pub(crate) whole_again: bool,
-    /// To be told.
+    /// Report to be passed on.
     pub(crate) clock: Option<ClockReport>,
 }
 
 impl Peers {
-    /// Takes a host in, or says why not. `Ok` has the number of the host whose place it takes.
+    /// Admits a host, or returns the reason for refusing it. `Ok` contains the number of the host that it replaces.
     pub(crate) fn admit(&mut self, host: KnownPeer, now_ns: i64) -> Result<Option<u64>, String> {
         if self.known.iter().any(|known| known.id == host.id) {
             return Ok(None);
@@ -78,7 +78,7 @@ impl Peers {
         Ok(replaced)
     }
 
-    /// Notes that a host was heard; it said, or its answer to a ping showed, how far its clocks are.
+    /// Notes a message from a host; the message, or its answer to a ping, contains the offset of its clocks.
     pub(crate) fn heard(&mut self, id: u64, said: Option<ClockOffset>, ping: Option<Ping>, limit_ns: Option<i64>, now_ns: i64) -> Option<MessageMeaning> {
         let known = self.known.iter_mut().find(|known| known.id == id)?;
         let whole_again = now_ns - known.heard_ns > PARTITION_NS;
@@ -97,18 +97,18 @@ impl Peers {
         Some(MessageMeaning { whole_again, clock })
     }
 
-    /// Notes that this side stood still for so long: that is no silence of the others.
+    /// Notes that this side was stopped for `late_ns`, which does not count as silence of the others.
     pub(crate) fn stood_still(&mut self, late_ns: i64, now_ns: i64) {
         self.known.iter_mut().for_each(|known| known.heard_ns = known.heard_ns.saturating_add(late_ns).min(now_ns));
     }
 
-    /// Takes the hosts that have become silent for too long.
+    /// Takes the hosts that have been silent for too long.
     pub(crate) fn take_gone(&mut self, silent_max_ns: i64, now_ns: i64) -> Vec<u64> {
         let silent = self.known.iter_mut().filter(|known| !known.gone && now_ns - known.heard_ns > silent_max_ns);
         silent.map(|known| (known.gone = true, known.id).1).collect()
     }
 
-    /// Removes a host that said that it goes.
+    /// Removes a host that has announced that it leaves.
     pub(crate) fn remove(&mut self, id: u64) {
         self.known.retain(|known| known.id != id);
     }
@@ -121,7 +121,7 @@ impl Peers {
         self.known.iter().find(|known| known.id == id)?.offset
     }
 
-    /// Pings of a host that were answered.
+    /// Returns the number of answered pings of a host.
     pub(crate) fn pings(&self, id: u64) -> usize {
         self.known.iter().find(|known| known.id == id).map_or(0, |known| known.agreement.len())
     }

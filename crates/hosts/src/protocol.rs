@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The protocol between hosts under a time of its own: what both sides promise, whatever the way does.
+//! Tests of the protocol between hosts in simulated time: the guarantees of both sides, whatever the network does.
 use crate::inbound::Inbound;
 use crate::outbound::{Outbound, Packets};
 use interconnect::Header;
@@ -12,7 +12,7 @@ const CONNECTION: u64 = u64::MAX - 3;
 const DEPTH: usize = 3;
 const WINDOW: usize = 16;
 
-/// Both sides and what flies between them.
+/// Both sides and the packets in transit between them.
 struct Way {
     outbound: Outbound,
     inbound: Inbound,
@@ -20,9 +20,9 @@ struct Way {
     flying: BTreeMap<(i64, u64), (bool, Vec<u8>)>,
     sent: u64,
     random: u64,
-    /// One packet in this many is lost, comes twice, is damaged; 0: none.
+    /// One packet in this number is lost, repeated, or damaged; 0 for none.
     one_in: u64,
-    /// Everything is lost.
+    /// True if everything is lost.
     cut: bool,
     groups: Vec<u64>,
     rows: Vec<u64>,
@@ -56,7 +56,7 @@ impl Way {
                     let bit = self.draw() as usize % (packet.len() * 8);
                     packet[bit / 8] ^= 1 << (bit % 8);
                 }
-                // Up to 3 ms, each its own: packets overtake each other.
+                // Each packet takes up to 3 ms of its own, so packets overtake each other.
                 let at_ns = self.now_ns + self.draw() as i64 % (3 * MS);
                 self.sent += 1;
                 self.flying.insert((at_ns, self.sent), (to_reader, packet));
@@ -80,7 +80,7 @@ impl Way {
         true
     }
 
-    /// Steps one millisecond: what arrives; the reader pops what came; every fifth, what is due.
+    /// Advances by one millisecond: packets arrive, the reader pops them, and every fifth time due work is done.
     fn step(&mut self) {
         self.now_ns += MS;
         while let Some(entry) = self.flying.first_entry().filter(|entry| entry.key().0 <= self.now_ns) {
@@ -111,7 +111,7 @@ impl Way {
         }
     }
 
-    /// Steps until everything is known to have arrived, at most 20 s.
+    /// Steps until everything is acknowledged, at most 20 s.
     fn settle(&mut self) {
         for _ in 0..20_000 {
             if self.outbound.is_idle() && self.flying.is_empty() {
@@ -181,7 +181,7 @@ fn a_way_without_faults_carries_nothing_twice() {
     }
     way.settle();
     assert_eq!((way.groups.len(), way.rows.len()), (100, 100));
-    // Group, row, their answers, the room and its answer; and what the reader asked at first.
+    // The packets are group, row, their answers, the room and its answer, plus the reader's initial requests.
     assert!(way.sent <= 100 * 6 + 4, "{} packets", way.sent);
 }
 
@@ -193,7 +193,7 @@ fn a_reader_that_comes_later_finds_the_newest_group() {
     (0..10_000).for_each(|_| way.step());
     way.cut = false;
     way.inbound = Inbound::new(CONNECTION, 8, Some(8), WINDOW);
-    // It asks at once, and again after 50 ms where the writer has just sent it in vain.
+    // The reader requests at once, and again after 50 ms if the writer's reply was lost.
     (0..70).for_each(|_| way.step());
     assert_eq!(way.groups, [5]);
 }

@@ -1,67 +1,67 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Reasons why a host does not listen, join or make an end.
+//! Reasons why a host cannot listen, join or create an end.
 use std::path::PathBuf;
 
-/// Reason why a host does not take part. Nothing was started.
+/// Reason why a host does not take part. Nothing has been started.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum JoinError {
-    /// The endpoint has no known form.
+    /// The endpoint is malformed.
     #[error("'{endpoint}' is no endpoint; write tcp/HOST:PORT or tls/HOST:PORT")]
     Endpoint {
-        /// Endpoint as it was given.
+        /// Endpoint as passed.
         endpoint: String,
     },
-    /// A name that does not fit.
+    /// The name is malformed.
     #[error("'{name}' cannot name a {what}; use letters, digits, '-', '_' and '.', at most 64")]
     Name {
-        /// A system or a host.
+        /// Kind of the name: a system or a host.
         what: &'static str,
-        /// Name as it was given.
+        /// Name as passed.
         name: String,
     },
-    /// Values and commands would travel for all to read and change.
+    /// Anyone could read and change values and commands.
     #[error("'{endpoint}' can be reached from other hosts, so it needs TLS; use tls/HOST:PORT with certificates or a token, or tcp/127.0.0.1:PORT")]
     PlainOutside {
-        /// Endpoint as it was given.
+        /// Endpoint as passed.
         endpoint: String,
     },
-    /// TLS without certificates.
+    /// TLS was requested without certificates.
     #[error("'{endpoint}' needs certificates: give authority, certificate and key, or a token with the listening side's certificate")]
     NoCertificates {
-        /// Endpoint as it was given.
+        /// Endpoint as passed.
         endpoint: String,
     },
-    /// Certificates that would have no effect.
+    /// The certificates would have no effect.
     #[error("certificates have no effect on '{endpoint}'; write tls/HOST:PORT")]
     CertificatesUnused {
-        /// Endpoint as it was given.
+        /// Endpoint as passed.
         endpoint: String,
     },
-    /// A token that could be guessed, or none.
+    /// The token could be guessed, or is empty.
     #[error("the token is too weak; use 16 characters or more, without white space")]
     WeakToken,
-    /// A token was given without what it needs besides.
+    /// A token was passed without the files that it requires.
     #[error("a token alone does not do to {purpose}; give {needed} too")]
     TokenAlone {
-        /// To listen or to join.
+        /// Purpose: to listen or to join.
         purpose: &'static str,
-        /// Thing that is missing.
+        /// Missing option.
         needed: &'static str,
     },
-    /// A file that cannot be used.
+    /// A file cannot be used.
     #[error("the {what} '{}' cannot be used: {reason}", path.display())]
     File {
-        /// Authority, certificate, private key.
+        /// Kind of the file: authority, certificate, or private key.
         what: &'static str,
         /// Path of the file.
         path: PathBuf,
-        /// Reason of the failure.
+        /// Reason for the failure.
         reason: String,
     },
-    /// The network, or the other side's security, says no.
+    /// The network, or the security of the other side, refuses.
     #[error("no way to '{endpoint}': {reason}")]
     NoWay {
-        /// Endpoint as it was given.
+        /// Endpoint as passed.
         endpoint: String,
         /// Answer of the other side.
         reason: String,
@@ -69,23 +69,23 @@ pub enum JoinError {
     /// There was no answer at the endpoint.
     #[error("no system '{system}' answered at '{endpoint}' within {seconds} s; is it running there, under this name?")]
     NoAnswer {
-        /// The system.
+        /// Name of the system.
         system: String,
-        /// Endpoint as it was given.
+        /// Endpoint as passed.
         endpoint: String,
-        /// Time for which it was tried, s.
+        /// Duration of the attempt, s.
         seconds: u64,
     },
-    /// The listening side said no.
+    /// The listening side refuses.
     #[error("system '{system}' at '{endpoint}' does not take host '{name}' in: {reason}")]
     ByListener {
-        /// The system.
+        /// Name of the system.
         system: String,
-        /// Endpoint as it was given.
+        /// Endpoint as passed.
         endpoint: String,
         /// Name of this host.
         name: String,
-        /// Reason in the listening side's words.
+        /// Reason as stated by the listening side.
         reason: String,
     },
 }

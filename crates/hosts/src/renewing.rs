@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The wire that is zenoh, on a session that is replaced if it has lost its way for good. A joining session looks for its way again by
-//! itself, except where the new one breaks in the instant in which it was made: zenoh (1.10) has not noted by then whom it belongs to, and tries no
-//! more. From outside that looks like a long cut, so every long cut is ended with a new session.
+//! The zenoh wire, on a session that is replaced if it has lost its connection permanently. A joining session normally reconnects by
+//! itself, unless the new connection breaks at the instant at which it is made: zenoh (1.10) has not yet noted its owner by then, and
+//! stops trying. From outside that looks like a long cut, so every long cut is ended with a new session.
 use crate::endpoint::Endpoint;
 use crate::network::{Arrival, Network, NetworkError, Outlet, Subscription, Urgency};
 use crate::options::Options;
@@ -16,18 +16,17 @@ use zenoh::pubsub::{Publisher, Subscriber};
 use zenoh::qos::{CongestionControl, Priority};
 use zenoh::{Session, Wait};
 
-/// Period at which the way is checked.
+/// Period at which the connection is checked.
 const LOOK: Duration = Duration::from_secs(1);
-/// Number of checks in a row that find none, until the session is replaced: longer than a session that looks for its way itself takes, if there is
-/// one.
+/// Number of consecutive failed checks after which the session is replaced: longer than a session takes to reconnect by itself if it can.
 const LOOKS_MAX: u32 = 5;
-/// Time limit for a new session to find a way. Closing the host may have to wait as long.
+/// Time limit for a new session to connect. Closing the host may have to wait as long.
 const RENEWAL: Duration = Duration::from_secs(2);
 
-/// A way between hosts over zenoh.
+/// A connection between hosts over zenoh.
 pub(crate) struct ZenohWire {
     shared: Arc<SharedSession>,
-    /// Watcher of a joining side: it ends its thread by being dropped.
+    /// Watcher of a joining side; its thread ends when the sender is dropped.
     watching: Option<(mpsc::Sender<()>, JoinHandle<()>)>,
 }
 
@@ -37,7 +36,7 @@ struct SharedSession {
     subscribed: Mutex<Vec<Weak<SubscribedKey>>>,
 }
 
-/// A session, and how many there were before it.
+/// A session, and the number of sessions before it.
 struct Open {
     session: Session,
     renewals: u64,
@@ -53,7 +52,7 @@ struct ZenohOutlet {
     shared: Arc<SharedSession>,
     key: String,
     priority: Priority,
-    /// Publisher, with the session that it is of.
+    /// Publisher, and the number of its session.
     declared: Mutex<(u64, Publisher<'static>)>,
 }
 
@@ -88,7 +87,7 @@ impl Drop for ZenohWire {
             // A panic there has been printed; there is nothing left to stop.
             let _ = thread.join();
         }
-        // It is closed or was already: there is nothing else to do.
+        // The session is closed now or was already; no further action is needed.
         let _ = self.shared.session().close().wait();
     }
 }
@@ -102,13 +101,13 @@ impl SharedSession {
         self.open.read().unwrap_or_else(PoisonError::into_inner).renewals
     }
 
-    /// Looks after the way until `ended` says so.
+    /// Watches the connection until `ended` is signalled.
     fn watch(&self, ended: &mpsc::Receiver<()>, open: impl Fn() -> Result<Session, JoinError>) {
         let mut looks = 0;
         while ended.recv_timeout(LOOK) == Err(RecvTimeoutError::Timeout) {
             looks = if self.session().info().routers_zid().wait().next().is_some() { 0 } else { looks + 1 };
             if looks >= LOOKS_MAX {
-                // Without a new one the old one stays: it may find its way, too.
+                // If no new session can be opened, the old one stays, because it may still reconnect.
                 if let Ok(session) = open() {
                     self.renew(session);
                 }
@@ -117,7 +116,7 @@ impl SharedSession {
         }
     }
 
-    /// Replaces the session: everything goes over this one.
+    /// Replaces the session; all traffic moves to the new one.
     fn renew(&self, session: Session) {
         let before = {
             let mut open = self.open.write().unwrap_or_else(PoisonError::into_inner);
@@ -131,7 +130,7 @@ impl SharedSession {
             subscribed.iter().filter_map(Weak::upgrade).collect()
         };
         for one in subscribed {
-            // What fails here is silent until the next renewal.
+            // A subscriber that cannot be declared is silent until the next renewal.
             let declared = one.declared(&session).ok();
             let earlier = std::mem::replace(&mut *locked(&one.declared), declared);
             drop(earlier);
@@ -173,7 +172,7 @@ impl Network for ZenohWire {
 
     fn subscribe(&self, key: &str, came: Arrival) -> Result<Subscription, NetworkError> {
         let one = Arc::new(SubscribedKey { key: key.to_owned(), came, declared: Mutex::new(None) });
-        // First known, then declared: a renewal between the two declares it too, and the later one of both stands.
+        // The key is registered first and then declared: a renewal between the two declares it too, and the later declaration remains.
         locked(&self.shared.subscribed).push(Arc::downgrade(&one));
         let declared = one.declared(&self.shared.session())?;
         let mut standing = locked(&one.declared);
@@ -189,11 +188,11 @@ impl Outlet for ZenohOutlet {
     fn send(&self, packet: Vec<u8>) {
         let mut declared = locked(&self.declared);
         if declared.0 != self.shared.renewals() {
-            // Without a publisher this packet is lost; it is sent again.
+            // Without a publisher this packet is lost; the protocol retransmits it.
             let Ok(renewed) = self.shared.publisher(&self.key, self.priority) else { return };
             *declared = renewed;
         }
-        // What zenoh does not take is lost, as on any wire: it is sent again.
+        // A packet that zenoh rejects is lost, as on any wire; the protocol retransmits it.
         let _ = declared.1.put(packet).wait();
     }
 }

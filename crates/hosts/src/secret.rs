@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The secret of a user's programs on one host, and how each side of a connection shows that it has it without saying it.
+//! The shared secret of a user's programs on one host, and how each side of a connection proves that it has it without disclosing it.
 //!
-//! Who joins shows it to the transport before anything else is heard of it: an HMAC over a number that the listening side has drawn. Who listens shows it in its
-//! welcome: an HMAC over a number that the joining side has drawn, and the port that it came to. Without that, another user who listens where the
-//! system is expected would be given this host, and could have any code run there.
+//! The joining side proves it to the transport before it is heard at all: an HMAC over a number that the listening side has drawn. The
+//! listening side proves it in its welcome: an HMAC over a number that the joining side has drawn, and the port that was called. Without
+//! that, another user who listens at the expected port would gain this host, and could run any code there.
 use crate::refused::JoinError;
 use hmac::{Hmac, Mac};
 use sha2::Sha256;
@@ -12,23 +12,24 @@ use std::io::{ErrorKind, Read, Write};
 use std::os::unix::fs::{MetadataExt, OpenOptionsExt};
 use std::path::Path;
 
-/// Bytes of a number that is drawn for one answer, and of the answer.
+/// Length of a random number drawn for one answer, and of the answer, bytes.
 pub(crate) const DRAWN_LEN: usize = 16;
 pub(crate) const PROOF_LEN: usize = 32;
-/// The file, in a folder of one user.
+/// Name of the file, in a folder of one user.
 const FILE: &str = "hosts-secret";
-/// Digits of a secret: 256 bits.
+/// Number of digits of a secret: 256 bits.
 const LEN: usize = 64;
 
-/// Returns the secret of all programs of a user on this host: a file, mode 0600, in `folder`, which others must not enter. It is made where there is
-/// none.
+/// Returns the shared secret of all programs of a user on this host: a file, mode 0600, in `folder`, which others must not enter. It is
+/// created if it does not exist.
 ///
 /// # Errors
-/// [`JoinError::File`]: it cannot be read or made, or others may read it.
+/// Fails with [`JoinError::File`] if the file cannot be read or created, or others may read it.
 pub fn secret_of_user(folder: &Path) -> Result<String, JoinError> {
     let path = folder.join(FILE);
     let refused = |reason: String| JoinError::File { what: "secret of this user", path: path.clone(), reason };
-    // Written whole under a name of its own first: nobody reads half of it, and of two who make it at once one has made it.
+    // The file is first written completely under a name of its own: no process reads half of it, and if two create it at once, one
+    // succeeds.
     let own = folder.join(format!("{FILE}-{}-{:016x}", std::process::id(), crate::random::number()));
     for _ in 0..2 {
         match File::open(&path) {
@@ -44,7 +45,7 @@ pub fn secret_of_user(folder: &Path) -> Result<String, JoinError> {
             Err(error) if error.kind() != ErrorKind::AlreadyExists => Err(error),
             _ => Ok(()),
         });
-        // It was made here; if it is gone, it is gone.
+        // The file was created here; it does not matter if it has been deleted already.
         let _removed = std::fs::remove_file(&own);
         linked.map_err(|error| refused(error.to_string()))?;
     }
@@ -53,7 +54,7 @@ pub fn secret_of_user(folder: &Path) -> Result<String, JoinError> {
 
 fn read(file: File) -> Result<String, String> {
     let about = file.metadata().map_err(|error| error.to_string())?;
-    // SAFETY: asks for a number.
+    // SAFETY: returns a number.
     if about.uid() != unsafe { libc::geteuid() } || about.mode() & 0o077 != 0 {
         return Err("others have made it or may read it; remove it".to_owned());
     }
@@ -63,19 +64,19 @@ fn read(file: File) -> Result<String, String> {
     if is_one { Ok(secret) } else { Err("it is damaged; remove it".to_owned()) }
 }
 
-/// Bytes that nobody can guess.
+/// Returns unpredictable bytes.
 pub(crate) fn drawn<const N: usize>() -> std::io::Result<[u8; N]> {
     let mut bytes = [0; N];
     File::open("/dev/urandom")?.read_exact(&mut bytes)?;
     Ok(bytes)
 }
 
-/// Returns the answer of the listener at `port` to a number that was drawn, if it has the secret.
+/// Returns the proof that the listener at `port` has the secret, for a number that was drawn.
 pub(crate) fn proof(secret: &str, drawn: &[u8; DRAWN_LEN], port: u16, joins: u64) -> [u8; PROOF_LEN] {
     keyed(secret, drawn, port, joins).finalize().into_bytes().into()
 }
 
-/// Returns true if an answer shows that; in a time that does not tell how much of it is right.
+/// Returns true if an answer is that proof. It takes constant time, which does not reveal how much of the answer is right.
 pub(crate) fn is_proof(secret: &str, drawn: &[u8; DRAWN_LEN], port: u16, joins: u64, answer: &[u8; PROOF_LEN]) -> bool {
     keyed(secret, drawn, port, joins).verify_slice(answer).is_ok()
 }

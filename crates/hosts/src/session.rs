@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Sessions of zenoh: one a host. The listening side routes, the joining sides are its clients, so that three hosts need
-//! one address. Multicast and gossip are off: nobody is found that was not named.
+//! Zenoh sessions: one per host. The listening side routes and the joining sides are its clients, so three hosts need one address.
+//! Multicast and gossip are off, so hosts that were not named are never discovered.
 use crate::endpoint::Endpoint;
 use crate::options::{Options, Security};
 use crate::refused::JoinError;
@@ -16,19 +16,19 @@ pub(crate) enum Side {
     Joins,
 }
 
-/// Silence after which a way is given up and replaced, ms.
+/// Silence after which a connection is abandoned and replaced, ms.
 const LEASE_MS: u32 = 2_000;
-/// Time after which an attempt to make a way is given up, ms.
+/// Time limit for an attempt to connect, ms.
 const OPEN_MS: u32 = 1_000;
-/// The name of all who have the token.
+/// User name shared by all holders of the token.
 const USER: &str = "opengpac";
 
-/// Second explanation, told where nobody lets in a host that joins on loopback.
+/// Additional explanation if a host that joins on loopback is not admitted.
 const ANOTHER_SECRET: &str = "; if a system listens there, it is another user's: what joins it then needs the token that it was given to listen with";
 
-/// Opens a session: of a joining side where the listening one lets it in.
+/// Opens a session; a joining side succeeds only if the listening side admits it.
 pub(crate) fn open(options: &Options, endpoint: &Endpoint, side: Side) -> Result<Session, JoinError> {
-    // Removed when this returns: zenoh has read it by then.
+    // The file is deleted when this returns; zenoh has read it by then.
     let dictionary = match (&options.security, side) {
         (Security::Token { token, .. } | Security::Loopback { secret: token }, Side::Listens) => Some(Dictionary::write(token)?),
         _ => None,
@@ -67,7 +67,7 @@ fn settings(options: &Options, endpoint: &Endpoint, side: Side) -> Result<Vec<(S
         ("transport/unicast/accept_timeout", (2 * OPEN_MS).to_string()),
         ("transport/link/tx/lease", LEASE_MS.to_string()),
         ("transport/link/tx/keep_alive", "4".to_owned()),
-        // Bounded, and never waited for: what does not fit is lost and sent again.
+        // The queue is bounded and never waited for: packets that do not fit are lost and retransmitted.
         ("transport/link/tx/queue/size/real_time", "4".to_owned()),
         ("transport/link/tx/queue/size/interactive_high", "16".to_owned()),
         ("transport/link/tx/queue/size/data", "16".to_owned()),
@@ -78,7 +78,7 @@ fn settings(options: &Options, endpoint: &Endpoint, side: Side) -> Result<Vec<(S
     Ok(settings.into_iter().map(|(key, value)| (key.to_owned(), value)).collect())
 }
 
-/// Maximum bytes of a group, row or part of a frame.
+/// Maximum size of a group, row or part of a frame, bytes.
 const MESSAGE_BYTES_MAX: usize = 1 << 26;
 
 fn secrets(security: &Security, side: Side) -> Result<Vec<(&'static str, String)>, JoinError> {
@@ -110,7 +110,8 @@ fn secrets(security: &Security, side: Side) -> Result<Vec<(&'static str, String)
     })
 }
 
-/// Returns the credentials of the joining side: not the secret itself, but what follows from it and a number that the listening side draws.
+/// Returns the credentials of the joining side: not the secret itself, but values derived from it and a number that the listening side
+/// draws.
 fn shown(secret: &str) -> [(&'static str, String); 2] {
     [("transport/auth/usrpwd/user", format!("{USER:?}")), ("transport/auth/usrpwd/password", format!("{secret:?}"))]
 }
@@ -120,7 +121,7 @@ fn text(path: &Path) -> String {
     format!("{:?}", path.to_string_lossy())
 }
 
-/// The file in which zenoh looks tokens up. It lives as long as a session takes to open, for its owner only.
+/// The file in which zenoh looks up tokens. It exists only while a session is being opened, and is readable by its owner only.
 struct Dictionary(PathBuf);
 
 impl Dictionary {
@@ -137,12 +138,12 @@ impl Dictionary {
 
 impl Drop for Dictionary {
     fn drop(&mut self) {
-        // It was made here; if it is gone, it is gone.
+        // The file was created here; it does not matter if it has been deleted already.
         let _ = std::fs::remove_file(&self.0);
     }
 }
 
-/// Returns the library's words without the places in its source that it adds, ` at FILE.rs:LINE`.
+/// Returns the library's message without the source locations that it adds, ` at FILE.rs:LINE`.
 fn plain(words: &str) -> String {
     let mut text = String::new();
     let mut rest = words;

@@ -1,24 +1,24 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The slots that the bridge serves: one for each end of a connection, and one for each link.
+//! Slots that the bridge serves: one for each end of a connection, and one for each link.
 use crate::bell::SLOTS;
 use interconnect::EndError;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
-/// Work of the bridge for an end or a link. Times are of the host's CLOCK_MONOTONIC.
+/// Work of the bridge for an end or a link. Times are on the host's CLOCK_MONOTONIC.
 pub(crate) trait BridgeWork: Send + Sync {
-    /// Notes that the real-time end rang.
+    /// Notes that the real-time end rang the bell.
     fn rung(&self, now_ns: i64);
 
-    /// Sends what is due, as some milliseconds have passed. False where nothing will ever be due again.
+    /// Sends packets that are due after some milliseconds. Returns false if nothing will ever be due again.
     fn tick(&self, now_ns: i64) -> bool;
 
-    /// Notes that the way is whole again.
+    /// Notes that the connection works again.
     fn again(&self, now_ns: i64);
 
-    /// Notes that the host with this number is gone.
+    /// Notes that the host with this number has left.
     fn lose(&self, _host: u64) {}
 
-    /// Returns true if nothing waits to be sent.
+    /// Returns true if nothing is waiting to be sent.
     fn is_idle(&self) -> bool {
         true
     }
@@ -28,7 +28,7 @@ pub(crate) trait BridgeWork: Send + Sync {
 pub(crate) struct Slots(Mutex<Vec<Option<Arc<dyn BridgeWork>>>>);
 
 impl Slots {
-    /// Takes a free slot for what `make` makes, given its number.
+    /// Claims a free slot for the object that `make` creates from its number.
     pub(crate) fn take<S: BridgeWork + 'static>(&self, make: impl FnOnce(usize) -> Arc<S>) -> Result<Arc<S>, EndError> {
         let mut slots = self.all();
         let free = slots.iter().position(Option::is_none).unwrap_or(slots.len());
@@ -49,7 +49,7 @@ impl Slots {
         self.all().get(slot).cloned().flatten()
     }
 
-    /// Calls every slot; one for which that is false becomes free.
+    /// Calls `each` for every slot, and frees those for which it returns false.
     pub(crate) fn keep(&self, each: impl Fn(&dyn BridgeWork) -> bool) {
         let served: Vec<_> = self.all().iter().cloned().enumerate().collect();
         for (slot, served) in served.into_iter().filter_map(|(slot, served)| Some((slot, served?))) {
@@ -59,7 +59,7 @@ impl Slots {
         }
     }
 
-    /// Calls every slot.
+    /// Calls `each` for every slot.
     pub(crate) fn each(&self, each: impl Fn(&dyn BridgeWork)) {
         self.keep(|served| {
             each(served);

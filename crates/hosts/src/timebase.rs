@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-//! One time on the way: published times travel on the listening host's clock. A writer converts its own to that, a reader that to its
-//! own, so neither must know whose they are.
+//! One time base on the wire: published times are sent on the listening host's clock. A writer converts its own times to that clock and a
+//! reader converts them to its own, so neither needs to know the other.
 use crate::options::Clocks;
 use std::sync::atomic::{AtomicI64, Ordering};
 
@@ -8,7 +8,7 @@ pub(crate) struct Timebase {
     clocks: Clocks,
     /// Origin of the system's times, on this host's CLOCK_MONOTONIC.
     epoch_ns: AtomicI64,
-    /// The listening host's CLOCK_MONOTONIC minus this one's.
+    /// The listening host's CLOCK_MONOTONIC minus this host's.
     offset_ns: AtomicI64,
 }
 
@@ -35,17 +35,18 @@ impl Timebase {
         self.offset_ns.store(offset_ns, Ordering::Relaxed);
     }
 
-    /// Returns a time of the listening host's CLOCK_MONOTONIC, on this host's.
+    /// Converts a time of the listening host's CLOCK_MONOTONIC to this host's.
     pub(crate) fn here_ns(&self, listener_ns: i64) -> i64 {
         listener_ns.wrapping_sub(self.offset_ns.load(Ordering::Relaxed))
     }
 
-    /// Returns a system's time here, as it travels.
+    /// Converts the system's time on this host to the form in which it is sent.
     pub(crate) fn travelling(&self, time_ns: i64) -> i64 {
         time_ns.wrapping_add(self.epoch_ns.load(Ordering::Relaxed)).wrapping_add(self.offset_ns.load(Ordering::Relaxed))
     }
 
-    /// Returns a time that travelled, as the system's time here. Not in the future: clocks agree within an uncertainty only.
+    /// Converts a received time to the system's time on this host. The result is never in the future, because clocks agree only within an
+    /// uncertainty.
     pub(crate) fn arrived_ns(&self, travelled_ns: i64, now_ns: i64) -> i64 {
         self.here_ns(travelled_ns).min(now_ns).wrapping_sub(self.epoch_ns.load(Ordering::Relaxed))
     }
@@ -58,7 +59,7 @@ mod tests {
     #[test]
     fn a_time_keeps_its_instant_between_hosts_with_different_clocks_and_epochs() {
         let (writer, reader) = (Timebase::new(Clocks::default()), Timebase::new(Clocks::default()));
-        // The listening host's clock says 1000 where the writer's says 400 and the reader's 5000.
+        // The listening host's clock reads 1000 when the writer's reads 400 and the reader's 5000.
         writer.set_offset(600);
         writer.set_epoch(100);
         reader.set_offset(-4000);

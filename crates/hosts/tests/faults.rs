@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Faults on the way between hosts, in frames and in the byte stream under them: none reaches a reader.
+//! Faults on connections between hosts, in frames and in the byte stream under them: none reaches a reader.
 mod common;
 mod proxy;
 use common::*;
@@ -9,7 +9,7 @@ use proxy::{Fault, Proxy};
 use std::sync::Arc;
 use std::time::Duration;
 
-/// A writer and a reader, and what the reader has seen: it panics where that is not what was written, in order.
+/// A writer, a reader, and the state of the reader, which panics if anything arrives that was not written, in order.
 struct Stream {
     sender: Box<dyn Sender>,
     receiver: Box<dyn Receiver>,
@@ -57,7 +57,7 @@ impl Stream {
         }
     }
 
-    /// Waits until all that was written is read: the newest group, and every row.
+    /// Waits until everything written has been read: the newest group and every row.
     fn settle(&mut self) {
         wait_until("the newest group and every row", || {
             self.read();
@@ -94,7 +94,7 @@ fn no_fault_of_the_wire_reaches_a_reader() {
     }
 }
 
-/// Both directions flow under each fault in turn; after each, all that was written is read.
+/// Sends in both directions under each fault in turn; after each, everything written is read.
 fn flow_under(a: &Hosts, b: &Hosts, proxy: &Proxy, faults: &[Fault]) {
     let (mut there, mut back) = (Stream::new(a, b, 1), Stream::new(b, a, 2));
     for fault in faults {
@@ -110,7 +110,7 @@ fn flow_under(a: &Hosts, b: &Hosts, proxy: &Proxy, faults: &[Fault]) {
     assert!(proxy.faults() > 0, "the proxy has done something");
 }
 
-/// Tests that TCP lets through late data or an end only.
+/// Tests that TCP passes only delayed data or an end.
 #[test]
 fn no_fault_of_tcp_reaches_a_reader() {
     let (a, endpoint) = listening("stream");
@@ -119,8 +119,8 @@ fn no_fault_of_tcp_reaches_a_reader() {
     flow_under(&a, &b, &proxy, &[Fault::Delay, Fault::Cut, Fault::Delay]);
 }
 
-/// Tests a fault that only a machine between two hosts can make. The way between hosts is TLS, which finds it; the stream is replaced. (On the plain
-/// stream of loopback zenoh's own words would be changed, which it trusts.)
+/// Tests a fault that only a machine between two hosts can cause. The connection between hosts uses TLS, which detects it, and the stream
+/// is replaced. (On the plain stream of loopback zenoh's own messages would be corrupted, and zenoh trusts them.)
 #[test]
 fn no_changed_byte_between_hosts_reaches_a_reader() {
     let authority = authority("changed");

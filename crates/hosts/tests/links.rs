@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The link for commands: whole frames, in order, each once, or closed.
+//! The link for commands: whole frames, in order, each exactly once, or closed.
 mod common;
 use common::*;
 use hosts::{Faulty, Hosts, Options, WireFaults, wire_to_join};
@@ -94,7 +94,7 @@ fn a_receiver_that_waits_learns_of_a_close_here() {
 #[test]
 fn a_silent_host_closes_its_links_and_a_shorter_silence_does_not() {
     let endpoint = format!("tcp/127.0.0.1:{}", free_port());
-    // Far longer than a busy machine keeps a thread waiting: the first silence is to be the shorter one.
+    // Far longer than a busy machine delays a thread: the first silence must stay the shorter one.
     let silent_max = Duration::from_secs(6);
     let a = Hosts::listen(Options { silent_max, ..options_of("silent", "cell-a", &endpoint) }).expect("loopback");
     let options = Options { silent_max, ..options_of("silent", "cell-b", &endpoint) };

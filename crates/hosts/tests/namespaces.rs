@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Hosts in network namespaces of their own, with veth pairs into one switch: values across, partitions, and how they heal.
+//! Hosts in their own network namespaces, with veth pairs to one switch: values across, partitions, and how they heal.
 //!
-//! It needs the rights to make network namespaces. `OPENGPAC_PARTITIONS_S=1,3,10,30` tries longer partitions.
+//! Needs the privilege to create network namespaces. `OPENGPAC_PARTITIONS_S=1,3,10,30` tries longer partitions.
 mod common;
 use common::{Authority, LONG, authority};
 use std::collections::VecDeque;
@@ -11,10 +11,10 @@ use std::process::{Child, Command, Stdio};
 use std::sync::mpsc::{Receiver, channel};
 use std::time::{Duration, Instant};
 
-/// Time for which a host may be silent: that of the probes.
+/// Silence limit of the probes' hosts.
 const SILENT_S: u64 = 5;
 
-/// A switch, and hosts around it, each in a namespace of its own: host k has the address 10.99.0.k.
+/// A switch with hosts around it, each in its own namespace: host k has the address 10.99.0.k.
 struct Network {
     prefix: String,
     hosts: usize,
@@ -47,7 +47,7 @@ impl Network {
         format!("{}h{host}", self.prefix)
     }
 
-    /// Takes a host's cable out of the switch: it notices nothing but silence.
+    /// Unplugs a host from the switch: it notices only silence.
     fn cut(&self, host: usize) {
         ip(&format!("-n {} link set port{host} nomaster", self.switch()));
     }
@@ -62,7 +62,7 @@ impl Network {
         let mut child = command.stdin(Stdio::piped()).stdout(Stdio::piped()).spawn().expect("ip is installed");
         let output = BufReader::new(child.stdout.take().expect("piped"));
         let (said, lines) = channel();
-        // Ends with the probe.
+        // The thread ends with the probe.
         std::thread::spawn(move || output.lines().map_while(Result::ok).for_each(|line| drop(said.send(line))));
         Probe { child, lines, passed: VecDeque::new(), name: format!("host {host}") }
     }
@@ -88,7 +88,7 @@ fn ip(arguments: &str) {
 struct Probe {
     child: Child,
     lines: Receiver<String>,
-    /// Lines that passed while another was waited for.
+    /// Lines that arrived while another one was awaited.
     passed: VecDeque<String>,
     name: String,
 }
@@ -99,12 +99,12 @@ impl Probe {
         writeln!(input, "{command}").expect("the probe listens");
     }
 
-    /// The first line that starts so, of all that was not asked for yet. None may say that something is wrong.
+    /// Returns the first unread line with this start. Panics if one reports a wrong value.
     fn hears(&mut self, start: &str) -> String {
         self.hears_any(&[start])
     }
 
-    /// The first line that starts with one of these.
+    /// Returns the first unread line with one of these starts.
     fn hears_any(&mut self, starts: &[&str]) -> String {
         let is_one = |line: &str| starts.iter().any(|start| line.starts_with(start));
         if let Some(at) = self.passed.iter().position(|line| is_one(line)) {
@@ -127,7 +127,7 @@ impl Probe {
         line
     }
 
-    /// The newest value and the rows of a connection.
+    /// Returns the newest value and the number of rows of a connection.
     fn at(&mut self, connection: u64) -> (u64, u64) {
         let (_, value, rows) = self.asked(connection);
         (value, rows)
@@ -141,8 +141,8 @@ impl Probe {
         (age == "fresh", value.parse().expect("a number"), rows.parse().expect("a number"))
     }
 
-    /// Waits until what comes on a connection is fresh, or stale. A busy machine makes it stale for a moment at any time: what counts is that
-    /// it becomes so again.
+    /// Waits until a connection is fresh, or stale. A busy machine may make it stale for a moment at any time: it only has to become
+    /// fresh again.
     fn becomes(&mut self, age: &str, connection: u64) {
         let until = Instant::now() + LONG;
         while self.asked(connection).0 != (age == "fresh") {
@@ -151,7 +151,7 @@ impl Probe {
         }
     }
 
-    /// Waits until more has come on a connection.
+    /// Waits until more has arrived on a connection.
     fn goes_on(&mut self, connection: u64) {
         let (value, rows) = self.at(connection);
         let until = Instant::now() + LONG;
@@ -175,7 +175,7 @@ fn paths(authority: &Authority, host: usize) -> [String; 3] {
     [authority.authority.clone(), certificate, key].map(|path: PathBuf| path.to_str().expect("a path of text").to_owned())
 }
 
-/// A host that listens and others that have joined it, over TLS with certificates, each ready.
+/// Starts a host that listens and others that have joined it, over TLS with certificates, each ready.
 fn cell(network: &Network, authority: &Authority) -> Vec<Probe> {
     let mut probes: Vec<Probe> = Vec::new();
     for host in 1..=network.hosts {
@@ -215,7 +215,6 @@ fn two_hosts_part_and_find_each_other_again() {
         let cut = Instant::now();
         far.becomes("stale", 1);
         near.tell("say meanwhile");
-        // The partition lasts as long as it is to last.
         while cut.elapsed() < Duration::from_secs(seconds) {
             std::thread::park_timeout(Duration::from_secs(seconds).saturating_sub(cut.elapsed()));
         }
@@ -225,8 +224,8 @@ fn two_hosts_part_and_find_each_other_again() {
         eprintln!("after {seconds} s apart the newest values came {} ms after the cable", healed.elapsed().as_millis());
         far.goes_on(1);
         assert!(far.at(1).1 > rows_before);
-        // What was to be the shorter silence is the longer one on a machine that stood still meanwhile: it is judged by what it was, and
-        // may have begun somewhat before the cable was taken out.
+        // On a machine that stalled meanwhile, the intended shorter silence may be the longer one: it is judged by its actual length,
+        // and may have begun slightly before the cable was unplugged.
         let closes = |said: &str| {
             let is_closed = said.starts_with("closed");
             assert!(!is_closed || cut.elapsed() >= Duration::from_secs(SILENT_S - 1), "after {seconds} s apart: {said}");
@@ -247,7 +246,7 @@ fn of_three_hosts_two_go_on_while_one_is_away() {
     let (network, authority) = (Network::new("t", 3), authority("three"));
     let mut probes = cell(&network, &authority);
     let [a, b, c] = probes.as_mut_slice() else { panic!("three hosts") };
-    // From each to another: 1 to the listening host, 2 from it, 3 between the two that joined.
+    // From each host to another: 1 to the listening host, 2 from it, 3 between the two that joined.
     b.tell("write 1");
     a.tell("read 1");
     a.tell("write 2");

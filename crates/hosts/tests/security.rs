@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Tests of security: hosts that are let in, and refusals before anything starts.
+//! Tests security: admission of hosts, and refusals before anything starts.
 mod common;
 use common::*;
 use hosts::{Hosts, JoinError, Options, Security, wire_to_listen};
@@ -24,7 +24,7 @@ fn exchange(a: &Hosts, b: &Hosts) {
     assert_eq!(far.receive(LONG), Ok(Some(b"in order".to_vec())));
 }
 
-/// Both sides send much at the same time.
+/// Sends much from both sides at the same time.
 fn both_ways_at_once(a: &Hosts, b: &Hosts) {
     const FRAMES: usize = 100;
     let ends: [Box<dyn Link>; 2] = [a.link("cell-b", 2).expect("joined"), b.link("cell-a", 2).expect("listens")];
@@ -135,7 +135,7 @@ fn on_loopback_each_side_must_have_the_secret() {
         assert!(refusal(Hosts::join(of("cell-c", weak))).contains("16 characters or more"), "{weak}");
         assert!(refusal(Hosts::listen(of("cell-c", weak))).contains("16 characters or more"), "{weak}");
     }
-    // As any program can that knows the address and the names: it is let into nothing, so it neither hears nor says anything.
+    // Any program that knows the address and the names could try this: it is not admitted, so it neither receives nor sends anything.
     let mut config = zenoh::Config::default();
     let settings = [
         ("mode", "\"client\"".to_owned()),
@@ -151,7 +151,7 @@ fn on_loopback_each_side_must_have_the_secret() {
 
 #[test]
 fn who_listens_without_the_secret_is_given_no_host() {
-    // The transport lets the joining side in, as a listener can have it do.
+    // The transport admits the joining side, as a rogue listener could.
     let endpoint = format!("tcp/127.0.0.1:{}", free_port());
     let of = |name: &str, secret: &str| {
         let security = Security::Loopback { secret: secret.to_owned() };
@@ -175,7 +175,7 @@ fn a_host_that_does_not_fit_is_refused_with_words() {
     assert!(taken.contains("a host 'cell-b' has joined already") && taken.contains("give this one another name"), "{taken}");
     let listeners = refusal(Hosts::join(options("cell-a")));
     assert!(listeners.contains("the host that listens is named 'cell-a' too"), "{listeners}");
-    // Long enough for a way there on a busy machine: without one it is another refusal.
+    // Long enough to connect on a busy machine; without a connection the refusal would differ.
     let elsewhere = Options { join_max: Duration::from_secs(5), system: "another".to_owned(), ..options("cell-d") };
     assert!(refusal(Hosts::join(elsewhere)).contains("no system 'another' answered"));
     let nobody = Options { join_max: Duration::from_secs(1), ..options_of("fits", "cell-d", &format!("tcp/127.0.0.1:{}", free_port())) };

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Connections between hosts, over TCP on this one: groups, rows, room, times.
+//! Connections between hosts, over TCP on this machine: groups, rows, space, times.
 mod common;
 use common::*;
 use hosts::{Clocks, Hosts, Options};
@@ -140,7 +140,7 @@ fn a_connection_without_a_queue_or_without_a_group_is_one_too() {
     assert_eq!((has_group.rows(), has_group.peek_row()), (0, None));
 }
 
-/// Clocks that are ahead of this host's.
+/// Returns clocks that are ahead of this host's.
 fn ahead(steady_ns: i64, wall_ns: i64) -> Clocks {
     let own = Clocks::default();
     let (steady, wall) = (own.steady, own.wall);
@@ -159,11 +159,11 @@ fn times_are_converted_to_the_readers_clock_and_the_offset_is_shown() {
     let seen_by_a = a.clock_offset("cell-b").expect("waited for");
     for (offset, steady_ns, wall_ns) in [(seen_by_b, -5 * HOUR, -HOUR), (seen_by_a, 5 * HOUR, HOUR)] {
         assert!((offset.clock_offset_ns - steady_ns).abs() <= offset.uncertainty_ns, "{offset:?}");
-        // Two clocks are read one after the other here, so that something may happen between.
+        // The two clocks are read one after the other, so there may be a delay in between.
         assert!((offset.wall_offset_ns - wall_ns).abs() < HOUR / 60, "{offset:?}");
     }
 
-    // Epochs at one instant: 1 s ago.
+    // Epochs at the same instant: 1 s ago.
     let epoch_ns = monotonic_ns() - 1_000_000_000;
     a.set_epoch(epoch_ns);
     b.set_epoch(b.here_ns(epoch_ns));
@@ -179,7 +179,7 @@ fn times_are_converted_to_the_readers_clock_and_the_offset_is_shown() {
     });
     let wrong_ns = header.expect("waited for").0.time_ns - time_ns;
     let may_be_wrong_ns: i64 = [&b, &c].map(|host| host.clock_offset("cell-a").expect("measured").uncertainty_ns).iter().sum();
-    // The offset may have been measured better since the epoch was set: each of the two may be wrong by that.
+    // The offset may have been measured more precisely since the epoch was set: each may be off by its uncertainty.
     assert!(wrong_ns.abs() <= 2 * may_be_wrong_ns.max(20_000_000), "{wrong_ns} ns");
 }
 

@@ -1,19 +1,19 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Asking for memory before it is written.
+//! Prefetching memory before it is written.
 
-/// Asks for the cache lines of `words` up to `LINES` of them, to be written soon: nothing of them is read or changed, and nothing waits.
-/// A line that a reader on another processor has last looked at would have to be taken from there, while the writer waits.
+/// Prefetches up to `LINES` cache lines of `words` for writing, without reading, changing or waiting for them. Otherwise the writer would
+/// wait while a line that a reader on another processor used last is fetched from there.
 #[inline]
 pub(crate) fn will_write<T>(words: &[T]) {
     let (start, len) = (words.as_ptr().cast::<u8>(), size_of_val(words));
     for offset in (0..len.min(LINES * LINE)).step_by(LINE) {
         line(start.wrapping_add(offset));
     }
-    // The last word may lie on a line of its own, as the first is seldom at the beginning of one.
+    // The last word may be on a line of its own, since the first is rarely at the start of one.
     line(start.wrapping_add(len.saturating_sub(1).min(LINES * LINE)));
 }
 
-/// More would drive out what the steps need in between.
+/// Maximum number of lines; more would evict data that the steps need in between.
 const LINES: usize = 32;
 const LINE: usize = 64;
 

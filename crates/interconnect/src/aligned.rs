@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Bytes on cache lines of their own.
+//! Bytes on separate cache lines.
 
-/// Bytes of a cache line.
+/// Size of a cache line in bytes.
 pub(crate) const LINE: usize = 64;
 
 /// `len` zeroed bytes that start on a cache line and share none with other data.
 pub(crate) struct AlignedBytes {
-    /// One line more than needed, so that the start can be moved to a line.
+    /// One line longer than needed, so that the start can be aligned.
     memory: Box<[u8]>,
     start: usize,
     len: usize,
@@ -15,7 +15,7 @@ pub(crate) struct AlignedBytes {
 impl AlignedBytes {
     pub(crate) fn new(len: usize) -> Self {
         let memory = vec![0u8; len.next_multiple_of(LINE) + LINE].into_boxed_slice();
-        // The memory of a box stays where it is, so the offset holds for its life.
+        // The memory of a box does not move, so the offset holds for its lifetime.
         let address = memory.as_ptr().addr();
         AlignedBytes { start: address.next_multiple_of(LINE) - address, memory, len }
     }

@@ -1,104 +1,104 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Carriers of connections: one trait for memory, messages, and whatever comes.
+//! Carriers of connections: one trait for memory, messages and other media.
 use std::fmt;
 
 /// A connection from one interrupt source to another.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct ConnectionSpec {
-    /// The writing source.
+    /// Writing source.
     pub writer: u32,
-    /// The reading source.
+    /// Reading source.
     pub reader: u32,
-    /// Bytes of the asynchronous members, published as one group.
+    /// Size of the asynchronous members, published as one group, in bytes.
     pub asynchronous_len: usize,
-    /// Bytes of a row of the synchronous and ratio members.
+    /// Size of a row of the synchronous and ratio members, in bytes.
     pub queue_row_len: usize,
-    /// Rows that may wait at the reader; 0 for a connection without a queue.
+    /// Maximum number of rows waiting at the reader; 0 for a connection without a queue.
     pub queue_depth: usize,
 }
 
-/// Carrier of connections. Threads, shared memory and network differ only in this.
+/// Carrier of connections. Threads, shared memory and network differ only in their carriers.
 pub trait Carrier: Send {
-    /// Makes a connection: its writing end and its reading end. Not on the real-time path.
+    /// Makes both ends of a connection, for writing and reading. Not on the real-time path.
     fn connect(&mut self, spec: &ConnectionSpec) -> (Box<dyn Sender>, Box<dyn Receiver>);
 
-    /// Returns the time of the next event on the way (an arrival, a retransmission), ns on the clock; none while nothing is under way. A carrier
-    /// that delivers within the sender's call never has any.
+    /// Returns the time of the next pending event (an arrival, a retransmission), ns on the clock; `None` if nothing is in transit.
+    /// Always `None` for a carrier that delivers within the sender's call.
     fn next_arrival(&self) -> Option<i64>;
 
-    /// Makes everything arrive that is due at `now_ns`, and calls `raise` with the reading source once for each row that became
-    /// readable since the last call, in order of arrival; but not for a row that became readable within its own push
-    /// ([`Sender::arrived`]). A group raises nobody: asynchronous members start no one.
+    /// Delivers everything that is due at `now_ns`, and calls `raise` with the reading source once for each row that became readable
+    /// since the last call, in order of arrival, except for rows that became readable within their own push ([`Sender::arrived`]). Groups
+    /// raise no source: asynchronous members do not start anything.
     fn deliver(&mut self, now_ns: i64, raise: &mut dyn FnMut(u32));
 }
 
-/// The writing end of a connection. All calls but those of [`Message`](crate::Message) are real-time safe.
+/// Writing end of a connection. All calls except those of [`Message`](crate::Message) are real-time safe.
 pub trait Sender: Send {
-    /// Returns the bytes of the next publication, `asynchronous_len` of them, starting on a cache line. They hold an earlier group or
-    /// anything: fill them whole each time.
+    /// Returns the buffer of the next publication, `asynchronous_len` bytes that start on a cache line. Its contents are arbitrary
+    /// (possibly an earlier group): overwrite all of it each time.
     fn group(&mut self) -> &mut [u8];
 
-    /// Publishes the group with the writer's number and time: the reader gets all of it or nothing.
+    /// Publishes the group with the writer's number and time. The reader gets all of it or nothing.
     fn publish(&mut self, number: u64, now_ns: i64);
 
-    /// Appends a row: `fill` writes its `queue_row_len` bytes, which hold an earlier row or anything. [`Full`], without calling `fill`,
-    /// where the reader has too many waiting. Panics on a connection without a queue.
+    /// Appends a row: `fill` writes its `queue_row_len` bytes, whose contents are arbitrary before. Returns [`Full`] without calling
+    /// `fill` if too many rows wait at the reader. Panics on a connection without a queue.
     fn push(&mut self, number: u64, now_ns: i64, fill: &mut dyn FnMut(&mut [u8])) -> Result<(), Full>;
 
-    /// Returns true if the row pushed last was readable when `push` returned: then the writing source raises the reading one
-    /// itself, once a firing. Else [`Carrier::deliver`] raises it on arrival. Always true in memory.
+    /// Returns true if the row pushed last was readable when `push` returned: the writing source then raises the reading one itself, once
+    /// per firing. Otherwise, [`Carrier::deliver`] raises it on arrival. Always true in memory.
     fn arrived(&self) -> bool {
         true
     }
 }
 
-/// The reading end of a connection. All calls but those of [`Message`](crate::Message) are real-time safe.
+/// Reading end of a connection. All calls except those of [`Message`](crate::Message) are real-time safe.
 pub trait Receiver: Send {
-    /// Takes the newest group, if there is one that it has not had. `None` where there is no news, so always before the first
+    /// Takes the newest group, if there is one that it has not had. Returns `None` if there is no new one, hence always before the first
     /// publication.
     fn latch(&mut self, now_ns: i64) -> Option<Header>;
 
-    /// Returns the group latched last, `asynchronous_len` bytes; zeros before the first. It stays until the next latch.
+    /// Returns the group latched last, `asynchronous_len` bytes; zeros before the first. It stays valid until the next latch.
     fn group(&self) -> &[u8];
 
-    /// Returns the writer's number and the bytes of the oldest row, which stays; none if no row waits.
+    /// Returns the writer's number and the bytes of the oldest row without removing it; `None` if no row waits.
     fn peek_row(&mut self) -> Option<(u64, &[u8])>;
 
-    /// Removes the oldest row; false where no row waits.
+    /// Removes the oldest row; returns false if no row waits.
     fn pop_row(&mut self) -> bool;
 
-    /// Rows that wait.
+    /// Returns the number of waiting rows.
     fn rows(&self) -> usize;
 }
 
-/// Publisher of a group, and the time of the publication.
+/// Number and time of a publication.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub struct Header {
-    /// The writer's number.
+    /// Number assigned by the writer.
     pub number: u64,
-    /// The writer's time, ns on the clock.
+    /// Time of the writer, ns on the clock.
     pub time_ns: i64,
 }
 
 impl Header {
-    /// Bytes of a header in memory.
+    /// Size of a header in memory, in bytes.
     pub const LEN: usize = 16;
 
-    /// Returns its offset in memory, behind a group of `group_len` bytes: the group begins on a cache line, and where it is small both share
-    /// that line, so that one line goes from core to core.
+    /// Returns the header's offset in memory, behind a group of `group_len` bytes. The group begins on a cache line, and a small group
+    /// shares it with the header, so that only one line moves between cores.
     #[inline]
     pub fn behind(group_len: usize) -> usize {
         group_len.next_multiple_of(align_of::<u64>())
     }
 
-    /// Puts it into memory, `at` bytes from the start.
+    /// Writes the header to memory, `at` bytes from the start.
     #[inline]
     pub fn write(self, memory: &mut [u8], at: usize) {
         memory[at..at + 8].copy_from_slice(&self.number.to_ne_bytes());
         memory[at + 8..at + Self::LEN].copy_from_slice(&self.time_ns.to_ne_bytes());
     }
 
-    /// Reads the header that [`write`](Self::write) put there.
+    /// Reads a header written by [`write`](Self::write).
     #[inline]
     pub fn read(memory: &[u8], at: usize) -> Self {
         let word = |at: usize| memory[at..at + 8].try_into().expect("eight bytes were cut out");
@@ -111,8 +111,8 @@ impl Header {
     }
 }
 
-/// The reader has not taken enough: there is no room for another row. Real-time code turns it into the condition `overrun`,
-/// which names both ends.
+/// The reader has fallen behind: there is no room for another row. Real-time code turns it into the condition `overrun`, which names both
+/// ends.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Full;
 

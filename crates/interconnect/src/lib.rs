@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The interconnect: what carries values between interrupt sources, and to the programming system and the recorder.
+//! The interconnect: carries values between interrupt sources, and to the programming system and the recorder.
 //!
-//! For each pair (writing source → reading source) there is one connection. Its asynchronous members, the *group*, travel in
-//! a triple buffer, its synchronous and ratio members in a queue of rows, taken by number. The programming system and the
-//! recorder read from a ring of rows. No interrupt source ever blocks, retries or spins here.
+//! There is one connection for each pair (writing source → reading source). Its asynchronous members, the *group*, are carried by a
+//! triple buffer, its synchronous and ratio members by a queue of rows, taken by number. The programming system and the recorder read
+//! from a ring of rows. No interrupt source ever blocks, retries or spins here.
 //!
 //! | module | carries | writer | reader |
 //! |---|---|---|---|
@@ -11,10 +11,10 @@
 //! | [`mod@queue`] | every row, in order, once | one, wait-free | one, wait-free |
 //! | [`mod@rows`] | the last rows | one, wait-free | any number; they retry when overtaken |
 //!
-//! A [`Carrier`] makes connections of these: [`Memory`] between threads, [`Message`] over a link that can delay, drop, repeat,
-//! reorder and corrupt, for tests under the virtual clock. [`Ends`] makes the two ends of a connection apart, where they lie in
-//! different processes or on different hosts. A block, graph or verb cannot tell which. [`message::ends`] and [`message::packet`] are the protocol
-//! of the message link without its time: crate `hosts` speaks it over a network.
+//! A [`Carrier`] makes connections from these: [`Memory`] between threads, [`Message`] over a link that can delay, drop, repeat, reorder
+//! and corrupt, for tests under the virtual clock. [`Ends`] makes the two ends of a connection separately, in different processes or on
+//! different hosts. Blocks, graphs and verbs cannot tell the difference. [`message::ends`] and [`message::packet`] are the protocol of
+//! the message link without its timing; crate `hosts` uses it over a network.
 //!
 //! ```
 //! use interconnect::{Carrier, ConnectionSpec, Memory};
@@ -34,7 +34,7 @@
 //! # Ok::<(), interconnect::Full>(())
 //! ```
 //!
-//! It knows bytes and numbers; no type, block, verb, clock, file or network.
+//! This crate knows bytes and numbers, but no types, blocks, verbs, clocks, files or networks.
 mod ahead;
 mod aligned;
 pub mod carrier;

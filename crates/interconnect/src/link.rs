@@ -1,67 +1,67 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The way out of a process: ends of connections that are made one at a time, each where its source runs, and the link between a
-//! supervisor and a remote processor.
+//! Connections that leave a process: ends that are made one at a time, each where its source runs, and the link between a supervisor and
+//! a remote processor.
 use crate::carrier::{ConnectionSpec, Receiver, Sender};
 use std::fmt;
 use std::time::Duration;
 
-/// Carries connections whose ends lie in different processes or on different hosts. Both ends of a connection are made with one number
-/// and one [`ConnectionSpec`], in any order, by the owner of the source; a reader that comes later than a publication finds the newest group.
+/// Maker of connections whose ends are in different processes or on different hosts. The owner of each source makes its end, in any
+/// order, with the connection's number and [`ConnectionSpec`]; a reader that is made after a publication receives the newest group.
 pub trait Ends: Send {
     /// Returns the writing end of connection `number`. Not on the real-time path.
     ///
     /// # Errors
-    /// Cause that keeps it from being made: no room, no rights, no way to the other side.
+    /// Fails if it cannot be made: no room, insufficient rights, other side unreachable.
     fn sender(&mut self, number: u64, spec: &ConnectionSpec) -> Result<Box<dyn Sender>, EndError>;
 
-    /// Returns the reading end. `raise` is called once for each row that became readable, on any thread but a real-time one; never for a group.
-    /// Not on the real-time path.
+    /// Returns the reading end. `raise` is called once for each row that became readable, on any thread but a real-time one; never for a
+    /// group. Not on the real-time path.
     ///
     /// # Errors
     /// As for [`Ends::sender`].
     fn receiver(&mut self, number: u64, spec: &ConnectionSpec, raise: Box<dyn Fn() + Send + Sync>) -> Result<Box<dyn Receiver>, EndError>;
 
-    /// Connections that were lost since the last call although both ends are there, as where the other side wrote what no end writes. Not on the
-    /// real-time path; to be asked now and then.
+    /// Returns the connections lost since the last call although both ends exist, e.g. because the other side wrote values that no end
+    /// writes. Should be polled occasionally. Not on the real-time path.
     fn lost(&mut self) -> Vec<LostConnection> {
         Vec::new()
     }
 }
 
-/// A connection over which nothing comes, though both ends are there.
+/// A connection that no longer carries anything, although both ends exist.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct LostConnection {
-    /// The writing source.
+    /// Writing source.
     pub writer: u32,
-    /// The reading source.
+    /// Reading source.
     pub reader: u32,
-    /// Cause of the loss, for people.
+    /// Cause of the loss, human-readable.
     pub message: String,
 }
 
-/// Between a supervisor and a remote processor: whole frames, in order, each once, or the link is closed. Used by any thread but a
-/// real-time one; one thread receives at a time.
+/// Link between a supervisor and a remote processor: delivers whole frames, in order, each once, or is closed. Used by any thread but a
+/// real-time one; only one thread may receive at a time.
 pub trait Link: Send + Sync {
-    /// Sends a frame. It may wait for room, but not longer than the link lives.
+    /// Sends a frame. May wait for room, but not longer than the link lives.
     ///
     /// # Errors
-    /// [`LinkClosed`]: the other side is gone.
+    /// [`LinkClosed`] if the other side has disconnected.
     fn send(&self, frame: &[u8]) -> Result<(), LinkClosed>;
 
-    /// Returns the next frame; none if `limit` passed without one.
+    /// Returns the next frame; `None` if none arrived within `limit`.
     ///
     /// # Errors
-    /// [`LinkClosed`]: the other side is gone, and everything it had sent has been received.
+    /// [`LinkClosed`] if the other side has disconnected and everything that it had sent has been received.
     fn receive(&self, limit: Duration) -> Result<Option<Vec<u8>>, LinkClosed>;
 
-    /// Closes it: both sides see that.
+    /// Closes the link, visibly for both sides.
     fn close(&self);
 }
 
 /// Error: an end of a connection could not be made.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct EndError {
-    /// Text for people.
+    /// Human-readable message.
     pub message: String,
 }
 
@@ -73,7 +73,7 @@ impl fmt::Display for EndError {
 
 impl std::error::Error for EndError {}
 
-/// The other side of a link is gone.
+/// Error: the other side of a link has disconnected.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct LinkClosed;
 

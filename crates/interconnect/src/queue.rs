@@ -4,12 +4,12 @@
 //! | | writer | reader |
 //! |---|---|---|
 //! | may block the other | never; a full queue refuses the push | never; an empty queue has no row |
-//! | steps | one atomic store; one load where the remembered count says full | one store a pop; one load where the remembered count says empty |
-//! | if the other is preempted, stopped or killed anywhere | goes on until full | goes on until empty |
+//! | steps | one atomic store; one load if the remembered count indicates full | one store per pop; one load if the remembered count indicates empty |
+//! | if the other is preempted, stopped or killed at any point | continues until full | continues until empty |
 //!
-//! `depth` rows, all made at construction, none added later: a deeper queue would only hide a reader that does not keep up.
-//! Each count is written by one end only and lies on a cache line of its own; so does each end, with what it remembers of the
-//! other's count. The algorithm does not know where counts and rows lie: [`QueueMemory`].
+//! All `depth` rows are allocated at construction: a deeper queue would only hide a reader that does not keep up. Each count is written
+//! by one end only and has a cache line of its own, as does each end with its copy of the other's count. The algorithm does not depend on
+//! the location of counts and rows: see [`QueueMemory`].
 use crate::aligned::AlignedBytes;
 use crate::carrier::Full;
 use crate::sync::{Arc, AtomicUsize, Ordering, OwnLine, UnsafeCell};
@@ -23,66 +23,66 @@ pub fn queue(row_len: usize, depth: usize) -> (QueueWriter, QueueReader) {
     (writer, QueueReader { memory, popped: 0, next: 0, pushed_seen: 0 })
 }
 
-/// Memory of the counts and the rows of a queue: in this process ([`queue`]), or where others see them too.
+/// Memory of the counts and rows of a queue: in this process ([`queue`]), or shared with others.
 ///
 /// # Safety
-/// Counts and rows stay where they are as long as the value lives; no two rows overlap; the depth stays, and is not 0; and only one writer
-/// and one reader at a time, in whatever process, touch them.
+/// Counts and rows do not move as long as the value lives; no two rows overlap; the depth is constant and not 0; and only one
+/// writer and one reader at a time, in whatever process, touch them.
 pub unsafe trait QueueMemory {
-    /// Rows popped so far (wraps): written by the reader.
+    /// Returns the number of rows popped so far (wraps); written by the reader.
     fn popped(&self) -> &AtomicUsize;
 
-    /// Rows pushed so far (wraps): written by the writer.
+    /// Returns the number of rows pushed so far (wraps); written by the writer.
     fn pushed(&self) -> &AtomicUsize;
 
-    /// Returns number of rows that there is room for.
+    /// Returns the capacity in rows.
     fn depth(&self) -> usize;
 
-    /// Returns number and bytes of the row in a slot below the depth, for the end that may touch it.
+    /// Returns number and bytes of the row in a slot below the depth, for the end that may access it.
     fn for_reading(&self, slot: usize) -> (*const u64, *const [u8]);
 
-    /// Returns the same as [`for_reading`](Self::for_reading), to write into.
+    /// Returns the same as [`for_reading`](Self::for_reading), for writing.
     fn for_writing(&self, slot: usize) -> (*mut u64, *mut [u8]);
 
-    /// Returns the reader's count, for a writer that has pushed `pushed`: 0 to `depth` behind it. Where other processes write the counts too this is
-    /// where they are checked; between two threads it costs nothing.
+    /// Returns the reader's count, 0 to `depth` behind `pushed`, the writer's. Implementations whose counts other processes can write
+    /// check them here; between two threads the check costs nothing.
     #[inline]
     fn popped_of(&self, _pushed: usize) -> usize {
         self.popped().load(Ordering::Acquire)
     }
 
-    /// Returns the writer's count, for a reader that has popped `popped`: 0 to `depth` ahead of it.
+    /// Returns the writer's count, 0 to `depth` ahead of `popped`, the reader's.
     #[inline]
     fn pushed_of(&self, _popped: usize) -> usize {
         self.pushed().load(Ordering::Acquire)
     }
 }
 
-/// The writing end.
+/// Writing end of a queue.
 #[repr(align(64))]
 pub struct QueueWriter<M = OwnQueue> {
     memory: M,
-    /// Rows pushed so far (wraps).
+    /// Number of rows pushed so far (wraps).
     pushed: usize,
-    /// The slot of the next row.
+    /// Slot of the next row.
     next: usize,
-    /// The reader's count when it was last looked at.
+    /// The reader's count when last read.
     popped_seen: usize,
 }
 
 impl<M: QueueMemory> QueueWriter<M> {
-    /// Makes the writing end of a queue that lies in `memory`, behind the rows that wait there.
+    /// Makes the writing end of a queue in `memory`, after the rows that wait there.
     ///
     /// # Safety
-    /// No other writer of it lives, and the counts are those that the ends before left.
+    /// No other writer of the queue lives, and the counts are those left by the previous ends.
     pub unsafe fn in_memory(memory: M) -> Self {
         let pushed = memory.pushed().load(Ordering::Acquire);
         let popped_seen = memory.popped_of(pushed);
         QueueWriter { next: pushed % memory.depth(), memory, pushed, popped_seen }
     }
 
-    /// Appends a row: `fill` writes its bytes, which hold some earlier row. [`Full`], without calling `fill`, where `depth`
-    /// rows wait. A `fill` that panics appends nothing. Real-time safe.
+    /// Appends a row: `fill` writes its bytes, which contain some earlier row. Returns [`Full`] without calling `fill` if `depth` rows
+    /// wait. If `fill` panics, nothing is appended. Real-time safe.
     #[inline]
     pub fn push(&mut self, number: u64, fill: impl FnOnce(&mut [u8])) -> Result<(), Full> {
         let depth = self.memory.depth();
@@ -104,7 +104,7 @@ impl<M: QueueMemory> QueueWriter<M> {
         Ok(())
     }
 
-    /// Rows that wait. The reader may be taking some meanwhile.
+    /// Returns the number of waiting rows. The reader may pop some concurrently.
     pub fn len(&self) -> usize {
         self.pushed.wrapping_sub(self.memory.popped_of(self.pushed))
     }
@@ -115,30 +115,30 @@ impl<M: QueueMemory> QueueWriter<M> {
     }
 }
 
-/// The reading end.
+/// Reading end of a queue.
 #[repr(align(64))]
 pub struct QueueReader<M = OwnQueue> {
     memory: M,
-    /// Rows popped so far (wraps).
+    /// Number of rows popped so far (wraps).
     popped: usize,
-    /// The slot of the oldest row.
+    /// Slot of the oldest row.
     next: usize,
-    /// The writer's count when it was last looked at.
+    /// The writer's count when last read.
     pushed_seen: usize,
 }
 
 impl<M: QueueMemory> QueueReader<M> {
-    /// Makes the reading end of a queue that lies in `memory`: the rows that wait there come first.
+    /// Makes the reading end of a queue in `memory`, starting with the rows that wait there.
     ///
     /// # Safety
-    /// No other reader of it lives, and the counts are those that the ends before left.
+    /// No other reader of the queue lives, and the counts are those left by the previous ends.
     pub unsafe fn in_memory(memory: M) -> Self {
         let popped = memory.popped().load(Ordering::Acquire);
         let pushed_seen = memory.pushed_of(popped);
         QueueReader { next: popped % memory.depth(), memory, popped, pushed_seen }
     }
 
-    /// Returns the number and bytes of the oldest row, which stays; none if no row waits. Real-time safe.
+    /// Returns the number and bytes of the oldest row without removing it; `None` if no row waits. Real-time safe.
     #[inline]
     pub fn peek(&mut self) -> Option<(u64, &[u8])> {
         if !self.waits() {
@@ -150,7 +150,7 @@ impl<M: QueueMemory> QueueReader<M> {
         Some(unsafe { (*number, &*row) })
     }
 
-    /// Removes the oldest row; false where no row waits. Real-time safe.
+    /// Removes the oldest row; returns false if no row waits. Real-time safe.
     #[inline]
     pub fn pop(&mut self) -> bool {
         if !self.waits() {
@@ -162,7 +162,7 @@ impl<M: QueueMemory> QueueReader<M> {
         true
     }
 
-    /// Rows that wait. The writer may be adding some meanwhile.
+    /// Returns the number of waiting rows. The writer may push some concurrently.
     pub fn len(&self) -> usize {
         self.memory.pushed_of(self.popped).wrapping_sub(self.popped)
     }
@@ -181,7 +181,7 @@ impl<M: QueueMemory> QueueReader<M> {
     }
 }
 
-/// Memory of this process, shared by the two ends.
+/// Memory of this process, shared by both ends.
 #[derive(Clone)]
 pub struct OwnQueue(Arc<HeapMemory>);
 
@@ -221,9 +221,9 @@ struct Slot {
 }
 
 struct HeapMemory {
-    /// Written by the reader.
+    /// Count written by the reader.
     popped: OwnLine<AtomicUsize>,
-    /// Written by the writer.
+    /// Count written by the writer.
     pushed: OwnLine<AtomicUsize>,
     slots: Box<[UnsafeCell<Slot>]>,
 }

@@ -1,23 +1,23 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The ring of rows: the last rows that one writer wrote, for any number of readers (the programming system, the recorder).
+//! Ring of rows: the last rows of one writer, for any number of readers (the programming system, the recorder).
 //!
 //! | | writer | a reader |
 //! |---|---|---|
 //! | may block the other | never | never, nor another reader |
-//! | steps of a row | its words, two stores, one fence; no look at the readers | its words, two loads, one fence |
-//! | retries | none | when the writer overtook it: it takes a newer row, or counts the lost one |
-//! | if the writer is stopped or killed inside a row | | reads all rows but the oldest, whose place was being written |
+//! | steps of a row | its words, two stores, one fence; no access to the readers | its words, two loads, one fence |
+//! | retries | none | if the writer overtook it: it takes a newer row, or counts the lost one |
+//! | if the writer is stopped or killed inside a row | | reads all rows but the oldest, which was being overwritten |
 //!
-//! Each row has a stamp, odd while the row is written (a sequence lock for each row). A reader copies the words and keeps the
-//! copy only if the stamp was the same, even one before and after. All words are atomic and relaxed, so a copy that is thrown
-//! away is no data race either. `depth` is how far the writer may run ahead of a reader that is reading.
+//! Each row has a stamp, odd while the row is written (a sequence lock for each row). A reader copies the words and keeps the copy only
+//! if the stamp was the same, even one before and after. All words are atomic and relaxed, so a discarded copy is not a data race either.
+//! `depth` is how far the writer may run ahead of a reader that is reading.
 //!
-//! (A sequence lock does not do between interrupt sources, whose reader must not retry; the readers here are no part of the
-//! real-time path.)
+//! (A sequence lock is unsuitable between interrupt sources, whose reader must not retry; the readers here are not part of the real-time
+//! path.)
 use crate::ahead::will_write;
 use crate::sync::{Arc, AtomicU64, Ordering, OwnLine, fence, spin_loop};
 
-/// Makes a ring of `depth` rows of `row_len` bytes. Panics if `depth` is below 2: the newest row must outlast the next write.
+/// Makes a ring of `depth` rows of `row_len` bytes. Panics if `depth` is below 2, because the newest row must outlast the next write.
 pub fn rows(row_len: usize, depth: usize) -> (RowsWriter, RowsReader) {
     assert!(depth >= 2, "a ring of rows needs two rows or more");
     let words_len = HEADER_WORDS + row_len.div_ceil(WORD);
@@ -26,18 +26,18 @@ pub fn rows(row_len: usize, depth: usize) -> (RowsWriter, RowsReader) {
     (RowsWriter { shared: shared.clone(), written: 0, next: 0 }, RowsReader { shared })
 }
 
-/// The writing end: one writer at a time.
+/// Writing end: one writer at a time.
 pub struct RowsWriter {
     shared: Arc<SharedRing>,
-    /// Rows written so far, the sequence of the next one.
+    /// Number of rows written so far: the sequence of the next one.
     written: u64,
-    /// Its place in the ring.
+    /// Index of the next row in the ring.
     next: usize,
 }
 
 impl RowsWriter {
-    /// Writes a row: `fill` puts its bytes one segment after the other; what it leaves is zero. Readers see all of the row or
-    /// nothing. A `fill` that panics writes no row. Wait-free, real-time safe.
+    /// Writes a row: `fill` puts its bytes one segment after the other; the remainder is zero. Readers see all of the row or nothing. If
+    /// `fill` panics, no row is written. Wait-free, real-time safe.
     #[inline]
     pub fn write(&mut self, number: u64, time_ns: i64, fill: impl FnOnce(&mut RowSink)) {
         let shared = &*self.shared;
@@ -57,27 +57,27 @@ impl RowsWriter {
         shared.written.0.store(self.written, Ordering::Release);
     }
 
-    /// Asks for the memory of the next row, so that `write` need not wait for it. To be called some hundred nanoseconds before; it may be
-    /// left out.
+    /// Prefetches the memory of the next row, so that `write` does not wait for it. Call it some hundred nanoseconds before `write`;
+    /// optional.
     #[inline]
     pub fn expect(&self) {
         will_write(self.shared.place(self.next));
         will_write(std::slice::from_ref(&self.shared.written));
     }
 
-    /// Rows that were lost before they came here: readers count as many as lost before the next row. For a ring that repeats the rows
-    /// of another one.
+    /// Skips rows that were lost before they arrived here: readers count as many as lost before the next row. For a ring that repeats the
+    /// rows of another one.
     pub fn skip(&mut self, lost: u64) {
         self.written += lost;
         self.next = (self.written % self.shared.depth as u64) as usize;
     }
 
-    /// Bytes of a row.
+    /// Returns the size of a row in bytes.
     pub fn row_len(&self) -> usize {
         self.shared.row_len
     }
 
-    /// Rows that it holds.
+    /// Returns the capacity in rows.
     pub fn depth(&self) -> usize {
         self.shared.depth
     }
@@ -90,17 +90,17 @@ impl RowsWriter {
 
 /// A row that is being written.
 pub struct RowSink<'a> {
-    /// The words that are not stored yet.
+    /// Words that are not stored yet.
     words: &'a [AtomicU64],
-    /// Bytes that may still be put.
+    /// Number of bytes that may still be put.
     room: usize,
-    /// The first bytes of the next word.
+    /// First bytes of the next word.
     partial: u64,
     partial_len: usize,
 }
 
 impl RowSink<'_> {
-    /// Appends a segment. Panics if the row has no room for it. Segments of whole words (8 bytes) are the fast ones.
+    /// Appends a segment. Panics if it does not fit in the row. Segments of whole words (8 bytes) are fastest.
     #[inline]
     pub fn put(&mut self, segment: &[u8]) {
         assert!(segment.len() <= self.room, "a segment of {} bytes does not fit into the {} left in the row", segment.len(), self.room);
@@ -146,27 +146,27 @@ impl RowSink<'_> {
     }
 }
 
-/// A row as it was written.
+/// A row that was read.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Row {
-    /// Number of rows that were written before it.
+    /// Number of rows written before it.
     pub sequence: u64,
-    /// The writer's number.
+    /// Number assigned by the writer.
     pub number: u64,
-    /// The writer's time, ns on the clock.
+    /// Time of the writer, ns on the clock.
     pub time_ns: i64,
-    /// `row_len` bytes.
+    /// Contents, `row_len` bytes.
     pub bytes: Vec<u8>,
 }
 
-/// A reading end, for any thread; a clone is another. Allocates: not for the real-time path.
+/// Reading end, for any thread; a clone is an independent reader. Allocates: not for the real-time path.
 #[derive(Clone)]
 pub struct RowsReader {
     shared: Arc<SharedRing>,
 }
 
 impl RowsReader {
-    /// Returns the newest row; none before the first. Retries when the writer overtook it by the depth of the ring.
+    /// Returns the newest row; `None` before the first. Retries if the writer overtook it by the depth of the ring.
     pub fn newest(&self) -> Option<Row> {
         loop {
             let written = self.written();
@@ -180,8 +180,8 @@ impl RowsReader {
         }
     }
 
-    /// Appends the rows from `sequence` on to `out`, oldest first, and returns how many of them were lost, written over before they
-    /// could be read. The next call asks from `sequence` + lost + appended on.
+    /// Appends the rows from `sequence` on to `out`, oldest first, and returns how many were lost, i.e. overwritten before they could be
+    /// read. The next call continues at `sequence` + lost + appended.
     pub fn since(&self, sequence: u64, out: &mut Vec<Row>) -> u64 {
         let end = self.written();
         let first = sequence.max(end.saturating_sub(self.shared.depth as u64));
@@ -195,8 +195,8 @@ impl RowsReader {
         lost
     }
 
-    /// Copies the oldest row from `sequence` on that is still there to `into`, whose memory it uses again, and returns how many before
-    /// it were lost; the next call asks from `into.sequence` + 1 on. None, and nothing copied, where no row has been written since.
+    /// Copies the oldest available row from `sequence` on to `into`, reusing its memory, and returns how many before it were lost; the
+    /// next call continues at `into.sequence` + 1. Returns `None` and copies nothing if no row has been written since.
     pub fn next(&self, sequence: u64, into: &mut Row) -> Option<u64> {
         let mut wanted = sequence;
         loop {
@@ -212,7 +212,7 @@ impl RowsReader {
         }
     }
 
-    /// Returns the last `n` rows or fewer, oldest first. A row that was written over while they were read is left out with the older ones.
+    /// Returns up to `n` of the last rows, oldest first. If a row is overwritten during the read, it and the older ones are left out.
     pub fn last(&self, n: usize) -> Vec<Row> {
         let mut out = Vec::new();
         self.since(self.written().saturating_sub(n as u64), &mut out);
@@ -221,31 +221,31 @@ impl RowsReader {
         out
     }
 
-    /// Rows written so far: the sequence of the next one.
+    /// Returns the number of rows written so far: the sequence of the next one.
     pub fn written(&self) -> u64 {
         self.shared.written.0.load(Ordering::Acquire)
     }
 
-    /// Bytes of a row.
+    /// Returns the size of a row in bytes.
     pub fn row_len(&self) -> usize {
         self.shared.row_len
     }
 
-    /// Rows that the ring holds.
+    /// Returns the capacity in rows.
     pub fn depth(&self) -> usize {
         self.shared.depth
     }
 
-    /// Returns row `sequence`, which has been written; none if it was written over.
+    /// Returns row `sequence`, which has been written; `None` if it was overwritten.
     fn row(&self, sequence: u64) -> Option<Row> {
         let mut row = Row { bytes: Vec::with_capacity(self.shared.words_len * WORD), ..Row::default() };
         self.copy(sequence, &mut row).then_some(row)
     }
 
-    /// Copies it to where another row was; false if it was written over, and what is in `into` then is no row.
+    /// Copies row `sequence` into an existing row; returns false if it was overwritten, which leaves `into` invalid.
     fn copy(&self, sequence: u64, into: &mut Row) -> bool {
         let row = self.shared.place((sequence % self.shared.depth as u64) as usize);
-        // The caller has seen the count of written rows, so what is read here is of this row or a later one, never an earlier.
+        // The caller has read the count of written rows, so the words read here belong to this row or a later one, never an earlier.
         if row[STAMP].load(Ordering::Relaxed) != stamp_of(sequence) {
             return false;
         }
@@ -256,7 +256,7 @@ impl RowsReader {
         for word in &row[HEADER_WORDS..] {
             into.bytes.extend_from_slice(&word.load(Ordering::Relaxed).to_le_bytes());
         }
-        // If a word above was of a later row, the odd stamp before it is visible from here on.
+        // If a word above belonged to a later row, the odd stamp before it is visible after this fence.
         fence(Ordering::Acquire);
         into.bytes.truncate(self.shared.row_len);
         row[STAMP].load(Ordering::Relaxed) == stamp_of(sequence)
@@ -264,7 +264,7 @@ impl RowsReader {
 }
 
 struct SharedRing {
-    /// Rows written so far; each is complete.
+    /// Number of rows written so far; each is complete.
     written: OwnLine<AtomicU64>,
     /// `depth` rows of `words_len` words: stamp, number, time, bytes.
     words: Box<[AtomicU64]>,
@@ -280,8 +280,8 @@ impl SharedRing {
     }
 }
 
-/// Returns the stamp of a complete row: even, never that of another row, never the 0 of a place that was not written yet. One less
-/// while it is written.
+/// Returns the stamp of a complete row: even, different from that of any other row and from the 0 of an unwritten slot. One less while
+/// the row is being written.
 fn stamp_of(sequence: u64) -> u64 {
     2 * sequence + 2
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The atomics and the cell that the lock-free structures are made of: of the standard library, or of loom for its models.
+//! Atomics and cell used by the lock-free structures: those of the standard library, or of loom for its models.
 
 #[cfg(loom)]
 pub(crate) use loom::{
@@ -19,7 +19,7 @@ pub(crate) use std::{
     },
 };
 
-/// `std::cell::UnsafeCell` with the two calls of loom's that are used here.
+/// `std::cell::UnsafeCell` with the two methods of loom's that are used here.
 #[cfg(not(loom))]
 pub(crate) struct UnsafeCell<T>(std::cell::UnsafeCell<T>);
 
@@ -42,6 +42,6 @@ impl<T> UnsafeCell<T> {
     }
 }
 
-/// A value on cache lines of its own, so that its writer does not slow down who reads its neighbours.
+/// A value on cache lines of its own, so that its writer does not slow down readers of adjacent values.
 #[repr(align(64))]
 pub(crate) struct OwnLine<T>(pub(crate) T);

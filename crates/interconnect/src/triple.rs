@@ -4,16 +4,16 @@
 //! | | writer | reader |
 //! |---|---|---|
 //! | may block the other | never | never |
-//! | steps of an exchange | one swap | one load where there is no news, else one load and one swap |
+//! | steps of an exchange | one swap | one load if there is no new group, else one load and one swap |
 //! | retries | none | none |
-//! | if the other is preempted, stopped or killed anywhere | goes on | goes on, with the last complete publication |
+//! | if the other is preempted, stopped or killed at any point | continues | continues with the last complete publication |
 //!
-//! Why three buffers: the writer fills one (*back*), the reader reads one (*front*), and the third (*middle*) holds the newest
-//! complete publication, so that either side can always exchange its own against it without asking the other. With two, one side would have
-//! to wait for the other or write over what is being read; a fourth would never be used. The word in the middle names the
-//! buffer that lies there and whether the reader has seen it; each swap moves a whole buffer, so a group is never torn.
+//! Why three buffers: the writer fills one (*back*), the reader reads one (*front*), and the third (*middle*) holds the newest complete
+//! publication, so that either side can always exchange its own buffer for it without coordination. With two, one side would have to wait
+//! for the other or overwrite a buffer that is being read; a fourth would never be used. The middle word contains the index of the middle
+//! buffer and whether the reader has seen it; each swap moves a whole buffer, so a group is never torn.
 //!
-//! Each buffer and the word lie on cache lines of their own. The algorithm does not know where that is: [`TripleMemory`].
+//! Each buffer and the word have cache lines of their own. The algorithm does not depend on their location: see [`TripleMemory`].
 use crate::aligned::AlignedBytes;
 use crate::sync::{Arc, AtomicU8, Ordering, OwnLine, UnsafeCell};
 
@@ -24,61 +24,61 @@ pub fn triple_buffer(len_bytes: usize) -> (TripleWriter, TripleReader) {
     (TripleWriter { memory: memory.clone(), back: BACK_AT_FIRST }, TripleReader { memory, front: FRONT_AT_FIRST })
 }
 
-/// Owners of the buffers before the first exchange.
+/// Buffer of the writer before the first exchange.
 pub const BACK_AT_FIRST: u8 = 0;
-/// The word in the middle before the first exchange.
+/// Buffer in the middle before the first exchange: the initial middle word.
 pub const MIDDLE_AT_FIRST: u8 = 1;
-/// Buffer of the reader, as [`BACK_AT_FIRST`] of the writer.
+/// Buffer of the reader before the first exchange.
 pub const FRONT_AT_FIRST: u8 = 2;
 
-/// Returns the buffer that `word`, the word in the middle, names.
+/// Returns the index of the buffer that `word`, the middle word, contains.
 pub fn in_the_middle(word: u8) -> u8 {
     word & INDEX
 }
 
-/// Returns true if `word` names a publication that the reader has not had.
+/// Returns true if `word` indicates a publication that the reader has not had.
 pub fn is_news(word: u8) -> bool {
     word & NEWS != 0
 }
 
-/// Memory of the word and the three buffers of a triple buffer: in this process ([`triple_buffer`]), or where others see them too.
+/// Memory of the word and the three buffers of a triple buffer: in this process ([`triple_buffer`]), or shared with others.
 ///
 /// # Safety
-/// The word and the buffers stay where they are as long as the value lives; the three buffers do not overlap; and only one writer and
-/// one reader at a time, in whatever process, touch them.
+/// The word and the buffers do not move as long as the value lives; the three buffers do not overlap; and only one writer and one
+/// reader at a time, in whatever process, touch them.
 pub unsafe trait TripleMemory {
-    /// Returns the word in the middle.
+    /// Returns the middle word.
     fn middle(&self) -> &AtomicU8;
 
-    /// Returns the buffer of an index below 3, for the end that holds it.
+    /// Returns the buffer with an index below 3, for the end that holds it.
     fn for_reading(&self, index: u8) -> *const [u8];
 
-    /// Returns the same as [`for_reading`](Self::for_reading), to write into.
+    /// Returns the same as [`for_reading`](Self::for_reading), for writing.
     fn for_writing(&self, index: u8) -> *mut [u8];
 
-    /// Returns the buffer, below 3, that an end gets for its own against `word`, which stood in the middle. Where other processes write the word
-    /// too this is where it is checked; between two threads it costs nothing.
+    /// Returns the index (below 3) of the buffer that an end receives in exchange for its own, from `word`, the previous middle word.
+    /// Implementations whose word other processes can write check it here; between two threads the check costs nothing.
     #[inline]
     fn given(&self, word: u8, _own: u8) -> u8 {
         in_the_middle(word)
     }
 }
 
-/// Returns whether `word` may stand in the middle while an end has the buffer `own`.
+/// Returns true if `word` is a valid middle word while an end has the buffer `own`.
 #[inline]
 pub fn is_possible(word: u8, own: u8) -> bool {
     word <= (INDEX | NEWS) && in_the_middle(word) != INDEX && in_the_middle(word) != own
 }
 
-/// The writing end.
+/// Writing end of a triple buffer.
 pub struct TripleWriter<M = OwnTriple> {
     memory: M,
-    /// The buffer that only this end touches.
+    /// Buffer that only this end accesses.
     back: u8,
 }
 
 impl<M: TripleMemory> TripleWriter<M> {
-    /// Makes the writing end of a triple buffer that lies in `memory`.
+    /// Makes the writing end of a triple buffer in `memory`.
     ///
     /// # Safety
     /// No other writer of it lives, and `back` is the buffer that is neither in the middle nor the reader's.
@@ -92,8 +92,8 @@ impl<M: TripleMemory> TripleWriter<M> {
         self.back
     }
 
-    /// Returns the buffer of the next publication, starting on a cache line. It holds some earlier group: fill it whole each time.
-    /// Real-time safe.
+    /// Returns the buffer of the next publication, starting on a cache line. It contains some earlier group: overwrite all of it each
+    /// time. Real-time safe.
     #[inline]
     pub fn back(&mut self) -> &mut [u8] {
         // SAFETY: `back`, `front` and the middle always name three different buffers (they start different and are only
@@ -102,7 +102,7 @@ impl<M: TripleMemory> TripleWriter<M> {
         unsafe { &mut *self.memory.for_writing(self.back) }
     }
 
-    /// Publishes the back buffer: the reader's next latch gets it, whole. It takes one atomic swap. Real-time safe.
+    /// Publishes the back buffer, which the reader's next latch gets as a whole. Takes one atomic swap. Real-time safe.
     #[inline]
     pub fn publish(&mut self) {
         let word = self.memory.middle().swap(self.back | NEWS, Ordering::AcqRel);
@@ -110,15 +110,15 @@ impl<M: TripleMemory> TripleWriter<M> {
     }
 }
 
-/// The reading end.
+/// Reading end of a triple buffer.
 pub struct TripleReader<M = OwnTriple> {
     memory: M,
-    /// The buffer that only this end touches.
+    /// Buffer that only this end accesses.
     front: u8,
 }
 
 impl<M: TripleMemory> TripleReader<M> {
-    /// Makes the reading end of a triple buffer that lies in `memory`.
+    /// Makes the reading end of a triple buffer in `memory`.
     ///
     /// # Safety
     /// No other reader of it lives, and `front` is the buffer that is neither in the middle nor the writer's.
@@ -132,7 +132,7 @@ impl<M: TripleMemory> TripleReader<M> {
         self.front
     }
 
-    /// Takes the newest publication, if there is one that it has not had: then true, and [`front`](Self::front) is that one.
+    /// Takes the newest publication, if there is one that it has not had; then returns true, and [`front`](Self::front) returns it.
     /// Real-time safe.
     #[inline]
     pub fn latch(&mut self) -> bool {
@@ -140,7 +140,7 @@ impl<M: TripleMemory> TripleReader<M> {
         if middle.load(Ordering::Relaxed) & NEWS == 0 {
             return false;
         }
-        // Only this end takes the mark away, so the buffer that comes back is a new one.
+        // Only this end clears the mark, so the buffer received is a new one.
         let word = middle.swap(self.front, Ordering::AcqRel);
         self.front = self.memory.given(word, self.front);
         true
@@ -155,7 +155,7 @@ impl<M: TripleMemory> TripleReader<M> {
     }
 }
 
-/// Memory of this process, shared by the two ends.
+/// Memory of this process, shared by both ends.
 #[derive(Clone)]
 pub struct OwnTriple(Arc<HeapMemory>);
 

@@ -1,28 +1,28 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The calls of a firing on a connection in memory, and on a ring of rows, allocate and free nothing.
+//! Checks that the calls of a firing on a connection in memory, and on a ring of rows, neither allocate nor free.
 #![cfg(not(loom))]
 use interconnect::{Carrier, ConnectionSpec, Memory, rows};
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::cell::Cell;
 
 thread_local! {
-    /// Calls of the allocator by this thread.
+    /// Number of allocator calls by this thread.
     static CALLS: Cell<usize> = const { Cell::new(0) };
 }
 
 struct Counting;
 
-// SAFETY: every call is passed on to the system's allocator as it came.
+// SAFETY: every call is passed to the system's allocator unchanged.
 unsafe impl GlobalAlloc for Counting {
     unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
         CALLS.set(CALLS.get() + 1);
-        // SAFETY: the caller's promise is passed on.
+        // SAFETY: the caller's contract is passed on.
         unsafe { System.alloc(layout) }
     }
 
     unsafe fn dealloc(&self, memory: *mut u8, layout: Layout) {
         CALLS.set(CALLS.get() + 1);
-        // SAFETY: the caller's promise is passed on.
+        // SAFETY: the caller's contract is passed on.
         unsafe { System.dealloc(memory, layout) }
     }
 }
@@ -30,7 +30,7 @@ unsafe impl GlobalAlloc for Counting {
 #[global_allocator]
 static ALLOCATOR: Counting = Counting;
 
-/// Calls of the allocator that `run` makes.
+/// Returns the number of allocator calls that `run` makes.
 fn calls(run: impl FnOnce()) -> usize {
     let before = CALLS.get();
     run();
@@ -51,7 +51,7 @@ fn a_connection_in_memory_allocates_only_when_it_is_made() {
             sender.group().fill(number as u8);
             sender.publish(number, 0);
             let pushed = sender.push(number, 0, &mut |row| row.fill(number as u8));
-            // Every fourth firing of the writer the reader is late, so that the queue gets full too.
+            // At every fourth firing of the writer the reader is late, so that the queue also fills up.
             if number % 4 != 3 {
                 assert!(receiver.latch(0).is_some());
                 while receiver.peek_row().is_some() {

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Promises of every carrier of connections, on memory, on messages without faults, and on messages with each fault and with all of them.
+//! Guarantees of every carrier of connections: in memory, by messages without faults, and by messages with each fault and with all of
+//! them.
 #![cfg(not(loom))]
 use interconnect::conformance::{Interconnect, PERIOD_NS};
 use interconnect::{Faults, Memory, Message};

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Models of the lock-free structures: every order of their steps that the memory model allows.
-//! `RUSTFLAGS="--cfg loom" cargo test -p interconnect --release --test loom`
+//! Models of the lock-free structures: every order of their steps that the memory model permits. `RUSTFLAGS="--cfg loom" cargo test -p
+//! interconnect --release --test loom`
 #![cfg(loom)]
 use interconnect::{QueueReader, queue, rows, triple_buffer};
 use loom::thread;
@@ -14,7 +14,7 @@ fn model(check: impl Fn() + Sync + Send + 'static) {
     builder.check(check);
 }
 
-/// The value that all bytes have.
+/// Returns the value that all bytes share.
 fn whole(bytes: &[u8]) -> u8 {
     assert!(bytes.iter().all(|byte| *byte == bytes[0]), "torn: {bytes:?}");
     bytes[0]
@@ -43,7 +43,7 @@ fn triple_buffer_is_never_torn_and_never_goes_back() {
     });
 }
 
-/// Pops what there is; `next` is the number that comes next.
+/// Pops all rows; `next` is the next expected number.
 fn pop_all(reader: &mut QueueReader, mut next: u64) -> u64 {
     while let Some((number, row)) = reader.peek() {
         assert_eq!(number, next);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Any sequence of calls: the structures against a model of them, a perfect link against memory, and the promises of a
-//! connection under any mix of faults.
+//! Arbitrary sequences of calls: the structures against a model, a perfect link against memory, and the guarantees of a connection under
+//! any mix of faults.
 #![cfg(not(loom))]
 use interconnect::{Carrier, ConnectionSpec, Counters, Faults, Full, Memory, Message, Receiver, Sender, queue, rows, triple_buffer};
 use proptest::prelude::*;
@@ -14,7 +14,7 @@ enum Call {
     Push,
     Peek,
     Pop,
-    /// Time passes, ns, and what is due is delivered.
+    /// Time passes, ns, and due messages are delivered.
     Deliver(i64),
 }
 
@@ -41,7 +41,7 @@ fn faults() -> impl Strategy<Value = Faults> {
             repeat,
             reorder,
             corrupt,
-            // A row that is sent again every nanosecond of a delay of 100 µs is 100,000 events, and not another behaviour.
+            // A row resent every nanosecond during a delay of 100 µs produces 100,000 events but no different behaviour.
             retransmit_ns: retransmit_ns.max((least + more) / 100),
             window,
         },
@@ -52,7 +52,7 @@ fn spec(depth: usize) -> ConnectionSpec {
     ConnectionSpec { writer: 0, reader: 1, asynchronous_len: 16, queue_row_len: 8, queue_depth: depth }
 }
 
-/// A connection, its time, and how far its writer is.
+/// A connection, its time, and the progress of its writer.
 struct Run {
     carrier: Box<dyn Carrier>,
     sender: Box<dyn Sender>,
@@ -68,7 +68,7 @@ impl Run {
         Run { carrier, sender, receiver, now_ns: 0, published: 0, pushed: 0 }
     }
 
-    /// Makes a call; returns all that can be seen of it.
+    /// Makes a call; returns all its observable effects.
     fn call(&mut self, call: &Call) -> String {
         match call {
             Call::Publish => {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Torn reads, looked for with threads: each group and row carries numbers that only agree if all of it is of one writing.
+//! Searches for torn reads with threads: the numbers of each group and row only agree if all of it was written at once.
 #![cfg(not(loom))]
 use interconnect::{Carrier, ConnectionSpec, Header, Memory, queue, rows};
 use std::sync::Barrier;
@@ -16,7 +16,7 @@ fn fill(bytes: &mut [u8], number: u64) {
     }
 }
 
-/// True if all of `bytes` was written for `number`.
+/// Returns true if all of `bytes` was written for `number`.
 fn agrees(bytes: &[u8], number: u64) -> bool {
     let mut expected = vec![0; bytes.len()];
     fill(&mut expected, number);
@@ -64,7 +64,7 @@ fn every_row_of_a_queue_comes_once_and_whole_between_threads() {
         });
         for expected in 0..PUBLICATIONS {
             let (number, row) = loop {
-                // Asked again below: a borrow cannot leave a loop that goes on.
+                // Peeked again below: a borrow cannot outlive an iteration of the loop.
                 if reader.peek().is_some() {
                     break reader.peek().expect("a row stays until it is popped");
                 }

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Where the hot loop may go over to one entry for several steps of a strip: a bank, of blocks that have one entry, or fused blocks.
+//! Selection of entries that run several steps of a strip in one call: banks (blocks with the same entry) and fused blocks.
 use crate::containment::Call;
 pub(crate) use opengpac::bank::Bank;
 use std::ops::Range;
 use std::ptr::fn_addr_eq;
 
-/// Fewer are run one by one: what the call of a bank entry costs is then more than what it saves.
+/// Minimum number of blocks in a bank: below it, the call of the bank entry costs more than it saves.
 const BANK_MIN: usize = 4;
 
 /// A maximal run of steps with one activation.
@@ -16,7 +16,7 @@ pub(crate) struct Strip {
     pub end: u32,
 }
 
-/// Steps of one strip with one entry, or what lies between two.
+/// Adjacent steps of one strip, and the entry that runs them.
 #[derive(Clone, Copy)]
 pub(crate) struct Stretch {
     pub slot: u32,
@@ -25,22 +25,22 @@ pub(crate) struct Stretch {
     pub entry: Entry,
 }
 
-/// Entry that runs a run of steps.
+/// Entry that runs adjacent steps.
 #[derive(Clone, Copy)]
 pub(crate) enum Entry {
     /// Each block by its own entry.
     Single,
-    /// Runs any of them, in order.
+    /// Runs any subset of them, in order.
     Bank(Bank),
-    /// Runs all of them, from the first on, or none.
+    /// Runs all of them from the first, or none.
     Fused(Bank),
 }
 
-/// Fused steps: where they begin and end, and their entry.
+/// Range of fused steps, and their entry.
 pub(crate) type FusedSteps = (Range<u32>, Bank);
 
-/// Cuts strips at what is fused, and what lies between at its banks. A block that is watched has an entry of its own and is in none. Off the
-/// real-time path.
+/// Cuts strips into fused steps, banks and single steps. Watched blocks have an entry of their own and are never part of a bank or
+/// fusion. Off the real-time path.
 pub(crate) fn stretches(strips: &[Strip], calls: &[Call], fused: &[FusedSteps]) -> Vec<Stretch> {
     let mut stretches: Vec<Stretch> = Vec::with_capacity(strips.len());
     for strip in strips {

@@ -1,38 +1,39 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Waiting on a word, and waking who waits on it: what a source sleeps on between firings, and the supervisor between events.
+//! Futex-like waiting and waking: sources sleep on a bell between firings, and the supervisor between events.
 //!
-//! | who | does | never |
+//! | role | does | never |
 //! |---|---|---|
-//! | a ringer (`ring`, `tell`) | counts, then looks whether anyone attends and the sleeper sleeps; one system call at most | waits |
-//! | the sleeper (`sleep`) | says that it sleeps, then looks at the count | sleeps through a `ring` |
-//! | one that attends (`attend`, `leave`) | says that it is gone, then looks at the count | leaves a `tell` that it has not seen |
+//! | ringer (`ring`, `tell`) | counts, then checks whether anyone attends and the sleeper sleeps; at most one system call | waits |
+//! | sleeper (`sleep`) | declares that it sleeps, then reads the count | sleeps through a `ring` |
+//! | attendant (`attend`, `leave`) | declares that it has left, then reads the count | leaves a `tell` that it has not seen |
 //!
-//! Each writes its own word before it reads that of the others, all in one order (SeqCst): of two, at least one sees the other.
+//! Each role writes its own word before it reads the others' words, all sequentially consistent (SeqCst): of any two, at least one sees
+//! the other.
 use std::sync::atomic::{AtomicU32, Ordering};
 
-/// A bell: a word that counts what happened, and whether somebody sleeps until it changes. One sleeper, any number of ringers.
+/// Counter of events, and whether a thread sleeps until it changes. One sleeper, any number of ringers.
 #[derive(Default)]
 pub struct Bell {
     rings: AtomicU32,
     asleep: AtomicU32,
-    /// Threads that look at the count in the sleeper's place.
+    /// Number of threads that watch the count on behalf of the sleeper.
     attending: AtomicU32,
-    /// A `tell` left the sleeper asleep, and no thread has left since.
+    /// Set if a `tell` left the sleeper asleep and no thread has left since.
     owed: AtomicU32,
 }
 
 impl Bell {
-    /// Returns the number of rings so far; read it before looking for work, then `sleep` on it.
+    /// Returns the number of rings so far. Read it before looking for work, then pass it to `sleep`.
     pub fn rings(&self) -> u32 {
         self.rings.load(Ordering::SeqCst)
     }
 
-    /// Counts, without waking. Real-time safe.
+    /// Increments the count without waking. Real-time safe.
     pub(crate) fn mark(&self) {
         self.rings.fetch_add(1, Ordering::SeqCst);
     }
 
-    /// Wakes the sleeper if there is one: a system call only then.
+    /// Wakes the sleeper. Makes a system call only if there is one.
     pub fn wake(&self) {
         if self.asleep.load(Ordering::SeqCst) != 0 {
             // SAFETY: a wake on a word of ours.
@@ -40,13 +41,13 @@ impl Bell {
         }
     }
 
-    /// Counts and wakes.
+    /// Increments the count and wakes the sleeper.
     pub fn ring(&self) {
         self.mark();
         self.wake();
     }
 
-    /// Counts, and wakes the sleeper unless a thread attends in its place. Real-time safe.
+    /// Increments the count, and wakes the sleeper unless a thread attends in its place. Real-time safe.
     pub fn tell(&self) {
         self.mark();
         if self.attending.load(Ordering::SeqCst) == 0 {
@@ -56,13 +57,13 @@ impl Bell {
         }
     }
 
-    /// Has this thread look at the count in the sleeper's place, until it calls `leave`. A thread that may be kept from looking needs
-    /// another one to `remind`.
+    /// Makes this thread watch the count on behalf of the sleeper until it calls `leave`. If this thread may be delayed, another one must
+    /// call `remind`.
     pub fn attend(&self) {
         self.attending.fetch_add(1, Ordering::SeqCst);
     }
 
-    /// Ends `attend` for a thread that has looked at everything up to `seen`: what came later wakes the sleeper.
+    /// Ends `attend` for a thread that has handled everything up to `seen`; wakes the sleeper for anything later.
     pub fn leave(&self, seen: u32) {
         self.attending.fetch_sub(1, Ordering::SeqCst);
         self.owed.store(0, Ordering::SeqCst);
@@ -76,13 +77,13 @@ impl Bell {
         self.owed.load(Ordering::Relaxed) != 0
     }
 
-    /// Wakes the sleeper though a thread attends.
+    /// Wakes the sleeper even if a thread attends.
     pub fn remind(&self) {
         self.owed.store(0, Ordering::SeqCst);
         self.wake();
     }
 
-    /// Sleeps until something has happened since `seen`, or until `until_ns` of CLOCK_MONOTONIC. May return early.
+    /// Sleeps until the count differs from `seen`, or until `until_ns` of CLOCK_MONOTONIC. May return early.
     pub fn sleep(&self, seen: u32, until_ns: Option<i64>) {
         self.asleep.store(1, Ordering::SeqCst);
         if self.rings.load(Ordering::SeqCst) == seen {
@@ -101,7 +102,7 @@ mod tests {
     use super::*;
     use std::thread;
 
-    /// Runs `act` while another thread sleeps on the bell, and waits until that is awake again.
+    /// Runs `act` while another thread sleeps on the bell, and waits until that thread is awake again.
     fn wakes(bell: &Bell, act: impl FnOnce()) {
         thread::scope(|scope| {
             scope.spawn(|| bell.sleep(bell.rings(), None));
@@ -137,7 +138,7 @@ mod tests {
         bell.attend();
         bell.tell();
         wakes(&bell, || {
-            // More than once: the sleeper may be on its way into its system call.
+            // Repeated, because the sleeper may be about to enter its system call.
             while bell.asleep.load(Ordering::SeqCst) != 0 {
                 bell.remind();
                 thread::yield_now();
@@ -170,7 +171,7 @@ mod tests {
                         bell.attend();
                         let seen = bell.rings();
                         if seen == TELLS {
-                            // The sleeper is to see it too.
+                            // The sleeper must see it too.
                             bell.leave(seen.wrapping_sub(1));
                             break;
                         }

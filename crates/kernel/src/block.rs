@@ -7,7 +7,7 @@ use opengpac::abi::{Descriptor, Header, Item, NONE, flag, kind};
 use std::any::Any;
 use std::sync::Arc;
 
-/// Name of an installed block in events; given by the supervisor, never used again while the system lives.
+/// Identifier of an installed block in events. Assigned by the supervisor and never reused in the lifetime of the system.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, serde::Serialize, serde::Deserialize)]
 pub struct BlockId(pub u32);
 
@@ -16,18 +16,18 @@ pub struct Block {
     id: BlockId,
     name: String,
     descriptor: &'static Descriptor,
-    /// The instance itself, as `opengpac::abi` lays it out.
+    /// The instance, laid out as described in `opengpac::abi`.
     memory: Cell,
-    /// Memory that it was given: behind the instance may stand the word of what it has reported.
+    /// Allocated memory; the word of reported conditions may follow the instance.
     whole: Cell,
-    /// One bit for each item: a condition that was reported since the last reset.
+    /// One bit per item: set if the condition was reported since the last reset.
     reported: Option<Cell>,
     /// Image that `Op::Reset` restores: the descriptor's image with the bindings and values of this instance.
     initial: Box<[u8]>,
-    /// Byte ranges (offset, length) of the instance that a reset restores: all but the header, what is declared `keep`, and
+    /// Byte ranges (offset, length) of the instance that a reset restores: everything except the header, items declared `keep`, and
     /// parameters, presets and sizes, which others store.
     restored: Vec<(usize, usize)>,
-    /// Cells that the addresses lead to, held for as long as the block.
+    /// Cells that the item addresses point to, kept alive as long as the block.
     bound: Vec<Option<Cell>>,
     /// Keeps the code loaded.
     module: Arc<dyn Any + Send + Sync>,
@@ -35,14 +35,14 @@ pub struct Block {
 }
 
 impl Block {
-    /// Bytes of a block's memory that also tells which conditions were reported: [`Block::reported`].
+    /// Returns the number of bytes of a block's memory, including the word of reported conditions ([`Block::reported`]).
     pub fn memory_size(descriptor: &Descriptor) -> usize {
         (descriptor.instance_size as usize).next_multiple_of(size_of::<u64>()) + size_of::<u64>()
     }
 
-    /// Installs a block: copies the descriptor's image into `memory` (instance_size bytes or more, aligned), all addresses null.
-    /// `module` keeps the code loaded. The code module's memory must be as `opengpac::abi` says. Panics where `memory` is too
-    /// small or not aligned.
+    /// Installs a block: copies the descriptor's image into `memory` (at least instance_size bytes, aligned), with all addresses null.
+    /// `module` keeps the code loaded. The code module's memory must be laid out as `opengpac::abi` describes. Panics if `memory` is too
+    /// small or misaligned.
     pub fn install(id: BlockId, name: &str, descriptor: &'static Descriptor, module: Arc<dyn Any + Send + Sync>, memory: Cell) -> Block {
         trust(descriptor.run);
         let size = descriptor.instance_size as usize;
@@ -74,7 +74,7 @@ impl Block {
         }
     }
 
-    /// Binds item `item` (a port or device) to `cell`. Before it is in a table. Panics where the item has no address or the
+    /// Binds item `item` (a port or device) to `cell`. Call before the block is part of a table. Panics if the item has no address or the
     /// cell is smaller than the item.
     pub fn bind(&mut self, item: usize, cell: &Cell) {
         let declared = &self.items()[item];
@@ -86,8 +86,8 @@ impl Block {
         self.bound[item] = Some(cell.clone());
     }
 
-    /// Sets the value of a parameter, preset or size before it is in a table; it becomes part of the initial image that
-    /// [`Op::Reset`](crate::Op::Reset) goes back to. Panics where the item has no value or `bytes` is longer than it.
+    /// Sets the value of a parameter, preset or size before the block is part of a table. The value becomes part of the initial image
+    /// that [`Op::Reset`](crate::Op::Reset) restores. Panics if the item has no value or `bytes` is longer than it.
     pub fn set(&mut self, item: usize, bytes: &[u8]) {
         let declared = &self.items()[item];
         assert!(declared.offset != NONE, "item {item} of block '{}' has no value", self.name);
@@ -95,8 +95,8 @@ impl Block {
         self.write(declared.offset as usize, bytes);
     }
 
-    /// Returns the cell of a parameter's, preset's or output's own value (`self.field`), for `Op::Store` and `Op::Capture`; of an output that is
-    /// used in place, the cell that it is bound to.
+    /// Returns the cell of a parameter's, preset's or output's own value (`self.field`), for `Op::Store` and `Op::Capture`; for an output
+    /// that is used in place, the cell that it is bound to.
     pub fn value(&self, item: usize) -> Cell {
         let declared = &self.items()[item];
         if let (kind::OUTPUT, NONE, Some(bound)) = (declared.kind, declared.offset, &self.bound[item]) {
@@ -106,29 +106,30 @@ impl Block {
         self.memory.part(declared.offset as usize, declared.size as usize)
     }
 
-    /// Returns the cell of the value that output `item` published last: `self.field` of its next invocation. Any other item has none.
+    /// Returns the cell of the value that output `item` published last, i.e. `self.field` at its next invocation; `None` for any other
+    /// item.
     pub fn published(&self, item: usize) -> Option<Cell> {
         let declared = self.items().get(item)?;
         (declared.kind == kind::OUTPUT && declared.offset != NONE).then(|| self.memory.part(declared.offset as usize, declared.size as usize))
     }
 
-    /// Returns the cell of the value that condition `item` reported last, if it has one.
+    /// Returns the cell of the value that condition `item` reported last, if it has a value.
     pub fn report(&self, item: usize) -> Option<Cell> {
         let declared = self.items().get(item)?;
         (declared.kind == kind::CONDITION && declared.report != NONE).then(|| self.memory.part(declared.report as usize, declared.size as usize))
     }
 
-    /// Its name in events.
+    /// Returns the block's identifier in events.
     pub fn id(&self) -> BlockId {
         self.id
     }
 
-    /// Its name for people.
+    /// Returns the block's human-readable name.
     pub fn name(&self) -> &str {
         &self.name
     }
 
-    /// Returns how long its invocations took, as far as the probe has visited them in this process.
+    /// Returns the durations of the block's invocations, as sampled by the probe in this process.
     pub fn block_times(&self) -> BlockTimes {
         self.times.read()
     }
@@ -142,13 +143,13 @@ impl Block {
         self.descriptor
     }
 
-    /// Its memory, what a reset goes back to, and what each item is bound to.
+    /// Returns the block's memory, the image that a reset restores, and the cells that its items are bound to.
     pub fn parts(&self) -> (&Cell, &[u8], &[Option<Cell>]) {
         (&self.whole, &self.initial, &self.bound)
     }
 
-    /// Installs a block as another one is installed in a remote processor: `initial` but for the addresses, which are those of `bound`. Errors:
-    /// what does not fit the descriptor, in words.
+    /// Installs a copy of a block from another processor: `initial`, with the addresses replaced by those of `bound`. Fails with a
+    /// message if the arguments do not fit the descriptor.
     pub fn like(
         (id, name): (BlockId, &str),
         descriptor: &'static Descriptor,
@@ -165,7 +166,7 @@ impl Block {
             return Err(format!("the memory of block '{name}' is not aligned"));
         }
         for (item, cell) in items.iter().zip(bound) {
-            // `abi::Run` promises its code that every address is bound.
+            // `abi::Run` guarantees its code that every address is bound.
             if cell.is_none() != (item.address == NONE) {
                 return Err(format!("an item of block '{name}' is not bound, or is none that could be"));
             }
@@ -185,7 +186,7 @@ impl Block {
         Ok(block)
     }
 
-    /// Returns the owner that keeps its code loaded.
+    /// Returns the owner that keeps the block's code loaded.
     pub fn module(&self) -> &Arc<dyn Any + Send + Sync> {
         &self.module
     }
@@ -196,7 +197,7 @@ impl Block {
         unsafe { std::ffi::CStr::from_ptr(self.descriptor.name) }.to_str().unwrap_or_default()
     }
 
-    /// Returns the instance, for its entry.
+    /// Returns the pointer to the instance, to pass to its entry.
     pub(crate) fn instance(&self) -> *mut u8 {
         self.memory.start()
     }
@@ -206,12 +207,12 @@ impl Block {
         &self.memory
     }
 
-    /// Returns the first bytes of the instance, which the kernel writes between two invocations.
+    /// Returns the instance's header, which the kernel writes between two invocations.
     pub fn header(&self) -> *mut Header {
         self.memory.start().cast()
     }
 
-    /// Returns the bytes that condition `item` reported last: address and length; length 0 where it has no value.
+    /// Returns address and length of the bytes that condition `item` reported last; length 0 if the condition has no value.
     pub(crate) fn report_bytes(&self, item: usize) -> (*const u8, usize) {
         match self.items().get(item) {
             Some(declared) if declared.kind == kind::CONDITION && declared.report != NONE => {
@@ -221,7 +222,7 @@ impl Block {
         }
     }
 
-    /// Notes which conditions an invocation has reported: one bit for each item. The source's own thread.
+    /// Records the conditions that an invocation has reported, one bit per item. Called by the source's own thread.
     pub(crate) fn note(&self, conditions: u64) {
         let Some(word) = &self.reported else { return };
         let word = word.start().cast::<u64>();
@@ -229,12 +230,13 @@ impl Block {
         unsafe { word.write_unaligned(word.read_unaligned() | conditions) };
     }
 
-    /// Returns the word that tells which conditions were reported since the last reset: bit i of item i.
+    /// Returns the word of the conditions reported since the last reset: bit i stands for item i.
     pub fn reported(&self) -> Option<Cell> {
         self.reported.clone()
     }
 
-    /// Goes back to the initial image, but for what is kept; number 0. The source's own thread, between two invocations.
+    /// Restores the initial image, except for kept items, and sets the invocation number to 0. Called by the source's own thread between
+    /// two invocations.
     pub(crate) fn reset(&self) {
         let start = self.memory.start();
         for &(at, len) in &self.restored {
@@ -249,8 +251,8 @@ impl Block {
         }
     }
 
-    /// Takes over states, outputs and invocation number of another block of the same code; nothing where the code differs. The source's
-    /// own thread, between two invocations.
+    /// Takes over states, outputs and invocation number of another block of the same code; does nothing if the code differs. Called by
+    /// the source's own thread between two invocations.
     pub fn keep(&self, from: &Block) {
         if !self.is_same_code(from) || std::ptr::eq(self, from) {
             return;
@@ -264,7 +266,7 @@ impl Block {
         unsafe { (*self.header()).number = (*from.header()).number };
     }
 
-    /// Returns true if both are instances of one block of one module.
+    /// Returns true if both blocks are instances of the same block of the same module.
     pub fn is_same_code(&self, other: &Block) -> bool {
         std::ptr::eq(self.descriptor, other.descriptor)
     }
@@ -276,7 +278,7 @@ impl Block {
         outputs.filter_map(|(_, bound)| bound.as_ref()).any(|bound| (bound.start() as usize) < end && start < bound.start() as usize + bound.len())
     }
 
-    /// Returns the items that it stores through addresses, each with its cell: outputs and channels of devices.
+    /// Returns the items that the block stores through addresses (outputs and device channels), each with its cell.
     pub fn stores(&self) -> impl Iterator<Item = (&'static Item, &Cell)> {
         let stored = self.items().iter().zip(&self.bound).filter(|(item, _)| matches!(item.kind, kind::OUTPUT | kind::DEVICE_WRITE));
         stored.filter_map(|(item, cell)| Some((item, cell.as_ref()?)))
@@ -300,7 +302,7 @@ fn items(descriptor: &'static Descriptor) -> &'static [Item] {
     unsafe { std::slice::from_raw_parts(descriptor.items, descriptor.item_count as usize) }
 }
 
-/// Returns true if a reset leaves the item's value: it belongs to who stores it, or is declared `keep`.
+/// Returns true if a reset leaves the item's value unchanged, because others store it or it is declared `keep`.
 fn is_kept(item: &Item) -> bool {
     match item.kind {
         kind::PARAMETER | kind::CONDITION | kind::SIZE => true,
@@ -309,7 +311,7 @@ fn is_kept(item: &Item) -> bool {
     }
 }
 
-/// Returns the byte ranges of an instance of `size` bytes between the header and its end that hold no kept state.
+/// Returns the byte ranges between the header and the end of an instance of `size` bytes that hold no kept state.
 fn restored(items: &[Item], size: usize) -> Vec<(usize, usize)> {
     let mut kept: Vec<(usize, usize)> =
         items.iter().filter(|item| is_kept(item) && item.offset != NONE).map(|item| (item.offset as usize, item.size as usize)).collect();

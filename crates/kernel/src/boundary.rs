@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Between two firings: scripts are carried out.
+//! Execution of scripts between two firings.
 use crate::event::Event;
 use crate::memory::Cell;
 use crate::phase::CountedInvocations;
@@ -15,7 +15,7 @@ use std::sync::Arc;
 use std::sync::atomic::Ordering;
 
 impl Kernel {
-    /// Carries out every script that has come, in the order of submission.
+    /// Carries out all pending scripts in the order of submission.
     pub fn carry_out_all(&mut self, now_ns: i64) {
         if self.source.restarting.swap(false, Ordering::AcqRel) {
             self.begin();
@@ -30,7 +30,7 @@ impl Kernel {
         self.wake();
     }
 
-    /// Restarts after the cause of the stop is over.
+    /// Restarts the source after the cause of the stop has been removed.
     pub fn restart(&mut self) {
         if self.source.is_lost.load(Ordering::Acquire) {
             return;
@@ -39,7 +39,8 @@ impl Kernel {
         self.source.counters.stopped.store(false, Ordering::Release);
     }
 
-    /// Ends the source: devices are safe, and closed though others may still hold them; but those of an heir stay open.
+    /// Ends the source: brings its devices to the safe state and closes them, though others may still hold references. Leaves them open
+    /// if an heir takes over.
     pub fn close(&mut self) {
         if self.source.leaving.load(Ordering::Acquire) {
             return;
@@ -53,7 +54,7 @@ impl Kernel {
         }
     }
 
-    /// Carries out one script as one: then what it stored is published, the conditions of its executes are served, and it is acknowledged.
+    /// Carries out one script atomically, then publishes what it stored, serves the conditions of its `execute`s, and acknowledges it.
     #[cfg_attr(rtsan, sanitize(realtime = "nonblocking"))]
     pub fn carry_out(&mut self, mut submission: Box<Submission>, now_ns: i64) {
         self.begin();
@@ -88,15 +89,15 @@ impl Kernel {
         submission.firing = self.firing;
         submission.time_ns = now_ns;
         submission.serial = self.shared.serials.fetch_add(1, Ordering::AcqRel);
-        // Publication before acknowledgement: who waits for the script then sees what it stored.
+        // Publication precedes acknowledgement, so that a client waiting for the script sees what it stored.
         self.settle(now_ns);
         self.end(Occasion::Script(submission.recorded), now_ns);
         self.source.done.put(submission);
         self.told = true;
     }
 
-    /// Answers scripts that only read while a firing of the virtual clock is not over, with what was there before it. Others wait for
-    /// its end, readings behind them too; where a record is made all do.
+    /// Answers read-only scripts with the state before the firing while a firing of the virtual clock is in progress. Other scripts, and
+    /// read-only ones queued behind them, wait for its end; so do all scripts while a record is made.
     pub fn answer_readings(&mut self, now_ns: i64) {
         if self.source.tape.is_some() {
             return;
@@ -121,7 +122,7 @@ impl Kernel {
         self.wake();
     }
 
-    /// Puts `table` in force, and the present one in its place.
+    /// Puts `table` in force and swaps the present one into its place.
     fn swap(&mut self, table: &mut Box<Table>, now_ns: i64) {
         mem::swap(&mut self.table, table);
         for (slot, activation) in self.table.activations.iter().enumerate() {
@@ -142,7 +143,7 @@ impl Kernel {
         self.source.containment.set_budget(default.max(declared as i64));
     }
 
-    /// Applies one operation, of a script or a reaction.
+    /// Applies one operation of a script or reaction.
     pub(crate) fn apply(&mut self, op: &Op, now_ns: i64, captured: &mut Vec<u8>) {
         match op {
             Op::Table(_) | Op::Follow { .. } | Op::Inherit(_) => {
@@ -198,7 +199,7 @@ impl Kernel {
                     self.enter(process);
                 }
             }
-            // Of a reaction: its loop has looked.
+            // Handled by the loop of the reaction.
             Op::While { .. } | Op::Forget => {}
             Op::StartClock(process) => self.with_time(process, |time| time.start(now_ns)),
             Op::StopClock(process) => self.with_time(process, |time| time.stop(now_ns)),
@@ -275,12 +276,12 @@ impl Kernel {
     }
 }
 
-/// Returns the first multiple after the last firing; without the division if there is none to do.
+/// Returns the first multiple after the last firing; skips the division if it is not needed.
 fn next_multiple(firing: u64, every: u32) -> u64 {
     if every == 1 { firing + 1 } else { (firing / u64::from(every) + 1) * u64::from(every) }
 }
 
-/// Captures a value; room was made when the script was submitted, or, for a reaction, when its process got its stages.
+/// Captures a value. Room was reserved when the script was submitted or, for a reaction, when its process was given its stages.
 fn capture(cell: &Cell, captured: &mut Vec<u8>) {
     debug_assert!(captured.len() + cell.len() <= captured.capacity());
     let at = captured.len();

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //! The clock of this machine.
 
-/// Returns CLOCK_MONOTONIC, ns. Real-time safe (no system call where the vDSO has the clock).
+/// Returns CLOCK_MONOTONIC in ns. Real-time safe (no system call if the vDSO provides the clock).
 #[inline]
 pub fn monotonic_ns() -> i64 {
     let mut time = libc::timespec { tv_sec: 0, tv_nsec: 0 };

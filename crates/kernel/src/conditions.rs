@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-//! When a condition acts: at the end of the firing that reported it, by priority, order of declaration, order of creation; only
-//! the first that moves its process.
+//! Order in which conditions act: at the end of the firing that reported them, by priority, order of declaration, order of creation; only
+//! the first that moves its process acts.
 use crate::block::BlockId;
 use crate::event::Event;
 use crate::phase::CountedInvocations;
@@ -16,13 +16,14 @@ use opengpac::What;
 use opengpac::abi::outcome;
 use std::cmp::Reverse;
 
-/// Number of rounds in which the conditions of `execute`s in reactions are served at once if no further firing is certain to come.
+/// Maximum number of rounds in which conditions reported by `execute`s in reactions are served immediately if no further firing is
+/// certain to come.
 const ROUNDS: usize = 16;
 
 impl Kernel {
-    /// Serves what was reported in this firing. Conditions that a reaction's `execute` reports wait for the next firing, so that a
-    /// cycle of transitions never runs without time passing; on a software source, whose next firing may never come, they are
-    /// served at once, up to a bound.
+    /// Serves the conditions reported in this firing. Conditions reported by an `execute` in a reaction wait for the next firing, so that
+    /// a cycle of transitions never runs without time passing. On a software source, whose next firing may never come, they are served
+    /// immediately, in a limited number of rounds.
     pub(crate) fn serve(&mut self, now_ns: i64) {
         let rounds = if self.source.period_ns().is_some() { 1 } else { ROUNDS };
         for _ in 0..rounds {
@@ -40,7 +41,7 @@ impl Kernel {
         table.reports.clear();
         table.candidates.sort_unstable_by_key(|candidate| (Reverse(candidate.priority), candidate.order, candidate.created, candidate.step, candidate.item));
         let count = table.candidates.len();
-        // What is remembered is so before anything moves: a wait that is reached in this firing then finds it.
+        // Remembered conditions are recorded before anything moves, so that a wait reached in this firing finds them.
         for remembered in [true, false] {
             for index in 0..count {
                 let candidate = self.table.candidates[index];
@@ -75,7 +76,7 @@ impl Kernel {
         }
     }
 
-    /// Returns true if the process has a step that is switched on here.
+    /// Returns true if the process has an active step in this source.
     fn is_on(&self, process: u32) -> bool {
         self.table.steps.iter().any(|step| {
             // SAFETY: an activation of this source.
@@ -142,7 +143,7 @@ impl Kernel {
         self.serve_entered(now_ns);
     }
 
-    /// Looks, later in this boundary, at what `process` remembers.
+    /// Schedules a check of the remembered conditions of `process`, later in this boundary.
     pub fn enter(&mut self, process: &Process) {
         if self.entered.len() < self.entered.capacity() {
             self.entered.push(process);
@@ -151,7 +152,7 @@ impl Kernel {
         }
     }
 
-    /// Conditions that came before a stage that waits for them act when it is entered.
+    /// Lets conditions that were reported before a stage that awaits them act when the stage is entered.
     pub(crate) fn serve_entered(&mut self, now_ns: i64) {
         while let Some(process) = self.entered.pop() {
             // SAFETY: the script that entered the stage, or the table, holds the process.
@@ -168,7 +169,7 @@ impl Kernel {
         }
     }
 
-    /// Tells a condition with the value that its block reported, or what its exception says, and what its reaction captured.
+    /// Reports a condition with the value that its block reported or the message of its exception, and the captures of its reaction.
     fn tell_condition(&mut self, event: Event, step: u32, item: u8, result: u64) {
         if fault(result).is_some() {
             // SAFETY: a step of this process returned it, or it is no exception.
@@ -189,7 +190,7 @@ impl Kernel {
     }
 }
 
-/// The kernel as it serves what came in its own firings.
+/// View of the kernel while it serves the conditions of its own firings.
 struct InFiring<'a> {
     kernel: &'a mut Kernel,
     now_ns: i64,
@@ -210,7 +211,7 @@ impl Server for InFiring<'_> {
 
     fn react(&mut self, process: &Process, word: Word, reaction: &dyn Reaction, next: Option<u16>) -> Option<ConditionEffect> {
         if self.kernel.stopped {
-            // Nothing that it leads to would run here.
+            // The source has stopped, so the next stage would not run here.
             return self.freeze(process, word);
         }
         if !self.is_so(process.react(word, next)) {

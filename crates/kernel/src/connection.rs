@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Connections between interrupt sources, seen from the kernel: which cells a publication takes and which a latch fills.
+//! Connections between interrupt sources, as the kernel sees them: the cells that a publication reads and that a latch fills.
 //!
-//! A row of a queue starts with [`row_prefix`] bytes: one bit for each member that is in the row, then the number of each
-//! member's update. The members' values follow, where `QueueMember::offset` says.
+//! A row of a queue starts with [`row_prefix`] bytes: one bit for each member present in the row, then the number of each member's
+//! update. The members' values follow at `QueueMember::offset`.
 use crate::connection_identity::{Nowhere, Way};
 use crate::memory::{Cell, Span, spans};
 use crate::phase::{CountedInvocations, State, stores};
@@ -15,28 +15,28 @@ use std::sync::Arc;
 pub struct QueueMember<A> {
     /// Cell in the writer's image (outbound) or the reader's (inbound).
     pub cell: Cell,
-    /// Where it lies in a row, from [`row_prefix`] of the connection's number of members on.
+    /// Offset of the member in a row, at least [`row_prefix`] of the connection's number of members.
     pub offset: usize,
-    /// The writer's activation (outbound): the member is in the rows of the firings in which it was due and did not fault. Of a
-    /// ratio input (inbound): the reader's activation, whose invocations choose the row.
+    /// The writer's activation (outbound): rows contain the member in firings in which it was due and did not fault. For a ratio input
+    /// (inbound), the reader's activation, whose invocations select the row.
     pub activation: Option<Arc<A>>,
-    /// Inbound: 0 for a synchronous member, n for a ratio input n (taken by number). Outbound: n where the writer's output is a
-    /// ratio output n, else 0.
+    /// Inbound: 0 for a synchronous member, n for a ratio input n (taken by number). Outbound: n if the writer's output is a ratio output
+    /// n, else 0.
     pub ratio: u32,
 }
 
-/// Bytes at the start of a row of `members` members that the kernel uses itself.
+/// Returns the size of the kernel's prefix in a row of `members` members, in bytes.
 pub fn row_prefix(members: usize) -> usize {
     WORD * (members.div_ceil(64) + members)
 }
 
 pub(crate) const WORD: usize = 8;
 
-/// One end of a connection, and, where the other may be remote, how both are named.
+/// One end of a connection, with the identity of the connection if the other end may be remote.
 pub struct End<T: ?Sized> {
     /// The end itself.
     pub end: Box<T>,
-    /// None where both were made together.
+    /// `None` if both ends were made together.
     pub way: Option<Way>,
 }
 
@@ -46,8 +46,8 @@ impl<T: ?Sized> From<Box<T>> for End<T> {
     }
 }
 
-/// The writing end: a publication of the group once a firing, a row in the queue when a queue member was updated. It raises
-/// `wake` (a software source) after publishing, where asked.
+/// The writing end: publishes the group once per firing, and sends a row if a queue member was updated. After publishing, it raises
+/// `wake` (a software source), if set.
 pub struct Outbound<A> {
     sender: UnsafeCell<Box<dyn Sender>>,
     spans: Vec<Span>,
@@ -64,16 +64,15 @@ unsafe impl<A: Send + Sync> Send for Outbound<A> {}
 unsafe impl<A: Send + Sync> Sync for Outbound<A> {}
 
 impl<A: CountedInvocations> Outbound<A> {
-    /// Makes the outbound side. `group`: the asynchronous members, in the order in which they lie in the group. `wake` is raised once a firing in
-    /// which a
-    /// row was sent, or, of a connection without a queue, in each firing.
+    /// Makes the outbound side. `group`: the asynchronous members, in the order of their position in the group. `wake` is raised once in
+    /// each firing in which a row was sent, or in each firing if the connection has no queue.
     pub fn new(sender: impl Into<End<dyn Sender>>, group: Vec<Cell>, queue: Vec<QueueMember<A>>, wake: Option<SourceId>) -> Arc<Outbound<A>> {
         let (spans, group_len) = spans(&group);
         let End { end, way } = sender.into();
         Arc::new(Outbound { sender: UnsafeCell::new(end), spans, group_len, queue, wake, way, group })
     }
 
-    /// Drops its carrier, with its descriptors: it sends nothing after this.
+    /// Drops the connection's carrier and its descriptors; nothing is sent afterwards.
     ///
     /// # Safety
     /// The kernel of the writing source has ended.
@@ -82,10 +81,10 @@ impl<A: CountedInvocations> Outbound<A> {
         unsafe { *self.sender.get() = Box::new(Nowhere::default()) };
     }
 
-    /// Publishes the group. `midway` is called with half of it copied.
+    /// Publishes the group. Calls `midway` with half of it copied.
     ///
     /// # Safety
-    /// Called by the kernel of the writing source alone.
+    /// Called only by the kernel of the writing source.
     pub(crate) unsafe fn publish(&self, number: u64, now_ns: i64, midway: &mut dyn FnMut()) {
         if self.group_len == 0 {
             return;
@@ -110,7 +109,7 @@ impl<A: CountedInvocations> Outbound<A> {
         sender.publish(number, now_ns);
     }
 
-    /// Publishes the group in one go: the path of real threads.
+    /// Publishes the group without preemption points; used by real threads.
     ///
     /// # Safety
     /// As for `publish`.
@@ -130,8 +129,8 @@ impl<A: CountedInvocations> Outbound<A> {
         sender.publish(number, now_ns);
     }
 
-    /// Sends a row with the members that were updated in this firing; `stored(m)` says whether the step that writes member m
-    /// succeeded. Gives whether the reader is to be raised, or the first member of a row that was lost.
+    /// Sends a row with the members that were updated in this firing; `stored(m)` tells whether the step that writes member m succeeded.
+    /// Returns whether the reader is to be raised, or the first member of a row that was lost.
     ///
     /// # Safety
     /// As for `publish`.
@@ -175,7 +174,7 @@ fn stores_member(state: &State, n: u32) -> bool {
     stores(state.number - state.activated, n)
 }
 
-/// Returns the number of this update of the member, from 0 at activation.
+/// Returns the number of this update of the member, counted from 0 at activation.
 fn update_number(state: &State, n: u32) -> u64 {
     let phase = state.number - state.activated;
     phase / u64::from(n.max(1))

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Identity of a connection whose ends are made separately, and the end of one that carries nothing.
+//! Identity of a connection whose ends are made separately, and the stand-in for an end that carries nothing.
 use interconnect::{ConnectionSpec, Full, Header, Receiver, Sender};
 use std::any::Any;
 use std::sync::Arc;
@@ -15,33 +15,33 @@ pub enum Reach {
     Network,
 }
 
-/// A connection by name: what both of its ends are made with, wherever they lie.
+/// Identity of a connection, from which both of its ends are made, wherever they are located.
 #[derive(Clone, Copy, Debug)]
 pub struct Way {
-    /// Never given twice in a system.
+    /// Unique in the system; never reused.
     pub number: u64,
-    /// Its two sources and its lengths.
+    /// Sources and lengths of the connection.
     pub spec: ConnectionSpec,
-    /// Distance between its ends.
+    /// Distance between the ends.
     pub reach: Reach,
 }
 
-/// An end of a connection over which nothing goes and nothing comes: one that is remote, in the tables that are kept here and that nothing
-/// here runs ([`Nowhere::default`]); or one that could not be made, in a table that is run ([`Nowhere::of`]).
+/// Stand-in for an end of a connection that carries nothing: a remote end, in tables that are kept here but run elsewhere
+/// ([`Nowhere::default`]), or an end that could not be made, in a table that runs here ([`Nowhere::of`]).
 #[derive(Default)]
 pub struct Nowhere {
     group: Vec<u8>,
-    /// Owner of what lives as long as this end.
+    /// Owner of resources that live as long as this end.
     _kept: Option<Arc<dyn Any + Send + Sync>>,
 }
 
 impl Nowhere {
-    /// Makes the stand-in for an end of `spec` that could not be made: what is published goes nowhere, a row finds no room.
+    /// Makes the stand-in for an end of `spec` that could not be made: publications are discarded, and rows find no room.
     pub fn of(spec: &ConnectionSpec) -> Nowhere {
         Nowhere { group: vec![0; spec.asynchronous_len], _kept: None }
     }
 
-    /// Makes the stand-in for a remote end; it keeps `kept` as long as it lives.
+    /// Makes the stand-in for a remote end; keeps `kept` alive.
     pub fn keeping(kept: Option<Arc<dyn Any + Send + Sync>>) -> Nowhere {
         Nowhere { group: Vec::new(), _kept: kept }
     }

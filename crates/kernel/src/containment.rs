@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The face of containment: a step loop that a signal inside block code ends, and the stack that its handlers run on.
+//! Rust interface of the containment: a step loop that a signal inside block code can end, and the stack of its handlers.
 use crate::hearing::{self, Unheard};
 use forks::UnforkedMemory;
 use opengpac::abi::Run;
@@ -10,7 +10,8 @@ use std::ptr;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, AtomicI32, AtomicI64, AtomicPtr, AtomicU32, Ordering};
 
-/// One source's containment, in memory that no forked child has. The first fields are shared with `containment.c`; the jump buffer follows, in memory of C's size.
+/// Containment of one source, in memory that forked children do not inherit. The first fields are shared with `containment.c`; the jump
+/// buffer follows, in memory of the size that C reports.
 #[repr(C)]
 struct ContainmentMemory {
     step: AtomicU32,
@@ -32,49 +33,49 @@ unsafe extern "C" {
     fn opengpac_containment_trust(address: *const c_void);
 }
 
-/// `step` while no block runs.
+/// Value of `step` while no block runs.
 pub const OUTSIDE: u32 = u32::MAX;
 
-/// Bytes of one source in a black box. The first four are the step that runs (`u32::MAX`: none).
+/// Size of one source's part of a black box, in bytes. The first four are the running step (`u32::MAX`: none).
 pub const BLACK_BOX_LEN: usize = 1024;
 
 /// Abnormal end of a loop.
 pub struct Over {
     pub(crate) signal: i32,
-    /// Step at fault.
+    /// Faulting step.
     pub(crate) step: u32,
-    /// The step that was ended; `None`: it ran to its end, too late.
+    /// The step that was ended; `None` if the loop ran to its end too late.
     pub(crate) at: Option<u32>,
-    /// It was ended in code of a library that may hold a lock: this thread must not call it again.
+    /// True if it was ended in code of a library that may hold a lock: this thread must not call the library again.
     pub is_lost: bool,
 }
 
 impl Over {
-    /// Returns whether a block has called fork().
+    /// Returns true if a block has called fork().
     pub fn has_forked(&self) -> bool {
         self.signal == FORKED
     }
 }
 
-/// Contains faults of blocks in the step loop of one source. Its thread runs it; the watchdog reads how old the loop is.
+/// Contains faults of blocks in the step loop of one source. The source's thread runs the loop; the watchdog reads its age.
 pub struct Containment {
     shared: *mut ContainmentMemory,
-    /// Memory of its own; none where it lies in a black box.
+    /// Memory owned by the containment; `None` if it lies in a black box.
     _memory: Option<UnforkedMemory>,
-    /// The thread that runs the loop, for the watchdog.
+    /// Thread that runs the loop, for the watchdog.
     thread: AtomicPtr<c_void>,
-    /// Kernel thread ID of the source's own thread; 0: it has none.
+    /// Kernel thread ID of the source's own thread; 0 if it has none.
     own_thread: AtomicI32,
-    /// Signals that the watchdog has sent for the present loop.
+    /// Signals that the watchdog has sent for the current loop.
     unheard: Unheard,
-    /// Looks of the watchdog since the process was to end; 0: it is not.
+    /// Number of watchdog polls since the process was to end; 0 if it is not.
     retires: AtomicU32,
 }
 
-/// Stands for the signal where the loop ran to its end and a block has called fork().
+/// Pseudo signal number of a loop that ran to its end after a block called fork().
 const FORKED: i32 = 0x1_0000;
 
-/// Looks of the watchdog, each a hundredth of a second apart, that devices get to be safe before a process ends.
+/// Number of watchdog polls, 10 ms apart, that devices are given to become safe before a process ends.
 const RETIRE_LOOKS: u32 = 20;
 
 /// Exit status of a process that cannot be trusted: EX_SOFTWARE.
@@ -82,8 +83,8 @@ pub const RETIRED: i32 = 70;
 
 static RETIRES: AtomicBool = AtomicBool::new(false);
 
-/// Makes this process end if a block was ended in code of a library that may hold a lock: for one that was started for its
-/// processors, whose guard and supervisor go on without it.
+/// Makes this process exit if a block is ended in code of a library that may hold a lock. For processes started for their processors,
+/// which guard and supervisor outlive.
 pub fn retire_when_lost() {
     RETIRES.store(true, Ordering::Release);
 }
@@ -92,7 +93,7 @@ pub fn is_retiring() -> bool {
     RETIRES.load(Ordering::Acquire)
 }
 
-/// Ends this process at once: nothing is flushed or freed, for that may wait for a lock that nobody gives back.
+/// Ends this process immediately, without flushing or freeing: both could wait for a lock that is never released.
 pub fn end_process() -> ! {
     // SAFETY: ends the process.
     unsafe { libc::_exit(RETIRED) }
@@ -114,8 +115,8 @@ impl Containment {
         Containment::of(shared, Some(memory))
     }
 
-    /// Makes a containment in memory that others read when this process is gone: [`BLACK_BOX_LEN`] bytes at `memory`, on a cache line, zero, for as
-    /// long as the containment lives.
+    /// Makes a containment in memory that others read after this process has exited: [`BLACK_BOX_LEN`] zeroed bytes at `memory`, aligned
+    /// to a cache line, valid for the lifetime of the containment.
     ///
     /// # Safety
     /// Nobody else writes there.
@@ -144,7 +145,7 @@ impl Containment {
         unsafe { &*self.shared }
     }
 
-    /// Runs `body(argument)`. `None` if it returned in time and no block has called fork(), else how it ended.
+    /// Runs `body(argument)`. Returns `None` if it returned in time and no block has called fork(), else how it ended.
     ///
     /// # Safety
     /// `body` keeps nothing on its stack that must be dropped while [`Containment::enter`] has a step set: a signal jumps over it.
@@ -159,18 +160,18 @@ impl Containment {
         match (at, late) {
             (None, None) => self.shared().forked.load(Ordering::Relaxed).checked_sub(1).map(|step| Over { signal: FORKED, step, at, is_lost }),
             (None, Some(late)) => Some(Over { signal: budget_signal(), step: late, at, is_lost }),
-            // The block that is ended for the time is the one that ran when it was spent.
+            // The block ended for exceeding the budget is the one that was running when the budget ran out.
             (Some(step), late) => Some(Over { signal: ended_by, step: late.filter(|_| ended_by == budget_signal()).unwrap_or(step), at, is_lost }),
         }
     }
 
-    /// Returns the word that says which step runs.
+    /// Returns the word that holds the running step.
     #[inline]
     pub fn step(&self) -> *mut u32 {
         self.shared().step.as_ptr()
     }
 
-    /// Sets the calls of the steps of the loop that begins.
+    /// Sets the calls of the steps of the loop that is about to run.
     #[inline]
     pub fn set_calls(&self, calls: *const Call) {
         self.shared().calls.store(calls.cast_mut(), Ordering::Relaxed);
@@ -180,7 +181,7 @@ impl Containment {
         self.shared().budget_ns.store(budget_ns, Ordering::Relaxed);
     }
 
-    /// Takes time that others used within the loop off its age; nothing where no loop runs.
+    /// Subtracts time that others used within the loop from its age; does nothing if no loop runs.
     pub fn excuse(&self, ns: i64) {
         let started = &self.shared().started_ns;
         let present = started.load(Ordering::Relaxed);
@@ -189,18 +190,19 @@ impl Containment {
         }
     }
 
-    /// Leaves `late_ns` out of the age of a loop that began before: the whole process stood still for so long, until `now_ns` of CLOCK_MONOTONIC.
+    /// Subtracts `late_ns` from the age of a loop that started earlier, because the whole process stood still for that time, until
+    /// `now_ns` of CLOCK_MONOTONIC.
     pub fn forgive(&self, late_ns: i64, now_ns: i64) {
         let started = self.shared().started_ns.load(Ordering::Relaxed);
-        // A thread that retires has no age.
+        // A retiring thread has no age.
         if late_ns > 0 && started > 1 && now_ns - started > late_ns {
-            // One that has come to another loop meanwhile needs nothing.
+            // A thread that has started another loop meanwhile needs no correction.
             let _other = self.shared().started_ns.compare_exchange(started, started + late_ns, Ordering::Relaxed, Ordering::Relaxed);
         }
     }
 
-    /// Sends the budget signal to the thread of a loop that is too old. `now_ns` of CLOCK_MONOTONIC; `waits`: whether the thread of this clock only
-    /// waits for a core. True where the signal does not come through.
+    /// Sends the budget signal to the thread of a loop that is too old. `now_ns`: CLOCK_MONOTONIC; `waits`: returns true if the thread of
+    /// a clock is merely waiting for a core. Returns true if the signal does not get through.
     pub fn watch(&self, now_ns: i64, waits: impl Fn(libc::clockid_t) -> bool) -> bool {
         let started = self.shared().started_ns.load(Ordering::Relaxed);
         let thread = self.thread.load(Ordering::Relaxed);
@@ -226,7 +228,7 @@ impl Containment {
         is_deaf
     }
 
-    /// Marks a loop that is given up as over its budget, also if nothing has ended it when it comes back at last: its source stops.
+    /// Marks an abandoned loop as over its budget, even if it eventually returns by itself: its source then stops.
     fn end_when_it_returns(&self) {
         let step = self.shared().step.load(Ordering::Relaxed);
         if step != OUTSIDE {
@@ -234,20 +236,21 @@ impl Containment {
         }
     }
 
-    /// Binds the calling thread to the source, from here to its end.
+    /// Binds the calling thread to the source for the rest of the thread's life.
     pub fn bind_thread(&self) {
         // SAFETY: an identity.
         self.own_thread.store(unsafe { libc::gettid() }, Ordering::Release);
     }
 
-    /// Returns whether the source's own thread has ended. One that was not told to close was ended by the system, as where a block has given up
-    /// rights of it.
+    /// Returns true if the source's own thread has ended. A thread that was not asked to close was ended by the system, for example
+    /// because a block dropped a privilege.
     pub fn is_gone(&self) -> bool {
         let thread = self.own_thread.load(Ordering::Acquire);
         thread != 0 && hearing::is_gone(thread)
     }
 
-    /// Takes the real-time priority from the thread: one that nothing can end must not keep the others from its core, and the program from its end.
+    /// Removes the real-time priority of the thread: a thread that cannot be ended must not keep others from its core, or the program
+    /// from exiting.
     pub fn demote(&self) {
         let thread = self.thread.load(Ordering::Relaxed);
         let none = libc::sched_param { sched_priority: 0 };
@@ -255,21 +258,22 @@ impl Containment {
         unsafe { libc::pthread_setschedparam(thread as libc::pthread_t, libc::SCHED_OTHER, &none) };
     }
 
-    /// This process ends, soon: others read in the black box that `step` was the last to run, and the watchdog waits only so long.
+    /// Announces that this process will exit soon: the black box keeps `step` as the last one that ran, and the watchdog waits only for a
+    /// limited time.
     pub(crate) fn retire(&self, step: u32) {
         self.shared().step.store(step, Ordering::Relaxed);
-        // Long ago: a look finds a loop that is too old.
+        // Old enough that the watchdog's next poll finds an expired loop.
         self.shared().started_ns.store(1, Ordering::Relaxed);
         self.retires.store(1, Ordering::Relaxed);
     }
 }
 
-/// Takes the code of the module that this entry is of for the blocks' own, which may be left at any instruction. Not for the real-time path.
+/// Registers the module that contains this entry as block code, which may be left at any instruction. Not for the real-time path.
 pub fn trust(run: Run) {
     trust_code(run as *const c_void);
 }
 
-/// Trusts the code of any function of the module in the same way.
+/// Registers the module of any function in the same way.
 pub(crate) fn trust_code(of: *const c_void) {
     let _one = ONE_AT_A_TIME.lock().expect("nobody panics with the lock held");
     // SAFETY: one thread at a time; handlers may read what it adds to.
@@ -279,7 +283,7 @@ pub(crate) fn trust_code(of: *const c_void) {
 
 static ONE_AT_A_TIME: Mutex<()> = Mutex::new(());
 
-/// Returns the signal of a spent budget. Installs the handlers when called for the first time.
+/// Returns the signal of an exceeded budget. Installs the handlers on the first call.
 pub(crate) fn budget_signal() -> i32 {
     match BUDGET_SIGNAL.load(Ordering::Relaxed) {
         0 => install(),
@@ -289,21 +293,21 @@ pub(crate) fn budget_signal() -> i32 {
 
 static BUDGET_SIGNAL: AtomicI32 = AtomicI32::new(0);
 
-/// Set if handlers may have been replaced: the watchdog looks at once.
+/// Set if handlers may have been replaced; makes the watchdog check immediately.
 static IS_DUE: AtomicBool = AtomicBool::new(false);
 
-/// Makes the watchdog look at the handlers soon: a module was loaded, or a block has faulted.
+/// Makes the watchdog check the handlers soon, because a module was loaded or a block has faulted.
 pub(crate) fn look_soon() {
     IS_DUE.store(true, Ordering::Release);
 }
 
-/// Returns whether somebody has asked for a look since the last one.
+/// Returns true if a check has been requested since the last one.
 pub fn is_look_due() -> bool {
     IS_DUE.swap(false, Ordering::AcqRel)
 }
 
-/// Looks whether all handlers are in place, and puts them in front again where they are not. Returns what was replaced, in words. Not for the
-/// real-time path.
+/// Checks that all handlers are in place, and reinstalls them in front if they are not. Returns a description of what was replaced. Not
+/// for the real-time path.
 pub fn restore_handlers() -> Option<String> {
     let mut by = ptr::null();
     // SAFETY: asks for handlers, and writes an address of our own.
@@ -325,7 +329,7 @@ fn signal_name(signal: i32) -> String {
     if name.is_null() { format!("signal {signal}") } else { format!("signal {signal} ({})", unsafe { CStr::from_ptr(name) }.to_string_lossy()) }
 }
 
-/// Returns the file that a function comes from.
+/// Returns the path of the file that contains a function.
 fn object_of(function: *const c_void) -> String {
     // SAFETY: all zeroes is a valid value, which the call fills.
     let mut about: libc::Dl_info = unsafe { std::mem::zeroed() };
@@ -337,8 +341,7 @@ fn object_of(function: *const c_void) -> String {
     format!("'{}'", unsafe { CStr::from_ptr(about.dli_fname) }.to_string_lossy())
 }
 
-/// Puts the handlers in front of those that are there: for each host that is made, because a crash reporter may have been
-/// switched on since the last.
+/// Installs the handlers in front of existing ones. Called for each new host, because a crash reporter may have been enabled in between.
 pub fn install() -> i32 {
     forks::claim_process();
     let _one = ONE_AT_A_TIME.lock().expect("nobody panics with the lock held");
@@ -354,14 +357,14 @@ thread_local! {
     static PREPARED: Cell<bool> = const { Cell::new(false) };
 }
 
-/// A stack for the handlers of this thread.
+/// Alternate signal stack of this thread.
 struct HandlerStack {
     memory: *mut c_void,
 }
 
 const STACK_LEN: usize = 64 * 1024;
 
-/// Gives this thread a stack for its handlers, where it has none with room for nested ones. It is cheap after the first time.
+/// Gives this thread a signal stack with room for nested handlers, unless it has one. Costs little after the first time.
 pub fn prepare_thread() {
     if PREPARED.replace(true) {
         return;
@@ -370,7 +373,7 @@ pub fn prepare_thread() {
     unsafe {
         let mut present: libc::stack_t = std::mem::zeroed();
         libc::sigaltstack(ptr::null(), &mut present);
-        // That of Rust's standard library has room for one frame: where signals nest it overflows.
+        // The stack of Rust's standard library has room for one frame and overflows if signals nest.
         if present.ss_flags & libc::SS_DISABLE == 0 && present.ss_size >= STACK_LEN {
             return;
         }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Steps that are no block: copies, and appends to windows.
+//! Steps without a block: copies, and appends to windows.
 use crate::memory::Cell;
 use crate::step::Append;
 use opengpac::abi::Invocation;
@@ -14,14 +14,14 @@ pub enum Aside {
     Append(u32),
 }
 
-/// A copy is never ended: the first word of an instance is 0.
+/// A copy is never ended, so the first word of the instance is 0.
 #[repr(C)]
 pub struct Copies(pub(crate) u64, pub Vec<(Cell, Cell)>);
 
 #[repr(C)]
 pub struct Appends(pub(crate) u64, pub Vec<Append>);
 
-/// The entry of a copy step.
+/// Entry of a copy step.
 pub(crate) unsafe extern "C" fn copy(instance: *mut c_void, _: *const Invocation) -> u64 {
     // SAFETY: the table keeps its copies, and calls each with its own.
     let copies = unsafe { &*instance.cast::<Copies>() };

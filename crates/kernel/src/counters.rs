@@ -5,37 +5,37 @@ use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 /// Counters and histograms of one source, readable at any time.
 #[derive(Clone, Debug, Default, serde::Serialize, serde::Deserialize)]
 pub struct Statistics {
-    /// Firings, without those of `execute`.
+    /// Firings, except those of `execute`.
     pub firings: u64,
-    /// Releases that were skipped because the firing before was not over.
+    /// Releases that were skipped because the previous firing had not finished.
     pub overruns: u64,
-    /// Ratio values that were absent when their reader asked for them.
+    /// Ratio values that were absent when their reader needed them.
     pub late: u64,
     /// Invocations that faulted.
     pub faults: u64,
-    /// Lateness of the start of firings behind their release: last, maximum, and counts in bins of powers of two from 2^0 ns to 2^31 ns.
+    /// Lateness of the start of firings after their release: last, maximum, and counts in bins of powers of two from 2^0 ns to 2^31 ns.
     pub jitter_last_ns: u64,
     /// Maximum lateness.
     pub jitter_max_ns: u64,
-    /// Bin b counts values from 2^b to 2^(b+1) ns; the first also 0, the last also more.
+    /// Bin b counts values from 2^b to 2^(b+1) ns; the first also includes 0, the last also larger values.
     pub jitter_bins: [u64; 32],
-    /// Length of a firing, the same way.
+    /// Duration of the last firing.
     pub duration_last_ns: u64,
-    /// Maximum length.
+    /// Maximum duration.
     pub duration_max_ns: u64,
-    /// Bins as those of `jitter_bins`.
+    /// Bins like those of `jitter_bins`.
     pub duration_bins: [u64; 32],
-    /// Sum over all firings: the share of the time in which the source works.
+    /// Sum over all firings; gives the share of time in which the source is busy.
     pub duration_sum_ns: u64,
-    /// Conditions and other events that found no place and were lost.
+    /// Conditions and other events that were lost for lack of room.
     pub lost: u64,
-    /// A fault stopped it.
+    /// True if a fault has stopped the source.
     pub stopped: bool,
-    /// Rights that were asked for and not given (priority, memory lock, core), in words; empty if all were given.
+    /// Rights that were requested but not granted (priority, memory lock, core), as messages; empty if all were granted.
     pub rights_missing: Vec<String>,
 }
 
-/// Written by the source's own kernel alone, with plain stores.
+/// Counters written only by the source's own kernel, with plain stores.
 #[derive(Default)]
 pub struct Counters {
     pub(crate) firings: AtomicU64,
@@ -93,7 +93,7 @@ impl Histogram {
     }
 }
 
-/// Adds to a counter that this thread alone writes: no atomic read-modify-write.
+/// Adds to a counter that only this thread writes: no atomic read-modify-write.
 #[inline]
 pub fn add(counter: &AtomicU64, n: u64) {
     counter.store(counter.load(Ordering::Relaxed) + n, Ordering::Relaxed);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Physical devices as the kernel serves them: read at the start of a firing of their source, written at its end.
+//! Physical devices as the kernel serves them: read at the start of a firing of their source and written at its end.
 use crate::block::Block;
 use crate::device_state::{AT_ZERO, Ask, DeviceCall, DeviceStanding, OFF, STOP, TELL};
 use crate::memory::{Cell, Extent};
@@ -17,16 +17,16 @@ pub struct Device {
     pub(crate) readings: Cell,
     /// Values that blocks stored for the write channels.
     pub(crate) commands: Cell,
-    /// For each channel: claimed by a running verb.
+    /// For each channel: true if claimed by a running verb.
     pub(crate) engaged: Vec<AtomicBool>,
     pub(crate) standing: DeviceStanding,
-    /// While it is set, every write is the safe one; the first is the driver's safe state.
+    /// While set, every write is the safe one; the first invokes the driver's safe state.
     pub(crate) stop: OnceLock<Arc<AtomicBool>>,
     pub(crate) is_asking: AtomicBool,
     /// Receiver of requests to a remote device.
     pub(crate) calls: OnceLock<Box<dyn Fn(DeviceCall) + Send + Sync>>,
     pub(crate) safe_handles: Mutex<Arc<Vec<SafeHandle>>>,
-    /// Readings for an heir.
+    /// Readings that an heir sees.
     pub(crate) seen: LatestReading,
     pub(crate) service: UnsafeCell<Service>,
 }
@@ -37,7 +37,7 @@ unsafe impl Send for Device {}
 unsafe impl Sync for Device {}
 
 impl Device {
-    /// Opens it. Commands hold their safe values.
+    /// Opens the device. Commands hold their safe values.
     pub fn open(name: &str, mut driver: Box<dyn Driver>, now_ns: i64) -> Result<Arc<Device>, DeviceError> {
         driver.open(now_ns)?;
         let safe_handles = Mutex::new(Arc::new(driver.safe_handles()));
@@ -77,42 +77,43 @@ impl Device {
         }))
     }
 
-    /// Its readings and its commands, whole.
+    /// Returns the complete readings and commands.
     pub fn images(&self) -> (&Cell, &Cell) {
         (&self.readings, &self.commands)
     }
 
-    /// Its name.
+    /// Returns the device's name.
     pub fn name(&self) -> &str {
         &self.name
     }
 
-    /// Its channels; their index here is what the other calls take.
+    /// Returns the device's channels; other methods take indices into this slice.
     pub fn channels(&self) -> &[Channel] {
         &self.channels
     }
 
-    /// Returns the handles that bring its outputs to their safe state without this process; none if the driver has no such way.
+    /// Returns the handles that bring the device's outputs to their safe state without this process; empty if the driver does not support
+    /// this.
     pub fn safe_handles(&self) -> Arc<Vec<SafeHandle>> {
         self.safe_handles.lock().expect("nobody panics with the lock held").clone()
     }
 
-    /// Replaces its safe handles, as another driver serves it.
+    /// Replaces the device's safe handles when another driver serves it.
     pub fn set_safe_handles(&self, handles: Arc<Vec<SafeHandle>>) {
         *self.safe_handles.lock().expect("nobody panics with the lock held") = handles;
     }
 
-    /// Returns its state: lost or not, the channels that ask, the slew limits that acted.
+    /// Returns the device's state: whether it is lost, the requests of its channels, and how often slew limits acted.
     pub fn standing(&self) -> &DeviceStanding {
         &self.standing
     }
 
-    /// Sets the receiver of requests to a remote device. It is set once in the life of a device.
+    /// Sets the receiver of requests to a remote device. Set once in the lifetime of a device.
     pub fn ask_through(&self, calls: Box<dyn Fn(DeviceCall) + Send + Sync>) {
         let _first = self.calls.set(calls);
     }
 
-    /// Returns the readings that its heir sees.
+    /// Returns the readings that the device's heir sees.
     pub fn seen(&self) -> &LatestReading {
         &self.seen
     }
@@ -120,25 +121,25 @@ impl Device {
     /// Returns the state that an exchange between two firings changes: driver, last outputs, the view of an heir.
     ///
     /// # Safety
-    /// Called where nobody else touches it: by the kernel of its source alone, or where no kernel has it in a table.
+    /// No other thread accesses it: called by the kernel of its source, or while no kernel has the device in a table.
     #[expect(clippy::mut_from_ref, reason = "the caller is the one that touches it")]
     pub unsafe fn service(&self) -> &mut Service {
         // SAFETY: the caller's word.
         unsafe { &mut *self.service.get() }
     }
 
-    /// Returns the same while nobody else has the device.
+    /// Returns the same state through exclusive access to the device.
     pub fn service_mut(&mut self) -> &mut Service {
         self.service.get_mut()
     }
 
-    /// Returns true if a block reads a channel of it.
+    /// Returns true if `block` reads one of the device's channels.
     pub(crate) fn is_read_by(&self, block: &Block) -> bool {
         let readings = self.readings.start() as usize..self.readings.start() as usize + self.readings.len();
         block.parts().2.iter().flatten().any(|cell| readings.contains(&(cell.start() as usize)))
     }
 
-    /// Returns the cell of a channel: blocks with a device item bind to it.
+    /// Returns the cell of a channel, to which blocks with a device item bind.
     pub fn cell(&self, channel: usize) -> Cell {
         let declared = &self.channels[channel];
         match declared.direction {
@@ -147,7 +148,7 @@ impl Device {
         }
     }
 
-    /// Marks a write channel as claimed or free; a change takes effect at the next write. It is an atomic flag.
+    /// Marks a write channel as claimed or free (an atomic flag). Takes effect at the next write.
     pub fn engage(&self, channel: usize, engaged: bool) {
         self.engaged[channel].store(engaged, Ordering::Release);
     }
@@ -157,9 +158,10 @@ impl Device {
         self.standing.limited[channel].load(Ordering::Relaxed)
     }
 
-    /// Makes every write the safe one while `stop` is set; the first is the driver's safe state. The flag is set once in the life of a device.
+    /// Makes every write the safe one while `stop` is set; the first invokes the driver's safe state. The flag is set once in the
+    /// lifetime of a device.
     pub fn obey(&self, stop: Arc<AtomicBool>) {
-        // A second call would name the same flag: there is one of a host.
+        // A second call would pass the same flag: a host has only one.
         let _first = self.stop.set(stop);
     }
 
@@ -167,42 +169,43 @@ impl Device {
         self.stop.get().is_some_and(|stop| stop.load(Ordering::Acquire))
     }
 
-    /// Makes the read channel `channel` ask for `what`, from the next reading on, whenever it is not 0 (`at_zero`: whenever it is 0).
+    /// Makes read channel `channel` request `what` whenever its value is not 0 (`at_zero`: whenever it is 0), starting with the next
+    /// reading.
     pub fn ask(&self, channel: usize, what: Ask, at_zero: bool) {
         let asked = what;
         let what = if what == Ask::Stop { STOP } else { TELL };
-        // What nobody has read yet is not known to be granted; what would stop is not there until it is read.
+        // Until the first reading, a permission counts as not granted and a stop as not requested.
         self.standing.asking[channel].now.store(what == TELL, Ordering::Release);
         self.standing.asking[channel].what.store(if at_zero { what | AT_ZERO } else { what }, Ordering::Release);
         self.is_asking.store(true, Ordering::Release);
         self.call(DeviceCall::Ask { channel: channel as u32, what: asked, at_zero });
     }
 
-    /// Returns true if `channel` asked in the latest reading; one of a lost device does.
+    /// Returns true if `channel` made its request in the latest reading, or if the device is lost.
     pub fn asks(&self, channel: usize) -> bool {
         self.standing.asking[channel].now.load(Ordering::Acquire)
     }
 
-    /// Returns true if it asked in some reading since `forget`.
+    /// Returns true if the channel made its request in any reading since `forget`.
     pub fn asked(&self, channel: usize) -> bool {
         self.standing.asking[channel].once.load(Ordering::Acquire)
     }
 
-    /// Asks the processor of a remote one; nothing of one that runs here.
+    /// Forwards a call to the processor of a remote device; does nothing for a local one.
     pub fn call(&self, call: DeviceCall) {
         if let Some(calls) = self.calls.get() {
             calls(call);
         }
     }
 
-    /// Forgets that `channel` asked.
+    /// Clears the record that `channel` made its request.
     pub fn forget(&self, channel: usize) {
         self.standing.asking[channel].once.store(false, Ordering::Release);
         self.standing.forgotten.fetch_add(1, Ordering::AcqRel);
         self.call(DeviceCall::Forget { channel: channel as u32 });
     }
 
-    /// Returns true after it failed: it is no longer read or written.
+    /// Returns true if the device has failed; it is then no longer read or written.
     pub fn is_lost(&self) -> bool {
         self.standing.lost.load(Ordering::Acquire)
     }
@@ -210,7 +213,7 @@ impl Device {
     /// Reads every channel.
     ///
     /// # Safety
-    /// Called by the kernel of its source alone.
+    /// Called only by the kernel of its source.
     pub(crate) unsafe fn read(&self, release_ns: i64, tape: Option<&dyn Tape>) -> Result<(), DeviceError> {
         if self.is_lost() {
             return Ok(());
@@ -234,8 +237,8 @@ impl Device {
         Ok(())
     }
 
-    /// Looks at the channels that ask for something, after a reading. True where one of them changed: the supervisor is to be told.
-    /// `is_blind`: the readings say nothing (the device is lost, its source stopped), which counts as asking.
+    /// Checks the channels with requests after a reading. Returns true if one of them changed, so that the supervisor must be notified.
+    /// `is_blind`: there are no valid readings (the device is lost or its source stopped), which counts as a request.
     ///
     /// # Safety
     /// As for `read`.
@@ -259,15 +262,15 @@ impl Device {
                     stop.store(true, Ordering::Release);
                 }
             }
-            // A source that stopped is restarted by a reset: what it cannot see now does not keep that from happening.
+            // A stopped source is restarted by a reset; a value that it cannot read now must not prevent that.
             let asks = asks && (!is_blind || self.is_lost());
             changed |= asking.now.swap(asks, Ordering::AcqRel) != asks;
         }
         changed
     }
 
-    /// Writes every channel: claimed ones as stored within their slew limits, the others safe. In the first write that finds an emergency stop,
-    /// the driver brings the device to its safe state instead.
+    /// Writes every channel: claimed ones as stored, within their slew limits, the others with safe values. In the first write after an
+    /// emergency stop, the driver brings the device to its safe state instead.
     ///
     /// # Safety
     /// As for `read`.
@@ -308,7 +311,7 @@ impl Device {
         self.checked(service, written)
     }
 
-    /// Stores the safe values of `channels`, which become free, and writes them at once if the device is not lost.
+    /// Stores the safe values of `channels`, frees them, and writes them immediately if the device is not lost.
     ///
     /// # Safety
     /// As for `read`.
@@ -324,7 +327,7 @@ impl Device {
                 service.out[channel.offset..channel.offset + channel.len].copy_from_slice(&channel.safe);
             }
         }
-        // Of a lost one the channels are free all the same: nobody's command goes out when it is opened again.
+        // The channels of a lost device are freed too, so that no stale command is written when it is reopened.
         if self.is_lost() {
             return Ok(());
         }
@@ -347,25 +350,25 @@ impl Device {
         service.driver.safe_state();
     }
 
-    /// Closes the driver: the last call of its kernel, before the value itself goes, which others may hold for long.
+    /// Closes the driver. The last call of its kernel; others may hold the value itself much longer.
     ///
     /// # Safety
     /// As for `service`.
     pub unsafe fn close(&self) {
         // SAFETY: the caller is the one that touches it.
         unsafe { &mut *self.service.get() }.close();
-        // The guard has its own of what it registered.
+        // The guard has its own copies of the handles registered with it.
         if let Ok(mut handles) = self.safe_handles.lock() {
             *handles = Arc::default();
         }
     }
 
-    /// Returns true if a channel of it is claimed, so that stored values are written.
+    /// Returns true if a channel of the device is claimed, so that stored values are written.
     pub fn is_commanded(&self) -> bool {
         self.engaged.iter().any(|engaged| engaged.load(Ordering::Acquire))
     }
 
-    /// Brings it to its safe state, and ends reading and writing.
+    /// Brings the device to its safe state, and stops reading and writing it.
     ///
     /// # Safety
     /// As for `read`.
@@ -390,7 +393,7 @@ impl Drop for Device {
     }
 }
 
-/// Moves `out` towards `command` by at most `step`; true where that was less than asked for.
+/// Moves `out` towards `command` by at most `step`; returns true if the step was limited.
 fn limit(out: &mut [u8], command: &[u8], step: f64) -> bool {
     let value = |bytes: &[u8]| f64::from_ne_bytes(bytes.try_into().expect("a channel with a slew limit is a double"));
     let (from, to) = (value(out), value(command));

@@ -1,27 +1,27 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Requests of the channels of a device, and the state of a device: the kernel of its source sets this, others read it.
+//! Requests of the channels of a device, and the state of a device: set by the kernel of its source, read by others.
 use std::sync::atomic::{AtomicBool, AtomicU8, AtomicU64, Ordering};
 
-/// Request of a read channel, made by its value.
+/// Request that a read channel makes through its value.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 pub enum Ask {
-    /// The emergency stop: outputs are safe from the write of the firing that read it on.
+    /// Emergency stop: outputs are safe from the write of the same firing.
     Stop,
-    /// The kernel does nothing: the supervisor is told of each change.
+    /// Notifies the supervisor of each change; the kernel itself does nothing.
     Tell,
 }
 
-/// State of a device. Of a remote one: as it was told last.
+/// State of a device; for a remote one, the state last reported.
 pub struct DeviceStanding {
-    /// True after it failed: it is no longer read or written.
+    /// True if the device has failed; it is then no longer read or written.
     pub lost: AtomicBool,
-    /// True if it has been read since it was opened. Of a remote one nothing is told.
+    /// True if it has been read since it was opened. Not reported for remote devices.
     pub read: AtomicBool,
-    /// Requests of each channel: the reading that asks for something, and whether it does.
+    /// Requests of each channel: the reading that triggers the request, and whether it does now.
     pub asking: Vec<Asking>,
-    /// Number of times that the slew limit of each channel acted.
+    /// Number of times the slew limit of each channel acted.
     pub limited: Vec<AtomicU64>,
-    /// Calls of `Device::forget`.
+    /// Number of calls of `Device::forget`.
     pub forgotten: AtomicU64,
 }
 
@@ -31,12 +31,12 @@ impl DeviceStanding {
         DeviceStanding { lost: AtomicBool::new(false), read: AtomicBool::new(false), asking, limited, forgotten: AtomicU64::new(0) }
     }
 
-    /// Marks it as open again, and not read yet.
+    /// Marks the device as reopened and not read yet.
     pub fn found(&self) {
         for asking in &self.asking {
             let what = asking.what.load(Ordering::Acquire);
             asking.once.store(false, Ordering::Release);
-            // As of `Device::ask`: what would stop is not there until it is read, what tells is not granted until then.
+            // As in `Device::ask`: until the first reading, a stop is not requested and a permission is not granted.
             asking.now.store(what != OFF && what & STOP == 0, Ordering::Release);
         }
         self.read.store(false, Ordering::Release);
@@ -44,19 +44,19 @@ impl DeviceStanding {
     }
 }
 
-/// A channel whose readings are looked at. Flags only, each by itself: the kernel sets, the supervisor reads.
+/// Request state of a monitored channel. Independent flags, set by the kernel and read by the supervisor.
 #[derive(Default)]
 pub struct Asking {
-    /// `OFF`, or what it asks for and whether it does so at 0 (`AT_ZERO`).
+    /// `OFF`, or the request and whether it is made at 0 (`AT_ZERO`).
     pub(crate) what: AtomicU8,
-    /// True while it asks.
+    /// True while the channel makes its request.
     pub now: AtomicBool,
-    /// True if it has asked since the last `forget`.
+    /// True if it has made its request since the last `forget`.
     pub once: AtomicBool,
 }
 
 impl Asking {
-    /// Returns its request, and whether it makes it at 0; none if nobody looks at it.
+    /// Returns the channel's request, and whether it is made at 0; `None` if the channel is not monitored.
     pub fn of(&self) -> Option<(Ask, bool)> {
         let what = self.what.load(Ordering::Acquire);
         (what != OFF).then_some((if what & STOP != 0 { Ask::Stop } else { Ask::Tell }, what & AT_ZERO != 0))

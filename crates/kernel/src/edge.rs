@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Edges: a read channel of a device that raises an interrupt source whenever it goes from zero to something else.
+//! Edges: read channels of a device that raise an interrupt source when they change from zero to non-zero.
 use crate::device::Device;
 use crate::memory;
 use crate::source::SourceId;
@@ -11,19 +11,19 @@ use std::sync::Arc;
 pub enum Number {
     Float,
     Double,
-    /// A whole number or `bool`.
+    /// An integer or `bool`.
     Whole,
 }
 
-/// A channel that is watched, and whom it raises. Shared by successive tables of the device's source.
+/// A watched channel, and the source that it raises. Shared by successive tables of the device's source.
 pub struct Edge {
     pub device: Arc<Device>,
-    /// Its index.
+    /// Index of the channel.
     pub index: usize,
     channel: memory::Cell,
     pub number: Number,
     pub raises: SourceId,
-    /// True if it was above zero at the last reading; the state at the first reading is no edge.
+    /// True if the value was above zero at the last reading; the first reading never counts as an edge.
     was_set: Remembered<Option<bool>>,
 }
 
@@ -33,7 +33,7 @@ unsafe impl Send for Edge {}
 unsafe impl Sync for Edge {}
 
 impl Edge {
-    /// Watches read channel `channel` of `device`, a scalar. Panics where it is none that is read.
+    /// Watches read channel `channel` of `device`, a scalar. Panics if it is not a read channel.
     pub fn new(device: &Arc<Device>, channel: usize, number: Number, raises: SourceId) -> Arc<Edge> {
         assert!(device.channels()[channel].direction == device::Direction::Read, "only a channel that is read has edges");
         let cell = device.cell(channel);
@@ -41,10 +41,10 @@ impl Edge {
         Arc::new(Edge { device: device.clone(), index: channel, channel: cell, number, raises, was_set: Remembered::new(None) })
     }
 
-    /// Returns true if the channel has just gone from zero to something else. After each read of the device.
+    /// Returns true if the channel has just changed from zero to non-zero. Called after each read of the device.
     ///
     /// # Safety
-    /// Called by the kernel of the device's source alone.
+    /// Called only by the kernel of the device's source.
     pub(crate) unsafe fn rises(&self) -> bool {
         if self.device.is_lost() {
             return false;

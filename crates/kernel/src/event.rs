@@ -14,31 +14,31 @@ pub enum Fault {
     Returned(u32),
     /// The body panicked.
     Panic,
-    /// Output item that was not finite.
+    /// An output was not finite; contains its item index.
     NonFinite(u8),
     /// A signal (SIGSEGV, SIGFPE, SIGBUS, SIGILL, SIGTRAP, SIGABRT) inside block code: the source has stopped, its devices are safe.
     Signal(i32),
     /// The time budget ran out inside block code: as for a signal.
     Budget,
-    /// A signal, by its number, or 0 for a spent budget, in code of a library that may hold a lock: the source has ended for good, and its process
-    /// cannot be trusted.
+    /// A signal (its number, or 0 for an exceeded budget) in code of a library that may hold a lock: the source has ended permanently,
+    /// and its process cannot be trusted.
     Lost(i32),
-    /// A C++ exception left the body; what it says is the `value` of the event.
+    /// A C++ exception left the body; its message is the `value` of the event.
     Threw,
-    /// The body changed the floating-point control words; where the source has stopped, one of its blocks has.
+    /// The body changed the floating-point control words; if the source has stopped, one of its blocks did.
     Floats,
-    /// The body called fork(): the child has ended, and the source has stopped before anything of the firing was published.
+    /// The body called fork(): the child was ended, and the source stopped before anything of the firing was published.
     Forked,
 }
 
-/// One event. Sent through a queue of fixed size that the kernel never waits for; what did not fit is counted and announced.
+/// An event, sent through a queue of fixed size that the kernel never waits for. Events that do not fit are counted and announced.
 /// Acknowledgements (`Done`) have room of their own and are never lost.
 #[derive(Debug, serde::Serialize, serde::Deserialize)]
 pub enum Event {
-    /// A watched condition came. `acted`: this one moved the process (to `stage`, or ended or froze it); the others of the
-    /// firing are told with `acted` false. `captured`: what the `Capture` ops of its reaction script took. `number`: of the
-    /// invocation that reported it (0 for a remembered one that acts at a later stage). `alone`: no other condition came in the
-    /// firing.
+    /// A watched condition was reported. `acted`: this condition moved the process (to `stage`, or ended or froze it); the other
+    /// conditions of the firing have `acted` false. `captured`: bytes from the `Capture` ops of its reaction script. `number`: the
+    /// invocation that reported it (0 for a remembered condition that acts at a later stage). `alone`: no other condition was reported in
+    /// the firing.
     Condition {
         source: SourceId,
         process: u64,
@@ -56,41 +56,41 @@ pub enum Event {
         value: Vec<u8>,
         captured: Vec<u8>,
     },
-    /// A condition or fault that no watch names: recorded. `value`: what the block reported with it.
+    /// A condition or fault without a watch was recorded. `value`: the value that the block reported with it.
     Unwatched { source: SourceId, process: u64, generation: u32, block: BlockId, item: u8, fault: Option<Fault>, number: u64, time_ns: i64, value: Vec<u8> },
-    /// The source stopped after a signal or a spent budget in `block`; pending and later scripts are still carried out.
+    /// The source stopped after a signal or an exceeded budget in `block`; pending and later scripts are still carried out.
     Stopped { source: SourceId, block: BlockId, process: u64, fault: Fault, time_ns: i64 },
-    /// A block that does not return has masked the signal that would end it.
+    /// A block that does not return has blocked the signal that would end it.
     Deaf { source: SourceId, time_ns: i64 },
-    /// The system has ended the thread of the source, between two firings or in the middle of one.
+    /// The operating system ended the thread of the source, between two firings or during one.
     Ended { source: SourceId, time_ns: i64 },
-    /// Handlers of faults had been replaced, as the text says; they are in place again.
+    /// Fault handlers had been replaced, as the text says; they have been reinstalled.
     Replaced { text: String, time_ns: i64 },
-    /// A device failed at reading or writing; it is in its safe state.
+    /// A device failed to be read or written; it is in its safe state.
     DeviceLost { source: SourceId, device: String, message: String, time_ns: i64 },
-    /// A channel that asks for something (`Device::ask`) began or ended to ask, or can no longer be seen.
+    /// A channel with a request (`Device::ask`) started or stopped requesting, or can no longer be read.
     Asked { source: SourceId, time_ns: i64 },
-    /// A queue was full: a synchronous value was lost (`overrun`, naming both ends), or a ratio value came late.
+    /// A queue was full: a synchronous value was lost (`overrun`, naming both ends), or a ratio value arrived late.
     Overrun { source: SourceId, reader: SourceId, member: u32, time_ns: i64 },
-    /// A ratio value was absent when its number was due: the old one is kept.
+    /// A ratio value was absent when its number was due; the old value is kept.
     Late { source: SourceId, member: u32, time_ns: i64 },
-    /// The process of a remote source is gone. `block`: the one that ran, where that is known.
+    /// The process of a remote source has exited. `block`: the block that was running, if known.
     Gone { source: SourceId, block: Option<BlockId>, message: String, time_ns: i64 },
-    /// An end of a connection could not be made: nothing will come over it.
+    /// An end of a connection could not be made; nothing will arrive over it.
     Unconnected { writer: SourceId, reader: SourceId, message: String },
-    /// A timer stood still for so long, with its process or machine. `is_unattended`: longer than its outputs may be unattended, so that what it commanded
-    /// was made safe.
+    /// A timer stood still for `late_ns`, together with its process or machine. `is_unattended`: longer than its outputs may be
+    /// unattended, so they were made safe.
     StoodStill { source: SourceId, late_ns: i64, is_unattended: bool, time_ns: i64 },
-    /// Events that did not fit.
+    /// Number of events that did not fit.
     Lost { source: SourceId, count: u64 },
-    /// A script was carried out, at this boundary; the script comes back to be freed, with what `Op::Capture`s took, in order. Its
-    /// script does not travel (see `wire::EventAs`); it is the last variant, because those behind a skipped one would change their
-    /// numbers.
+    /// A script was carried out at this boundary. The script is returned to be freed, together with the captures of its `Op::Capture`s,
+    /// in order. It is not serialized (see `wire::EventAs`); the variant is last, because those after a skipped variant would be
+    /// renumbered.
     #[serde(skip)]
     Done { source: SourceId, script: Box<Script>, firing: u64, time_ns: i64, captured: Vec<u8> },
 }
 
-/// An event on its way, and how many bytes of the byte ring belong to its `value` and `captured`.
+/// A queued event, and the number of bytes in the byte ring that belong to its `value` and `captured`.
 pub(crate) struct QueuedEvent {
     pub(crate) serial: u64,
     pub(crate) event: Event,
@@ -98,11 +98,11 @@ pub(crate) struct QueuedEvent {
     pub(crate) captured_len: usize,
 }
 
-/// Events that may wait at the supervisor, and bytes of values and captures.
+/// Maximum numbers of events pending at the supervisor, and of bytes of values and captures.
 const EVENTS: usize = 1024;
 const BYTES: usize = 256 * 1024;
 
-/// A source's end: tells without waiting or allocating.
+/// The source's end: sends events without waiting or allocating.
 pub struct Teller {
     events: Producer<QueuedEvent>,
     bytes: Producer<u8>,
@@ -111,7 +111,7 @@ pub struct Teller {
 }
 
 impl Teller {
-    /// Tells an event; false where it is lost. `value` and `captured` go into the event's own when the supervisor takes it.
+    /// Sends an event; returns false if it was lost. The supervisor moves `value` and `captured` into the event when it takes it.
     pub(crate) fn tell(&mut self, serials: &AtomicU64, event: Event, value: &[u8], captured: &[u8]) -> bool {
         self.tell_lost(serials);
         if self.events.slots() == 0 || self.bytes.slots() < value.len() + captured.len() {
@@ -130,12 +130,12 @@ impl Teller {
         true
     }
 
-    /// Counts an event that found no room: it is told when there is some.
+    /// Counts an event that found no room; it is announced once there is some.
     pub(crate) fn lose(&mut self) {
         self.lost += 1;
     }
 
-    /// Tells what was lost, where something was and there is room again. True if it did.
+    /// Announces lost events if there are any and there is room again. Returns true if it did.
     #[inline]
     pub(crate) fn tell_lost(&mut self, serials: &AtomicU64) -> bool {
         if self.lost == 0 || self.events.slots() < 2 {
@@ -158,7 +158,7 @@ pub struct Listener {
     done: VecDeque<Box<Submission>>,
 }
 
-/// Makes both ends.
+/// Makes both ends of the event queue of `source`.
 pub fn telling(source: SourceId) -> (Teller, Listener) {
     let (events, told) = RingBuffer::new(EVENTS);
     let (bytes, said) = RingBuffer::new(BYTES);
@@ -166,9 +166,9 @@ pub fn telling(source: SourceId) -> (Teller, Listener) {
 }
 
 impl Listener {
-    /// Returns the serial of the next event of this source, if there is one. A `done` acknowledgement and an event of the ring come in the
-    /// order in which the source made them: what was made before something that is seen is seen too, so looking at the
-    /// acknowledgements before and after the ring finds the older one.
+    /// Returns the serial of the next event of this source, if there is one. `Done` acknowledgements and events of the ring are returned
+    /// in the order in which the source made them: whatever precedes a visible event is visible too, so checking the acknowledgements
+    /// before and after the ring finds the older one.
     pub fn next_serial(&mut self, done: &Mailbox) -> Option<u64> {
         self.done.extend(done.take());
         let acknowledged = self.done.front().map(|submission| submission.serial);
@@ -183,7 +183,7 @@ impl Listener {
         }
     }
 
-    /// Takes the event with `serial`, which `next_serial` gave.
+    /// Takes the event with `serial`, which `next_serial` returned.
     pub fn take(&mut self, source: SourceId, serial: u64) -> Option<Event> {
         if let Some(submission) = self.done.pop_front_if(|submission| submission.serial == serial) {
             let Submission { script, captured, firing, time_ns, .. } = *submission;

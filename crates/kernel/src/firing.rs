@@ -22,9 +22,9 @@ use std::sync::atomic::Ordering;
 /// Result of the first part of a firing.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ComputeResult {
-    /// The source was stopped before.
+    /// The source had already been stopped.
     Nothing,
-    /// A step stopped it.
+    /// A step stopped the source.
     Stopped,
     All,
 }
@@ -37,7 +37,7 @@ impl Kernel {
         self.conclude(computed, release_ns, preempt);
     }
 
-    /// Runs the first part of a firing: nobody else sees anything of it yet.
+    /// Runs the first part of a firing, which has no visible effects yet.
     #[inline]
     pub fn compute<P: Preempt>(&mut self, number: u64, release_ns: i64, started_ns: i64, preempt: &P) -> ComputeResult {
         self.firing = number;
@@ -52,7 +52,7 @@ impl Kernel {
         if self.work(release_ns, started_ns, preempt) { ComputeResult::All } else { ComputeResult::Stopped }
     }
 
-    /// Runs the second part: devices are written, what was computed is published, conditions are served.
+    /// Runs the second part: writes devices, publishes results, serves conditions.
     #[inline]
     pub fn conclude<P: Preempt>(&mut self, computed: ComputeResult, release_ns: i64, preempt: &P) {
         if computed == ComputeResult::All {
@@ -69,7 +69,7 @@ impl Kernel {
         add(&self.source.counters.firings, 1);
     }
 
-    /// Runs an extra firing at `now_ns` in which `blocks` are due, and what they drive, if that is on.
+    /// Runs an extra firing at `now_ns` in which `blocks` and the active blocks that they drive are due.
     pub(crate) fn execute(&mut self, blocks: &[Arc<Block>], now_ns: i64) {
         if self.stopped {
             return;
@@ -95,7 +95,7 @@ impl Kernel {
         }
     }
 
-    /// Publishes what scripts stored, after a firing or a script.
+    /// Publishes the values that scripts stored, after a firing or a script.
     pub(crate) fn settle(&mut self, now_ns: i64) {
         if self.stored {
             self.stored = false;
@@ -153,7 +153,7 @@ impl Kernel {
         }
     }
 
-    /// Invocations that went with skipped releases consume their numbers.
+    /// Counts the invocations that were due at skipped releases as used numbers.
     #[cold]
     fn count_missed(&mut self) {
         for (slot, activation) in self.table.activations.iter().enumerate() {
@@ -181,7 +181,7 @@ impl Kernel {
         }
     }
 
-    /// Devices are read, and the steps run. False if a step stopped the source.
+    /// Reads devices and runs the steps. Returns false if a step stopped the source.
     fn work<P: Preempt>(&mut self, now_ns: i64, started_ns: i64, preempt: &P) -> bool {
         for (_, rows) in &self.table.rows {
             // SAFETY: this is the kernel of the source that the ring belongs to.
@@ -220,7 +220,7 @@ impl Kernel {
     fn devices(&mut self, now_ns: i64, serve: impl Fn(&Device, Option<&dyn Tape>) -> Result<(), DeviceError>) {
         for index in 0..self.table.devices.len() {
             let served = serve(&self.table.devices[index], self.source.tape.as_deref());
-            // A driver that forks without fork(): its copy touches no other device.
+            // For drivers that fork without fork(): their copy must touch no other device.
             forks::end_if_child();
             if let Err(error) = served {
                 self.device_lost(index, error, now_ns);
@@ -228,7 +228,7 @@ impl Kernel {
         }
     }
 
-    /// Looks at the channels that ask for something: the emergency stop is in force from here on, before anything is written.
+    /// Checks the channels with requests. An emergency stop takes effect here, before anything is written.
     fn look(&mut self, now_ns: i64, is_blind: bool) {
         let mut changed = false;
         for device in &self.table.devices {
@@ -247,7 +247,7 @@ impl Kernel {
         self.table.look_for_blind();
     }
 
-    /// Stamps the activations that were due; those that read a lost device keep the number and age of the last reading.
+    /// Stamps the activations that were due; those that read a lost device keep number and age of the last reading.
     fn stamp(&mut self, now_ns: i64) {
         for slot in 0..self.table.due.len() {
             if self.table.due[slot] && !self.table.is_blind_at(slot) && (!self.careful || self.table.steps_of(slot).any(|step| self.table.ran[step as usize])) {
@@ -269,13 +269,13 @@ impl Kernel {
         }
     }
 
-    /// Stamps of what was through when a step stopped the source.
+    /// Stamps the activations that had completed when a step stopped the source.
     #[cold]
     fn stamp_through(&mut self, now_ns: i64) {
         if self.table.chosen.contains(&true) { self.stamp_executed(now_ns) } else { self.stamp(now_ns) }
     }
 
-    /// Stamps of what an `execute` ran, with the numbers of the blocks themselves.
+    /// Stamps the activations that an `execute` ran, with the numbers of the blocks themselves.
     fn stamp_executed(&mut self, now_ns: i64) {
         for (slot, activation) in self.table.activations.iter().enumerate() {
             let ran = self.table.steps_of(slot).find(|&step| self.table.ran[step as usize] && self.table.header(step).is_some());
@@ -283,7 +283,7 @@ impl Kernel {
             // SAFETY: the block is in the table and no step runs; an activation of this source.
             unsafe {
                 let state = &mut *activation.state();
-                // A reset has set both back in the block; here what it was in the last life may stand yet.
+                // A reset has set both in the block; the state here may still hold values of its previous life.
                 (state.number, state.activated) = ((*header).number - 1, (*header).activated);
                 if !self.table.is_blind_at(slot) {
                     activation.stamp(state.number, now_ns);
@@ -295,7 +295,7 @@ impl Kernel {
         }
     }
 
-    /// Publishes groups, sends rows, raises sources, writes the rows of the programming system.
+    /// Publishes groups, sends rows, raises sources, and writes the rows of the programming system.
     fn publish<P: Preempt>(&mut self, now_ns: i64, preempt: &P) {
         self.publish_groups(now_ns, preempt);
         for index in 0..self.table.outbound.len() {
@@ -347,9 +347,8 @@ impl Kernel {
         }
     }
 
-    /// Stops the source after a signal or a spent budget in a block: nothing more of the firing happens, devices go to their safe state. Invocations
-    /// that were
-    /// through have stored their values where anybody may come to read them: these get their numbers.
+    /// Stops the source after a signal or an exceeded budget in a block: aborts the firing and brings devices to their safe state.
+    /// Completed invocations have stored values that others may read, so these get their numbers.
     #[cold]
     fn stop(&mut self, ended: EarlyEnd, time_ns: i64) {
         self.stopped = true;
@@ -368,12 +367,13 @@ impl Kernel {
         let step = &self.table.steps[ended.step as usize];
         let (block, process) = (step.block.as_ref().map_or(BlockId(u32::MAX), |block| block.id()), self.table.processes[step.process as usize].id());
         self.tell(Event::Stopped { source: self.source.id, block, process, fault: ended.fault(), time_ns }, &[], &[]);
-        // The fault first: it is what ends the verbs here, whatever an input that nobody reads any more stops besides.
+        // The fault is reported first: it is the cause that ends the verbs here, whatever else an input that is no longer read may stop.
         self.look(time_ns, true);
         steps::report(self, ended.step, ended.result, time_ns);
     }
 
-    /// Loses the source, whose thread must call no library again. A process that was started for its processors ends here, its devices safe.
+    /// Abandons the source, whose thread must not call any library again. A process that was started for its processors exits here, with
+    /// its devices safe.
     #[cold]
     fn lose_source(&mut self, step: u32) {
         self.source.is_lost.store(true, Ordering::Release);

@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Floating-point state: no block computes with what another one has set.
+//! Floating-point state: no block computes with control words that another one has set.
 //!
-//! The control words are standard at the beginning of a firing and looked at when its steps are through: two looks a firing, none a block. Blocks
-//! of a module that *can* change them (the loader has seen it, [`mark::FLOATS`]) are called through [`run`], which looks after each
-//! invocation: a change is a fault of that block, which leaves everything as it was. What is found at the end of a firing only stops the source before
-//! anything is published; from then on every block of this process is called through [`run`], so that the next change has a name.
+//! The control words are set to standard values at the beginning of a firing and checked after its steps: two accesses per firing, none
+//! per block. Blocks of a module that *can* change them (the loader has detected it, [`mark::FLOATS`]) are called through [`run`], which
+//! checks after each invocation: a change is a fault of that block, and is undone. A change found only at the end of a firing stops the
+//! source before anything is published; every block of this process is then called through [`run`], so that the next change can be
+//! attributed.
 use crate::block::Block;
 use crate::containment::Call;
 use crate::memory::Cell;
@@ -18,7 +19,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 /// Set if the words have changed unexpectedly.
 pub(crate) static DISTRUST: AtomicBool = AtomicBool::new(false);
 
-/// Sets the standard words at the beginning of a firing.
+/// Sets the standard control words at the beginning of a firing.
 #[inline]
 pub(crate) fn begin() {
     Words::standardise();
@@ -33,19 +34,19 @@ pub fn are_looked_at(block: &Block) -> bool {
 /// Mark in the first word of a step's argument: the rest of the word is the address of the block's header.
 const WATCHED: u64 = 1 << 62;
 
-/// A block whose invocations are looked at one by one.
+/// A block whose invocations are checked one by one.
 #[repr(C)]
 pub(crate) struct WatchedBlock {
-    /// Where the containment finds whether the block may be ended: the address of its header, and [`WATCHED`].
+    /// Word from which the containment finds out whether the block may be ended: the address of its header, and [`WATCHED`].
     header: u64,
     call: Call,
-    /// Cells that it may store to, with the instance itself first.
+    /// Cells that it may store to; the first is the instance itself.
     stores: Vec<Cell>,
     before: Vec<u8>,
 }
 
 impl WatchedBlock {
-    /// Returns the watcher of `block`; none if nothing is to be feared of it.
+    /// Returns the watcher of `block`; `None` if it cannot change the words.
     pub(crate) fn of(block: &Block) -> Option<Box<WatchedBlock>> {
         if !are_looked_at(block) {
             return None;
@@ -80,10 +81,10 @@ impl WatchedBlock {
     }
 }
 
-/// Entry of a block that is watched.
+/// Entry of a watched block.
 ///
 /// # Safety
-/// `watched` is a [`WatchedBlock`] that nothing else refers to; `invocation` is in order.
+/// `watched` is a [`WatchedBlock`] that nothing else refers to; `invocation` is valid.
 pub unsafe extern "C" fn run(watched: *mut c_void, invocation: *const Invocation) -> u64 {
     // SAFETY: the table keeps what it watches, and calls each with its own; no other reference to it is alive.
     let watched = unsafe { &mut *watched.cast::<WatchedBlock>() };
@@ -99,14 +100,15 @@ pub unsafe extern "C" fn run(watched: *mut c_void, invocation: *const Invocation
     result
 }
 
-/// Runs `call` outside every firing, as of a trial, with standard words, and returns whether it has changed them. The caller's are set again.
+/// Runs `call` outside any firing (a trial, for example) with standard control words, and returns whether it changed them. Restores the
+/// caller's.
 pub fn outside<R>(call: impl FnOnce() -> R) -> (R, bool) {
     let _standard = opengpac::floats::Standard::enter();
     let result = call();
     (result, Words::standardise())
 }
 
-/// Returns the entry that the table calls for `block`: its own, or that of its watcher, which the table has to keep.
+/// Returns the entry that the table calls for `block`: its own, or that of its watcher, which the table must keep.
 pub(crate) fn entry(block: &Block) -> (Run, *mut c_void, Option<Box<WatchedBlock>>) {
     match WatchedBlock::of(block) {
         None => (block.descriptor().run, block.instance().cast(), None),

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Fused blocks: blocks that stand behind each other and have one entry together.
+//! Fused blocks: adjacent blocks that share one entry.
 use crate::bank::{FusedSteps, stretches};
 use crate::block::Block;
 use crate::containment::trust_code;
@@ -10,9 +10,9 @@ use std::ptr::fn_addr_eq;
 use std::sync::Arc;
 
 impl Table {
-    /// Makes the same with fused blocks: `find` is asked of each run of blocks that are always due together, each run by its own entry, and gives
-    /// those of them, in order, that have an entry together. What it does for each must be what the block's own entry does. Off the real-time
-    /// path.
+    /// Returns the table with fused blocks. `find` is called with each run of adjacent blocks that are always due together and run by
+    /// their own entries; it returns the ranges that have a common entry, in order. For each block, that entry must do the same as the
+    /// block's own. Off the real-time path.
     #[must_use]
     pub fn fused(mut self, mut find: impl FnMut(&[&Arc<Block>]) -> Vec<(Range<usize>, Bank)>) -> Table {
         let mut fused: Vec<FusedSteps> = Vec::new();

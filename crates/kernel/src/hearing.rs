@@ -1,18 +1,19 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Test whether a thread that is sent a signal again and again blocks it, or has only had no core to run on.
+//! Test whether a thread that is sent a signal repeatedly blocks it, or merely had no core to run on.
 use std::sync::atomic::{AtomicI64, AtomicU32, Ordering};
 
-/// Signals after which a thread is looked at: more than a thread without a core of its own usually needs to come to run.
+/// Number of signals after which a thread is checked: more than a thread without a core of its own usually needs to get to run.
 const UNHEARD_MAX: u32 = 50;
 
-/// A thread that has run for so long since the first of them would have heard it. A signal is delivered before the next instruction of the program.
+/// Running time since the first signal after which a thread must have received it. A signal is delivered before the next instruction of
+/// the program.
 const RUN_MAX_NS: i64 = 10_000_000;
 
-/// Signals that a thread was sent and has not heard.
+/// Signals that were sent to a thread but not received.
 #[derive(Default)]
 pub(crate) struct Unheard {
     count: AtomicU32,
-    /// Processor time of the thread when the first was sent, ns; -1: unknown.
+    /// Processor time of the thread when the first signal was sent, ns; -1: unknown.
     run_ns: AtomicI64,
 }
 
@@ -28,7 +29,7 @@ impl Unheard {
         }
     }
 
-    /// Returns true if so many were not heard that `thread` keeps them from itself. One that `waits` for a core does not.
+    /// Returns true if enough signals were not received that `thread` must be blocking them. A thread that `waits` for a core is not.
     pub(crate) fn is_deaf(&self, thread: libc::pthread_t, waits: impl Fn(libc::clockid_t) -> bool) -> bool {
         if self.count.load(Ordering::Relaxed) <= UNHEARD_MAX {
             return false;
@@ -39,7 +40,7 @@ impl Unheard {
     }
 }
 
-/// Returns the clock of the time that a thread has run; none of one that is gone.
+/// Returns the CPU-time clock of a thread; `None` if it has exited.
 fn clock(thread: libc::pthread_t) -> Option<libc::clockid_t> {
     let mut clock = 0;
     // SAFETY: the caller's word for the thread.

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The reading end of a connection: what a latch fills, and the values that wait for the readers of a queue.
+//! The reading end of a connection: the cells that a latch fills, and the values that wait for the readers of a queue.
 use crate::connection::{End, QueueMember, WORD};
 use crate::connection_identity::{Nowhere, Way};
 use crate::memory::{Cell, Span, spans};
@@ -9,12 +9,12 @@ use std::cell::UnsafeCell;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicI64, Ordering};
 
-/// The reading end: latched once, at the start of the reader's firing.
+/// The reading end, latched once at the start of the reader's firing.
 pub struct Inbound<A> {
     state: UnsafeCell<InboundState>,
     /// Release time of the publication that was latched last.
     brought_ns: AtomicI64,
-    /// Since when a ratio value is absent, plus one; 0 where none is.
+    /// Time since which a ratio value has been absent, plus one; 0 if none is.
     late_ns: AtomicI64,
     spans: Vec<Span>,
     pub members: Vec<QueueMember<A>>,
@@ -27,32 +27,33 @@ struct InboundState {
     waiting: Vec<WaitingValues>,
 }
 
-/// Values of one member that have arrived and were not taken yet: a ring of `DEPTH`.
+/// Values of one member that have arrived but were not taken yet: a ring of `DEPTH`.
 struct WaitingValues {
     bytes: Box<[u8]>,
     numbers: [u64; DEPTH],
     first: usize,
     count: usize,
-    /// Values taken so far: a reader has had one if it remembers this number.
+    /// Number of values taken so far; a reader that remembers this number has had the current value.
     sequence: u64,
-    /// Number of the value in the cell; of a ratio member.
+    /// Number of the value in the cell, for a ratio member.
     taken: Option<u64>,
-    /// The ratio value that was found to be late last, so that it is counted once.
+    /// Ratio value last found to be late, so that it is counted once.
     late: Option<u64>,
-    /// Number of the newest value of a ratio member that arrived, since the reader was switched on.
+    /// Number of the newest value of a ratio member that has arrived since the reader was switched on.
     newest: Option<u64>,
-    /// Anchor of a ratio member n: (p, k) where invocation p of the reader, counted from its activation, takes number k, p + n number k + 1, ….
+    /// Anchor of a ratio member n: (p, k) where invocation p of the reader, counted from its activation, takes number k, p + n number k
+    /// + 1, ….
     anchor: (u64, u64),
-    /// Invocations of a ratio member's reader since its activation, at the last look.
+    /// Invocations of a ratio member's reader since its activation, at the last check.
     phase: u64,
-    /// True while an activation that is on has not had the present value.
+    /// True while an active reader has not had the current value.
     held: bool,
 }
 
-/// Rows that one look takes: a writer that never ends, in another process, holds no firing up for good.
+/// Maximum number of rows taken at once, so that a writer in another process that never stops cannot hold up a firing.
 const ROWS_MAX: usize = 4096;
 
-/// Room for a member's values on the reader's side; more wait in the connection's own queue.
+/// Number of a member's values buffered on the reader's side; more wait in the connection's own queue.
 const DEPTH: usize = 4;
 
 // SAFETY: touched only by the kernel of the reading source.
@@ -61,7 +62,7 @@ unsafe impl<A: Send + Sync> Send for Inbound<A> {}
 unsafe impl<A: Send + Sync> Sync for Inbound<A> {}
 
 impl<A: CountedInvocations> Inbound<A> {
-    /// Makes the inbound side: `group` and `queue` as the writing end has them, with cells of the reader's image.
+    /// Makes the inbound side: `group` and `queue` are those of the writing end, with cells of the reader's image.
     pub fn new(receiver: impl Into<End<dyn Receiver>>, group: Vec<Cell>, queue: Vec<QueueMember<A>>) -> Arc<Inbound<A>> {
         let (spans, _) = spans(&group);
         let waiting = queue.iter().map(|member| WaitingValues::new(member.cell.len(), member.ratio)).collect();
@@ -70,7 +71,7 @@ impl<A: CountedInvocations> Inbound<A> {
         Arc::new(Inbound { state, brought_ns: AtomicI64::new(i64::MIN), late_ns: AtomicI64::new(0), spans, members: queue, way, group })
     }
 
-    /// Drops its carrier, with its descriptors and threads: nothing arrives after this.
+    /// Drops the connection's carrier with its descriptors and threads; nothing arrives afterwards.
     ///
     /// # Safety
     /// The kernel of the reading source has ended.
@@ -79,26 +80,26 @@ impl<A: CountedInvocations> Inbound<A> {
         unsafe { &mut *self.state.get() }.receiver = Box::new(Nowhere::default());
     }
 
-    /// Returns the release time of the firing whose publication was latched last, ns on the clock; none before the first.
+    /// Returns the release time of the firing whose publication was latched last, ns on the clock; `None` before the first.
     pub fn brought_ns(&self) -> Option<i64> {
         Some(self.brought_ns.load(Ordering::Relaxed)).filter(|ns| *ns != i64::MIN)
     }
 
-    /// Returns the time since which a ratio value is absent that its reader has asked for, ns on the clock.
+    /// Returns the time since which a ratio value that its reader needs has been absent, ns on the clock.
     pub fn late_since_ns(&self) -> Option<i64> {
         Some(self.late_ns.load(Ordering::Relaxed) - 1).filter(|ns| *ns >= 0)
     }
 
-    /// Stores `brought_ns` and `late_since_ns` of a remote one, as its kernel told last.
+    /// Stores `brought_ns` and `late_since_ns` of a remote connection, as last reported by its kernel.
     pub fn report(&self, brought_ns: Option<i64>, late_since_ns: Option<i64>) {
         self.brought_ns.store(brought_ns.unwrap_or(i64::MIN), Ordering::Relaxed);
         self.late_ns.store(late_since_ns.map_or(0, |ns| ns.saturating_add(1)), Ordering::Relaxed);
     }
 
-    /// Takes the newest group into its cells, if there is a new one. `midway` is called with half of it copied.
+    /// Copies the newest group into its cells, if there is a new one. Calls `midway` with half of it copied.
     ///
     /// # Safety
-    /// Called by the kernel of the reading source alone.
+    /// Called only by the kernel of the reading source.
     pub(crate) unsafe fn latch(&self, now_ns: i64, midway: &mut dyn FnMut()) {
         // SAFETY: the caller is the one that touches it.
         let state = unsafe { &mut *self.state.get() };
@@ -116,7 +117,7 @@ impl<A: CountedInvocations> Inbound<A> {
         }
     }
 
-    /// Latches all in one go: the path of real threads.
+    /// Latches the group without preemption points; used by real threads.
     ///
     /// # Safety
     /// As for `latch`.
@@ -133,7 +134,7 @@ impl<A: CountedInvocations> Inbound<A> {
         }
     }
 
-    /// Returns true if it has queue members.
+    /// Returns true if the connection has queue members.
     pub(crate) fn queues(&self) -> bool {
         !self.members.is_empty()
     }
@@ -147,7 +148,7 @@ impl<A: CountedInvocations> Inbound<A> {
         unsafe { &mut *self.state.get() }.waiting.iter_mut().for_each(|waiting| waiting.held = false);
     }
 
-    /// Marks a member whose value an active reader has not had.
+    /// Marks a member as held if an active reader has not had its current value.
     ///
     /// # Safety
     /// As for `latch`.
@@ -172,9 +173,9 @@ impl<A: CountedInvocations> Inbound<A> {
         }
     }
 
-    /// Takes ratio members by number for the readers that are due: invocation j takes number ⌊j/n⌋ − 1, where both began together; where one
-    /// began later, the first number that came is taken from the next invocation on, and the next one n later. `late` is called with
-    /// each member whose value is absent.
+    /// Takes ratio members by number for the readers that are due: invocation j takes number ⌊j/n⌋ − 1 if both started together.
+    /// Otherwise the first number that arrived is taken from the next invocation on, and the next one n invocations later. Calls `late`
+    /// with each member whose value is absent.
     ///
     /// # Safety
     /// As for `latch`.
@@ -219,8 +220,8 @@ impl<A: CountedInvocations> Inbound<A> {
         unsafe { &*self.state.get() }.waiting[member].sequence
     }
 
-    /// Drops what waits for these members, of all of them together, so that none is a row behind another: a reader that is switched on takes
-    /// nothing that came before.
+    /// Drops the pending values of these members, of all together, so that none is a row behind another: a reader that is switched on
+    /// takes nothing that arrived before.
     ///
     /// # Safety
     /// As for `latch`.
@@ -247,14 +248,14 @@ impl<A: CountedInvocations> Inbound<A> {
         }
     }
 
-    /// Returns false for a ratio member whose reader is off: nothing waits for it.
+    /// Returns false for a ratio member whose reader is off, for which values are not kept.
     fn is_read(&self, index: usize) -> bool {
         let member = &self.members[index];
         // SAFETY: an activation of the reading source, whose kernel asks.
         member.ratio == 0 || member.activation.as_ref().is_none_or(|activation| unsafe { (*activation.state()).on })
     }
 
-    /// Moves rows that arrived to their members, while all members of a row have room.
+    /// Moves rows that have arrived to their members, as long as all members of a row have room.
     fn distribute(&self, state: &mut InboundState) {
         let masks = self.members.len().div_ceil(64);
         for _ in 0..ROWS_MAX {
@@ -293,7 +294,7 @@ impl WaitingValues {
         }
     }
 
-    /// Looks at the reader: invocations since its activation. If it was switched on since the last look, all begins again.
+    /// Returns the reader's invocations since its activation. Starts over if the reader was switched on since the last check.
     #[inline]
     fn attend(&mut self, reader: &State, ratio: u32) -> u64 {
         let phase = reader.number.saturating_sub(reader.activated);
@@ -304,19 +305,18 @@ impl WaitingValues {
         phase
     }
 
-    /// Begins again, as the reader is switched on.
+    /// Starts over when the reader is switched on.
     #[cold]
     fn begin(&mut self, ratio: u32) {
         (self.taken, self.late, self.newest, self.anchor) = (None, None, None, (u64::from(ratio), 0));
     }
 
-    /// Relates number `number` of a ratio member, which arrives, to the reader's invocations. The first one since the reader or the writer was
-    /// switched on says how their
-    /// invocations lie to each other: as if they had begun together, unless that is off by more than one update.
+    /// Relates an arriving number `number` of a ratio member to the reader's invocations. The first number since the reader or the writer
+    /// was switched on sets their relation: as if both had started together, unless that is off by more than one update.
     #[inline]
     fn relate(&mut self, number: u64, reader: &State, ratio: u32) {
         if !reader.on {
-            // Nothing waits for it.
+            // Values are not kept for an inactive reader.
             self.count = 0;
             return;
         }
@@ -332,7 +332,7 @@ impl WaitingValues {
 
     fn push(&mut self, number: u64, bytes: &[u8]) {
         if self.count == DEPTH {
-            // A row that another process has changed since it was looked at.
+            // The row has been changed by another process since it was checked.
             return;
         }
         let place = (self.first + self.count) % DEPTH;

@@ -1,15 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The kernel: what runs on every real-time processor (RTP). Interrupts, context switching, dispatch.
+//! The kernel, which runs on every real-time processor (RTP): interrupts, context switching, dispatch.
 //!
-//! It knows tables, connections and reactions; no verb, Python, JSON or file. Everything that it runs was prepared off the
-//! real-time path by the supervisor: a [`Table`] of steps for each interrupt source, [`Script`]s that change what is active
-//! between two firings, and the [`Process`]es whose watches say which script answers which condition.
+//! It knows tables, connections and reactions, but no verbs, Python, JSON or files. The supervisor prepares everything that it runs off
+//! the real-time path: a [`Table`] of steps for each interrupt source, [`Script`]s that change what is active between two firings, and
+//! [`Process`]es whose watches map conditions to scripts.
 //!
-//! A firing of a source, in order: latch connections, read devices, run the steps that are due, write devices, publish
-//! connections, serve conditions. On that path: no lock, allocation, system call (but one wake), hash look-up or page fault.
+//! A firing of a source, in order: latch connections, read devices, run the steps that are due, write devices, publish connections, serve
+//! conditions. On that path: no lock, allocation, system call (but one wake), hash look-up or page fault.
 //!
-//! `firing` is that path, `steps` its hot loop, `conditions` what answers, `boundary` what changes between two firings. Threads and clocks,
-//! which drive it, remote sources and records stand above it, in crate `runtime`.
+//! `firing` is that path, `steps` its hot loop; `conditions` serves conditions, and `boundary` carries out changes between two firings.
+//! The threads and clocks that drive the kernel, remote sources and records are in crate `runtime`.
 #![cfg_attr(rtsan, feature(sanitize))]
 mod bank;
 pub mod bell;

@@ -4,9 +4,9 @@ use std::alloc::{Layout, alloc_zeroed, dealloc, handle_alloc_error};
 use std::ptr::NonNull;
 use std::sync::Arc;
 
-/// Zeroed memory of one image, at an address that stays while anybody holds it; aligned to a cache line. An image is the set of
-/// extents of its source: one for each verb instance there (its private cells and its blocks, side by side), one for each group
-/// of SVVs that were made together. Freeing a verb instance frees its extents.
+/// Zeroed memory of one image, aligned to a cache line, at an address that is stable while anybody holds it. An image is the set of
+/// extents of its source: one for each verb instance (its private cells and its blocks, side by side), and one for each group of SVVs
+/// that were made together. Freeing a verb instance frees its extents.
 pub struct Extent {
     start: NonNull<u8>,
     len: usize,
@@ -22,7 +22,7 @@ const LINE: usize = 64;
 const PAGE: usize = 4096;
 
 impl Extent {
-    /// Makes an extent of `len` bytes, zeroed, touched (no page fault later).
+    /// Makes a zeroed extent of `len` bytes, touched so that no page fault occurs later.
     pub fn new(len: usize) -> Arc<Extent> {
         let layout = layout(len);
         // SAFETY: `layout` is never of size zero.
@@ -34,22 +34,22 @@ impl Extent {
         Arc::new(Extent { start, len })
     }
 
-    /// Bytes.
+    /// Returns the length in bytes.
     pub fn len(&self) -> usize {
         self.len
     }
 
-    /// Returns true if it has no byte.
+    /// Returns true if the length is 0.
     pub fn is_empty(&self) -> bool {
         self.len == 0
     }
 
-    /// Returns the cell of `len` bytes at `offset`; none if it does not lie within.
+    /// Returns the cell of `len` bytes at `offset`; `None` if it is out of bounds.
     pub fn find(self: &Arc<Self>, offset: usize, len: usize) -> Option<Cell> {
         (offset.checked_add(len)? <= self.len).then(|| Cell { extent: self.clone(), offset, len })
     }
 
-    /// Returns the cell of `len` bytes at `offset`. Panics where it does not lie within.
+    /// Returns the cell of `len` bytes at `offset`. Panics if it is out of bounds.
     pub fn cell(self: &Arc<Self>, offset: usize, len: usize) -> Cell {
         let end = offset.checked_add(len);
         assert!(end.is_some_and(|end| end <= self.len), "a cell of {len} bytes at {offset} does not lie in an extent of {} bytes", self.len);
@@ -68,7 +68,7 @@ fn layout(len: usize) -> Layout {
     Layout::from_size_align(len.max(1).next_multiple_of(LINE), LINE).expect("an image is far smaller than the address space")
 }
 
-/// Part of an extent, kept alive by its holder. Steps and scripts keep the cells that they touch.
+/// Part of an extent, kept alive by its holder. Steps and scripts keep the cells that they access.
 #[derive(Clone)]
 pub struct Cell {
     extent: Arc<Extent>,
@@ -77,30 +77,30 @@ pub struct Cell {
 }
 
 impl Cell {
-    /// Bytes.
+    /// Returns the length in bytes.
     pub fn len(&self) -> usize {
         self.len
     }
 
-    /// Returns true if it has no byte.
+    /// Returns true if the length is 0.
     pub fn is_empty(&self) -> bool {
         self.len == 0
     }
 
-    /// Returns a part of this cell. Panics where it does not lie within.
+    /// Returns a part of this cell. Panics if it is out of bounds.
     pub fn part(&self, offset: usize, len: usize) -> Cell {
         let end = offset.checked_add(len);
         assert!(end.is_some_and(|end| end <= self.len), "a part of {len} bytes at {offset} does not lie in a cell of {} bytes", self.len);
         Cell { extent: self.extent.clone(), offset: self.offset + offset, len }
     }
 
-    /// Returns the cell of `len` bytes that starts where this one does: cells that adjoin, as one. Panics beyond the extent.
+    /// Returns the cell of `len` bytes that starts at the same address, so that adjacent cells become one. Panics beyond the extent.
     pub fn widened(&self, len: usize) -> Cell {
         self.extent.cell(self.offset, len)
     }
 
-    /// Stores `bytes` directly. Only before anything that runs is bound to the cell (preparation), or, under the virtual clock
-    /// or from a driver's own source, between two firings; a running system changes cells by [`crate::Op::Store`].
+    /// Stores `bytes` directly. Allowed only before anything that runs is bound to the cell (preparation) or, under the virtual clock or
+    /// from a driver's own source, between two firings; a running system changes cells by [`crate::Op::Store`].
     pub fn store(&self, bytes: &[u8]) {
         assert_eq!(bytes.len(), self.len, "a cell takes exactly its own number of bytes");
         // SAFETY: the cell lies within its extent; the caller keeps to the condition above.
@@ -113,7 +113,7 @@ impl Cell {
         unsafe { std::slice::from_raw_parts(self.start(), self.len) }.to_vec()
     }
 
-    /// Returns true if both are the same bytes of memory.
+    /// Returns true if both are the same memory.
     pub fn is_same(&self, other: &Cell) -> bool {
         self.start() == other.start() && self.len() == other.len()
     }
@@ -123,12 +123,12 @@ impl Cell {
         Arc::ptr_eq(&self.extent, &next.extent) && self.offset + self.len == next.offset
     }
 
-    /// Returns the extent that it lies in, and its offset.
+    /// Returns the extent that contains the cell, and the cell's offset.
     pub fn place(&self) -> (&Arc<Extent>, usize) {
         (&self.extent, self.offset)
     }
 
-    /// Address of the first byte; valid for `len` bytes while the cell is held.
+    /// Returns the address of the first byte; valid for `len` bytes while the cell is held.
     pub fn start(&self) -> *mut u8 {
         // SAFETY: the offset lies within the extent (checked when the cell was made).
         unsafe { self.extent.start.as_ptr().add(self.offset) }
@@ -143,7 +143,7 @@ pub struct Span {
     pub(crate) len: usize,
 }
 
-/// Returns the fewest copies that carry `cells`, one after the other, to or from a group of bytes. With its length.
+/// Returns the minimum set of copies that transfer `cells`, one after the other, to or from a group of bytes, and the group's length.
 pub(crate) fn spans(cells: &[Cell]) -> (Vec<Span>, usize) {
     let mut spans: Vec<Span> = Vec::new();
     let mut at = 0;

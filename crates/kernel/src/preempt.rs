@@ -1,16 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Points of a firing at which it may be preempted under the virtual clock. Real threads are preempted by the operating system: nothing here
-//! costs them anything.
+//! Points of a firing at which it may be preempted under the virtual clock. Real threads are preempted by the operating system and pay
+//! nothing for these points.
 
-/// Called at the points of a firing between which it is one piece: between latches, between steps, inside publications.
+/// Hook called at the preemption points of a firing: between latches, between steps, inside publications.
 pub trait Preempt {
-    /// False where no point ever does anything: the compiler leaves them out.
+    /// False if no point ever does anything, so that the compiler removes them.
     const POSSIBLE: bool;
     /// Runs whatever preempts here.
     fn point(&self);
 }
 
-/// Point at which nothing preempts.
+/// Never preempts.
 pub struct Never;
 
 impl Preempt for Never {

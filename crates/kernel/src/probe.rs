@@ -1,26 +1,26 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Block times: a probe that visits one block a firing. Looking costs three clock reads a firing instead of two a step, and where
-//! nobody looks one comparison a firing.
+//! Block times: a probe that samples one block per firing. It costs three clock reads per firing instead of two per step, and one
+//! comparison per firing if nobody reads the times.
 use crate::counters::add;
 use std::sync::atomic::{AtomicU64, Ordering};
 
-/// Durations of those invocations of a block that the probe visited: ns of real time, under any clock, without what reading the
-/// clock takes. What preempted an invocation counts.
+/// Durations of the invocations of a block that the probe sampled, in ns of real time under any clock, less the cost of reading the
+/// clock. Preemption of an invocation is included.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 pub struct BlockTimes {
-    /// Invocations that were visited since the block was installed.
+    /// Number of invocations sampled since the block was installed.
     pub samples: u64,
-    /// The latest of them.
+    /// Duration of the latest sample.
     pub last_ns: u64,
-    /// The longest.
+    /// Maximum duration.
     pub max_ns: u64,
-    /// Sum of all.
+    /// Sum of all durations.
     pub sum_ns: u64,
-    /// Its invocations since it was started, at the latest visit: two looks tell its rate.
+    /// Number of the block's invocations since it was started, at the latest sample; two readings give its rate.
     pub number: u64,
 }
 
-/// Times of one block; written by the kernel of its source alone, with plain stores.
+/// Times of one block; written only by the kernel of its source, with plain stores.
 #[derive(Default)]
 pub(crate) struct Times {
     samples: AtomicU64,

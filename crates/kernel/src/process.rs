@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Processes: whose step a step is, and what answers its conditions.
+//! Processes: owners of steps, with the responses to their conditions.
 use crate::block::BlockId;
 use crate::process_word::{CLAIMED, ENDED, FROZEN, Word};
 use crate::running_time::{RunningTime, RunningTimes};
@@ -9,44 +9,44 @@ use std::cmp::Reverse;
 use std::sync::atomic::{AtomicU32, AtomicU64, Ordering};
 use std::sync::{Arc, OnceLock};
 
-/// Bytes that a reaction may capture.
+/// Maximum number of bytes that a reaction may capture.
 pub const CAPTURED_MAX: usize = 128 * 1024;
 
 /// Response of the kernel to a watched condition.
 pub enum Response {
-    /// A prepared local answer: runs the script in the same firing, after publication, and goes to `next` (`None`: the process
-    /// has ended; further conditions are only recorded). Told to the supervisor by `Event::Condition`.
+    /// A prepared local answer: runs the script in the same firing, after publication, and moves to `next` (`None`: the process has
+    /// ended; further conditions are only recorded). Reported to the supervisor by `Event::Condition`.
     React { script: Arc<dyn Reaction>, next: Option<u16> },
-    /// The process is frozen in its stage (nothing further acts) and the supervisor carries on.
+    /// The process is frozen in its stage (nothing further acts), and the supervisor takes over.
     Tell,
-    /// Remembered, so that a later stage whose `awaits` names it goes on at once; told to the supervisor.
+    /// Remembered, so that a later stage whose `awaits` names it continues immediately; reported to the supervisor.
     Remember,
 }
 
 /// A prepared answer to a condition: a script, which the kernel carries out in the firing that reported it.
 pub trait Reaction: Any + Send + Sync {
-    /// Bytes that it captures.
+    /// Returns the number of bytes that it captures.
     fn captured_len(&self) -> usize;
-    /// Returns true if it changes what a source has, beyond what blocks and devices hold: no reaction may.
+    /// Returns true if it changes the structure of a source rather than only contents of blocks and devices; no reaction may.
     fn swaps(&self) -> bool;
 }
 
 /// One line of a stage's watch table.
 pub struct Watch {
-    /// Block that reports the condition; `None` with `item` FAULT: a fault of any block of the process.
+    /// Block that reports the condition; `None` with `item` FAULT matches a fault of any block of the process.
     pub block: Option<BlockId>,
     /// Item index of the condition, or [`Watch::FAULT`].
     pub item: u8,
-    /// The verb's termination condition it stands for (index), for the event; below 64 where it is remembered.
+    /// Index of the verb's termination condition that it stands for, reported in the event; below 64 if it is remembered.
     pub condition: u16,
-    /// Larger first; then order in this table.
+    /// Priority: larger values first, then the order in this table.
     pub priority: i32,
-    /// Response to it.
+    /// Response to the condition.
     pub response: Response,
 }
 
 impl Watch {
-    /// Stands for a fault of the block.
+    /// Item index that stands for a fault of the block.
     pub const FAULT: u8 = 255;
 
     pub fn matches(&self, block: BlockId, item: u8) -> bool {
@@ -60,19 +60,19 @@ pub struct Stage {
     pub watches: Vec<Watch>,
 }
 
-/// A verb instance as the kernels know it. It may have steps in several sources. One word, (generation, stage, moved), is what
-/// kernel, supervisor and PS race on: the first to move it acts.
+/// A verb instance as the kernels see it. It may have steps in several sources. Kernel, supervisor and PS race on one word, (generation,
+/// stage, moved): the first to move it acts.
 pub struct Process {
     id: u64,
     created: u64,
     home: Home,
     word: AtomicU64,
     pub stages: OnceLock<Vec<Stage>>,
-    /// One bit a condition that came, unserved, in this generation.
+    /// One bit for each condition reported but not served in this generation.
     remembered: AtomicU64,
-    /// The generation in which the present list began.
+    /// Generation in which the current list began.
     list: AtomicU32,
-    /// Its running times, one a source.
+    /// Running times of the process, one per source.
     times: RunningTimes,
 }
 
@@ -80,15 +80,15 @@ pub struct Process {
 pub enum Home {
     /// All of its sources are on this host.
     Here,
-    /// All of its sources are remote, in one place: the word here only follows the one there.
+    /// All of its sources are remote, in the same processor process: the word here only follows the remote one.
     There(Arc<dyn RemoteWord>),
-    /// Here, though sources lie in several places: their kernels only tell what comes.
+    /// Here, although sources are in several locations: their kernels only report conditions.
     Spread,
 }
 
-/// Reaches the word of a process whose sources are all remote.
+/// Access to the word of a process whose sources are all remote.
 pub trait RemoteWord: Send + Sync {
-    /// Carries out [`Process::take`] there. `None`: nobody answers.
+    /// Carries out [`Process::take`] remotely. `None` if there is no answer.
     fn take(&self, process: u64, generation: u32, insist: bool) -> Option<TakeResult>;
 }
 
@@ -97,20 +97,20 @@ pub trait RemoteWord: Send + Sync {
 pub enum TakeResult {
     /// The process was in this stage.
     From(u16),
-    /// The process had not entered a stage in that generation yet.
+    /// The process had not yet entered a stage in that generation.
     Before,
-    /// A kernel was faster; its event tells.
+    /// A kernel was faster; its event reports it.
     Late,
 }
 
 impl Process {
-    /// Makes a process. `created`: creation order, for serving conditions of one firing. Stages may be given once, later (scripts refer to the
-    /// process). It is in generation 0, stage 0, frozen until an `Op::Stage`.
+    /// Makes a process. `created`: order of creation, for serving conditions of one firing. Stages may be set once, later (scripts refer
+    /// to the process). It starts in generation 0, stage 0, frozen until an `Op::Stage`.
     pub fn new(id: u64, created: u64) -> Arc<Process> {
         Process::at(id, created, Home::Here)
     }
 
-    /// Makes a process whose sources, or some of them, are remote.
+    /// Makes a process some or all of whose sources are remote.
     pub fn at(id: u64, created: u64, home: Home) -> Arc<Process> {
         let word = AtomicU64::new(Word { generation: 0, stage: 0, flags: FROZEN }.pack());
         Arc::new(Process {
@@ -125,8 +125,7 @@ impl Process {
         })
     }
 
-    /// Gives the stages; once. Panics the second time, where a reaction swaps a table, or where a remembered condition's index
-    /// is 64 or more.
+    /// Sets the stages, once. Panics on a second call, if a reaction swaps a table, or if a remembered condition's index is 64 or more.
     pub fn set_stages(&self, stages: Vec<Stage>) {
         for watch in stages.iter().flat_map(|stage| &stage.watches) {
             match &watch.response {
@@ -141,32 +140,31 @@ impl Process {
         assert!(self.stages.set(stages).is_ok(), "the stages of process {} were given before", self.id);
     }
 
-    /// Its name in events.
+    /// Returns the process's identifier in events.
     pub fn id(&self) -> u64 {
         self.id
     }
 
-    /// Returns the present generation and stage.
+    /// Returns the current generation and stage.
     pub fn now(&self) -> (u32, u16) {
         let word = self.word();
         (word.generation, word.stage)
     }
 
-    /// Takes the process from the kernels, for the supervisor, past `generation`: frozen until an `Op::Stage` of the next one or
-    /// later, and stages of `generation` that are still on their way change nothing. A kernel that ended it in `generation` was
-    /// faster, and, unless
-    /// `insist`, one that froze it: then nothing changes, its event tells.
+    /// Takes the process from the kernels, for the supervisor, past `generation`: it is frozen until an `Op::Stage` of a later
+    /// generation, and pending stages of `generation` have no effect. If a kernel was faster and ended it in `generation` or, unless
+    /// `insist`, froze it, nothing changes; the kernel's event reports it.
     pub fn take(&self, generation: u32, insist: bool) -> TakeResult {
         let Home::There(remote) = &self.home else { return self.take_here(generation, insist, None) };
         match remote.take(self.id, generation, insist) {
             Some(TakeResult::Late) => TakeResult::Late,
             Some(taken) => {
-                // What moved it there may not have been told yet: its stage is the one in which it was taken.
+                // The move to this stage may not have been reported yet: the process was taken in this stage.
                 let stage = if let TakeResult::From(stage) = taken { Some(stage) } else { None };
                 self.take_here(generation, true, stage);
                 taken
             }
-            // Nobody there moves it any more.
+            // No remote kernel moves it any longer.
             None => match self.take_here(generation, true, None) {
                 TakeResult::Late => TakeResult::From(self.word().stage),
                 taken => taken,
@@ -174,7 +172,7 @@ impl Process {
         }
     }
 
-    /// Takes it here. `stage`: its stage, if its word here does not know it.
+    /// Takes the process here. `stage`: its stage, if the local word does not contain it.
     fn take_here(&self, generation: u32, insist: bool, stage: Option<u16>) -> TakeResult {
         let taken = self.change(|word| {
             let late = word.generation > generation || (word.generation == generation && (word.flags & ENDED != 0 || (word.flags == FROZEN && !insist)));
@@ -187,24 +185,24 @@ impl Process {
         }
     }
 
-    /// Carries out `Op::Advance`; returns true if it is in force.
+    /// Carries out `Op::Advance`; returns true if it took effect.
     pub fn advance(&self, generation: u32, from: u16, to: u16) -> bool {
         self.change(|word| (word.acts() && word.generation == generation && word.stage == from).then_some(Word { stage: to, ..word })).is_some()
     }
 
-    /// Moves it from generation `from` to the next, for the supervisor, frozen until an `Op::Stage`. False if a kernel was faster (it
-    /// froze or ended it): its event tells.
+    /// Moves the process from generation `from` to the next, for the supervisor, frozen until an `Op::Stage`. Returns false if a kernel
+    /// was faster (it froze or ended the process); the kernel's event reports it.
     pub fn claim(&self, from: u32) -> bool {
         self.change(|word| (word.generation == from && word.acts()).then_some(Word { generation: from + 1, stage: word.stage, flags: FROZEN | CLAIMED }))
             .is_some()
     }
 
-    /// Returns true if its sources lie in several places: nothing answers its conditions but the supervisor.
+    /// Returns true if its sources are in several locations, so that only the supervisor answers its conditions.
     pub fn is_spread(&self) -> bool {
         matches!(self.home, Home::Spread)
     }
 
-    /// Stores the stage of a process whose word is remote: later reports belong to it.
+    /// Stores the stage of a process whose word is remote; later reports refer to it.
     pub fn at_stage(&self, stage: u16, generation: u32) {
         self.change(|word| (word.generation <= generation).then_some(Word { generation, stage, flags: 0 }));
     }
@@ -213,7 +211,7 @@ impl Process {
         &self.home
     }
 
-    /// Stores what the kernel there did with a process whose word is there.
+    /// Stores a change that the remote kernel made to a process whose word is remote.
     pub fn follow(&self, generation: u32, stage: Option<u16>, ended: bool) {
         self.change(|word| {
             let flags = if ended { ENDED } else { u16::from(stage.is_none()) * FROZEN };
@@ -233,24 +231,25 @@ impl Process {
         self.stages.get().and_then(|stages| stages.get(usize::from(stage))).map_or(&[], |stage| &stage.watches)
     }
 
-    /// Returns the watch of `stage` for a condition, with its line: the first in the order of serving.
+    /// Returns the watch of `stage` for a condition, with its index: the first in the order of serving.
     pub fn watch_of(&self, stage: u16, block: BlockId, item: u8) -> Option<(usize, &Watch)> {
         let lines = self.watches(stage).iter().enumerate().filter(|(_, watch)| watch.matches(block, item));
         lines.min_by_key(|(line, watch)| (Reverse(watch.priority), *line))
     }
 
-    /// Freezes it for the supervisor, if nobody was faster.
+    /// Freezes the process for the supervisor, unless its word has changed.
     pub fn freeze(&self, seen: Word) -> bool {
         self.exchange(seen, Word { flags: FROZEN, ..seen })
     }
 
-    /// Moves it to the next stage of a reaction, or ends it, if nobody was faster.
+    /// Moves the process to the next stage of a reaction, or ends it, unless its word has changed.
     pub(crate) fn react(&self, seen: Word, next: Option<u16>) -> bool {
         self.exchange(seen, Word { stage: next.unwrap_or(seen.stage), flags: if next.is_some() { 0 } else { ENDED }, ..seen })
     }
 
-    /// Carries out `Op::Stage`; returns true if it is in force. What is remembered is forgotten in a new generation, but not where the supervisor has
-    /// taken it and goes on in the generation that this gave. A stage of an older generation, or of one that is under way already, is not.
+    /// Carries out `Op::Stage`; returns true if it took effect. A new generation forgets the remembered conditions, unless the supervisor
+    /// had taken the process and continues in the generation that this gave. Stages of an older generation, or of one that is already
+    /// under way, have no effect.
     pub fn enter(&self, stage: u16, generation: Option<u32>) -> bool {
         let entered = self.change(|word| match generation {
             None => word.acts().then_some(Word { stage, ..word }),
@@ -266,7 +265,7 @@ impl Process {
         entered.is_some()
     }
 
-    /// Returns true if what was reported in `generation` was so in the present list.
+    /// Returns true if a report of `generation` belongs to the current list.
     pub fn is_of_list(&self, generation: u32) -> bool {
         generation >= self.list.load(Ordering::Acquire)
     }
@@ -275,12 +274,12 @@ impl Process {
         self.remembered.fetch_or(1 << condition, Ordering::AcqRel);
     }
 
-    /// Returns the watch of `stage` for a condition that came before it was entered: the one to serve first.
+    /// Returns the watch of `stage` for a condition that was reported before the stage was entered: the one to serve first.
     pub fn awaited(&self, stage: u16) -> Option<&Watch> {
         self.awaited_of(stage, self.remembered())
     }
 
-    /// Returns the conditions that came, unserved: one bit a condition.
+    /// Returns the conditions that were reported but not served, one bit per condition.
     pub fn remembered(&self) -> u64 {
         self.remembered.load(Ordering::Acquire)
     }
@@ -300,12 +299,12 @@ impl Process {
         self.remembered.fetch_and(!(1 << condition), Ordering::AcqRel);
     }
 
-    /// Its running time in `source`, made where there is none. Not on the real-time path.
+    /// Returns the process's running time in `source`, made if it is missing. Not on the real-time path.
     pub fn prepare_time(&self, source: SourceId) -> &RunningTime {
         self.times.prepare(source)
     }
 
-    /// Its running time in `source`, if it was prepared.
+    /// Returns the process's running time in `source`, if it was prepared.
     pub fn time(&self, source: SourceId) -> Option<&RunningTime> {
         self.times.find(source)
     }
@@ -314,7 +313,7 @@ impl Process {
         self.word.compare_exchange(seen.pack(), next.pack(), Ordering::AcqRel, Ordering::Acquire).is_ok()
     }
 
-    /// Changes the word; gives the one before, or none where `next` refused.
+    /// Changes the word. Returns the previous one, or `None` if `next` refused.
     fn change(&self, next: impl Fn(Word) -> Option<Word>) -> Option<Word> {
         self.word.fetch_update(Ordering::AcqRel, Ordering::Acquire, |word| next(Word::unpack(word)).map(Word::pack)).ok().map(Word::unpack)
     }

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //! The word of a process, on which kernel, supervisor and programming system race.
 
-/// The process's word: generation 32 | stage 16 | flags 16.
+/// Word of a process: generation 32 | stage 16 | flags 16.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub struct Word {
     pub generation: u32,
@@ -11,9 +11,9 @@ pub struct Word {
 
 /// Flag: nothing acts until an `Op::Stage`.
 pub(crate) const FROZEN: u16 = 1;
-/// Frozen by `claim`, which moved it to the next generation; what still runs belongs to the one before.
+/// Flag: frozen by `claim`, which moved the process to the next generation; steps that still run belong to the previous one.
 pub(crate) const CLAIMED: u16 = 2;
-/// Ended by a reaction.
+/// Flag: ended by a reaction.
 pub(crate) const ENDED: u16 = 4;
 
 impl Word {
@@ -30,14 +30,13 @@ impl Word {
         self.flags == 0
     }
 
-    /// Returns true while a condition that comes counts for the waits of the present list: also while the supervisor has taken it to carry it on.1
-    /// Entry of a copy step.
-    /// Where it goes to another list, what was remembered is forgotten.
+    /// Returns true while a reported condition counts for the waits of the current list; also while the supervisor has taken the process
+    /// to continue it. If the process moves to another list, remembered conditions are forgotten.
     pub fn remembers(self) -> bool {
         self.flags & ENDED == 0
     }
 
-    /// Returns the generation that what runs now belongs to.
+    /// Returns the generation to which running steps belong.
     pub(crate) fn running_generation(self) -> u32 {
         self.generation - u32::from(self.flags & CLAIMED != 0 && self.generation > 0)
     }

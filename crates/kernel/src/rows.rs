@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Rings of rows as a kernel writes them.
+//! Rings of rows, as a kernel writes them.
 use crate::memory::Span;
 use std::cell::UnsafeCell;
 use std::sync::Arc;
@@ -13,12 +13,12 @@ unsafe impl Send for RowsEnd {}
 unsafe impl Sync for RowsEnd {}
 
 impl RowsEnd {
-    /// Takes the writing end that `interconnect::rows` made.
+    /// Wraps the writing end that `interconnect::rows` made.
     pub fn new(writer: interconnect::RowsWriter) -> Arc<RowsEnd> {
         Arc::new(RowsEnd(UnsafeCell::new(writer)))
     }
 
-    /// Bytes of a row, and rows that the ring holds.
+    /// Returns the size of a row in bytes, and the number of rows that the ring holds.
     pub fn shape(&self) -> (usize, usize) {
         // SAFETY: neither ever changes.
         let writer = unsafe { &*self.0.get() };
@@ -31,8 +31,8 @@ impl RowsEnd {
         unsafe { &*self.0.get() }.reader()
     }
 
-    /// Writes a row that a remote kernel wrote there, `lost` rows after the one before. By the one thread that takes what comes from
-    /// there. Nothing where it is of another length.
+    /// Writes a row that a remote kernel wrote, `lost` rows after the previous one. Called only by the thread that receives from that
+    /// kernel. Ignores rows of a different length.
     pub fn repeat(&self, lost: u64, number: u64, time_ns: i64, bytes: &[u8]) {
         // SAFETY: the caller is the one that touches it: the ring's source has no kernel here.
         let writer = unsafe { &mut *self.0.get() };
@@ -42,10 +42,10 @@ impl RowsEnd {
         }
     }
 
-    /// Asks for the memory of the next row, before the steps run whose values it takes.
+    /// Prefetches the memory of the next row, before the steps run whose values it takes.
     ///
     /// # Safety
-    /// Called by the kernel of its source alone.
+    /// Called only by the kernel of its source.
     #[inline]
     pub(crate) unsafe fn expect(&self) {
         // SAFETY: the caller is the one that touches it.
@@ -55,7 +55,7 @@ impl RowsEnd {
     /// Writes one row of `spans`.
     ///
     /// # Safety
-    /// Called by the kernel of its source alone.
+    /// Called only by the kernel of its source.
     #[inline]
     pub(crate) unsafe fn write(&self, number: u64, now_ns: i64, spans: &[Span]) {
         // SAFETY: the caller is the one that touches it.

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Running times: what the blocks of a process are told of time, in each of its sources.
+//! Running times: the time that the blocks of a process see, in each of its sources.
 use crate::source::SourceId;
 use opengpac::abi::Invocation;
 use std::cell::UnsafeCell;
 use std::ptr;
 use std::sync::atomic::{AtomicPtr, Ordering};
 
-/// Running times of one process, one a source: a list that only grows.
+/// Running times of one process, one per source: a list that only grows.
 #[derive(Default)]
 pub(crate) struct RunningTimes(AtomicPtr<RunningTime>);
 
@@ -15,21 +15,21 @@ unsafe impl Send for RunningTimes {}
 // SAFETY: as for `Send`.
 unsafe impl Sync for RunningTimes {}
 
-/// Running time of a process in one source, and what its blocks are told.
+/// Running time of a process in one source, as passed to its blocks.
 pub struct RunningTime {
     source: SourceId,
     next: *mut RunningTime,
     state: UnsafeCell<TimeState>,
 }
 
-/// State that the kernel of that source alone touches.
+/// State that only the kernel of that source accesses.
 #[derive(Default)]
 pub struct TimeState {
     pub(crate) invocation: Invocation,
-    /// Clock time at which the running time was 0, while it runs; else the running time itself.
+    /// Clock time at which the running time was 0, while it runs; otherwise the running time itself.
     base_ns: i64,
     runs: bool,
-    /// The serving pass in which a condition of the process acted last.
+    /// Serving pass in which a condition of the process acted last.
     pub(crate) moved: u64,
 }
 
@@ -87,32 +87,32 @@ fn find<'a>(mut time: *mut RunningTime, source: SourceId) -> Option<&'a RunningT
 }
 
 impl RunningTime {
-    /// Returns the state that only the kernel of its source touches.
+    /// Returns the state that only the kernel of its source accesses.
     pub fn state(&self) -> *mut TimeState {
         self.state.get()
     }
 }
 
 impl TimeState {
-    /// Tells the blocks of the process what time it is.
+    /// Updates the time that the blocks of the process see.
     #[inline]
     pub(crate) fn tell(&mut self, now_ns: i64) {
         self.invocation.now_ns = now_ns;
         self.invocation.time_ns = if self.runs { now_ns - self.base_ns } else { self.base_ns };
     }
 
-    /// Starts at 0.
+    /// Starts the running time at 0.
     pub fn start(&mut self, now_ns: i64) {
         self.base_ns = now_ns;
         self.runs = true;
     }
 
-    /// Runs as another does whose clock is ahead by `ahead_ns`: by nothing, where it is of the same host.
+    /// Follows another running time whose clock is ahead by `ahead_ns` (0 on the same host).
     pub fn keep(&mut self, other: &TimeState, ahead_ns: i64) {
         (self.base_ns, self.runs) = (if other.runs { other.base_ns - ahead_ns } else { other.base_ns }, other.runs);
     }
 
-    /// Stands still.
+    /// Pauses the running time.
     pub(crate) fn stop(&mut self, now_ns: i64) {
         if self.runs {
             self.base_ns = now_ns - self.base_ns;
@@ -120,7 +120,7 @@ impl TimeState {
         }
     }
 
-    /// Goes on.
+    /// Resumes the running time.
     pub(crate) fn resume(&mut self, now_ns: i64) {
         if !self.runs {
             self.base_ns = now_ns - self.base_ns;

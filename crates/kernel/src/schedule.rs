@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Activations: when a set of steps is due.
+//! Activations: when sets of steps are due.
 use crate::memory::Cell;
 use crate::phase::{CountedInvocations, STAMP_LEN, State, stores};
 use crate::{connection, inbound};
@@ -13,16 +13,17 @@ pub type Outbound = connection::Outbound<Activation>;
 /// A member of a connection's queue.
 pub type QueueMember = connection::QueueMember<Activation>;
 
-/// When the steps of an activation are due, while it is on.
+/// Rule by which the steps of an active activation are due.
 #[derive(Clone)]
 pub enum Due {
     /// Due at the firings of its source whose number is a multiple of `every` (set by `Op::On`): an execution interval on a
     /// timer (firing k releases at epoch + k · period), a trigger with `every` 1.
     Interval,
-    /// Due in the same firing as all of `by`, on every n-th of their invocations since they were activated (n = 1 but
-    /// behind a ratio output): blocks with synchronous inputs whose writers sit in the same source.
+    /// Due in the same firing as all of `by`, on every n-th of their invocations since they were activated (n > 1 only behind a ratio
+    /// output): blocks with synchronous inputs whose writers run in the same source.
     Driven { by: Vec<(Arc<Activation>, u32)> },
-    /// When every one of these inbound queue members (connection, member) has a value that it has not had, and all of `by` as above.
+    /// Due when every one of these inbound queue members (connection, member) has a value that it has not had yet, and all of `by` are
+    /// due as above.
     Queued { members: Vec<(Arc<Inbound>, usize)>, by: Vec<(Arc<Activation>, u32)> },
 }
 
@@ -35,19 +36,19 @@ impl Due {
         }
     }
 
-    /// Returns room for the sequence of the value that each member had last.
+    /// Returns storage for the sequence of the last value that each member had.
     pub(crate) fn had(&self) -> Box<[u64]> {
         let members = if let Due::Queued { members, .. } = self { members.len() } else { 0 };
         vec![0; members].into()
     }
 }
 
-/// The schedule of steps that are always active together at one rate. Shared by successive tables, so that a new table does
-/// not disturb what runs; changed only by the kernel of its source, between two firings.
+/// Schedule of steps that are always active together at one rate. Shared by successive tables, so that a new table does not disturb what
+/// runs; changed only by the kernel of its source, between two firings.
 pub struct Activation {
     /// Rule in force, for the kernel of its source.
     due: UnsafeCell<Due>,
-    /// The same as the builder of tables knows it: what a `follow` under way will bring.
+    /// The same rule as the builder of tables sees it, including a pending `follow`.
     planned: Mutex<Due>,
     stamp: Option<Cell>,
     budget_ns: Option<u64>,
@@ -67,15 +68,14 @@ impl CountedInvocations for Activation {
 }
 
 impl Activation {
-    /// Makes an activation that is off. `stamp`: [`STAMP_LEN`] bytes of the image that hold, after each due firing, the number of the last
-    /// invocation (u64), its release time (i64) and the number at activation (u64): what the SVVs that its blocks write are
-    /// stamped with.
+    /// Makes an activation that is off. `stamp`: [`STAMP_LEN`] bytes of the image that contain, after each due firing, the number of the
+    /// last invocation (u64), its release time (i64) and the number at activation (u64); SVVs written by its blocks carry this stamp.
     pub fn new(due: Due, stamp: Option<Cell>) -> Arc<Activation> {
         Self::with_budget(due, stamp, None)
     }
 
-    /// Makes one with a declared time budget, in ns of real time, for a firing of its steps: the containment ends a firing that
-    /// takes longer. Without one: ten periods of the source and at least 100 ms (1 s under the virtual clock).
+    /// Makes an activation with a declared time budget for a firing of its steps, in ns of real time: the containment ends a firing that
+    /// takes longer. The default is ten periods of the source, but at least 100 ms (1 s under the virtual clock).
     pub fn with_budget(due: Due, stamp: Option<Cell>, budget_ns: Option<u64>) -> Arc<Activation> {
         if let Some(stamp) = &stamp {
             assert!(stamp.len() >= STAMP_LEN, "a stamp has {STAMP_LEN} bytes: a number, a time, and the number at activation");
@@ -84,15 +84,15 @@ impl Activation {
         Arc::new(Activation { due: UnsafeCell::new(due.clone()), planned: Mutex::new(due), stamp, budget_ns, state: UnsafeCell::new(state) })
     }
 
-    /// Tells the builder of tables that it is due by `due`.
+    /// Sets `due` as the rule that the builder of tables sees.
     pub(crate) fn plan(&self, due: &Due) {
         *self.planned.lock().expect("nobody panics with the lock held") = due.clone();
     }
 
-    /// Puts `due` in force, with the sequences of what its members had; gives those before.
+    /// Puts `due` in force, with the sequences that its members had; returns the previous ones.
     ///
     /// # Safety
-    /// Called by the kernel of its source alone.
+    /// Called only by the kernel of its source.
     pub(crate) unsafe fn swap(&self, due: &mut Due, had: &mut Box<[u64]>) {
         // SAFETY: the caller is the one that touches both.
         unsafe {
@@ -101,8 +101,10 @@ impl Activation {
         }
     }
 
+    /// Returns the rule in force.
+    ///
     /// # Safety
-    /// Called by the kernel of its source alone.
+    /// Called only by the kernel of its source.
     pub(crate) unsafe fn due(&self) -> &Due {
         // SAFETY: the caller is the one that changes it.
         unsafe { &*self.due.get() }
@@ -112,7 +114,7 @@ impl Activation {
         self.budget_ns
     }
 
-    /// Returns the rule by which it is due, as the builder of tables knows it.
+    /// Returns the rule by which it is due, as the builder of tables sees it.
     pub fn planned(&self) -> Due {
         self.planned.lock().expect("nobody panics with the lock held").clone()
     }
@@ -126,10 +128,10 @@ impl Activation {
         self.planned.lock().expect("nobody panics with the lock held").drivers().to_vec()
     }
 
-    /// Decides whether it is due in firing `firing`; what drives it has been decided before, what it queues for was taken.
+    /// Decides whether it is due in firing `firing`. Its drivers have been decided before, and its queued values have been taken.
     ///
     /// # Safety
-    /// Called by the kernel of its source alone.
+    /// Called only by the kernel of its source.
     #[inline]
     pub(crate) unsafe fn decide(&self, firing: u64) -> bool {
         // SAFETY: the caller is the one that touches it.
@@ -170,7 +172,7 @@ impl Activation {
     }
 }
 
-/// Returns whether firing `firing` is at or after the next due one.
+/// Returns true if firing `firing` is at or after the next due one.
 #[inline]
 fn interval_due(state: &mut State, firing: u64) -> bool {
     if firing == state.next {
@@ -191,6 +193,8 @@ fn skipped(state: &mut State, firing: u64) -> bool {
     due
 }
 
+/// Returns true if all of `by` are due.
+///
 /// # Safety
 /// Called by the kernel of the source of all of `by`.
 #[inline]
@@ -207,7 +211,7 @@ unsafe fn all_due(state: &mut State, by: &[(Arc<Activation>, u32)]) -> bool {
     due
 }
 
-/// Misses the releases that its driver missed.
+/// Counts the releases that its driver missed as missed.
 #[cold]
 fn missed_with(state: &mut State, driver: &State, n: u32) {
     let phase = driver.number.saturating_sub(driver.activated);

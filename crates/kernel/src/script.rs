@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Scripts: what changes between two firings of a source, prepared off the real-time path.
+//! Scripts: changes between two firings of a source, prepared off the real-time path.
 use crate::block::Block;
 use crate::device::Device;
 use crate::memory::Cell;
@@ -15,71 +15,74 @@ use std::sync::atomic::{AtomicPtr, Ordering};
 
 /// One operation of a script.
 pub enum Op {
-    /// Swaps the table. The old one is handed back with the acknowledgement and freed by the supervisor. After the swap every
-    /// outbound connection that is new publishes its present values, and every new inbound one is latched. No reaction has it.
+    /// Swaps the table. The old one is returned with the acknowledgement and freed by the supervisor. After the swap, every new outbound
+    /// connection publishes its present values, and every new inbound one is latched. Not allowed in reactions.
     Table(Box<Table>),
     /// Stores bytes (ψ values, writes from the PS, safe values).
     Store(Cell, Box<[u8]>),
-    /// Appends the present value of a cell to a window of its last values: what a script stores is a value too.
+    /// Appends the present value of a cell to a window of its last values, since values stored by scripts count too.
     Append { value: Cell, window: Window },
-    /// Every value of the window is the present one of the cell.
+    /// Sets every value of the window to the present value of the cell.
     Fill { value: Cell, window: Window },
     /// Copies one cell to another (`initial="sensed"`).
     Copy(Cell, Cell),
-    /// Initial state: the block's image as installed, but for states declared `keep` and for parameters, presets and sizes, which
-    /// keep what was stored last; invocation number 0.
+    /// Restores the initial state: the block's image as installed, except for states declared `keep` and for parameters, presets and
+    /// sizes, which keep the last stored values; invocation number 0.
     Reset(Arc<Block>),
-    /// The first block takes over states, outputs and invocation number of the second, which is of the same code. It stands behind a reset.
+    /// Makes the first block take over states, outputs and invocation number of the second, which has the same code. Follows a reset.
     Keep(Arc<Block>, Arc<Block>),
-    /// Switches an activation on, due at firings that are multiples of `every` (1 for a driven one). Nothing where it is on
-    /// with the same `every` already: instance, state and phase stay.
+    /// Switches an activation on, due at firings that are multiples of `every` (1 for a driven one). Does nothing if it is already on
+    /// with the same `every`: instance, state and phase are kept.
     On(Arc<Activation>, u32),
-    /// Lets it be driven by others; made by [`Activation::follow`]. What drove it goes back with the acknowledgement. No reaction has it.
+    /// Changes the drivers of an activation; made by [`Activation::follow`]. The previous rule is returned with the acknowledgement. Not
+    /// allowed in reactions.
     Follow { activation: Arc<Activation>, due: Box<Due>, had: Box<[u64]> },
-    /// Sets its interval to `every` firings, whatever `On` says, and at once if it is on: next due at the first multiple after the last
-    /// firing, so that no invocation is lost or doubled. 0: as `On` says, from the next on.
+    /// Sets its interval to `every` firings, overriding `On`, immediately if it is on: next due at the first multiple after the last
+    /// firing, so that no invocation is lost or doubled. 0 restores the interval of `On`, from the next `On`.
     Tune(Arc<Activation>, u32),
-    /// Switches it off.
+    /// Switches the activation off.
     Off(Arc<Activation>),
-    /// `execute`: one extra firing at once, in which exactly these blocks are due, and what they drive, where that is on.
+    /// `execute`: runs one extra firing immediately, in which exactly these blocks and the active blocks that they drive are due.
     Execute(Vec<Arc<Block>>),
-    /// Sets the stage of the process, in generation `generation` (`None`: keep it; used by local reactions).
-    /// Conditions that came, unserved, and that the stage waits for act at once. A generation that has passed, or that is under
-    /// way already (several sources may be told), changes nothing.
+    /// Sets the stage of the process, in generation `generation` (`None`: keep it; used by local reactions). Conditions reported but not
+    /// served that the stage awaits act immediately. Has no effect for a generation that has passed or is already under way (several
+    /// sources may receive the script).
     Stage { process: Arc<Process>, stage: u16, generation: Option<u32> },
-    /// Advances from stage `from` to stage `to` of the same list, if the process acts in `generation` and is in `from`: a wait is
-    /// reached when all commands before it have been carried out. Conditions that came, unserved, act at once.
+    /// Advances from stage `from` to stage `to` of the same list, if the process acts in `generation` and is in `from`: a wait is reached
+    /// when all commands before it have been carried out. Conditions reported but not served act immediately.
     Advance { process: Arc<Process>, generation: u32, from: u16, to: u16 },
-    /// Forgets what the process remembers (it goes to another list), in a reaction. Nothing in other scripts.
+    /// Forgets the remembered conditions of the process, because it moves to another list. Used in reactions; does nothing in other
+    /// scripts.
     Forget,
-    /// Serves what the `Execute`s before it reported; the rest of this script acts only if that moved the process nowhere, and it
-    /// is in this generation and not frozen: what a fault of the executed blocks ended is not started after all. The script is
-    /// acknowledged as always.
+    /// Serves the conditions that the preceding `Execute`s reported. The rest of this script takes effect only if they did not move the
+    /// process, and it is in this generation and not frozen: a fault of the executed blocks thus prevents the start that follows. The
+    /// script is acknowledged in any case.
     While { process: Arc<Process>, generation: u32 },
-    /// Running time of the process in this source: starts at 0.
+    /// Starts the running time of the process in this source at 0.
     StartClock(Arc<Process>),
     /// Stops the running time of the process.
     StopClock(Arc<Process>),
-    /// Lets the running time of the process go on.
+    /// Resumes the running time of the process.
     ResumeClock(Arc<Process>),
-    /// The running time of the first process in this source is that of the second.
+    /// Makes the running time of the first process in this source follow that of the second.
     KeepClock(Arc<Process>, Arc<Process>),
-    /// Copies cells into the acknowledgement (ω, a read of SVVs): all of one boundary.
+    /// Copies cells into the acknowledgement (ω, a read of SVVs), all at one boundary.
     Capture(Vec<Cell>),
-    /// Claims write channels of a device: what their cells hold goes out at the end of the firing.
+    /// Claims write channels of a device: the values in their cells are written at the end of the firing.
     Engage { device: Arc<Device>, channels: Vec<u16> },
-    /// Write channels of a device go to their safe values at once (exempt from the slew limit), and are free.
+    /// Writes the safe values of write channels of a device immediately (exempt from the slew limit), and frees the channels.
     Safe { device: Arc<Device>, channels: Vec<u16> },
-    /// Goes on where sources that have ended stopped. Stays where it was made: no parcel carries it. No reaction has it.
+    /// Resumes from the state in which ended sources stopped. Local only: never sent in a parcel. Not allowed in reactions.
     Inherit(Box<dyn Inheritance>),
-    /// Looks at the last reading of the device for what its channels ask, so that a request made since is known without a firing.
+    /// Checks the last reading of the device for requests of its channels, so that a new request is detected without a firing.
     Look(Arc<Device>),
-    /// A lost device is opened again. What it had goes back with the acknowledgement.
+    /// Reopens a lost device. Its previous driver is returned with the acknowledgement.
     Renew(Box<dyn Reopening>),
 }
 
 impl Op {
-    /// Returns true if it changes what a source has, beyond what blocks and devices hold: only a script that is submitted may, never a reaction.
+    /// Returns true if it changes the structure of a source rather than only contents of blocks and devices; allowed in submitted
+    /// scripts, never in reactions.
     pub fn swaps(&self) -> bool {
         matches!(self, Op::Table(_) | Op::Follow { .. } | Op::Inherit(_))
     }
@@ -87,10 +90,10 @@ impl Op {
 
 /// State that a source takes over from sources that have ended, prepared off the real-time path.
 pub trait Inheritance: Send + Sync {
-    /// Goes on where those before stopped.
+    /// Resumes from the state in which the previous sources stopped.
     ///
     /// # Safety
-    /// Called by the kernel of `source` alone, between two firings, when the sources before have ended.
+    /// Called only by the kernel of `source`, between two firings, after the previous sources have ended.
     unsafe fn carry_out(&mut self, source: SourceId);
 }
 
@@ -99,17 +102,17 @@ pub trait Reopening: Send + Sync {
     /// Returns the device.
     fn device(&self) -> &Arc<Device>;
 
-    /// Returns true if the device is no longer lost after it has been carried out.
+    /// Returns true if the device is no longer lost after this has been carried out.
     fn is_open(&self) -> bool;
 
-    /// Puts the driver in the place of the one that the device has.
+    /// Replaces the driver of the device.
     ///
     /// # Safety
-    /// Called by the kernel of the device's source alone, or where it has none.
+    /// Called only by the kernel of the device's source, or while the device has no source.
     unsafe fn carry_out(&self);
 }
 
-/// Operations carried out in order between two firings of one source, as one.
+/// Operations carried out in order and atomically, between two firings of one source.
 pub struct Script {
     /// Number for the acknowledgement.
     pub id: u64,
@@ -124,12 +127,12 @@ impl std::fmt::Debug for Script {
 }
 
 impl Script {
-    /// Returns the script that a process keeps as a prepared answer.
+    /// Returns the script of a prepared answer that a process keeps.
     pub fn of(reaction: &dyn Reaction) -> &Script {
         (reaction as &dyn Any).downcast_ref().expect("nothing else is a reaction")
     }
 
-    /// Bytes that its captures take.
+    /// Returns the number of bytes that the script captures.
     pub fn captured_len(&self) -> usize {
         self.ops.iter().map(|op| if let Op::Capture(cells) = op { cells.iter().map(Cell::len).sum() } else { 0 }).sum()
     }
@@ -146,7 +149,7 @@ impl Reaction for Script {
 }
 
 impl Activation {
-    /// Returns the operation that makes it due by `due`: others drive it. State, numbers and phase stay. It goes to its source in
+    /// Returns the operation that makes the activation due by `due`, driven by others. State, numbers and phase are kept. Submit it in
     /// one script with a table that was built after this call. Not for the real-time path.
     pub fn follow(self: &Arc<Self>, due: Due) -> Op {
         self.plan(&due);
@@ -154,17 +157,17 @@ impl Activation {
     }
 }
 
-/// A script under way: to a source, and, carried out, back. The box is the place of its own acknowledgement, so that none can
-/// be lost and none is allocated on the real-time path.
+/// A script in transit: to a source and, after execution, back. The box also stores its own acknowledgement, so that none can be lost and
+/// none is allocated on the real-time path.
 pub struct Submission {
     pub script: Box<Script>,
-    /// Captured values, with room for all.
+    /// Captured values, with room for all of them.
     pub(crate) captured: Vec<u8>,
     pub firing: u64,
     pub(crate) time_ns: i64,
-    /// Order among the events of the host.
+    /// Serial number among the events of the host.
     pub(crate) serial: u64,
-    /// Its number in a record of the host; 0 where none is made.
+    /// Number of the submission in a record of the host; 0 if no record is made.
     pub recorded: u64,
     next: *mut Submission,
 }
@@ -179,11 +182,11 @@ impl Submission {
     }
 }
 
-/// Submissions under way: any number put, one takes all of them at once.
+/// Queue of submissions with any number of producers and one consumer, which takes all of them at once.
 ///
-/// | | who puts | who takes |
+/// | | producer | consumer |
 /// |---|---|---|
-/// | may block the other | never; a put retries only when another put or a take came between | never; one swap |
+/// | may block the other | never; a put retries only if another put or a take intervened | never; one swap |
 #[derive(Default)]
 pub struct Mailbox(AtomicPtr<Submission>);
 
@@ -206,7 +209,7 @@ impl Mailbox {
         self.0.load(Ordering::Acquire).is_null()
     }
 
-    /// Returns everything that was put, oldest first.
+    /// Takes all submissions, oldest first.
     pub fn take(&self) -> Submissions {
         let mut newest = self.0.swap(ptr::null_mut(), Ordering::SeqCst);
         let mut oldest = ptr::null_mut();

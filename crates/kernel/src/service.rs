@@ -1,44 +1,45 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Driver and outputs of a device, which the kernel of its source touches in every firing, and which the layers above exchange between two of them.
+//! Driver and outputs of a device: used by the kernel of its source in every firing, and exchanged by the layers above between two
+//! firings.
 use crate::tape::Tape;
 use device::{DeviceError, Driver};
 use interconnect::{Receiver, Sender};
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicI64, Ordering};
 
-/// Part of a device that the kernel of its source alone touches.
+/// Part of a device that only the kernel of its source accesses.
 pub struct Service {
-    /// Reads and writes its channels.
+    /// Driver that reads and writes the channels.
     pub driver: Box<dyn Driver>,
-    /// Outputs for the driver: commands with safe values and slew limits applied; it also remembers what was written last.
+    /// Outputs for the driver: commands with safe values and slew limits applied. Also the record of the last write.
     pub out: Vec<u8>,
     /// True for each write channel that was claimed at the last write.
     pub(crate) engaged: Vec<bool>,
     /// Release of the last write, ns.
     pub written_ns: Option<i64>,
-    /// The emergency stop was in force at the last write.
+    /// True if the emergency stop was in force at the last write.
     pub(crate) was_stopped: bool,
-    /// Lead of the driver's clock over the source's: the driver has the clock of the host which opened it.
+    /// Lead of the driver's clock over the source's; the driver uses the clock of the host that opened it.
     pub ahead_ns: i64,
-    /// Where what it read last goes, for an heir.
+    /// Publishes the last readings for an heir.
     pub shows: Option<Box<dyn Sender>>,
-    /// View of the other device whose driver an heir will take over.
+    /// View of the other device whose driver this heir will take over.
     pub looks: Option<Box<dyn View>>,
-    /// True if it was taken over, and has not been written since.
+    /// True if it was taken over and has not been written since.
     pub is_new: bool,
-    /// Its driver is closed.
+    /// True if the driver is closed.
     pub is_closed: bool,
 }
 
-/// The device that an heir is to take over, as the heir sees it.
+/// The device that an heir will take over, as the heir sees it.
 pub trait View: Send {
-    /// Reads what that device read last.
+    /// Reads the last readings of that device.
     ///
     /// # Errors
-    /// It is lost where it runs.
+    /// The device is lost where it runs.
     fn read(&mut self, release_ns: i64, readings: &mut [u8]) -> Result<(), DeviceError>;
 
-    /// Gives driver and last outputs of that device to its heir. `ahead_ns`: how much the clock of the host before was ahead of the heir's.
+    /// Moves driver and last outputs of that device to its heir. `ahead_ns`: lead of the previous host's clock over the heir's.
     ///
     /// # Safety
     /// The host of that device has ended.
@@ -46,7 +47,7 @@ pub trait View: Send {
 }
 
 impl Service {
-    /// Sends the outputs to the driver. The first time that an emergency stop is in force, the device is brought to its safe state instead.
+    /// Sends the outputs to the driver. In the first write with an emergency stop in force, brings the device to its safe state instead.
     pub(crate) fn send(&mut self, release_ns: i64, is_stopped: bool, tape: Option<&dyn Tape>) -> Result<(), DeviceError> {
         let stops = is_stopped && !self.was_stopped;
         self.was_stopped = is_stopped;
@@ -63,7 +64,7 @@ impl Service {
         }
     }
 
-    /// Closes it, once: safe state, then the end of the driver.
+    /// Closes the device, once: safe state, then the end of the driver.
     pub(crate) fn close(&mut self) {
         if !std::mem::replace(&mut self.is_closed, true) {
             self.driver.safe_state();
@@ -72,14 +73,14 @@ impl Service {
     }
 }
 
-/// Where others can see what a device read last, and how long nobody wrote it while it was handed over.
+/// Last readings of a device as others see them, and the gap between writes during a handover.
 pub struct LatestReading {
     /// Last readings, for one heir.
     pub view: Mutex<Option<Box<dyn Receiver>>>,
     gap_ns: AtomicI64,
 }
 
-/// Mark: no gap is known.
+/// Marker: no gap is known.
 const NO_GAP: i64 = -1;
 
 impl Default for LatestReading {
@@ -89,12 +90,13 @@ impl Default for LatestReading {
 }
 
 impl LatestReading {
-    /// Notes a write; the first one after a device was taken over ends the gap.
+    /// Records a write; the first one after a device was taken over ends the gap.
     pub(crate) fn written(&self, gap_ns: i64) {
         self.gap_ns.store(gap_ns, Ordering::Release);
     }
 
-    /// Returns the gap of a takeover: from the release of the last write before to that of the first write after, ns. None as long as there was none.
+    /// Returns the gap of a takeover, from the release of the last write before it to the first write after it, in ns; `None` if there
+    /// was none.
     pub fn gap_ns(&self) -> Option<i64> {
         Some(self.gap_ns.load(Ordering::Acquire)).filter(|gap| *gap != NO_GAP)
     }

@@ -1,27 +1,27 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Effects of a condition, wherever its source is: the kernel serves those of its own firings by this, the host those of processes
-//! whose sources lie in several places.
+//! Effects of a condition, independent of where its source runs: used by the kernel for its own firings, and by the host for processes
+//! whose sources are in several locations.
 use crate::block::BlockId;
 use crate::event::{Event, Fault};
 use crate::process::{Process, Reaction, Response, Watch};
 use crate::process_word::Word;
 use crate::source::SourceId;
 
-/// Serves conditions: the kernel in whose firing one came, or the host, where no kernel has the word of the process.
+/// Server of conditions: the kernel in whose firing one was reported, or the host if no kernel has the word of the process.
 pub trait Server {
-    /// Returns the word of `process`, which others move too.
+    /// Returns the word of `process`, which others may change concurrently.
     fn word(&self, process: &Process) -> Word;
 
-    /// Returns the conditions that came, unserved, in the present list of `process`: one bit a condition.
+    /// Returns the conditions reported but not served in the current list of `process`, one bit per condition.
     fn remembered(&self, process: &Process) -> u64;
 
-    /// Returns true if `process` could be moved.
+    /// Returns `moved`, the success of moving a process, or the recorded result if a record is played.
     fn is_so(&self, moved: bool) -> bool;
 
-    /// Carries out a prepared answer; none where somebody was faster.
+    /// Carries out a prepared answer; returns `None` if another party moved the process first.
     fn react(&mut self, process: &Process, word: Word, reaction: &dyn Reaction, next: Option<u16>) -> Option<ConditionEffect>;
 
-    /// Freezes `process` for the supervisor; none where somebody was faster.
+    /// Freezes `process` for the supervisor; returns `None` if another party moved it first.
     fn freeze(&mut self, process: &Process, word: Word) -> Option<ConditionEffect> {
         self.is_so(process.freeze(word)).then_some(ConditionEffect::Frozen)
     }
@@ -30,15 +30,16 @@ pub trait Server {
 /// Effect of a condition.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ConditionEffect {
-    /// The supervisor carries on.
+    /// The process is frozen, and the supervisor takes over.
     Frozen,
-    /// The process is in this stage now.
+    /// The process is now in this stage.
     To(u16),
     /// The process has ended.
     Ended,
 }
 
-/// Lets a condition act. `may_act`: nothing moved the process before it; else it is only remembered, where it is one for later.
+/// Makes a condition act. `may_act`: nothing has moved the process before; otherwise the condition is only remembered, if a later stage
+/// awaits it.
 pub fn act(server: &mut impl Server, process: &Process, word: Word, watch: &Watch, may_act: bool) -> Option<ConditionEffect> {
     if may_act {
         return respond(server, process, word, watch);
@@ -49,7 +50,7 @@ pub fn act(server: &mut impl Server, process: &Process, word: Word, watch: &Watc
     None
 }
 
-/// Lets a condition act that came before the stage which waits for it was entered.
+/// Makes a condition act that was reported before the stage awaiting it was entered.
 pub fn act_late<'p>(server: &mut impl Server, process: &'p Process) -> Option<(Word, &'p Watch, ConditionEffect)> {
     let word = server.word(process);
     if !word.acts() {
@@ -72,7 +73,7 @@ fn respond(server: &mut impl Server, process: &Process, word: Word, watch: &Watc
     }
 }
 
-/// A condition that came.
+/// A reported condition.
 #[derive(Clone, Copy)]
 pub struct Occurrence {
     pub source: SourceId,
@@ -87,7 +88,7 @@ pub struct Occurrence {
 }
 
 impl Occurrence {
-    /// Makes the occurrence of a condition that acts after it came, in a stage that waits for it.
+    /// Makes the occurrence of a condition that acts later than it was reported, in a stage that awaits it.
     pub fn late(source: SourceId, process: &Process, word: Word, watch: &Watch, time_ns: i64) -> Occurrence {
         let block = watch.block.unwrap_or(BlockId(u32::MAX));
         Occurrence { source, process: process.id(), generation: word.generation, block, item: watch.item, fault: None, number: 0, time_ns }
@@ -99,7 +100,8 @@ impl Occurrence {
         Event::Unwatched { source, process, generation, block, item, fault, number, time_ns, value }
     }
 
-    /// Returns the event that tells the supervisor what the condition did. `alone`: no other condition came in the firing.
+    /// Returns the event that reports the effect of the condition to the supervisor. `alone`: no other condition was reported in the
+    /// firing.
     pub fn watched(self, watch: &Watch, moved: Option<ConditionEffect>, alone: bool, value: Vec<u8>) -> Event {
         let Occurrence { source, process, generation, block, item, fault, number, time_ns } = self;
         let (condition, acted, ended) = (watch.condition, moved.is_some(), moved == Some(ConditionEffect::Ended));

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! One source as all threads see it, and what the sources of a host share.
+//! A source as all threads see it, and state shared by the sources of a host.
 use crate::bell::Bell;
 use crate::containment::Containment;
 use crate::counters::{Counters, Statistics};
@@ -13,22 +13,22 @@ use std::sync::{Arc, Mutex, MutexGuard};
 /// State shared by all kernels of a host.
 #[derive(Default)]
 pub struct HostState {
-    /// Order of the events of the host.
+    /// Serial numbers of the host's events.
     pub serials: AtomicU64,
-    /// Bell of the supervisor's sleep.
+    /// Bell that wakes the supervisor.
     pub supervisor: Bell,
-    /// Time for which a timer may stand still, if one was set; 0: none was.
+    /// Maximum time for which a timer may stand still; 0 if not set.
     standstill_ns: AtomicI64,
-    /// Handlers of faults that somebody had replaced, in words, until the supervisor takes them.
+    /// Description of replaced fault handlers, until the supervisor takes it.
     replaced: Mutex<Option<String>>,
     is_replaced: AtomicBool,
 }
 
-/// Default time for which a timer may stand still.
+/// Default of the maximum standstill of a timer.
 const STANDSTILL_NS: i64 = 2_000_000_000;
 
 impl HostState {
-    /// Returns for how long a timer may stand still before the outputs of its devices count as unattended.
+    /// Returns the maximum time for which a timer may stand still before the outputs of its devices count as unattended.
     pub fn standstill_ns(&self) -> i64 {
         match self.standstill_ns.load(Ordering::Relaxed) {
             0 => STANDSTILL_NS,
@@ -36,19 +36,19 @@ impl HostState {
         }
     }
 
-    /// Sets that bound. Of several, the longest holds.
+    /// Sets the maximum standstill. The longest of several settings applies.
     pub fn allow_standstill(&self, bound_ns: i64) {
         self.standstill_ns.fetch_max(bound_ns, Ordering::Relaxed);
     }
 
-    /// Keeps for the supervisor that handlers of faults had been replaced. Not for the real-time path.
+    /// Stores the description of replaced fault handlers for the supervisor. Not for the real-time path.
     pub fn tell_replaced(&self, text: String) {
         *self.replaced.lock().expect("nobody panics with the lock held") = Some(text);
         self.is_replaced.store(true, Ordering::Release);
         self.supervisor.ring();
     }
 
-    /// Takes what [`HostState::tell_replaced`] has kept.
+    /// Takes the text stored by [`HostState::tell_replaced`].
     pub fn take_replaced(&self) -> Option<String> {
         if !self.is_replaced.swap(false, Ordering::AcqRel) {
             return None;
@@ -57,35 +57,35 @@ impl HostState {
     }
 }
 
-/// One source as all threads see it.
+/// A source as all threads see it.
 pub struct Source {
     pub id: SourceId,
     pub spec: SourceSpec,
-    /// Scripts on their way to it.
+    /// Scripts submitted to it.
     pub mailbox: Mailbox,
-    /// Scripts that were carried out.
+    /// Scripts that it has carried out.
     pub done: Mailbox,
-    /// Requests by which others raise it.
+    /// Requests with which others raise it.
     pub requests: Arc<Requests>,
     pub closing: AtomicBool,
-    /// True if it ends, and an heir has its devices.
+    /// True if it is ending and an heir takes over its devices.
     pub leaving: AtomicBool,
-    /// A block was ended in code of a library that may hold a lock: its thread runs no step again, and does not end.
+    /// True if a block was ended in code of a library that may hold a lock: its thread runs no further step and does not end.
     pub is_lost: AtomicBool,
-    /// A block keeps the budget's signal from its thread.
+    /// True if a block has blocked the budget signal in its thread.
     pub is_deaf: AtomicBool,
-    /// The system has ended its thread.
+    /// True if the operating system has ended its thread.
     pub is_gone: AtomicBool,
-    /// Either is told, once.
+    /// True once `is_deaf` or `is_gone` has been reported.
     pub is_told: AtomicBool,
-    /// Set by `Host::restart`, taken by the kernel.
+    /// Set by `Host::restart`, cleared by the kernel.
     pub restarting: AtomicBool,
     pub containment: Containment,
-    /// End of the probe's visits to its blocks, on CLOCK_MONOTONIC.
+    /// End of the probe's sampling of its blocks, on CLOCK_MONOTONIC.
     pub probe_until_ns: AtomicI64,
     pub counters: Counters,
     pub rights_missing: Mutex<Vec<String>>,
-    /// Where a record is made of it, or it does again what is recorded.
+    /// Tape, if a record of the source is made or played.
     pub tape: Option<Arc<dyn Tape>>,
     listener: Mutex<Listener>,
 }
@@ -114,12 +114,12 @@ impl Source {
         }
     }
 
-    /// Returns true if nobody may wait for its thread to end.
+    /// Returns true if nobody must wait for its thread to end.
     pub fn is_beyond_reach(&self) -> bool {
         self.is_lost.load(Ordering::Acquire) || self.is_deaf.load(Ordering::Acquire) || self.is_gone.load(Ordering::Acquire)
     }
 
-    /// Counts a request at `now_ns`. Real-time safe; wake it afterwards.
+    /// Counts a request at `now_ns`. Real-time safe; wake the source afterwards.
     pub fn request(&self, now_ns: i64) {
         self.requests.request(now_ns);
     }
@@ -129,12 +129,12 @@ impl Source {
         &self.requests.bell
     }
 
-    /// Returns the supervisor's end. No kernel takes it.
+    /// Returns the supervisor's end of its events. Never locked by a kernel.
     pub fn listener(&self) -> MutexGuard<'_, Listener> {
         self.listener.lock().expect("nobody panics with the lock held")
     }
 
-    /// Returns the period of a timer.
+    /// Returns the period if the source is a timer.
     pub fn period_ns(&self) -> Option<i64> {
         match self.spec.kind {
             SourceKind::Timer { period_ns } => Some(period_ns as i64),

@@ -12,35 +12,35 @@ pub struct SourceId(pub u32);
 pub enum SourceKind {
     /// Releases at epoch + k · period; the epoch is the host's, the same for all of its timers.
     Timer { period_ns: u64 },
-    /// Fires when it is requested: by another source's connection, by a device, by the PS (`Host::request`). A trigger is one.
-    /// Each request is one firing.
+    /// Fires on request: by another source's connection, by a device, by the PS (`Host::request`). A trigger is one. Each request causes
+    /// one firing.
     Software,
 }
 
 /// Specification of a source.
 #[derive(Clone, Debug, serde::Serialize, serde::Deserialize)]
 pub struct SourceSpec {
-    /// Its processor.
+    /// Processor on which it runs.
     pub rtp: u16,
-    /// Name for people.
+    /// Human-readable name.
     pub name: String,
     /// Origin of the requests for its firings.
     pub kind: SourceKind,
-    /// 1 (lowest) to 98; taken as SCHED_FIFO priority where the rights are given.
+    /// Priority from 1 (lowest) to 98; used as SCHED_FIFO priority if the rights are granted.
     pub priority: u8,
     /// Core to pin its thread to.
     pub core: Option<usize>,
-    /// Cost of one firing under the virtual clock, ns (0: nothing): sources of higher priority then preempt it at step
-    /// boundaries and inside publications, chosen by the host's seed.
+    /// Cost of one firing under the virtual clock, ns (0: none): sources of higher priority then preempt it at step boundaries and inside
+    /// publications, chosen by the host's seed.
     pub virtual_cost_ns: u64,
 }
 
-/// Requests of one source: what others raise it by.
+/// Requests of one source, with which others raise it.
 #[derive(Default)]
 pub struct Requests {
-    /// Number of requests that have not had their firing.
+    /// Number of requests not yet served by a firing.
     pub pending: AtomicU64,
-    /// Virtual clock: when the first of them came.
+    /// Virtual clock: arrival time of the first pending request.
     pub since_ns: AtomicU64,
     /// Bell on which its thread sleeps.
     pub bell: Bell,

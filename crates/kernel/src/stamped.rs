@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Values that outlive the block that stores them. An SVV has a stamp beside its value in each image, and, where it has a history, a ring of its
-//! last values. The block that stores the value stamps it and appends it at the end of its firing, whichever block that is: so number, time
-//! and history go on from one writer to the next, and nobody who was not due, or who faulted, leaves anything there.
+//! Values that outlive the block that stores them. An SVV has a stamp in addition to its value in each image and, if it has a history, a
+//! ring of its last values. Any block that stores the value stamps and appends it at the end of its firing: number, time and history thus
+//! continue from one writer to the next, and a block that was not due or that faulted leaves no trace.
 use crate::block::{Block, BlockId};
 use crate::memory::{Cell, Span};
 use crate::phase::STAMP_LEN;
@@ -9,7 +9,7 @@ use crate::rows::RowsEnd;
 use opengpac::abi::Header;
 use std::sync::Arc;
 
-/// The time in the stamp of a value that no block has stored.
+/// Time in the stamp of a value that no block has stored.
 pub const NEVER_NS: i64 = i64::MIN;
 
 /// Returns the stamp of a value that no block has stored.
@@ -19,20 +19,20 @@ pub fn unstamped() -> [u8; STAMP_LEN] {
     bytes
 }
 
-/// A value that a block stores, with what belongs to the value and not to the block.
+/// A value that a block stores, with the data that belong to the value rather than to the block.
 #[derive(Clone)]
 pub struct StampedValue {
-    /// The block that stores it.
+    /// Block that stores it.
     pub block: Arc<Block>,
-    /// n where its output is a ratio output n, else 1: it stores on the nth, 2nth, … invocation.
+    /// n if its output is a ratio output n, else 1: it stores on the nth, 2nth, … invocation.
     pub ratio: u32,
-    /// [`STAMP_LEN`] bytes: number (u64) and time (i64) of the invocation that stored it last, and the number at activation (u64).
+    /// [`STAMP_LEN`] bytes: number (u64) and time (i64) of the last invocation that stored it, and the number at activation (u64).
     pub stamp: Cell,
-    /// The value, and the ring of its last values: one row for each value stored.
+    /// The value and the ring of its last values, one row for each value stored.
     pub history: Option<(Cell, Arc<RowsEnd>)>,
 }
 
-/// The same as a firing uses it.
+/// A stamped value, prepared for use in firings.
 pub struct Mark {
     step: u32,
     ratio: u64,
@@ -46,13 +46,13 @@ pub struct Mark {
 #[derive(Default)]
 pub struct Marks {
     pub all: Vec<Mark>,
-    /// Part of `all` for each slot.
+    /// Range of `all` for each slot.
     ranges: Vec<(u32, u32)>,
 }
 
 impl Marks {
-    /// Makes the stamps of a table with `slots` activations: `found` gives step, slot and header of a block; values of blocks that it has not are
-    /// left out.
+    /// Makes the stamps of a table with `slots` activations: `found` returns step, slot and header of a block. Values of blocks not in
+    /// the table are left out.
     pub(crate) fn new(stamped: Vec<StampedValue>, slots: usize, found: impl Fn(BlockId) -> Option<(u32, u32, *const Header)>) -> Marks {
         let mark = |of: StampedValue| {
             assert!(of.stamp.len() >= STAMP_LEN, "a stamp has {STAMP_LEN} bytes: a number, a time, and the number at activation");
@@ -67,11 +67,11 @@ impl Marks {
         Marks { all: all.into_iter().map(|(_, mark)| mark).collect(), ranges }
     }
 
-    /// Stamps what the blocks of the activation at `slot` have stored in this firing; of those of which `ran` says whether they ran and did
-    /// not fault.
+    /// Stamps the values that blocks of the activation at `slot` have stored in this firing; with `ran`, only those of steps that ran and
+    /// did not fault.
     ///
     /// # Safety
-    /// Called by the kernel of the table's source alone, while no step runs.
+    /// Called only by the kernel of the table's source, while no step runs.
     #[inline]
     pub(crate) unsafe fn stamp(&self, slot: usize, now_ns: i64, ran: Option<&[bool]>) {
         let Some(&(start, end)) = self.ranges.get(slot) else { return };

@@ -1,18 +1,19 @@
 // SPDX-License-Identifier: Apache-2.0
-//! A source that could not fire for long, with everybody who watches it: the whole process tree was paused, or the machine. Its outputs kept
-//! their last values meanwhile, and nobody knows what has become of the world.
+//! Standstill: a source that could not fire for a long time, along with everything that monitors it, because the whole process tree or
+//! the machine was paused. Its outputs kept their last values, and the state of the plant is unknown.
 use crate::event::Event;
 use crate::state::Kernel;
 use device::DeviceError;
 
-/// So many periods a slow timer may miss, whatever the bound.
+/// Number of periods that a slow timer may miss, regardless of the bound.
 const PERIODS_MAX: i64 = 10;
-/// A shorter standstill is not told: a machine may be held up for so long, and the guard does not judge by less.
+/// Minimum length of a standstill that is reported: a machine may be held up for less, and the guard does not react to less.
 const TOLD_NS: i64 = 500_000_000;
 
 impl Kernel {
-    /// Looks at a source that runs `late_ns` after it should have. Where that is beyond the bound, each device of it that is commanded goes to its safe
-    /// state and is lost, as if the guard had seen it: its verbs end, and a person opens it again. The supervisor is told of every long standstill.
+    /// Checks for a standstill of a source that runs `late_ns` late. If that exceeds the bound, brings each commanded device to its safe
+    /// state and marks it lost, as the guard would have done: its verbs end, and a person reopens it. Reports every long standstill to
+    /// the supervisor.
     #[cold]
     pub fn look_for_standstill(&mut self, late_ns: i64, period_ns: i64, now_ns: i64) {
         let periods_ns = period_ns.saturating_mul(PERIODS_MAX);
@@ -33,8 +34,7 @@ impl Kernel {
             if device.is_lost() || !device.is_commanded() {
                 continue;
             }
-            // What the device itself says of the time says more.
-            // SAFETY: this is the kernel of the device's source.
+            // The time that the device itself reports is more accurate. SAFETY: this is the kernel of the device's source.
             let own = unsafe { device.read(now_ns, None) };
             // SAFETY: as above.
             unsafe { device.lose() };
@@ -47,7 +47,7 @@ impl Kernel {
         }
     }
 
-    /// Returns true if somebody has to attend to a device of this source that is commanded.
+    /// Returns true if a device of this source is commanded and must be attended.
     pub fn commands_devices(&self) -> bool {
         self.table.devices.iter().any(|device| !device.is_lost() && device.is_commanded())
     }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The kernel of one source: what its firings and scripts share.
+//! The kernel of one source: state shared by its firings and scripts.
 use crate::counters::add;
 use crate::event::{Event, Teller};
 use crate::memory::Span;
@@ -10,31 +10,31 @@ use crate::table::Table;
 use crate::tape::{Occasion, digest};
 use std::sync::Arc;
 
-/// The kernel of one source. Its own thread alone touches it; under the virtual clock, the one thread.
+/// The kernel of one source. Only its own thread accesses it; under the virtual clock, the single thread.
 pub struct Kernel {
     pub source: Arc<Source>,
     pub shared: Arc<HostState>,
     pub table: Box<Table>,
     pub(crate) teller: Teller,
-    /// Number of the last firing. Scripts switch intervals on from the next.
+    /// Number of the last firing. Scripts switch intervals on from the next one.
     pub firing: u64,
-    /// A step faulted in this firing, or it is one of `execute`: `Table::ran` says what ran.
+    /// A step faulted in this firing, or this is a firing of `execute`: `Table::ran` contains the steps that ran.
     pub(crate) careful: bool,
-    /// A signal or a spent budget ended a firing: no step runs until a restart.
+    /// A signal or an exceeded budget ended a firing: no step runs until a restart.
     pub stopped: bool,
-    /// True if something was told: the supervisor is to be woken.
+    /// True if an event was sent, so that the supervisor must be woken.
     pub(crate) told: bool,
-    /// A script stored something that is not published yet.
+    /// A script has stored values that are not published yet.
     pub(crate) stored: bool,
-    /// A source was raised: it is to be woken.
+    /// A source was raised and must be woken.
     pub(crate) raised: bool,
-    /// Number of the pass that serves conditions.
+    /// Number of the serving pass.
     pub(crate) pass: u64,
-    /// Processes that entered a stage in the present script, to be looked at for what they remember.
+    /// Processes that entered a stage in the current script, whose remembered conditions are to be checked.
     pub(crate) entered: Vec<*const Process>,
     /// Values that a reaction captures.
     pub(crate) captured: Vec<u8>,
-    /// Time budget of a firing whose activations declare none.
+    /// Time budget of a firing if its activations declare none.
     pub(crate) budget_ns: i64,
 }
 
@@ -79,7 +79,7 @@ impl Kernel {
         }
     }
 
-    /// Returns the digest of everything that its blocks have stored.
+    /// Returns the digest of all values that its blocks have stored.
     pub fn digest(&self) -> u64 {
         // SAFETY: a span lies within its cells, which the table's blocks hold; this source's own image.
         let bytes = |span: &Span| unsafe { std::slice::from_raw_parts(span.start, span.len) };
@@ -97,7 +97,7 @@ impl Kernel {
         }
     }
 
-    /// Counts a condition that found no room; it is told when there is some.
+    /// Counts a condition that found no room; it is announced once there is some.
     #[cold]
     pub(crate) fn lose(&mut self) {
         self.told = true;
@@ -105,7 +105,7 @@ impl Kernel {
         add(&self.source.counters.lost, 1);
     }
 
-    /// Wakes those who are to be woken, after firings and scripts. The one system call, and only where somebody sleeps.
+    /// Wakes the supervisor and raised sources after firings and scripts. Makes the only system call, and only if one of them sleeps.
     pub fn wake(&mut self) {
         if self.raised {
             self.raised = false;
@@ -119,13 +119,13 @@ impl Kernel {
     }
 }
 
-/// Returns the word of a process, which others move too; if a record is made that is part of it.
+/// Returns the word of a process, which others may change concurrently; the result is recorded or played if there is a tape.
 pub(crate) fn word_of(source: &Source, process: &Process) -> Word {
     let word = process.word();
     source.tape.as_ref().map_or(word, |tape| Word::unpack(tape.number(word.pack())))
 }
 
-/// Returns whether a process could be moved, as recorded or played.
+/// Returns `moved`, the success of moving a process, or the recorded result if a record is played.
 pub(crate) fn is_so(source: &Source, moved: bool) -> bool {
     source.tape.as_ref().map_or(moved, |tape| tape.whether(moved))
 }

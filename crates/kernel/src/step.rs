@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Steps and rings of rows, of which a table is built.
+//! Steps and rings of rows, from which a table is built.
 use crate::block::Block;
 use crate::memory::Cell;
 use crate::process::Process;
@@ -15,45 +15,45 @@ pub enum StepKind {
     Block(Arc<Block>),
     /// Copies cells: a gather or scatter of an array port, the delay of a ratio input inside a source.
     Copy(Vec<(Cell, Cell)>),
-    /// Appends to windows what the block of an earlier step has stored.
+    /// Appends values stored by the block of an earlier step to windows.
     Append(Vec<Append>),
 }
 
-/// A value that a block stores, and a window of the last values of it: input items that ask for a history are bound to windows.
+/// A value that a block stores, and a window of its last values. Input items that declare a history are bound to windows.
 #[derive(Clone)]
 pub struct Append {
-    /// The block that stores it.
+    /// Block that stores it.
     pub block: Arc<Block>,
-    /// n where its output is a ratio output n, else 1: it stores on the nth, 2nth, … invocation.
+    /// n if its output is a ratio output n, else 1: it stores on the nth, 2nth, … invocation.
     pub ratio: u32,
-    /// The newest value.
+    /// Newest value.
     pub value: Cell,
-    /// The last values, oldest first.
+    /// Last values, oldest first.
     pub window: Window,
 }
 
-/// One step, with when it is due and whose it is.
+/// A step, with its activation and its process.
 pub struct Step {
     /// Work of the step.
     pub kind: StepKind,
-    /// Activation that says when it is due.
+    /// Activation that determines when it is due.
     pub activation: Arc<Activation>,
     /// Process whose conditions it reports and whose running time it sees.
     pub process: Arc<Process>,
-    /// Indices of the earlier steps of this table whose output it takes synchronously: where one of them faulted in this
-    /// firing, or did not run, this one is not due.
+    /// Indices of the earlier steps of this table whose outputs it reads synchronously: if one of them faulted in this firing, or did not
+    /// run, this one is not due.
     pub drivers: Vec<u32>,
 }
 
-/// A ring of rows that the PS, a scope or the recorder reads: these cells are copied into a row at the end of each firing.
+/// Ring of rows that the PS, a scope or the recorder reads: these cells are copied into a row at the end of each firing.
 pub struct Rows {
     /// Cells in order, without gaps.
     pub cells: Vec<Cell>,
-    /// The writing end.
+    /// Writing end of the ring.
     pub writer: Arc<RowsEnd>,
 }
 
-/// Returns each activation once, each after those that drive it.
+/// Returns each activation once, after its drivers.
 pub(crate) fn in_driving_order(steps: &[Step]) -> Vec<Arc<Activation>> {
     fn visit(activation: &Arc<Activation>, seen: &mut HashMap<*const Activation, ()>, order: &mut Vec<Arc<Activation>>) {
         if seen.insert(Arc::as_ptr(activation), ()).is_none() {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The step loop: the hot one, and the careful one that a firing goes over to when a step has faulted.
+//! The step loop: the hot one, and the careful one to which a firing switches when a step has faulted.
 #![allow(clippy::needless_borrow, reason = "behind a raw pointer the compiler asks for the borrow to be seen")]
 use crate::bank::{Entry, Stretch};
 use crate::containment::{OUTSIDE, Over, budget_signal};
@@ -18,12 +18,12 @@ use std::sync::atomic::Ordering;
 
 /// Early end of a contained loop.
 pub(crate) struct EarlyEnd {
-    /// Step at fault.
+    /// Faulting step.
     pub(crate) step: u32,
-    /// The step that was ended, which stored nothing; `None`: all ran.
+    /// The step that was ended, which stored nothing; `None` if all ran.
     pub(crate) at: Option<u32>,
     pub(crate) result: u64,
-    /// Its thread must not call a library again.
+    /// True if its thread must not call a library again.
     pub is_lost: bool,
 }
 
@@ -33,18 +33,18 @@ impl EarlyEnd {
     }
 }
 
-/// Result of a step that a signal ended: the outcome that no entry gives, the signal above; 0 stands for a spent budget.
+/// Result of a step that a signal ended: an outcome that no entry returns, with the signal above it; 0 stands for an exceeded budget.
 pub(crate) const SIGNAL: u64 = outcome::SIGNAL;
 
-/// That result where the words that blocks compute with had changed when the steps were through.
+/// Result if the floating-point control words had changed after the steps.
 pub(crate) const FLOATS: u64 = SIGNAL | NO_SIGNAL << outcome::SHIFT;
 const NO_SIGNAL: u64 = 0xffff;
 
-/// That result where a block has called fork().
+/// Result if a block has called fork().
 const FORKED: u64 = SIGNAL | CALLED_FORK << outcome::SHIFT;
 const CALLED_FORK: u64 = 0xfffe;
 
-/// Returns the result of a loop that has ended so.
+/// Returns the result that describes the end of a loop.
 pub fn ended_by(over: &Over) -> u64 {
     if over.has_forked() {
         return FORKED;
@@ -74,12 +74,12 @@ pub(crate) fn fault(result: u64) -> Option<Fault> {
 struct Frame<'a, P> {
     kernel: *mut Kernel,
     now_ns: i64,
-    /// True if a probe measures how long blocks take.
+    /// True if the probe measures the duration of blocks.
     probes: bool,
     preempt: &'a P,
 }
 
-/// Runs the steps that are due. `started_ns` of CLOCK_MONOTONIC, for the budget.
+/// Runs the steps that are due. `started_ns` of CLOCK_MONOTONIC is the start of the budget.
 #[inline]
 pub(crate) fn contained<P: Preempt>(kernel: &mut Kernel, started_ns: i64, now_ns: i64, preempt: &P) -> Option<EarlyEnd> {
     let containment = &raw const kernel.source.containment;
@@ -92,13 +92,13 @@ pub(crate) fn contained<P: Preempt>(kernel: &mut Kernel, started_ns: i64, now_ns
     ended.map(|over| EarlyEnd { step: over.step, at: over.at, result: ended_by(&over), is_lost: over.is_lost }).or(changed)
 }
 
-/// Returns, when the steps of a firing are through, the step that is answerable if the words have changed.
+/// Returns, after the steps of a firing, the step to blame if the control words have changed.
 #[inline]
 fn changed(table: &Table) -> Option<EarlyEnd> {
     if Words::standardise() { answerable(table) } else { None }
 }
 
-/// Returns the last of the due blocks, one of a module rather than one that this program was built with.
+/// Returns the last of the due blocks, preferring blocks of loaded modules over those built into this program.
 #[cold]
 fn answerable(table: &Table) -> Option<EarlyEnd> {
     floats::DISTRUST.store(true, Ordering::Relaxed);
@@ -107,8 +107,8 @@ fn answerable(table: &Table) -> Option<EarlyEnd> {
     blocks.max().map(|(_, index)| EarlyEnd { step: index as u32, at: None, result: FLOATS, is_lost: false })
 }
 
-/// Body of the contained loop. Everything is reached through raw pointers: a signal may end it inside any call of a block, and what
-/// was reported before must then be in memory.
+/// Body of the contained loop. It accesses everything through raw pointers: a signal may end it inside any call of a block, and all
+/// reports up to then must be in memory.
 unsafe extern "C" fn body<P: Preempt>(frame: *mut c_void) {
     // SAFETY: `contained` passes its own frame.
     unsafe {
@@ -127,7 +127,7 @@ unsafe extern "C" fn body<P: Preempt>(frame: *mut c_void) {
     }
 }
 
-/// Runs the hot loop; with `PROBED` the time of step `visited` is taken; the loop without it knows nothing of probes.
+/// Runs the hot loop. With `PROBED`, takes the time of step `visited`; without it, the loop contains no probe code.
 ///
 /// # Safety
 /// `kernel` is that of the calling thread, its table placed; nobody else touches either.
@@ -174,17 +174,17 @@ unsafe fn hot<P: Preempt, const PROBED: bool>(kernel: *mut Kernel, now_ns: i64, 
     }
 }
 
-/// Begins a new line of the instruction cache, so that the loop that follows, of some 35 bytes, lies in one. An independent gain in C takes 2.57 ns so;
-/// it took 2.85 in a build whose loop crossed into the next line by one byte (decision 210).
+/// Aligns the following loop, of some 35 bytes, to a line of the instruction cache. An independent gain in C then takes 2.57 ns; it took
+/// 2.85 in a build whose loop crossed into the next line by one byte (decision 210).
 #[inline(always)]
 fn loop_in_one_line() {
     // SAFETY: pads with instructions that do nothing.
     unsafe { std::arch::asm!(".p2align 6", options(nomem, nostack, preserves_flags)) };
 }
 
-/// Runs a bank or fused blocks in the hot loop. The step that the probe visits is run by itself, and so is the rest of fused blocks where
-/// one is visited or has reported. Gives the step that has faulted, with the careful mode begun. A function of its own: inlined it takes a
-/// register from the loop over single steps.
+/// Runs a bank or fused blocks in the hot loop. Runs the step that the probe visits by itself, and also the rest of fused blocks of which
+/// one is visited or has reported. Returns the step that has faulted, with the careful mode begun. A separate function because inlining
+/// it takes a register from the loop over single steps.
 ///
 /// # Safety
 /// As for `hot`; the entry is one of these steps.
@@ -225,7 +225,7 @@ unsafe fn together<const PROBED: bool>(kernel: *mut Kernel, stretch: Stretch, no
     }
 }
 
-/// Keeps what a step gave back for the end of the firing; true if it is a fault.
+/// Keeps the result of a step for the end of the firing; returns true if it is a fault.
 #[cold]
 pub(crate) fn report(kernel: *mut Kernel, step: u32, result: u64, now_ns: i64) -> bool {
     // SAFETY: called by the kernel's own thread with its own kernel.
@@ -259,7 +259,8 @@ fn begin_careful(kernel: *mut Kernel, faulted: u32) {
     table.ran[faulted as usize] = false;
 }
 
-/// Settles a loop that a signal has ended in step `at`, or that ran to its end: `Table::ran` says of every step whether it has stored what it had to.
+/// Settles a loop that a signal ended in step `at`, or that ran to its end: `Table::ran` then tells for every step whether it has stored
+/// its results.
 #[cold]
 pub(crate) fn settle_ended(kernel: &mut Kernel, at: Option<u32>) {
     let end = at.unwrap_or(kernel.table.steps.len() as u32);
@@ -275,8 +276,8 @@ pub(crate) fn settle_ended(kernel: &mut Kernel, at: Option<u32>) {
     }
 }
 
-/// Runs the rest of a firing in which a step has faulted, or one of `execute`: each step looks at what drives it. `probes`: takes the times
-/// of what is executed, which no firing visits.
+/// Runs the rest of a firing in which a step has faulted, or one of `execute`: each step checks its drivers. `probes`: takes the times of
+/// executed blocks, which no firing visits.
 ///
 /// # Safety
 /// As for `hot`.
@@ -286,7 +287,7 @@ unsafe fn careful<P: Preempt>(kernel: *mut Kernel, from: u32, now_ns: i64, probe
     unsafe {
         let table = &raw mut *(*kernel).table;
         let step = (&(*kernel).source).containment.step();
-        // Only an execute is careful from its first step on.
+        // Only an `execute` firing is careful from its first step.
         let execute = from == 0;
         for index in from..(&(*table).steps).len() as u32 {
             let place = index as usize;
@@ -299,7 +300,7 @@ unsafe fn careful<P: Preempt>(kernel: *mut Kernel, from: u32, now_ns: i64, probe
             if !(chosen || driven && (scheduled || executed() || copies())) {
                 (&mut (*table).ran)[place] = false;
                 if let (true, Some(header)) = (scheduled, (*table).header(index)) {
-                    // Its release is consumed, so that numbers go on in step with the others.
+                    // Its release is consumed, so that its numbers stay in step with the others.
                     (*header).number += 1;
                 }
                 continue;
@@ -323,7 +324,7 @@ unsafe fn careful<P: Preempt>(kernel: *mut Kernel, from: u32, now_ns: i64, probe
     }
 }
 
-/// Returns whether, in an execute firing, `slot` is driven by what ran, on this invocation.
+/// Returns true if, in an `execute` firing, the blocks that ran drive `slot` on this invocation.
 fn drives(activation: &Activation) -> bool {
     // SAFETY: activations of this source.
     unsafe {

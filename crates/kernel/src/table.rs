@@ -22,42 +22,42 @@ use std::collections::HashMap;
 use std::ptr;
 use std::sync::Arc;
 
-/// Everything that a source does in a firing. Immutable once built, swapped whole between two firings (`Op::Table`); what
-/// changes while it runs (activations, processes, connections, devices) is shared with the table before and after it.
+/// Everything that a source does in a firing. Immutable once built, and swapped whole between two firings (`Op::Table`); objects that
+/// change while it runs (activations, processes, connections, devices) are shared with the previous and the next table.
 pub struct Table {
-    /// The hot loop: what to call, in order.
+    /// Calls of the hot loop, in order.
     pub(crate) calls: Vec<Call>,
     pub(crate) strips: Vec<Strip>,
-    /// The strips cut at their banks: what the hot loop goes along.
+    /// Strips divided at their banks, over which the hot loop iterates.
     pub(crate) stretches: Vec<Stretch>,
     /// Order of the probe's visits.
     pub(crate) visits: Visits,
     /// Strips of each activation, as a range of `strips_of`.
     strip_ranges: Vec<(u32, u32)>,
     strips_of: Vec<u32>,
-    /// Activations, each once, after those that drive it.
+    /// Activations, each once, after their drivers.
     pub activations: Vec<Arc<Activation>>,
-    /// True for each activation that is due in this firing. It is scratch of the kernel.
+    /// True for each activation that is due in this firing; scratch of the kernel.
     pub(crate) due: Vec<bool>,
-    /// Everything about each step that the hot loop does not need.
+    /// Data of each step that the hot loop does not need.
     pub steps: Vec<ColdStep>,
-    /// True for each step that ran and succeeded in this firing. It is scratch of the careful mode.
+    /// True for each step that ran and succeeded in this firing; scratch of the careful mode.
     pub(crate) ran: Vec<bool>,
-    /// True for each step that `Op::Execute` chose. It is scratch of the careful mode.
+    /// True for each step that `Op::Execute` selected; scratch of the careful mode.
     pub(crate) chosen: Vec<bool>,
     /// True for each activation that reads a lost device; and whether any does.
     pub(crate) blind: Vec<bool>,
     pub(crate) is_blind: bool,
-    /// Reports of this firing. It is scratch with room for one a step.
+    /// Reports of this firing; scratch with room for one per step.
     pub(crate) reports: Vec<Report>,
-    /// Scratch for serving them in order.
+    /// Scratch for serving reports in order.
     pub(crate) candidates: Vec<Candidate>,
     /// Processes, each once.
     pub processes: Vec<Arc<Process>>,
-    /// Their running times in the table's source; filled in when the table is submitted.
+    /// Running times of the processes in the table's source; filled in when the table is submitted.
     pub(crate) times: Vec<*mut TimeState>,
     pub inbound: Vec<Arc<Inbound>>,
-    /// True where a member of a queue comes in.
+    /// True if an inbound connection has queue members.
     pub(crate) queues: bool,
     pub outbound: Vec<Arc<Outbound>>,
     /// Step that writes each queue member, by outbound connection.
@@ -71,18 +71,18 @@ pub struct Table {
     pub rows: Vec<(Vec<Span>, Rows)>,
     /// Memory that its blocks store to; only if a record is made or played.
     pub(crate) stored: Vec<Span>,
-    /// Maximum of the declared budgets, and true if some activation declares none.
+    /// Maximum of the declared budgets, and true if any activation declares none.
     pub(crate) budget_ns: (u64, bool),
-    /// Copy steps, at addresses that stay.
+    /// Copy steps, at stable addresses.
     #[allow(clippy::vec_box, reason = "calls hold the address of each")]
     pub copies: Vec<Box<Copies>>,
-    /// Steps that append to windows, as above.
+    /// Steps that append to windows, at stable addresses.
     #[allow(clippy::vec_box, reason = "calls hold the address of each")]
     pub appends: Vec<Box<Appends>>,
-    /// Blocks whose invocations are looked at one by one, as above.
+    /// Blocks whose invocations are checked one by one, at stable addresses.
     #[allow(clippy::vec_box, reason = "calls hold the address of each")]
     pub(crate) watched: Vec<Box<WatchedBlock>>,
-    /// Values that are stamped where its blocks store them.
+    /// Values that are stamped when its blocks store them.
     pub marks: Marks,
 }
 
@@ -93,7 +93,7 @@ unsafe impl Send for Table {}
 unsafe impl Sync for Table {}
 
 pub struct ColdStep {
-    /// `None` for a copy or an append.
+    /// `None` for copies and appends.
     pub block: Option<Arc<Block>>,
     /// Work of a step without a block.
     pub aside: Aside,
@@ -106,30 +106,30 @@ pub struct ColdStep {
 #[derive(Clone, Copy)]
 pub(crate) struct Report {
     pub(crate) step: u32,
-    /// Result as in `abi::outcome`, or, if the containment ended it, `SIGNAL`.
+    /// Result as in `abi::outcome`, or `SIGNAL` if the containment ended the step.
     pub(crate) result: u64,
     pub(crate) now_ns: i64,
 }
 
-/// A condition to be served: where its process's watches have it.
+/// A condition to be served, with its position in the watches of its process.
 #[derive(Clone, Copy)]
 pub(crate) struct Candidate {
     pub(crate) priority: i32,
     pub(crate) order: u32,
     pub(crate) created: u64,
     pub(crate) step: u32,
-    /// The process; not always that of the step: a stopped source stops all.
+    /// Process that it concerns; not always that of the step, because a stopped source stops all.
     pub process: u32,
     pub(crate) item: u8,
-    /// Stage and line of the watch that names it.
+    /// Stage and index of the watch that names it.
     pub(crate) watch: Option<(u16, u16)>,
     pub(crate) result: u64,
     pub(crate) now_ns: i64,
 }
 
 impl Table {
-    /// Builds the flat table: maximal runs of steps with one activation become strips. Panics where a step names a driver that
-    /// does not come before it.
+    /// Builds the flat table: maximal runs of steps with one activation become strips. Panics if a step names a driver that does not
+    /// precede it.
     pub fn new(steps: Vec<Step>, inbound: Vec<Arc<Inbound>>, outbound: Vec<Arc<Outbound>>, devices: Vec<Arc<Device>>, rows: Option<Rows>) -> Table {
         let activations = in_driving_order(&steps);
         let slots: HashMap<*const Activation, u32> = activations.iter().zip(0..).map(|(activation, slot)| (Arc::as_ptr(activation), slot)).collect();
@@ -137,7 +137,7 @@ impl Table {
         let mut places: HashMap<*const Process, u32> = HashMap::new();
         table.calls.reserve_exact(steps.len());
         table.steps.reserve_exact(steps.len());
-        // Most steps have what the one before them has: nothing is looked up for those.
+        // Most steps share activation and process with the previous one, and need no look-up.
         let (mut before, mut at) = ((ptr::null(), ptr::null()), (0, 0));
         for (index, step) in steps.into_iter().enumerate() {
             assert!(step.drivers.iter().all(|&driver| (driver as usize) < index), "step {index} is driven by a later one");
@@ -175,7 +175,7 @@ impl Table {
         self.steps.iter().map(|step| step.block.as_ref().map(|block| block.id())).collect()
     }
 
-    /// Adds channels of its devices that raise sources.
+    /// Adds device channels that raise sources.
     #[must_use]
     pub fn with_edges(mut self, edges: Vec<Arc<Edge>>) -> Table {
         self.edge_sources = edges.iter().map(|_| None).collect();
@@ -190,7 +190,7 @@ impl Table {
         self
     }
 
-    /// Adds values that are stamped when its blocks store them; those of other blocks are left out.
+    /// Adds values that are stamped when its blocks store them; values of other blocks are left out.
     #[must_use]
     pub fn with_stamped(mut self, stamped: Vec<StampedValue>) -> Table {
         let blocks = self.steps.iter().zip(0..).filter_map(|(step, index)| Some((step.block.as_ref()?.id(), index)));
@@ -203,7 +203,7 @@ impl Table {
         self
     }
 
-    /// Makes a table without anything.
+    /// Makes an empty table.
     pub(crate) fn empty() -> Table {
         Table {
             calls: Vec::new(),
@@ -274,7 +274,7 @@ impl Table {
         }
     }
 
-    /// Finds the strips of each activation, so that switching one visits no others.
+    /// Indexes the strips of each activation, so that switching one visits no others.
     fn index_strips(&mut self, activations: usize) {
         let mut of: Vec<Vec<u32>> = vec![Vec::new(); activations];
         self.strips.iter().zip(0..).for_each(|(strip, index)| of[strip.slot as usize].push(index));
@@ -291,7 +291,7 @@ impl Table {
         self.strips_of[start as usize..end as usize].iter().flat_map(|&strip| self.strips[strip as usize].start..self.strips[strip as usize].end)
     }
 
-    /// Looks up which activations read a lost device: after a loss, a swap, and when one was opened again. Allocates nothing.
+    /// Determines which activations read a lost device: after a loss, a swap, and a reopening. Allocates nothing.
     pub(crate) fn look_for_blind(&mut self) {
         self.is_blind = self.devices.iter().any(|device| device.is_lost());
         if !self.is_blind {
@@ -304,7 +304,7 @@ impl Table {
         }
     }
 
-    /// Returns true if the activation at `slot` reads a lost device: what it stores is as old as the last reading.
+    /// Returns true if the activation at `slot` reads a lost device, so that its results are as old as the last reading.
     pub(crate) fn is_blind_at(&self, slot: usize) -> bool {
         self.is_blind && self.blind[slot]
     }
@@ -316,8 +316,8 @@ impl Table {
         self.activations.get(slot).is_some_and(|found| Arc::ptr_eq(found, activation)).then_some(slot)
     }
 
-    /// Fills in what depends on the source: running times, and whom connections raise. `stores`: notes what its blocks store to, for a
-    /// record. Off the real-time path.
+    /// Fills in everything that depends on the source: running times, and the sources that connections raise. `stores`: collects the
+    /// memory that its blocks store to, for a record. Off the real-time path.
     pub fn place(&mut self, source: SourceId, raised: impl Fn(SourceId) -> Option<Arc<Requests>>, stores: bool) {
         for (time, process) in self.times.iter_mut().zip(&self.processes) {
             *time = RunningTime::state(process.prepare_time(source));
@@ -339,7 +339,7 @@ impl Table {
         }
     }
 
-    /// Returns the step to be visited by the probe in this firing: the next block of a strip that is due. `OUTSIDE` where no block is due.
+    /// Returns the step that the probe visits in this firing: the next block of a strip that is due. `OUTSIDE` if no block is due.
     pub(crate) fn visit(&mut self) -> u32 {
         let Some((index, step)) = self.visits.due(|strip| self.due[self.strips[strip].slot as usize]) else { return OUTSIDE };
         let strip = self.strips[index];
@@ -348,12 +348,12 @@ impl Table {
         step
     }
 
-    /// Returns the first step of these that is a block.
+    /// Returns the first step in the range that is a block.
     fn block_step(&self, start: u32, end: u32) -> Option<u32> {
         (start..end).find(|&step| self.steps[step as usize].block.is_some())
     }
 
-    /// Runs one step and takes its time.
+    /// Runs one step and measures its duration.
     ///
     /// # Safety
     /// As for the hot loop: a step of the table that is in force, called by the kernel of its source.
@@ -383,5 +383,5 @@ impl Table {
     }
 }
 
-/// Conditions of one step that can be served in one firing; an invocation that reports more tells the rest as lost.
+/// Maximum number of conditions of one step served in one firing; an invocation that reports more has the rest counted as lost.
 const CANDIDATES_A_STEP: usize = 4;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Choice of the block of a table that the probe visits in a firing.
+//! Selection of the block of a table that the probe visits in a firing.
 use crate::containment::OUTSIDE;
 
 /// Order of the probe's visits in a table.
@@ -9,26 +9,26 @@ pub(crate) struct Visits {
     strips: Vec<Visit>,
 }
 
-/// Visit of one strip: the turn of the last visit, and the block that is next.
+/// Visit state of one strip: the turn of the last visit, and the next block.
 struct Visit {
     turn: u64,
     next: u32,
 }
 
 impl Visits {
-    /// Begins with the first block of each strip.
+    /// Starts with the first block of each strip.
     pub(crate) fn begin(first: impl Iterator<Item = Option<u32>>) -> Visits {
         Visits { turn: 0, strips: first.map(|first| Visit { turn: 0, next: first.unwrap_or(OUTSIDE) }).collect() }
     }
 
-    /// Returns the strip that is due and was not visited for the longest time, and its block that is next: so one that is seldom due is
-    /// visited when it is. None where no block is due.
+    /// Returns the due strip whose last visit is longest ago, and its next block, so that a strip that is seldom due is visited when it
+    /// is. `None` if no block is due.
     pub(crate) fn due(&self, due: impl Fn(usize) -> bool) -> Option<(usize, u32)> {
         let due = self.strips.iter().enumerate().filter(|(strip, visit)| visit.next != OUTSIDE && due(*strip));
         due.min_by_key(|(_, visit)| visit.turn).map(|(strip, visit)| (strip, visit.next))
     }
 
-    /// Notes that strip `strip` is visited in this turn; `next` is its block for the one after.
+    /// Records the visit of strip `strip` in this turn; `next` is its block for the next visit.
     pub(crate) fn visited(&mut self, strip: usize, next: u32) {
         self.turn += 1;
         self.strips[strip] = Visit { turn: self.turn, next };

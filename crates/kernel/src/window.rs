@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Windows: the last n values of an SVV or private cell, side by side, oldest first, for the blocks that ask for a history.
+//! Windows: the last n values of an SVV or private cell in contiguous memory, oldest first, for blocks that declare a history.
 //!
-//! A window is memory of an image like any other cell. The kernel of the source that stores the value appends to it, in the same
-//! firing, and it travels to other sources in the asynchronous group with the value: so nobody reads one that is half written.
+//! A window is image memory like any other cell. The kernel of the source that stores the value appends to it in the same firing, and it
+//! is sent to other sources in the asynchronous group with the value, so nobody reads a half-written window.
 use crate::memory::Cell;
 use std::ptr;
 
@@ -10,28 +10,28 @@ use std::ptr;
 #[derive(Clone)]
 pub struct Window {
     cell: Cell,
-    /// Bytes of one value.
+    /// Size of one value in bytes.
     len: usize,
 }
 
 impl Window {
-    /// Makes a window in `cell`, whose length is that of a value, `len`, times the number of values. Panics where it is not.
+    /// Makes a window in `cell`. Panics unless its length is a multiple of that of a value, `len`.
     pub fn new(cell: Cell, len: usize) -> Window {
         assert!(len > 0 && !cell.is_empty() && cell.len().is_multiple_of(len), "a window of {} bytes does not hold values of {len}", cell.len());
         Window { cell, len }
     }
 
-    /// Its memory, for binding and for connections.
+    /// Returns the window's memory, for binding and for connections.
     pub fn cell(&self) -> &Cell {
         &self.cell
     }
 
-    /// Returns true for a cell of one value.
+    /// Returns true if the cell has the size of one value.
     pub(crate) fn takes(&self, value: &Cell) -> bool {
         value.len() == self.len
     }
 
-    /// Sets every value to `bytes`. Before anything that runs is bound to it, or by the kernel of its source.
+    /// Sets every value to `bytes`. Called before anything that runs is bound to the window, or by the kernel of its source.
     pub fn fill(&self, bytes: &[u8]) {
         assert_eq!(bytes.len(), self.len, "a window takes values of its own length");
         for at in (0..self.cell.len()).step_by(self.len) {
@@ -40,7 +40,7 @@ impl Window {
         }
     }
 
-    /// Sets every value to the present one of `value`. By the kernel of its source.
+    /// Sets every value to the present one of `value`. Called by the kernel of its source.
     pub(crate) fn fill_from(&self, value: &Cell) {
         for at in (0..self.cell.len()).step_by(self.len) {
             // SAFETY: both cells are held, of this length (checked when the script was made); this source's own image.
@@ -48,7 +48,7 @@ impl Window {
         }
     }
 
-    /// Appends the present value of `value` and drops the oldest. Wait-free: one move of the window. By the kernel of its source.
+    /// Appends the present value of `value` and drops the oldest. Wait-free: one move of the window. Called by the kernel of its source.
     #[inline]
     pub(crate) fn append(&self, value: &Cell) {
         let kept = self.cell.len() - self.len;

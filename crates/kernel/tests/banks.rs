@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-//! A bank is its steps one by one: the same values, numbers, conditions and faults to the bit, whatever happens in the middle of it.
+//! A bank equals its steps run one by one: the same values, numbers, conditions and faults to the bit, whatever happens in the middle of
+//! it.
 //!
 //! `OPENGPAC_BANKS=100000 OPENGPAC_SEED=7 cargo test -p kernel --test banks -- --nocapture` is the large campaign.
 #![allow(clippy::undocumented_unsafe_blocks, reason = "entries of blocks that count their calls, and blocks that do what no block may")]
@@ -19,7 +20,7 @@ use support::*;
 
 const MS: i64 = 1_000_000;
 
-/// Adds what it reads to a sum, and does what it is told on one invocation: y = sum + u.
+/// Adds its input to a sum, and performs a scripted act on one invocation: y = sum + u.
 #[derive(FunctionBlock)]
 struct ScriptedSum {
     /// value that is added
@@ -28,7 +29,7 @@ struct ScriptedSum {
     /// sum
     #[output]
     y: f64,
-    /// the sum is so high
+    /// the sum has reached this value
     #[condition(preset = 0.0)]
     high: ConditionOf<f64>,
     /// on this invocation
@@ -81,12 +82,12 @@ impl opengpac::Step for ScriptedSum {
 }
 
 thread_local! {
-    /// Invocations by the entry of the block, and by its bank entry. The virtual clock fires on the thread that asks it to.
+    /// Invocations through the block's entry, and through its bank entry. The virtual clock fires on the calling thread.
     static SINGLE: Local<u64> = const { Local::new(0) };
     static BANKED: Local<u64> = const { Local::new(0) };
 }
 
-/// The language that a `ScriptedSum` is written in.
+/// Implementation language of a `ScriptedSum`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Language {
     Rust,
@@ -95,7 +96,7 @@ enum Language {
 
 const LANGUAGES: [Language; 2] = [Language::Rust, Language::C];
 
-/// Returns `ScriptedSum`, and the bank entry that its module gives.
+/// Returns `ScriptedSum`, and the bank entry of its module.
 fn told(language: Language) -> (&'static Descriptor, Bank) {
     static IN_C: OnceLock<(&Descriptor, Bank)> = OnceLock::new();
     match language {
@@ -105,14 +106,14 @@ fn told(language: Language) -> (&'static Descriptor, Bank) {
             let of = |name: &CStr| *blocks.iter().find(|(block, _)| unsafe { CStr::from_ptr(block.name) } == name).unwrap();
             assert!(of(c"large").1.is_none(), "a large block has its body once");
             let (block, bank) = of(c"told");
-            // What is installed is known for a block's code: a signal in it may end it.
+            // Installing registers the block's code, so that a signal in it can end it.
             drop(install(0, block, None, None));
             (block, bank.expect("a small one is run in a bank"))
         }),
     }
 }
 
-/// Counted entries of `ScriptedSum`; `KIND` makes them those of different blocks, the odd ones of those in C.
+/// Counted entries of `ScriptedSum`; `KIND` distinguishes them as different blocks; the odd ones are in C.
 unsafe extern "C" fn single<const KIND: usize>(memory: *mut c_void, given: *const Invocation) -> u64 {
     SINGLE.set(SINGLE.get() + 1);
     unsafe { (told(LANGUAGES[black_box(KIND) % 2]).0.run)(memory, given) }
@@ -124,7 +125,7 @@ unsafe extern "C" fn banked<const KIND: usize>(calls: *const Call, step: *mut u3
     result
 }
 
-/// Two kinds of blocks, which run alike.
+/// Two kinds of blocks with the same behaviour.
 type Kinds = [&'static Descriptor; 2];
 
 /// Returns the kinds with a bank entry, and without one.
@@ -149,13 +150,13 @@ fn kinds(language: Language, has_bank: bool) -> Kinds {
 struct ProgramBlock {
     kind: usize,
     reads: usize,
-    /// Its activation, due at every firing or at every second one.
+    /// Index of its activation, due at every firing or at every second one.
     slot: usize,
     drivers: Vec<u32>,
     told: (u64, u32),
 }
 
-/// Blocks side by side, each with a value of its own.
+/// Returns independent blocks, each with its own value.
 fn side_by_side(n: usize) -> Vec<ProgramBlock> {
     (0..n).map(|at| ProgramBlock { kind: 0, reads: at, slot: 0, drivers: vec![], told: (0, act::NOTHING) }).collect()
 }
@@ -213,13 +214,13 @@ impl Program {
         self.host.submit(self.source, script(ops));
     }
 
-    /// Runs `firings` more.
+    /// Runs `firings` more firings.
     fn fire(&mut self, firings: i64) {
         run_until(&self.host, self.host.now_ns() + firings * MS);
         self.told.extend(events(&self.host).iter().filter(|event| !matches!(event, Event::Done { .. })).map(|event| format!("{event:?}")));
     }
 
-    /// Returns all that can be seen: values, items and headers of the blocks, and what was told.
+    /// Returns everything observable: values, items and headers of the blocks, and the events.
     fn seen(&self) -> RunResult {
         let of = |block: &Arc<Block>| {
             let Header { number, activated } = unsafe { *block.header() };
@@ -236,7 +237,7 @@ impl Program {
     }
 }
 
-/// Returns the number of invocations that `run` makes by single entries, and by bank entries.
+/// Returns the number of invocations of `run` through single entries and through bank entries.
 fn counted(run: impl FnOnce()) -> (u64, u64) {
     SINGLE.set(0);
     BANKED.set(0);
@@ -249,7 +250,7 @@ fn alike(language: Language, made: &[ProgramBlock], firings: i64) -> Program {
     alike_of(language, made, firings, "")
 }
 
-/// Does the same with a program that `origin` makes again.
+/// Does the same; `origin` states how to reproduce the program.
 fn alike_of(language: Language, made: &[ProgramBlock], firings: i64, origin: &str) -> Program {
     let [single, banked] = [false, true].map(|has_bank| {
         let mut program = Program::new(made, kinds(language, has_bank));
@@ -264,7 +265,7 @@ fn alike_of(language: Language, made: &[ProgramBlock], firings: i64, origin: &st
 fn blocks_of_one_kind_side_by_side_are_run_by_the_bank_entry() {
     for language in LANGUAGES {
         assert_eq!(counted(|| drop(alike(language, &side_by_side(8), 3))), (3 * 8, 3 * 8));
-        // Few are not worth it, and a bank ends where another kind or another activation comes.
+        // A few blocks are not worth a bank, and a bank ends where another kind or another activation begins.
         assert_eq!(counted(|| Program::new(&side_by_side(3), kinds(language, true)).fire(1)), (3, 0));
         let mut made = side_by_side(12);
         made[5].kind = 1;
@@ -284,7 +285,7 @@ fn what_comes_in_the_middle_of_a_bank_is_told_of_its_block_and_the_others_run() 
             let is_told = |text: &&String| text.contains("BlockId(4)");
             assert_eq!((program.told.len(), program.told.iter().filter(is_told).count()), (1, 1), "{:?}", program.told);
             assert_eq!(program.numbers(), [5; 9]);
-            // What it drives has waited for it, where it has faulted; its sum is an invocation short.
+            // The blocks it drives waited for it when it faulted; their sum is an invocation short.
             let sum = |at: usize| f64::from_ne_bytes(program.blocks[at].value(5).load().try_into().unwrap());
             let through = if act == act::REPORT { 5.0 } else { 4.0 };
             assert_eq!((sum(4), sum(5), sum(6)), (5.0 * through, 6.0 * 5.0, 7.0 * through));
@@ -302,7 +303,7 @@ fn a_signal_in_the_middle_of_a_bank_ends_its_block() {
             let stopped = program.told.iter().find(|text| text.starts_with("Stopped")).unwrap();
             assert!(stopped.contains("BlockId(4)") && stopped.contains(fault), "{stopped}");
             assert_eq!(program.numbers(), [3, 3, 3, 3, 3, 2, 2, 2, 2], "it has the number of its invocation, without a mark; none behind it ran");
-            // Releases that came while it was stopped count.
+            // Releases during the stop count.
             let again = [false, true].map(|has_bank| {
                 let mut program = Program::new(&made, kinds(language, has_bank));
                 program.fire(5);
@@ -350,7 +351,7 @@ fn a_block_is_exchanged_within_a_bank() {
     }
 }
 
-/// Blocks of two kinds and two activations in runs of any length, that read each other, drive each other, and are told something now and then.
+/// Returns blocks of two kinds and two activations in runs of any length, which read each other, drive each other, and occasionally act.
 fn any(seed: &mut u64) -> Vec<ProgramBlock> {
     let n = 1 + random_below(seed, 40) as usize;
     let acts = if random_below(seed, 4) == 0 { act::DIVIDE } else { act::NONFINITE };

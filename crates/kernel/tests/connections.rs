@@ -18,7 +18,7 @@ fn count() -> &'static opengpac::abi::Descriptor {
     })
 }
 
-/// Sums what it reads: shows each value taken, and how often.
+/// Returns a block that sums its inputs: the sum shows each value taken, and how often.
 fn sum() -> &'static opengpac::abi::Descriptor {
     block!(|this, _| {
         this.state = this.state * 100 + this.u;
@@ -79,7 +79,7 @@ fn an_asynchronous_reader_gets_the_newest_publication() {
     write(&p, Outbound::new(sender, vec![p.cells[0].clone()], vec![], None));
     read(&p, Inbound::new(receiver, vec![p.cells[1].clone()], vec![]), interval());
     run_until(&p.host, 5 * MS);
-    // The reader comes first where both release: 0 at 1 and 2, 1 at 3 and 4, 2 at 5 ms.
+    // If both release at once, the reader fires first: 0 at 1 and 2, 1 at 3 and 4, 2 at 5 ms.
     assert_eq!(value(&p.cells[2]), 1_01_02);
 }
 

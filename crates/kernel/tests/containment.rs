@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Faults of a block that a signal shows, and endless loops: contained under both clocks.
+//! Block faults raised by a signal, and endless loops: contained under both clocks.
 #![allow(clippy::undocumented_unsafe_blocks, clippy::macro_metavars_in_unsafe, reason = "test blocks are written by hand against the ABI")]
 mod support;
 use device::{Channel, DeviceError, Direction, Driver};
@@ -49,13 +49,13 @@ fn endless_loop() -> &'static Descriptor {
 
 fn panic() -> &'static Descriptor {
     unsafe extern "C" fn run(_: *mut std::ffi::c_void, _: *const opengpac::abi::Invocation) -> u64 {
-        // What generated entries do: the panic ends inside its module.
+        // As generated entries do: the panic ends inside its module.
         std::panic::catch_unwind(|| std::panic::resume_unwind(Box::new("silent"))).map_or(opengpac::abi::outcome::PANIC, |()| 0)
     }
     describe(run)
 }
 
-/// Writes 1 while claimed; counts its safe states.
+/// Writes 1 while claimed; counts transitions to its safe state.
 struct Brake {
     channels: Vec<Channel>,
     safe: Arc<AtomicU64>,
@@ -100,7 +100,7 @@ fn brake() -> (Arc<Device>, Arc<AtomicU64>, Arc<Mutex<Vec<f64>>>) {
     (Device::open("brake", Box::new(driver), 0).unwrap(), safe, written)
 }
 
-/// Drives a host until what it is given takes an event, or, asked without one, says that it is enough.
+/// Drives a host until the callback accepts an event or, called without one, reports that it has enough.
 type Until<'a> = &'a dyn Fn(&Host, &mut dyn FnMut(Event) -> bool);
 
 /// Runs a faulty block between two good ones of two processes on one source, and a good one on another source.
@@ -145,7 +145,7 @@ fn contains(host: &Host, faulty: &'static Descriptor, expected: Fault, until: Un
     assert!(written.lock().unwrap().is_empty(), "nothing is written in the firing that was ended");
     assert!(host.statistics(source).stopped);
 
-    // The other source runs on, and scripts are still carried out on the one that stopped.
+    // The other source continues, and scripts are still executed on the one that stopped.
     let before = host.statistics(other).firings;
     host.submit(source, script(vec![Op::Capture(vec![cells[2].clone()])]));
     let mut captured = None;
@@ -159,7 +159,7 @@ fn contains(host: &Host, faulty: &'static Descriptor, expected: Fault, until: Un
     });
     assert_eq!(captured, Some(0i64.to_ne_bytes().to_vec()), "the step behind the faulty one never ran");
 
-    // A new table and a restart: it works again.
+    // After a new table and a restart it works again.
     let on = interval();
     let steps = vec![step(&good(5, 0), &on, &beside, &[])];
     host.restart(source);
@@ -253,7 +253,7 @@ fn conditions_that_find_no_place_are_counted_and_told() {
     let (on, process) = (interval(), Process::new(1, 1));
     let steps = vec![step(&Arc::new(install(1, panic(), None, None)), &on, &process, &[])];
     host.submit(source, script(vec![Op::Table(Box::new(table(steps))), Op::On(on, 1)]));
-    // Nobody takes what is told.
+    // No event is read meanwhile.
     run_until(&host, FIRINGS * MS as i64);
     let lost = host.statistics(source).lost;
     let told = events(&host).iter().filter(|event| matches!(event, Event::Unwatched { .. })).count() as u64;

@@ -11,7 +11,7 @@ use support::*;
 
 const MS: i64 = 1_000_000;
 
-/// One channel each way. Reads the time of the release in ms; fails to write from `fails_ns` on.
+/// A device with one channel in each direction. Reads the time of the release in ms; fails to write from `fails_ns` on.
 struct Drive {
     channels: Vec<Channel>,
     log: Arc<Mutex<Vec<String>>>,
@@ -81,7 +81,7 @@ fn program(device: &Arc<Device>) -> (Host, SourceId) {
     (host, source)
 }
 
-/// Returns a block that commands its number of runs, by a state.
+/// Returns a block that commands its number of runs, kept in its state.
 fn counting() -> &'static opengpac::abi::Descriptor {
     block!(|this, _| {
         this.state += 1;
@@ -116,7 +116,7 @@ fn an_heir_looks_on_and_then_goes_on_where_the_other_stopped() {
     run_until(&after, MS);
     before.leave();
     assert_eq!(*log.lock().unwrap(), ["1 true", "2 true", "3 true"], "the heir has reached nobody, and nothing was made safe");
-    // 1 ms of the one clock is 3 ms of the other.
+    // 1 ms of one clock is 3 ms of the other.
     let (heritage, passed) = Heritage::between(&holding, &[held], 2 * MS);
     assert_eq!((passed.carried.as_slice(), passed.anew.len()), (["b1".to_owned()].as_slice(), 0));
     after.submit(source, script(vec![Op::Inherit(Box::new(heritage))]));
@@ -205,7 +205,7 @@ fn outputs_are_safe_in_the_firing_that_read_a_stop() {
     device.obey(stop.clone());
     device.engage(1, true);
     run_until(&host, 2 * MS);
-    // From the next reading on: that is 3, not 0.
+    // Effective from the next reading: that is 3, not 0.
     device.ask(0, Ask::Stop, false);
     run_until(&host, 4 * MS);
     assert_eq!(*log.lock().unwrap(), ["10 true", "20 true", "safe", "0 false"]);

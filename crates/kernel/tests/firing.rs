@@ -77,7 +77,7 @@ fn a_fault_publishes_nothing_and_skips_what_it_drives() {
 #[test]
 fn releases_that_a_long_firing_missed_consume_their_numbers() {
     let host = virtual_host(1);
-    // Firing 1 lasts until 3.5 ms: of releases 2 and 3 the last is served, late; it lasts until 5.5, and so on.
+    // Firing 1 lasts until 3.5 ms: of releases 2 and 3 only the last is served, late; that firing lasts until 5.5 ms, and so on.
     let source = host.add_source(SourceSpec { virtual_cost_ns: 5 * MS as u64 / 2, ..timer("slow", MS as u64, 80) }).unwrap();
     let (cells, process, on) = (cells(2), Process::new(1, 1), interval());
     let number = block!(|this, invocation| {
@@ -109,7 +109,7 @@ fn a_ratio_driven_block_is_due_on_each_nth_invocation_and_stamped_so() {
     let steps = vec![step(&first, &on, &process, &[]), step(&second, &driven, &process, &[0])];
     host.submit(source, script(vec![Op::Table(Box::new(table(steps))), Op::On(on, 1), Op::On(driven, 1)]));
     run_until(&host, 11 * MS);
-    // The third, sixth and ninth invocation of the first.
+    // The third, sixth and ninth invocations of the first block.
     assert_eq!(cells.iter().map(value).collect::<Vec<_>>(), [11, 3]);
     assert_eq!(value(&stamp.part(0, 8)), 2);
     assert_eq!(value(&stamp.part(8, 8)), 9 * MS);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! A block in Rust that changes floating-point control words: the kernel finds it, first at the end of the firing, then block by block.
+//! A block in Rust that changes floating-point control words: the kernel detects it, first at the end of the firing, then block by block.
 #![allow(clippy::undocumented_unsafe_blocks, clippy::macro_metavars_in_unsafe, reason = "test blocks are written by hand against the ABI")]
 #![cfg(target_arch = "x86_64")]
 mod support;
@@ -36,7 +36,7 @@ fn backwards() -> &'static Descriptor {
     })
 }
 
-/// Counts what is not 0.1.
+/// Returns a block that counts results that differ from 0.1.
 fn witness() -> &'static Descriptor {
     block!(|this, _| {
         this.state += i64::from(black_box(1.0) / black_box(10.0) != 0.1);
@@ -45,7 +45,8 @@ fn witness() -> &'static Descriptor {
     })
 }
 
-/// Runs a firing after the attack; returns what the attacker and the witness behind it have stored, what was told, and whether the source stopped.
+/// Runs a firing after the attack; returns the values stored by the attacker and by the witness after it, the faults reported, and
+/// whether the source stopped.
 fn attacked(descriptor: &'static Descriptor) -> ([i64; 2], Vec<(BlockId, Fault)>, bool) {
     let host = virtual_host(1);
     let source = host.add_source(timer("fast", MS as u64, 80)).unwrap();

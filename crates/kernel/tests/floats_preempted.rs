@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-//! A block changes floating-point control words and is preempted: who preempts computes as always, and the change is found all the same.
+//! A block changes floating-point control words and is preempted: the preempting source computes as always, and the change is still
+//! detected.
 #![allow(clippy::undocumented_unsafe_blocks, clippy::macro_metavars_in_unsafe, reason = "test blocks are written by hand against the ABI")]
 #![cfg(target_arch = "x86_64")]
 mod support;
@@ -21,7 +22,7 @@ fn attack() -> &'static Descriptor {
     })
 }
 
-/// Counts what is not 0.1.
+/// Returns a block that counts results that differ from 0.1.
 fn witness() -> &'static Descriptor {
     block!(|this, _| {
         this.state += i64::from(black_box(1.0) / black_box(10.0) != 0.1);
@@ -41,7 +42,7 @@ fn a_change_is_found_behind_a_preemption() {
         fast,
         script(vec![Op::Table(Box::new(table(vec![step(&Arc::new(install(1, witness(), None, Some(&cells[0]))), &quick, &other, &[])]))), Op::On(quick, 1)]),
     );
-    // So many that the firing is preempted among them, however rarely it is.
+    // Enough attacks that the firing is preempted during one of them, however rare preemption is.
     let attacker = step(&Arc::new(install(2, attack(), None, None)), &on, &process, &[]);
     let behind = (0..2000).map(|n| step(&Arc::new(install(3 + n, witness(), None, None)), &on, &process, &[]));
     let steps = [attacker].into_iter().chain(behind).collect();

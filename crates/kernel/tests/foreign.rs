@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Blocks that are ended while they are in code of a library, or that end themselves: what is left can be used, or nobody waits for it.
+//! Blocks that are ended while they are in library code, or that end themselves: the remaining state is usable, or nothing waits for it.
 //!
 //! `OPENGPAC_LOOPS=1000 cargo test -p kernel --test foreign -- --nocapture` is the large campaign.
 #![allow(clippy::undocumented_unsafe_blocks, reason = "a module that is loaded by hand, and calls of the C library")]
@@ -24,7 +24,7 @@ fn block(name: &str) -> &'static Descriptor {
     blocks.iter().find(|block| unsafe { CStr::from_ptr(block.name) }.to_str() == Ok(name)).unwrap()
 }
 
-/// Makes a source that runs this block, with a budget of 1 ms, as long as it is asked to.
+/// Creates a source that runs this block with a budget of 1 ms until it is asked to stop.
 fn runs(host: &Host, name: &str) -> SourceId {
     let source = host.add_source(timer(name, MS, 80)).unwrap();
     let (descriptor, output) = (block(name), Extent::new(8).cell(0, 8));
@@ -37,7 +37,7 @@ fn runs(host: &Host, name: &str) -> SourceId {
     source
 }
 
-/// Returns the fault of this source: one that ran before it may have faulted once more, between its restart and its empty table.
+/// Returns the next fault of this source; an earlier source may have faulted once more between its restart and its empty table.
 fn ended(host: &Host, source: SourceId) -> Fault {
     await_event(host, |event| match event {
         Event::Stopped { source: of, fault, .. } if of == source => Some(fault),
@@ -45,7 +45,7 @@ fn ended(host: &Host, source: SourceId) -> Fault {
     })
 }
 
-/// Takes every lock that malloc and stdio have.
+/// Checks that every lock of malloc and stdio is free, by taking it.
 fn nothing_is_locked() {
     unsafe {
         libc::malloc_trim(0);
@@ -57,7 +57,7 @@ fn loops() -> u32 {
     std::env::var("OPENGPAC_LOOPS").map_or(3, |given| given.parse().expect("a number"))
 }
 
-/// Ends a block in its loop again and again; each time the source must stop, and every lock must be free.
+/// Repeatedly ends a block in its loop; each time the source must stop, and every lock must be free.
 fn comes_back(name: &str) {
     let host = monotonic_host();
     let source = runs(&host, name);
@@ -109,12 +109,12 @@ fn what_is_known_to_hold_no_lock_is_left_at_once() {
             nothing_is_locked();
             host.restart(source);
         }
-        // Not again.
+        // An empty table, so that it does not fault again.
         host.submit(source, script(vec![Op::Table(Box::new(support::table(vec![])))]));
     }
 }
 
-/// Runs `scenario` in a process of its own, to its end: its status says that it came there.
+/// Runs `scenario` in its own process; a status tells whether it reached its end.
 fn alone(name: &str, scenario: fn()) -> Option<Output> {
     if std::env::var(SCENARIO).is_ok_and(|running| running == name) {
         scenario();
@@ -124,7 +124,7 @@ fn alone(name: &str, scenario: fn()) -> Option<Output> {
     Some(process.args(["--exact", name, "--nocapture", "--test-threads=1"]).env(SCENARIO, name).output().unwrap())
 }
 
-/// Checks that the source ends for good, with this fault; everything else goes on, and the host and the program end.
+/// Checks that the source ends permanently with this fault, everything else continues, and the host and the program can end.
 fn is_lost(name: &'static str, fault: Fault) {
     let host = monotonic_host();
     let source = runs(&host, name);

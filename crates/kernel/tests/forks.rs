@@ -15,7 +15,7 @@ use std::time::{Duration, Instant};
 use support::*;
 
 const MS: u64 = 1_000_000;
-/// A limit that no test comes near.
+/// Time limit that no test comes near.
 const NET: Duration = Duration::from_secs(300);
 
 fn block(name: &str) -> &'static Descriptor {
@@ -24,7 +24,7 @@ fn block(name: &str) -> &'static Descriptor {
     blocks.iter().find(|block| unsafe { CStr::from_ptr(block.name) }.to_str() == Ok(name)).unwrap()
 }
 
-/// Counters in memory that a child shares, whatever becomes of it.
+/// Counters in memory shared with a child, which survive it.
 struct SharedCounters(*mut u8);
 
 impl SharedCounters {
@@ -40,13 +40,13 @@ impl SharedCounters {
     }
 }
 
-/// A device that counts who writes it: this process, or another one.
+/// A device that counts its writes, by this process and by others.
 struct Counting {
     channels: Vec<Channel>,
     home: u32,
     own: &'static AtomicU64,
     others: &'static AtomicU64,
-    /// The write in which it makes a process that comes back here.
+    /// Number of the write that clones the process; the clone returns here.
     forks_at: u64,
     child: &'static AtomicU64,
 }
@@ -100,7 +100,7 @@ fn counting(name: &str, shared: &SharedCounters, at: usize, forks_at: u64) -> Ar
     Device::open(name, Box::new(driver), 0).unwrap()
 }
 
-/// Returns the status with which the process `child` has ended.
+/// Returns the exit status of the process `child`.
 fn status_of(child: i64) -> i32 {
     assert!(child > 0, "no process was made");
     let (mut status, begun) = (0, Instant::now());
@@ -124,7 +124,7 @@ fn has_ended_by_us(child: i64) {
     assert!(libc::WIFEXITED(status) && libc::WEXITSTATUS(status) == forks::ENDED, "status {status:#x}");
 }
 
-/// Makes a source with devices, which runs this block; returns the cell of its output too.
+/// Creates a source with devices that runs this block; returns its output cell too.
 fn runs(host: &Host, name: &str, devices: Vec<Arc<Device>>) -> (SourceId, Cell) {
     let source = host.add_source(timer(name, MS, 80)).unwrap();
     let (descriptor, child) = (block(name), Extent::new(8).cell(0, 8));
@@ -142,7 +142,7 @@ fn value(cell: &Cell) -> i64 {
     i64::from_ne_bytes(cell.load().try_into().unwrap())
 }
 
-/// Waits until this process has written `shared`'s device `more` times.
+/// Waits until this process has written the device of `shared` `more` times.
 fn writes(shared: &SharedCounters, more: u64) {
     let (begun, until) = (Instant::now(), shared.word(0).load(Ordering::SeqCst) + more);
     while shared.word(0).load(Ordering::SeqCst) < until {

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Fused blocks are the blocks one by one: the same values, numbers, conditions and faults to the bit, whatever happens in the middle of them.
+//! Fused blocks equal the blocks run one by one: the same values, numbers, conditions and faults to the bit, whatever happens in the
+//! middle of them.
 //!
 //! `OPENGPAC_FUSED=1000 OPENGPAC_SEED=7 cargo test -p kernel --test fused -- --nocapture` is the large campaign.
 #![allow(clippy::undocumented_unsafe_blocks, reason = "headers of blocks are read between firings")]
@@ -28,7 +29,7 @@ mod act {
     pub const LOOP: u32 = 7;
 }
 
-/// Returns the blocks of `told.c` and `several.c`, as a system downloads them; the first is `told`, the second one that cannot be fused.
+/// Returns the blocks of `told.c` and `several.c`, as a system downloads them; the first is `told`, the second cannot be fused.
 fn kinds() -> &'static [&'static Descriptor] {
     static KINDS: OnceLock<Vec<&Descriptor>> = OnceLock::new();
     KINDS.get_or_init(|| {
@@ -57,9 +58,9 @@ fn entry(members: &[Member]) -> Bank {
 #[derive(Clone, Debug)]
 struct ProgramBlock {
     kind: usize,
-    /// Block and output that each input reads, which may come later; or a constant.
+    /// Block and output that each input reads, possibly a later block; or a constant.
     reads: Vec<Option<(usize, usize)>>,
-    /// Its activation, due at every firing or at every second one.
+    /// Index of its activation, due at every firing or at every second one.
     slot: usize,
     drivers: Vec<u32>,
     /// Invocation on which `told` acts, and the act.
@@ -73,7 +74,7 @@ fn chain(n: usize) -> Vec<ProgramBlock> {
         .collect()
 }
 
-/// Items of a kind of block, by their index: inputs; outputs.
+/// Returns the indices of a kind's items: inputs and outputs.
 fn ports(kind: usize) -> [Vec<usize>; 2] {
     let of = |wanted: u8| {
         let descriptor = kinds()[kind];
@@ -89,7 +90,7 @@ fn type_of(kind: usize, item: usize) -> &'static str {
 #[derive(Debug, PartialEq)]
 struct RunResult {
     values: Vec<Vec<u8>>,
-    /// Its instance behind its addresses, and its header.
+    /// The instance after its addresses, and the header, of each block.
     blocks: Vec<(Vec<Vec<u8>>, u64, u64)>,
     told: Vec<String>,
     stopped: bool,
@@ -112,7 +113,7 @@ impl Program {
         let source = host.add_source(timer("fast", MS as u64, 80)).unwrap();
         let process = Process::new(1, 1);
         process.set_stages(vec![Stage { watches: vec![Watch { block: None, item: Watch::FAULT, condition: 9, priority: 0, response: Response::Tell }] }]);
-        // Of each block: its outputs, then a constant for each input.
+        // Cells per block: its outputs, then a constant for each input.
         let place = |made: &ProgramBlock| {
             let items: Vec<usize> = ports(made.kind).into_iter().rev().flatten().collect();
             items.into_iter().map(|item| unsafe { (*kinds()[made.kind].items.add(item)).size } as usize).map(|size| Extent::new(size).cell(0, size)).collect()
@@ -157,7 +158,7 @@ impl Program {
         if is_fused { table.fused(|blocks| groups(blocks).into_iter().map(|Group { blocks, members }| (blocks, entry(&members))).collect()) } else { table }
     }
 
-    /// Returns the blocks that are fused, as ranges.
+    /// Returns the ranges of blocks that are fused.
     fn groups(&self) -> Vec<(usize, usize)> {
         let mut found = vec![];
         let _ = self.single().fused(|blocks| {
@@ -172,13 +173,13 @@ impl Program {
         self.host.submit(self.source, script(ops));
     }
 
-    /// Runs `firings` more.
+    /// Runs `firings` more firings.
     fn fire(&mut self, firings: i64) {
         run_until(&self.host, self.host.now_ns() + firings * MS);
         self.told.extend(events(&self.host).iter().filter(|event| !matches!(event, Event::Done { .. })).map(|event| format!("{event:?}")));
     }
 
-    /// Returns all that can be seen: values, items and headers of the blocks, and what was told.
+    /// Returns everything observable: values, items and headers of the blocks, and the events.
     fn seen(&self) -> RunResult {
         let of = |block: &Arc<Block>| {
             let Header { number, activated } = unsafe { *block.header() };
@@ -195,7 +196,7 @@ impl Program {
     }
 }
 
-/// Runs the program fused for `firings`, and checks that it equals the one that runs one by one, and one that is fused and unfused while it runs.
+/// Runs the program fused for `firings`, and checks that it equals the unfused one, and one that is fused and unfused while it runs.
 fn alike(made: &[ProgramBlock], firings: i64, origin: &str) -> Program {
     let [single, fused] = [false, true].map(|is_fused| {
         let mut program = Program::new(made, is_fused);
@@ -224,7 +225,7 @@ fn blocks_that_read_each_other_are_fused_and_no_others() {
     made[4] = ProgramBlock { kind: named("large"), reads: vec![], ..made[4].clone() };
     made[5].reads = vec![None];
     assert_eq!(of(&made), [(0, 4), (5, 9)]);
-    // What stands beside the others gains nothing; a value of the firing before is no wire.
+    // A block without a wire to the others gains nothing; a value of the previous firing is not a wire.
     let mut made = chain(6);
     made[0].reads = vec![None];
     made[1].reads = vec![None];
@@ -288,7 +289,7 @@ fn the_probe_visits_each_block() {
 
 #[test]
 fn a_wire_that_leads_elsewhere_is_seen() {
-    // What is fused is run: else these tests would compare blocks one by one with themselves.
+    // Checks that the fused code really runs: otherwise these tests would compare unfused blocks with themselves.
     let made = chain(4);
     let mut wrong = Program::new(&made, false);
     let of = kinds()[0];
@@ -302,7 +303,7 @@ fn a_wire_that_leads_elsewhere_is_seen() {
     assert_eq!(differ, [false, false, true, true]);
 }
 
-/// Blocks of all kinds and two activations, that read each other, drive each other, and are told something now and then.
+/// Returns blocks of all kinds and two activations, which read each other, drive each other, and occasionally act.
 fn any(seed: &mut u64) -> Vec<ProgramBlock> {
     let n = 2 + random_below(seed, 30) as usize;
     let acts = if random_below(seed, 4) == 0 { act::DIVIDE } else { act::NONFINITE };
@@ -318,7 +319,7 @@ fn any(seed: &mut u64) -> Vec<ProgramBlock> {
         let [inputs, _] = ports(kind_of[at]);
         let reads = inputs.into_iter().map(|item| {
             let fit: Vec<_> = outputs.iter().filter(|(_, _, of)| *of == type_of(kind_of[at], item)).collect();
-            // Mostly one of those that stand just before it.
+            // Usually one of the closest blocks before it.
             let near: Vec<_> = fit.iter().filter(|(from, ..)| *from < at && *from + 8 > at).copied().collect();
             let among = if random_below(seed, 5) == 0 { fit } else { near };
             (!among.is_empty()).then(|| among[random_below(seed, among.len() as u64) as usize]).map(|(from, place, _)| (*from, *place))

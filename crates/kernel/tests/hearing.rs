@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! A thread that hears a signal late for want of a core is not deaf; one that masks signals is.
+//! A thread that receives a signal late for want of a core is not deaf; one that masks signals is.
 #![allow(clippy::undocumented_unsafe_blocks, reason = "threads are pinned and masked by hand")]
 use kernel::clock::monotonic_ns;
 use kernel::containment::{Containment, install};
@@ -13,7 +13,7 @@ const WAITS: u32 = 0;
 const RUNS: u32 = 1;
 const ENDS: u32 = 2;
 
-/// Runs until it is told to end.
+/// Spins until told to end.
 unsafe extern "C" fn spins(state: *mut c_void) {
     let state = unsafe { &*state.cast::<AtomicU32>() };
     state.store(RUNS, Ordering::SeqCst);
@@ -22,7 +22,7 @@ unsafe extern "C" fn spins(state: *mut c_void) {
     }
 }
 
-/// Sleeps until it is told to end.
+/// Sleeps until told to end.
 unsafe extern "C" fn sleeps(state: *mut c_void) {
     let word = unsafe { &*state.cast::<AtomicU32>() };
     word.store(RUNS, Ordering::SeqCst);
@@ -31,11 +31,11 @@ unsafe extern "C" fn sleeps(state: *mut c_void) {
     }
 }
 
-/// A loop without a budget, on a thread of its own.
+/// A loop without a budget, on its own thread.
 struct Loop {
     containment: Arc<Containment>,
     state: Arc<AtomicU32>,
-    /// True if its loop ran over its budget.
+    /// Returns true if the loop exceeded its budget.
     thread: JoinHandle<bool>,
 }
 
@@ -54,7 +54,7 @@ impl Loop {
         Loop { containment, state, thread }
     }
 
-    /// Acts as if a step were running.
+    /// Behaves as if a step were running.
     fn is_in_a_step(&self) {
         unsafe { self.containment.step().write_volatile(3) };
     }
@@ -74,7 +74,7 @@ fn mask_all() {
     }
 }
 
-/// Pins the calling thread to this core.
+/// Pins the calling thread to a core.
 fn pin_to(core: usize) {
     unsafe {
         let mut only: libc::cpu_set_t = std::mem::zeroed();
@@ -94,7 +94,7 @@ fn a_core() -> usize {
 
 #[test]
 fn who_has_no_core_is_not_deaf() {
-    // Pinned to one core with the thread that watches, at a lower priority.
+    // Pinned to the same core as the watching thread, at a lower priority.
     let watching = std::thread::spawn(|| {
         let one = Loop::begin(spins, || {
             pin_to(a_core());

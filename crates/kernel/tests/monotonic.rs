@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The same under the monotonic clock: threads. Bounded by counts, never by time.
+//! The same tests under the monotonic clock, with threads. Bounded by counts, never by time.
 #![allow(clippy::undocumented_unsafe_blocks, clippy::macro_metavars_in_unsafe, reason = "test blocks are written by hand against the ABI")]
 mod support;
 use kernel::*;
 use std::sync::Arc;
 use support::*;
 
-/// Counts, and reports when it has come to its parameter.
+/// Returns a block that counts, and reports when the count reaches its parameter.
 fn count_to() -> &'static opengpac::abi::Descriptor {
     block!(|this, _| {
         this.state += 1;
@@ -78,7 +78,7 @@ fn what_is_told_reaches_a_parked_supervisor_though_a_thread_attends_that_never_l
             if host.poll().is_some() {
                 break;
             }
-            // Without end where the source does not remind of what it has told.
+            // Would block forever if the source did not repeat its notification.
             host.park_since(seen, None);
         }
     }
@@ -89,7 +89,7 @@ fn what_is_told_reaches_a_parked_supervisor_though_a_thread_attends_that_never_l
 #[test]
 fn unpark_wakes_a_parked_supervisor() {
     let host = monotonic_host();
-    // Read before anything is looked at: what comes meanwhile, before the poll too, wakes it.
+    // Read before anything else, so that any later event wakes the thread, even one before the poll.
     let seen = host.rings();
     std::thread::scope(|scope| {
         scope.spawn(|| host.unpark());

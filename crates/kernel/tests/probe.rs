@@ -8,10 +8,10 @@ use std::sync::Arc;
 use support::*;
 
 const MS: i64 = 1_000_000;
-/// Longer than any test.
+/// Interval longer than any test.
 const LONG: u64 = 3_600_000_000_000;
 
-/// Counts its invocations.
+/// Returns a block that counts its invocations.
 fn count() -> &'static opengpac::abi::Descriptor {
     block!(|this, _| {
         this.state += 1;
@@ -28,7 +28,7 @@ struct Program {
 }
 
 impl Program {
-    /// Blocks with an activation each, at these intervals of a timer of 1 ms.
+    /// Creates blocks with an activation each, at these intervals of a timer of 1 ms.
     fn of(intervals: &[u32]) -> Program {
         let host = virtual_host(1);
         let source = host.add_source(timer("fast", MS as u64, 80)).unwrap();

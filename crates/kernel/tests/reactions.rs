@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Conditions: reactions in the same firing, priorities, what is remembered, claims, `execute`.
+//! Conditions: reactions in the same firing, priorities, remembered conditions, claims, `execute`.
 #![allow(clippy::undocumented_unsafe_blocks, clippy::macro_metavars_in_unsafe, reason = "test blocks are written by hand against the ABI")]
 mod support;
 use kernel::*;
@@ -9,7 +9,7 @@ use support::*;
 
 const MS: i64 = 1_000_000;
 
-/// Counts in its state and reports `done` when it has come to its parameter.
+/// Returns a block that counts in its state and reports `done` when the count reaches its parameter.
 fn count_to() -> &'static opengpac::abi::Descriptor {
     block!(|this, _| {
         this.state += 1;
@@ -42,7 +42,7 @@ struct Program {
     blocks: Vec<Arc<Block>>,
 }
 
-/// Blocks 1, 2, … counting to `to`, each with an activation of its own; all are off.
+/// Creates blocks 1, 2, … that count to `to`, each with its own activation, initially off.
 fn program(to: &[i64]) -> Program {
     let host = virtual_host(1);
     let source = host.add_source(timer("fast", MS as u64, 80)).unwrap();
@@ -66,7 +66,7 @@ impl Program {
         self.cells.iter().map(value).collect()
     }
 
-    /// Returns (condition, acted, ended, stage, time in ms) of the conditions told so far.
+    /// Returns (condition, acted, ended, stage, time in ms) of the conditions reported so far.
     fn conditions(&self) -> Vec<(u16, bool, bool, Option<u16>, i64)> {
         let told = events(&self.host).into_iter();
         told.filter_map(|event| {

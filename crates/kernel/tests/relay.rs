@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Remote sources: who takes a process there, and connections between a process of this host and another host, which go through here.
+//! Remote sources: taking over a process there, and connections between a process of this host and another host, relayed by this one.
 #![allow(clippy::undocumented_unsafe_blocks, clippy::macro_metavars_in_unsafe, reason = "test blocks are written by hand against the ABI")]
 mod support;
 use interconnect::{Carrier, ConnectionSpec, EndError, Memory, Receiver, Sender};
@@ -12,19 +12,19 @@ type Raise = Box<dyn Fn() + Send + Sync>;
 type Lying = (u64, Box<dyn Sender>, Raise);
 type Ends = (End<dyn Sender>, End<dyn Receiver>);
 
-/// A remote place: what lies there of each connection that was made to here.
+/// A remote place with the ends of the connections made to it.
 #[derive(Default)]
 struct RelayPlace {
     host: Option<&'static str>,
     senders: Mutex<Vec<Lying>>,
     receivers: Mutex<Vec<(u64, Box<dyn Receiver>)>>,
-    /// Answer to the taker of a process.
+    /// Result for the caller that takes over a process.
     taken: Option<TakeResult>,
-    /// Held by each reading end here that values come over from there.
+    /// Held by each local reading end of a connection from there.
     reading: Arc<()>,
 }
 
-/// A reading end of which the place knows whether it is still there.
+/// A reading end whose lifetime the place can observe.
 struct TrackedEnd {
     end: Box<dyn Receiver>,
     _place: Arc<()>,
@@ -83,7 +83,7 @@ impl Remote for RelayPlace {
     fn close(&self) {}
 }
 
-/// Makes a process here and a remote host, with a source each, and a connection from the one to the other.
+/// Creates a local process and a remote host, with a source each, and a connection from one to the other.
 fn between(group_len: usize, depth: usize) -> (Host, Arc<RelayPlace>, Arc<RelayPlace>, Ends) {
     let host = monotonic_host();
     let (process, other) = (Arc::new(RelayPlace::default()), Arc::new(RelayPlace { host: Some("cell-b"), ..RelayPlace::default() }));
@@ -94,7 +94,7 @@ fn between(group_len: usize, depth: usize) -> (Host, Arc<RelayPlace>, Arc<RelayP
     (host, process, other, ends)
 }
 
-/// Looks until there is something; nothing here takes long, or it never comes and the test hangs.
+/// Polls until there is a result; nothing here takes long, unless it never comes and the test hangs.
 fn until<T>(mut found: impl FnMut() -> Option<T>) -> T {
     loop {
         if let Some(found) = found() {
@@ -108,7 +108,7 @@ fn row(place: &RelayPlace) -> Option<(u64, u64)> {
     let mut receivers = place.receivers.lock().unwrap();
     let (_, receiver) = &mut receivers[0];
     let row = receiver.peek_row().map(|(number, bytes)| (number, u64::from_ne_bytes(bytes.try_into().unwrap())))?;
-    // Only what was read: the next one may have come meanwhile.
+    // Pops only the row that was read: the next one may have arrived meanwhile.
     receiver.pop_row();
     Some(row)
 }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The dispatch path under the real-time sanitizer: no allocation, lock or blocking call, in C blocks neither. It ends the
-//! process at the first report, so each scenario runs in a process of its own.
+//! The dispatch path under the real-time sanitizer: no allocation, lock or blocking call, not even in C blocks. The sanitizer ends the
+//! process at the first report, so each scenario runs in its own process.
 //!
 //! `RUSTC_BOOTSTRAP=1 RUSTFLAGS="-Zsanitizer=realtime --cfg rtsan" cargo test -p kernel --target x86_64-unknown-linux-gnu --test rtsan`
 #![cfg(rtsan)]
@@ -20,7 +20,7 @@ use support::*;
 const MS: i64 = 1_000_000;
 const SCENARIO: &str = "KERNEL_SCENARIO";
 
-/// Runs the scenario of the test `name` in a process of its own; gives what it said if the sanitizer ended it.
+/// Runs the scenario of the test `name` in its own process; returns the sanitizer's report if it ended the process.
 fn alone(name: &str, scenario: fn()) -> Option<String> {
     if std::env::var(SCENARIO).is_ok_and(|running| running == name) {
         scenario();
@@ -49,8 +49,8 @@ fn count() -> &'static Descriptor {
     })
 }
 
-/// Two timers with a connection each way, a queue to a software source, rows, a device, a reaction that executes and captures, a
-/// C block: everything that a firing does.
+/// Runs all parts of a firing: two timers with a connection each way, a queue to a software source, rows, a device, a reaction that
+/// executes and captures, a C block.
 fn everything(block: &'static Descriptor, host: Host, drive: fn(&Host, SourceId)) {
     let fast = host.add_source(timer("fast", MS as u64, 80)).unwrap();
     let slow = host.add_source(timer("slow", 5 * MS as u64, 60)).unwrap();

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Blocks that spoil their process: replaced handlers are found, told and put in place again; a thread that ends itself loses its source.
+//! Blocks that damage their process: replaced signal handlers are detected, reported and restored; a thread that ends itself loses its
+//! source.
 #![allow(clippy::undocumented_unsafe_blocks, reason = "a module that is loaded by hand")]
 #[path = "support/modules.rs"]
 mod modules;
@@ -33,7 +34,7 @@ fn runs(host: &Host, name: &str) -> SourceId {
     source
 }
 
-/// Runs `scenario` in a process of its own: its status says that it came to its end.
+/// Runs `scenario` in its own process; a status tells whether it reached its end.
 fn alone(name: &str, scenario: fn()) {
     if std::env::var(SCENARIO).is_ok_and(|running| running == name) {
         scenario();

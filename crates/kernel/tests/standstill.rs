@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-//! A source that stood still for longer than its bound, with nobody left who saw it: what it commands is made safe, and told with its length.
+//! A source that stood still for longer than its bound, unnoticed by any supervisor: its devices are made safe, and the standstill is
+//! reported with its length.
 #![allow(clippy::undocumented_unsafe_blocks, reason = "a test")]
 mod support;
 use device::{Channel, DeviceError, Direction, Driver};
@@ -12,7 +13,7 @@ use support::*;
 const MS: u64 = 1_000_000;
 const BOUND: Duration = Duration::from_millis(200);
 
-/// A brake whose reading takes longer than the bound when it is told to: to its source it is as if the process had been stopped.
+/// A brake whose reading can take longer than the bound on request: to its source this looks as if the process had been stopped.
 struct Brake {
     channels: Vec<Channel>,
     stands_still: Arc<AtomicU64>,

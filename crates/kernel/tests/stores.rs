@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-//! A firing that its budget ends, at any instant: what blocks stored is of one invocation, and has the number of that invocation.
+//! A firing ended by its budget at any instant: the stored values of a block come from one invocation and have the number of that
+//! invocation.
 //!
 //! `OPENGPAC_BUDGET_FAULTS=100000 OPENGPAC_SEED=7 cargo test -p kernel --test stores -- --nocapture` is the large campaign.
 #![allow(clippy::undocumented_unsafe_blocks, reason = "a timer that raises a signal, and a module that is loaded by hand")]
@@ -22,10 +23,10 @@ const MS: i64 = 1_000_000;
 /// Fills wide outputs with the number of the invocation: y = number.
 #[derive(FunctionBlock)]
 struct Wide {
-    /// the first
+    /// first output
     #[output]
     a: [f64; 2000],
-    /// the second
+    /// second output
     #[output]
     b: [f64; 2000],
 }
@@ -37,12 +38,12 @@ impl opengpac::Step for Wide {
     }
 }
 
-/// Returns the same in C, built as a user's module is.
+/// Returns the same block in C, built as a user's module is.
 fn in_c() -> &'static Descriptor {
     by_hand::blocks_of("wide", &by_hand::AS_A_USER)[0]
 }
 
-/// The outputs of a block: where they are stored, and their stamp.
+/// The outputs of a block: their storage and their stamp.
 struct StoredOutputs {
     block: Arc<Block>,
     cells: Vec<Cell>,
@@ -50,7 +51,7 @@ struct StoredOutputs {
 }
 
 impl StoredOutputs {
-    /// Makes a stored block. `before`: what its input reads, if it has one.
+    /// Creates a stored block. `before` is the cell that its input reads, if it has one.
     fn new(id: u32, descriptor: &'static Descriptor, before: Option<&Cell>) -> StoredOutputs {
         let memory = Extent::new(descriptor.instance_size as usize).cell(0, descriptor.instance_size as usize);
         let mut block = Block::install(BlockId(id), &format!("b{id}"), descriptor, Arc::new(()), memory);
@@ -68,7 +69,7 @@ impl StoredOutputs {
         StoredOutputs { block: Arc::new(block), cells, stamp }
     }
 
-    /// Returns what every reader would come to see: a value and its number. Errs where they do not belong together.
+    /// Returns the number that every reader would see; fails if it does not match the values.
     fn number(&self) -> Result<u64, String> {
         let stamp = self.stamp.load();
         let number = u64::from_ne_bytes(stamp[..8].try_into().unwrap());
@@ -88,7 +89,7 @@ struct Alarm(libc::timer_t);
 
 impl Alarm {
     fn new() -> Alarm {
-        // The first real-time signal that somebody handles, from where the containment looks for one.
+        // The first handled real-time signal, searched from where the containment starts.
         let taken = |signal: i32| unsafe {
             let mut present: libc::sigaction = std::mem::zeroed();
             libc::sigaction(signal, std::ptr::null(), &mut present);
@@ -144,7 +145,7 @@ impl Program {
         Program { host, source, stored, now_ns: 0 }
     }
 
-    /// Runs one firing; returns the block that its budget ended it in.
+    /// Runs one firing; returns the block in which its budget ended it.
     fn fire(&mut self) -> Option<BlockId> {
         self.now_ns += MS;
         assert!(self.host.fire_next(self.now_ns).unwrap());
@@ -158,9 +159,8 @@ impl Program {
         ended
     }
 
-    /// Returns the duration of a firing, and a little more. The watchdog of the program looks at this source too, and every firing is over its
-    /// budget:
-    /// where it came by, the firing does not count.
+    /// Returns the duration of a firing, plus a margin. The watchdog of the program watches this source too, and every firing exceeds its
+    /// budget: a firing that the watchdog ended is not counted.
     fn long_ns(&mut self) -> u64 {
         let mut took = Vec::new();
         while took.len() < 20 {
@@ -216,7 +216,7 @@ fn nothing_is_torn(kinds: &[&'static Descriptor]) {
         let after = program.numbers();
         if let Some(block) = ended {
             faults += 1;
-            // The one whose time it was had stored all, or nothing; those before it had.
+            // The block that was ended had stored everything or nothing; those before it had stored everything.
             let at = program.stored.iter().position(|stored| stored.block.id() == block).unwrap();
             assert!((0..at).all(|earlier| after[earlier] > before[earlier]), "{before:?} {after:?} ended in {at}");
             through += u64::from(after[at] > before[at]);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Nobody sees part of a firing: a writer of 8 to 64 SVVs whose checksum must agree; readers of higher and of lower priority on its
-//! core and one on another. Reads that begin inside a firing, and inside a publication, are counted and required.
+//! Nobody sees part of a firing: a writer of 8 to 64 SVVs whose checksum must agree; readers of higher and of lower priority on its core
+//! and one on another. Reads that begin inside a firing, and inside a publication, are counted and required.
 #![allow(
     clippy::undocumented_unsafe_blocks,
     clippy::macro_metavars_in_unsafe,
@@ -17,23 +17,24 @@ use std::sync::atomic::{AtomicBool, AtomicU64, Ordering::SeqCst};
 use std::sync::{Arc, Mutex, MutexGuard};
 use support::*;
 
-/// State shared by the blocks and the carrier of the one test that runs. Relaxed would do for counts; this is not a benchmark.
+/// State shared by the blocks and the carrier of the single running test. Relaxed ordering would suffice for the counts; this is not a
+/// benchmark.
 struct TestState {
-    /// The writer is in its firing; in a publication.
+    /// True while the writer is in its firing; the next while it is in a publication.
     firing: AtomicBool,
     publishing: AtomicBool,
-    /// The reader of lower priority is in its firing; in its latch.
+    /// True while the reader of lower priority is in its firing; the next while it is in its latch.
     low_firing: AtomicBool,
     low_latching: AtomicBool,
     readers: [Reader; 3],
-    /// Time that a publication and a latch take longer than they need, so that others begin inside.
+    /// Delay added to a publication and a latch, so that others begin inside.
     linger: AtomicU64,
     invocations: AtomicU64,
     newest: AtomicU64,
 }
 
-/// Firings that one reader met. Of the reader of lower priority, inside which firings of the writer cannot be: firings of the writer that
-/// began inside its firing, and inside its latch.
+/// Writer firings that one reader met. For the reader of lower priority, which no writer firing can contain: writer firings that began
+/// inside its firing, and inside its latch.
 struct Reader {
     inside_firing: AtomicU64,
     inside_publication: AtomicU64,
@@ -54,7 +55,7 @@ static SHARED: TestState = {
     TestState { firing: NO, publishing: NO, low_firing: NO, low_latching: NO, readers: [READER; 3], linger: ZERO, invocations: ZERO, newest: ZERO }
 };
 
-/// Lets one test run at a time, from zero.
+/// Lets one test run at a time, with its state reset.
 fn alone() -> MutexGuard<'static, ()> {
     static ALONE: Mutex<()> = Mutex::new(());
     let guard = ALONE.lock().unwrap_or_else(|broken| broken.into_inner());
@@ -74,7 +75,7 @@ fn linger() {
     }
 }
 
-/// Memory that says when it is in a publication, and notes in what a latch begins.
+/// Memory that marks when it is in a publication, and records inside what a latch begins.
 struct WatchedMemory;
 
 struct WatchedSender(Box<dyn Sender>, usize);
@@ -102,7 +103,7 @@ impl Sender for WatchedSender {
         self.0.publish(number, now_ns);
         SHARED.publishing.store(false, SeqCst);
         if self.1 == OTHER {
-            // The last publication: the firing is over.
+            // After the last publication the firing has ended.
             SHARED.firing.store(false, SeqCst);
         }
     }
@@ -143,7 +144,7 @@ fn svv(n: i64, i: i64) -> i64 {
     (n ^ (i << 40)).wrapping_mul(0x5851_f42d_4c95_7f2d)
 }
 
-/// Writes the number of the firing, and starts it.
+/// Returns a block that writes the number of the firing, and starts it.
 fn write_number() -> &'static Descriptor {
     block!(|this, _| {
         SHARED.firing.store(true, SeqCst);
@@ -156,7 +157,7 @@ fn write_number() -> &'static Descriptor {
     })
 }
 
-/// Writes SVV i, its parameter.
+/// Returns a block that writes the SVV that its parameter selects.
 fn write_svv() -> &'static Descriptor {
     block!(|this, _| {
         this.y = svv(this.u, this.parameter);
@@ -164,7 +165,7 @@ fn write_svv() -> &'static Descriptor {
     })
 }
 
-/// Reads number and SVVs at its input, as many as its parameter says, where they lie: an instance that faults is torn.
+/// Reads the number and the SVVs at its input in place, as many as its parameter states, and counts torn reads.
 unsafe extern "C" fn check(instance: *mut c_void, _: *const Invocation) -> u64 {
     let this = unsafe { &mut *instance.cast::<Instance>() };
     this.header.number += 1;
@@ -173,7 +174,7 @@ unsafe extern "C" fn check(instance: *mut c_void, _: *const Invocation) -> u64 {
     let number = values[0];
     let reader = &SHARED.readers[place];
     let torn = number != 0 && (0..count).any(|i| values[i + 1] != svv(number, i as i64)) || number < this.state;
-    // The second look of the firing must see what the first did.
+    // The second read of a firing must see the same values as the first.
     let second = this.parameter >> 16 != 0;
     if second {
         reader.torn.fetch_add(u64::from(reader.first.load(SeqCst) != number as u64), SeqCst);
@@ -193,7 +194,7 @@ unsafe extern "C" fn check(instance: *mut c_void, _: *const Invocation) -> u64 {
     0
 }
 
-/// Makes the whole program on `host`: source 0 writes, 1 to 3 read. `idle` more blocks run in each firing of the writer.
+/// Creates the whole program on `host`: source 0 writes, 1 to 3 read. `idle` further blocks run in each firing of the writer.
 fn program(host: &Host, specs: [SourceSpec; 4], svvs: usize, idle: usize) -> [SourceId; 4] {
     let sources = specs.map(|spec| host.add_source(spec).unwrap());
     let image = Extent::new(8 * (svvs + 1));
@@ -246,7 +247,7 @@ fn assert_none_torn(age_max: u64) {
     }
 }
 
-/// By seed. The writer costs 90 % of its period, the reader of lower priority 80 % of its own.
+/// Runs by seed. The writer costs 90 % of its period, the reader of lower priority 80 % of its own.
 fn by_seed(seed: u64, svvs: usize, invocations: u64) -> Vec<[u64; 3]> {
     let _alone = alone();
     let host = Host::new(ClockKind::Virtual { seed }, Box::new(WatchedMemory));
@@ -258,7 +259,7 @@ fn by_seed(seed: u64, svvs: usize, invocations: u64) -> Vec<[u64; 3]> {
         assert!(host.fire_next(i64::MAX).unwrap());
         SHARED.invocations.store(host.statistics(writer).firings * (svvs as u64 + 1), SeqCst);
     }
-    // Inside a firing a reader has the firing before, or, on another RTP, of which a latch lasts while others fire, a few more.
+    // Inside a firing a reader sees the previous firing or, on another RTP, whose latch may span several firings, a slightly older one.
     assert_none_torn(8);
     SHARED.readers.iter().map(|reader| [reader.inside_firing.load(SeqCst), reader.inside_publication.load(SeqCst), reader.reads.load(SeqCst)]).collect()
 }
@@ -278,17 +279,17 @@ fn a_seed_gives_the_same_interleaving_again() {
     assert_eq!(by_seed(9, 8, 10_000), by_seed(9, 8, 10_000));
 }
 
-/// By threads, where the rights are given: real preemption on one core, real concurrency with another.
+/// Runs with threads if permitted: real preemption on one core, real concurrency with another.
 #[test]
 fn by_threads_with_real_time_rights() {
     const IDLE: usize = 600;
     const SVVS: usize = 64;
     let _alone = alone();
-    // A few microseconds, so that in a second some hundred reads begin inside a publication.
+    // A few microseconds, so that some hundred reads per second begin inside a publication.
     SHARED.linger.store(100, SeqCst);
     let host = Host::new(ClockKind::Monotonic, Box::new(WatchedMemory));
     let spec = |core, name, period, priority| SourceSpec { core: Some(core), ..timer(name, period, priority) };
-    // Periods without a common measure: the phases between them go through everything.
+    // Incommensurable periods: the phases between them take every value.
     let specs = [spec(0, "writer", 101_000, 50), spec(0, "high", 73_000, 80), spec(0, "low", 131_000, 20), spec(1, "other", 67_000, 50)];
     let sources = program(&host, specs, SVVS, IDLE);
     loop {
@@ -303,6 +304,6 @@ fn by_threads_with_real_time_rights() {
         host.park(Some(host.now_ns() + 1_000_000));
     }
     host.close();
-    // The age in firings is not bounded by the kernel here: the operating system may keep any thread from its core.
+    // The kernel does not bound the age in firings here: the operating system may keep any thread from its core.
     assert_none_torn(u64::MAX);
 }

@@ -1,28 +1,28 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Detection of a value that swings between two bounds: the effort of an unstable servo, or the ripple of its position.
+//! Detection of values that swing between two bounds, such as the effort of an unstable servo or the ripple of its position.
 
-/// Swings in a row after which a value counts as chattering: ten periods.
+/// Number of consecutive swings after which a value counts as chattering: ten periods.
 const SWINGS: u32 = 20;
 
 /// Counts the swings of a value from beyond one bound to beyond the other.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Chatter {
-    /// Sign of the bound that was passed last; 0 before the first.
+    /// Sign of the bound that was last passed; 0 before the first.
     side: i8,
-    /// Swings in a row, each of which came in time after the one before.
+    /// Number of consecutive swings, each in time after the previous one.
     count: u32,
     first_ns: i64,
     last_ns: i64,
-    /// Half waves since `first_ns`, of which not each passes its bound.
+    /// Half waves since `first_ns`, not all of which pass the bounds.
     half_waves: HalfWaves,
-    /// The same of what leads the value.
+    /// Half waves of the signal that leads the value.
     led: HalfWaves,
 }
 
-/// Counts how often a number changes its sign.
+/// Counts the sign changes of a number.
 #[derive(Clone, Copy, Debug, Default)]
 struct HalfWaves {
-    /// Sign of the number before, unless that was 0.
+    /// Sign of the last nonzero number.
     sign: i8,
     count: u32,
 }
@@ -37,16 +37,16 @@ impl HalfWaves {
     }
 }
 
-/// 1, -1, or 0 for 0 and what is no number.
+/// Returns 1, -1, or 0 for 0 and NaN.
 fn sign(number: f64) -> i8 {
     i8::from(number > 0.0) - i8::from(number < 0.0)
 }
 
 impl Chatter {
-    /// Takes the value at `time_ns`. Returns the frequency, Hz, when ten periods in a row have gone from beyond `bound` to beyond `-bound`
-    /// and back, none slower than `frequency_min`. A value that stays beyond one bound (a hard stop), seldom passes them (a step, friction)
-    /// or stays within them (noise) does not chatter, nor does one that is led to swing: `leads` is the speed of its reference, which turns at
-    /// least half as often then. Off where the bound or the frequency is 0.
+    /// Takes the value at `time_ns`. Returns the frequency, Hz, when ten consecutive periods have gone from beyond `bound` to beyond
+    /// `-bound` and back, none slower than `frequency_min`. A value that stays beyond one bound (a hard stop), rarely passes them (a
+    /// step, friction) or stays within them (noise) does not chatter. Neither does a value that is led to swing: `leads` is the speed of
+    /// its reference, which then reverses at least half as often. Off if the bound or the frequency is 0.
     pub fn look(&mut self, value: f64, bound: f64, frequency_min: f64, leads: f64, time_ns: i64) -> Option<f64> {
         if !(bound > 0.0 && frequency_min > 0.0) {
             *self = Chatter::default();
@@ -71,7 +71,7 @@ impl Chatter {
         let span_s = (time_ns - self.first_ns) as f64 * 1e-9;
         let is_led = 2 * self.led.count >= self.half_waves.count;
         let frequency = 0.5 * f64::from(self.half_waves.count) / span_s;
-        // The next report is of the next ten periods.
+        // The next report covers the next ten periods.
         self.begin(time_ns);
         (!is_led).then_some(frequency)
     }
@@ -85,7 +85,7 @@ impl Chatter {
 mod tests {
     use super::*;
 
-    /// Returns the first frequency that is reported of a value, which is looked at each ms for `ms`.
+    /// Returns the first frequency reported for a value that is checked every millisecond for `ms`.
     fn look(value: impl Fn(f64) -> f64, ms: i64) -> Option<f64> {
         let mut chatter = Chatter::default();
         (0..ms).find_map(|k| chatter.look(value(k as f64 * 1e-3), 1.0, 5.0, 0.0, k * 1_000_000))
@@ -101,7 +101,7 @@ mod tests {
 
     #[test]
     fn half_waves_that_stay_within_the_bounds_count_for_the_frequency() {
-        // Every third period goes to 0.8 only.
+        // Every third period reaches only 0.8.
         let wave = |t: f64| if (t * 40.0) as i64 % 3 == 0 { 0.8 } else { 2.0 };
         let found = look(|t| wave(t) * (std::f64::consts::TAU * 40.0 * (t + 3e-4)).sin(), 3000).unwrap();
         assert!((found / 40.0 - 1.0).abs() < 0.05, "{found} Hz of 40");

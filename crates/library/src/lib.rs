@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The block library: one file of `src/blocks` is one function block, and its declaration is its documentation.
+//! Block library: each file of `src/blocks` is one function block, and its declaration is its documentation.
 //!
-//! To add one, write its file: `build.rs` lists the folder. The folder within `blocks` is its category. What several blocks
-//! share is beside `blocks`.
+//! To add a block, write its file: `build.rs` lists the folder. The subfolder of `blocks` is its category. Code shared by several blocks
+//! is outside `blocks`.
 pub mod chatter;
 pub mod kinematics;
 pub mod motion;

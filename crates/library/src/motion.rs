@@ -1,29 +1,29 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Several joints on their way, from any state: what the motion generators share.
+//! Motion of several joints from any state: common part of the motion generators.
 //!
-//! From rest the joints go along a straight line in joint space: one coordinate runs from 0 to 1, with the maximum speed, acceleration
-//! and jerk that no joint's limit forbids. From a moving state each joint has a motion of its own, and those that would arrive earlier
-//! go slower, so that they arrive together where they can. Either way a motion can be planned again at any time from where it is: for a
+//! From rest the joints move along a straight line in joint space: one coordinate runs from 0 to 1, with the maximum speed, acceleration
+//! and jerk that all joints' limits allow. From a moving state each joint has a motion of its own, and those that would arrive earlier
+//! are slowed down, so that they arrive together if they can. Either motion can be replanned at any time from its current state: for a
 //! new goal, another speed, a stop.
 use crate::online::{Profile, State};
 use crate::profile::{JOINTS_MAX, Limits};
 
-/// The joints and where they go.
+/// Motion of the joints.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Motion {
     joints: usize,
-    /// Of each joint, or of the line alone: the first.
+    /// Profile of each joint, or only the first: that of the line.
     profiles: [Profile; JOINTS_MAX],
-    /// Along a line: where it begins and ends.
+    /// The motion is along a line, between these positions.
     is_line: bool,
     from: [f64; JOINTS_MAX],
     to: [f64; JOINTS_MAX],
-    /// Since it was planned.
+    /// Time since planning.
     time_s: f64,
 }
 
 impl Motion {
-    /// Joints that stand or move like this; they are not stopped before they are told what to do.
+    /// Returns joints in these states; they are not braked before a motion is planned.
     pub fn of(states: &[State]) -> Motion {
         let mut motion = Motion { joints: states.len(), ..Motion::default() };
         for (profile, state) in motion.profiles.iter_mut().zip(states) {
@@ -43,19 +43,19 @@ impl Motion {
         State { position, velocity: way * s.velocity, acceleration: way * s.acceleration }
     }
 
-    /// Lets time pass.
+    /// Advances the time.
     pub fn advance(&mut self, span_s: f64) {
         self.time_s += span_s;
     }
 
-    /// Returns the time until it ends.
+    /// Returns the time until the end of the motion.
     pub fn left_s(&self) -> f64 {
         let count = if self.is_line { 1 } else { self.joints };
         let most_s = self.profiles[..count].iter().map(Profile::duration_s).fold(0.0, f64::max);
         (most_s - self.time_s).max(0.0)
     }
 
-    /// Goes on to `goals`, from where it is. The slices have one element a joint; numbers are finite, limits positive.
+    /// Plans a motion to `goals` from the current state. The slices have one element per joint; numbers are finite, limits positive.
     pub fn go(&mut self, goals: &[f64], limits: &[Limits]) {
         let states = self.states();
         let n = self.joints;
@@ -79,7 +79,7 @@ impl Motion {
         self.time_s = 0.0;
     }
 
-    /// Each joint goes by itself, as `profile` says for its number and state.
+    /// Plans a motion of each joint on its own; `profile` receives its number and state.
     pub fn each(&mut self, mut profile: impl FnMut(usize, State) -> Profile) {
         let states = self.states();
         self.is_line = false;
@@ -89,7 +89,7 @@ impl Motion {
         self.time_s = 0.0;
     }
 
-    /// Comes to rest as soon as the limits of acceleration and jerk allow; on a line it stays there.
+    /// Brakes to rest as soon as the limits of acceleration and jerk allow; a motion along a line stays on it.
     pub fn stop(&mut self, limits: &[Limits]) {
         if self.is_line {
             let s = self.profiles[0].at(self.time_s);
@@ -111,7 +111,7 @@ impl Motion {
         self.profiles[0] = Profile::to(s, 1.0, self.line_limits(limits));
     }
 
-    /// The limits of the coordinate along the line. Without a way any will do: it is there.
+    /// Returns the limits of the coordinate along the line. If the line has no length, any limits will do.
     fn line_limits(&self, limits: &[Limits]) -> Limits {
         let mut most = Limits { speed: f64::INFINITY, acceleration: f64::INFINITY, jerk: f64::INFINITY };
         for (i, limit) in limits.iter().enumerate() {
@@ -138,7 +138,7 @@ mod tests {
 
     const LIMITS: [Limits; 2] = [Limits { speed: 1.0, acceleration: 2.0, jerk: 20.0 }, Limits { speed: 0.5, acceleration: 4.0, jerk: 10.0 }];
 
-    /// Advances to the end in steps of 1 ms and checks that neither position nor speed jumps; how long it took.
+    /// Advances to the end in steps of 1 ms, checking that neither position nor speed jumps. Returns the duration.
     fn run(motion: &mut Motion) -> f64 {
         let mut steps = 0;
         let mut before: Vec<State> = (0..2).map(|i| motion.state(i)).collect();

@@ -1,17 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The motion of one coordinate from any state to rest at a goal, within limits of speed, acceleration and jerk.
+//! Motion of one coordinate from any state to rest at a goal, within limits of speed, acceleration and jerk.
 //!
-//! A *change of speed* has three phases: jerk, constant acceleration, the opposite jerk; its numbers are a closed form. A motion is
-//! a change from the present speed to a speed v, a segment at v, and a change from v to rest (Haschke, Weitnauer and Ritter, *On-line
+//! A *change of speed* has three phases: jerk, constant acceleration, the opposite jerk; its numbers are a closed form. A motion is a
+//! change from the present speed to a speed v, a segment at v, and a change from v to rest (Haschke, Weitnauer and Ritter, *On-line
 //! planning of time-optimal, jerk-limited trajectories*, 2008). If stopping at once would end short of the goal, v points to it, else
-//! back. v is the maximum that the limit and the way allow; where no segment is left it is found by halving an interval, because
-//! the way grows with v there. A motion from rest is the shortest in time; one from a moving state may take longer than the shortest where
-//! it is about to stop before its goal, because it never speeds up again while it brakes.
+//! back. v is the maximum that the limit and the distance allow; if there is no segment at v, it is found by bisection, because the
+//! distance grows with v there. A motion from rest is the shortest in time; one from a moving state may take longer than the shortest if
+//! it is about to stop before its goal, because it never speeds up again during braking.
 //!
-//! The state may be beyond the limits (a lower speed was asked for): then it returns to them at once and stays.
+//! The state may be beyond the limits (if a lower speed was requested): then it returns to them at once and stays.
 use crate::profile::Limits;
 
-/// Where a coordinate is, how fast it moves, and how that changes: rad, rad/s, rad/s² (or the same of metres, or of a path).
+/// Position, velocity and acceleration of a coordinate: rad, rad/s, rad/s² (or the same in metres, or along a path).
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct State {
     pub position: f64,
@@ -19,17 +19,18 @@ pub struct State {
     pub acceleration: f64,
 }
 
-/// Slower than this is rest: rad/s, rad/s² (or the same of metres).
+/// Speed and acceleration below which a state is at rest: rad/s, rad/s² (or the same in metres).
 const REST: f64 = 1e-9;
 
 impl State {
-    /// Returns true if it neither moves nor is about to.
+    /// Returns true if neither speed nor acceleration differs from 0.
     pub fn is_at_rest(&self) -> bool {
         self.velocity.abs() < REST && self.acceleration.abs() < REST
     }
 }
 
-/// The state after `span_s` on the way to a velocity, which it comes to in the shortest time that acceleration and jerk allow, and keeps.
+/// Returns the state after `span_s` of the motion to a velocity, which is reached in the shortest time that acceleration and jerk allow,
+/// and then kept.
 pub fn towards(state: State, velocity: f64, limits: Limits, span_s: f64) -> State {
     let (mut now, mut left_s) = (state, span_s);
     for phase in change(state.velocity, state.acceleration, velocity, limits).phases {
@@ -47,7 +48,7 @@ struct Phase {
     jerk: f64,
 }
 
-/// A motion that ends at rest: seven phases. Before its beginning it is at its start.
+/// A motion that ends at rest: seven phases. Before its start time its state is the start.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Profile {
     start: State,
@@ -55,28 +56,28 @@ pub struct Profile {
     end: f64,
 }
 
-/// A change of speed: its phases, and the way that it takes.
+/// A change of speed: its phases, and the distance that it takes.
 #[derive(Clone, Copy, Debug)]
 struct Change {
     phases: [Phase; 3],
     way: f64,
 }
 
-/// Halvings of an interval: beyond these a double has no more bits.
+/// Number of bisections of an interval: a double has no more bits.
 const HALVINGS: usize = 100;
-/// Of a way that has to be made: closer than this is there.
+/// Fraction of the distance within which the goal counts as reached.
 const NEAR: f64 = 1e-12;
 
 impl Profile {
-    /// No motion yet: the state that one will begin with.
+    /// Returns an empty motion in the state from which one will start.
     pub fn beginning(state: State) -> Profile {
-        // A stretch without jerk that never ends: the state is that of its beginning until a motion is planned.
+        // An endless phase without jerk: the state is that of its start until a motion is planned.
         let mut phases = [Phase::default(); 7];
         phases[0].span_s = f64::MAX;
         Profile { start: state, phases, end: state.position }
     }
 
-    /// Stops at once.
+    /// Brakes to rest as soon as possible.
     pub fn stop(state: State, limits: Limits) -> Profile {
         let change = change(state.velocity, state.acceleration, 0.0, limits);
         let [a, b, c] = change.phases;
@@ -91,9 +92,9 @@ impl Profile {
         }
     }
 
-    /// As [`Profile::to`], in `duration_s` where that is longer than the shortest: at a lower speed, so that several coordinates arrive
-    /// together. From rest it takes just that long. From a moving state it may take longer, where the time lies between two ways of
-    /// stopping, and one that stops at its goal by itself cannot be made longer.
+    /// Plans like [`Profile::to`], but takes `duration_s` if that is longer than the shortest time: at a lower speed, so that several
+    /// coordinates arrive together. From rest it takes exactly that long. From a moving state it may take longer, if the time lies
+    /// between two ways of stopping, and a motion that only brakes to its goal cannot be made longer.
     pub fn to_in(state: State, goal: f64, limits: Limits, duration_s: f64) -> Profile {
         let fastest = Profile::to(state, goal, limits);
         match Course::new(state, goal, limits) {
@@ -102,17 +103,17 @@ impl Profile {
         }
     }
 
-    /// Returns its duration.
+    /// Returns the duration.
     pub fn duration_s(&self) -> f64 {
         self.phases.iter().map(|phase| phase.span_s).sum()
     }
 
-    /// Returns its end.
+    /// Returns the end position.
     pub fn end(&self) -> f64 {
         self.end
     }
 
-    /// The state at `time_s` after its beginning: exactly at rest at its end from the duration on.
+    /// Returns the state at `time_s` after the start: exactly at rest at the end from the duration on.
     pub fn at(&self, time_s: f64) -> State {
         if time_s >= self.duration_s() {
             return State { position: self.end, velocity: 0.0, acceleration: 0.0 };
@@ -128,7 +129,7 @@ impl Profile {
     }
 }
 
-/// A way that stopping at once does not make, seen so that the rest of it is positive.
+/// A distance beyond that of stopping at once, with the sign such that the rest of it is positive.
 struct Course {
     state: State,
     goal: f64,
@@ -141,7 +142,7 @@ struct Course {
 }
 
 impl Course {
-    /// None where stopping at once ends at the goal.
+    /// Returns `None` if stopping at once ends at the goal.
     fn new(state: State, goal: f64, limits: Limits) -> Option<Course> {
         let way = goal - state.position;
         let rest = way - change(state.velocity, state.acceleration, 0.0, limits).way;
@@ -152,18 +153,18 @@ impl Course {
         Some(Course { state, goal, limits, sign, velocity: sign * state.velocity, acceleration: sign * state.acceleration, way: sign * way })
     }
 
-    /// The way of a motion that comes to this speed and stops from there.
+    /// Returns the distance of a motion that reaches this speed and stops from there.
     fn way_by(&self, speed: f64) -> f64 {
         change(self.velocity, self.acceleration, speed, self.limits).way + change(speed, 0.0, 0.0, self.limits).way
     }
 
-    /// The maximum speed from which it can still stop at the goal.
+    /// Returns the maximum speed from which it can still stop at the goal.
     fn fastest(&self) -> f64 {
         let most = self.limits.speed;
         if self.way_by(most) <= self.way {
             return most;
         }
-        // The speed that it has when its acceleration is taken away.
+        // The speed after the acceleration is reduced to 0.
         let present = (self.velocity + self.acceleration * self.acceleration.abs() / (2.0 * self.limits.jerk)).clamp(0.0, most);
         let (mut low, mut high) = if self.way_by(present) <= self.way { (present, most) } else { (0.0, present) };
         for _ in 0..HALVINGS {
@@ -176,7 +177,7 @@ impl Course {
         low
     }
 
-    /// The speed with which it takes that long; the fastest is too short.
+    /// Returns the speed at which the motion takes that long; at the maximum speed it is too short.
     fn speed_for(&self, duration_s: f64) -> f64 {
         let (mut low, mut high): (f64, f64) = (0.0, self.fastest());
         for _ in 0..HALVINGS {
@@ -201,15 +202,15 @@ impl Course {
     }
 }
 
-/// The shortest time from a speed and acceleration to the speed `to` with acceleration 0. An acceleration beyond the limit is brought
-/// back to it first.
+/// Computes the fastest change from a speed and acceleration to the speed `to` with acceleration 0. An acceleration beyond the limit is
+/// brought back to it first.
 fn change(velocity: f64, acceleration: f64, to: f64, limits: Limits) -> Change {
     let (most, jerk) = (limits.acceleration, limits.jerk);
-    // What is left to change when the acceleration is taken away as fast as can be.
+    // Remaining change of speed after the acceleration is reduced to 0 as fast as possible.
     let left = to - (velocity + acceleration * acceleration.abs() / (2.0 * jerk));
     let sign = if left < 0.0 { -1.0 } else { 1.0 };
     let (present, rise) = (sign * acceleration, sign * (to - velocity));
-    // Without a stretch of constant acceleration the peak has jerk * rise = peak² - present² / 2.
+    // Without a phase of constant acceleration the peak has jerk * rise = peak² - present² / 2.
     let free = (jerk * rise + present * present / 2.0).max(0.0).sqrt();
     let peak = free.min(most);
     let first_s = (peak - present).abs() / jerk;
@@ -222,7 +223,7 @@ fn change(velocity: f64, acceleration: f64, to: f64, limits: Limits) -> Change {
     Change { phases, way }
 }
 
-/// The state after a time of constant jerk.
+/// Returns the state after a time of constant jerk.
 fn after(state: State, jerk: f64, span_s: f64) -> State {
     let State { position, velocity, acceleration } = state;
     let t = span_s;

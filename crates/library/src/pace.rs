@@ -1,24 +1,24 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The pace of a planned motion: how fast its own time passes, 1 as planned, 0 standing still.
+//! Pace of a planned motion: the rate at which its own time passes, 1 as planned, 0 standing still.
 //!
-//! With the path time τ and the pace r = dτ/dt, a joint planned at velocity v(τ) and acceleration a(τ) moves at v r and accelerates
-//! at a r² + v r'. So a motion planned within its limits keeps them at every pace up to 1, as long as r' is small enough: that is
-//! what an override and a hold are ramped with.
+//! With the path time τ and the pace r = dτ/dt, a joint planned at velocity v(τ) and acceleration a(τ) moves at v r and accelerates at a
+//! r² + v r'. So a motion planned within its limits keeps them at every pace up to 1, as long as r' is small enough: overrides and holds
+//! are ramped accordingly.
 
 use crate::span::ElapsedTime;
 
-/// The share of the way to the wanted pace that a step goes is halved at most so often.
+/// Maximum number of times that the step towards the requested pace is halved.
 const HALVINGS: u32 = 48;
-/// Rounding may exceed a limit by this part.
+/// Fraction by which rounding may exceed a limit.
 const ROUNDING: f64 = 1e-9;
 
-/// Acceleration of one coordinate at a pace: planned velocity and acceleration, the pace and its slope (1/s).
+/// Returns the acceleration of one coordinate at a pace: from planned velocity and acceleration, the pace and its slope (1/s).
 pub fn acceleration(velocity: f64, acceleration: f64, pace: f64, slope: f64) -> f64 {
     acceleration * pace * pace + velocity * slope
 }
 
-/// The next pace after `pace`, on the way to `wanted` (held within 0 to 1), over `span_s`: the nearest that `fits`, which is asked
-/// with the pace and its slope at the beginning and at the end of the span.
+/// Returns the next pace after `pace`, towards `wanted` (clamped to 0 to 1), over `span_s`: the nearest that `fits`, which is called with
+/// the pace and its slope at the start and at the end of the span.
 pub fn next(pace: f64, wanted: f64, span_s: f64, fits: impl Fn(f64, f64) -> bool) -> f64 {
     let wanted = if wanted > 0.0 { wanted.min(1.0) } else { 0.0 };
     if span_s <= 0.0 || pace == wanted {
@@ -35,13 +35,14 @@ pub fn next(pace: f64, wanted: f64, span_s: f64, fits: impl Fn(f64, f64) -> bool
     pace
 }
 
-/// The pace that overrides allow: the smallest of the joints' own times the smallest of the cell's, each within 0 to 1; `None` where one is not.
+/// Returns the pace that overrides allow: the minimum of the joints' own times the minimum of the cell's, each within 0 to 1; `None` if
+/// one is not.
 pub fn allowed(own: &[f64], cell: &[f64]) -> Option<f64> {
     let least = |shares: &[f64]| shares.iter().try_fold(1.0f64, |least, share| (0.0..=1.0).contains(share).then(|| least.min(*share)));
     Some(least(own)? * least(cell)?)
 }
 
-/// Notes the time that was lost in `most`, the longest of all, s. Returns true where that is more than the least of these bounds allows.
+/// Updates `most`, the maximum time lost at once, s. Returns true if more was lost than the minimum of these bounds allows.
 pub fn note_lost(passed: ElapsedTime, bounds: &[f64], most: &mut f64) -> bool {
     if passed.lost_ns == 0 {
         return false;

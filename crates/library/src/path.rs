@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-//! A motion of several joints through way-points: straight lines in joint space, joined by parabolic blends.
+//! Motion of several joints through way-points: straight lines in joint space, joined by parabolic blends.
 //!
 //! Around a way-point the corner is cut by a parabola that begins and ends at the distance d from it. At the constant rate w along it
 //! each joint has a constant acceleration (u₂ - u₁) w²/(2 d), u₁ and u₂ being the directions of the lines, and the path passes the
-//! way-point at d/4 |u₂ - u₁| (Craig, *Introduction to Robotics*, section 7.4: linear paths with parabolic blends). Along a line the
-//! rate speeds up, is constant and slows down. The rates at the blends are the maximum that every joint's limits and the lines
-//! between them allow: one pass forward, one backward. So no limit is exceeded anywhere, and the last way-point is reached exactly.
+//! way-point at d/4 |u₂ - u₁| (Craig, *Introduction to Robotics*, section 7.4: linear paths with parabolic blends). Along a line the rate
+//! speeds up, is constant and slows down. The rates at the blends are the maximum that every joint's limits and the lines between them
+//! allow: one pass forward, one backward. So no limit is exceeded anywhere, and the last way-point is reached exactly.
 //!
-//! [`planning`] makes a path, in parts where it is long; a [`View`] of one is what generators ask.
+//! [`planning`] makes a path, in portions if it is long; generators read it through a [`View`].
 pub(crate) mod generator;
 pub(crate) mod planner;
 pub mod planning;
@@ -18,20 +18,20 @@ pub use planning::{BLEND_SHARES, LONG_BLEND_SHARES, Planning, Table};
 pub use tables::{LongPath, Path};
 pub use view::{Part, View};
 
-/// The maximum number of way-points of one motion, without its start.
+/// Maximum number of way-points of one motion, excluding its start.
 pub const POINTS_MAX: usize = 64;
-/// Maximum of a long one.
+/// Maximum number of way-points of a long path.
 pub const LONG_POINTS_MAX: usize = 4096;
-/// Way-points nearer than this in every joint are one, rad or m.
+/// Distance in every joint below which way-points coincide, rad or m.
 const SAME: f64 = 1e-12;
 
 /// Value of [`Path::plan`] while a path is being planned, over several invocations.
 pub const BEING_PLANNED: f64 = -1.0;
 
-/// Distance at which the path passes a way-point, and speed on the way there.
+/// Distance at which the path passes a way-point, and speed on the line to it.
 #[derive(Clone, Copy, Debug)]
 pub struct Passing {
-    /// Maximum distance of a joint from the way-point, rad or m; 0: it stops there.
+    /// Maximum distance of a joint from the way-point, rad or m; 0: the joints stop there.
     pub blend: f64,
     /// Maximum speed of a joint on the line to the way-point, rad/s or m/s.
     pub speed: f64,
@@ -42,7 +42,7 @@ pub mod samples {
     use super::*;
     use crate::profile::{JOINTS_MAX, Limits};
 
-    /// Plans path number `plan` at once.
+    /// Plans path number `plan` in one go.
     pub fn plan(plan: f64, start: &[f64], points: &[[f64; JOINTS_MAX]], passing: &[Passing], limits: &[Limits]) -> Path {
         let mut path = <Path as opengpac::Type>::zero();
         assert_eq!(plan_by(usize::MAX, &mut path.table(), start, points, passing, limits), 1);
@@ -50,7 +50,7 @@ pub mod samples {
         path
     }
 
-    /// Plans a path, some steps at a time: how often it took.
+    /// Plans a path, some steps at a time. Returns the number of calls.
     pub fn plan_by(steps: usize, table: &mut Table, start: &[f64], points: &[[f64; JOINTS_MAX]], passing: &[Passing], limits: &[Limits]) -> usize {
         let shares = if points.len() > POINTS_MAX { LONG_BLEND_SHARES } else { BLEND_SHARES };
         let mut planning = Planning::begin(table, 0, start, shares);
@@ -58,7 +58,7 @@ pub mod samples {
         (1..).find(|_| planning.advance(table, limits, &mut { steps })).expect("it ends")
     }
 
-    /// Numbers from a small generator, so that every run checks the same cases.
+    /// Numbers from a small deterministic generator, so that every run checks the same cases.
     pub fn numbers(seed: u64) -> impl FnMut(f64, f64) -> f64 {
         let mut x = seed.wrapping_mul(0x9e37_79b9_7f4a_7c15) | 1;
         move |low, high| {
@@ -69,7 +69,7 @@ pub mod samples {
         }
     }
 
-    /// A path of any kind: some stops, some near points, some doubled ones.
+    /// A random path: some stops, some close points, some duplicates.
     pub struct Case {
         pub n: usize,
         pub start: Vec<f64>,

@@ -1,18 +1,18 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The jerk-limited motion of several joints along a straight line in joint space, rest to rest.
+//! Jerk-limited motion of several joints along a straight line in joint space, rest to rest.
 //!
-//! Joint i is at start_i + (goal_i - start_i) s(t). The path coordinate s runs from 0 to 1 with the maximum speed, acceleration and
-//! jerk that no joint's limit forbids (limit_i / |goal_i - start_i|, the smallest over the joints), so all joints start and arrive
-//! together, and each phase is a cubic: jerk up, constant acceleration, jerk down, constant speed, and the same mirrored.
-//! This is the shortest time along that line (Biagiotti and Melchiorri, *Trajectory Planning for Automatic Machines and Robots*,
-//! 2008, section 3.4). It needs no memory but its numbers, so a planner can run on the real-time path.
+//! Joint i is at start_i + (goal_i - start_i) s(t). The path coordinate s runs from 0 to 1 with the maximum speed, acceleration and jerk
+//! that all joints' limits allow (limit_i / |goal_i - start_i|, the minimum over the joints), so all joints start and arrive together,
+//! and each phase is a cubic: jerk up, constant acceleration, jerk down, constant speed, and the mirror image. This is the shortest time
+//! along that line (Biagiotti and Melchiorri, *Trajectory Planning for Automatic Machines and Robots*, 2008, section 3.4). It needs no
+//! memory other than its coefficients, so a planner can run on the real-time path.
 
-/// The maximum number of joints of one motion.
+/// Maximum number of joints of one motion.
 pub const JOINTS_MAX: usize = 16;
-/// Numbers of a planned motion, in this order: which plan it is (1, 2, …; 0: none yet), joints, duration (s), time of each jerk phase
-/// (s), of constant acceleration (s), of constant speed (s), jerk of s (1/s³), 0, then 16 starts and 16 goals.
+/// Number of coefficients of a planned motion, in this order: number of the plan (1, 2, …; 0: none yet), joints, duration (s), time of
+/// each jerk phase (s), of constant acceleration (s), of constant speed (s), jerk of s (1/s³), 0, then 16 starts and 16 goals.
 pub const COEFFICIENTS: usize = 8 + 2 * JOINTS_MAX;
-/// The numbers of a planned motion as they travel between blocks.
+/// Coefficients of a planned motion in the form in which blocks exchange them.
 pub type Coefficients = [f64; COEFFICIENTS];
 
 const PLAN: usize = 0;
@@ -25,7 +25,7 @@ const JERK: usize = 6;
 const START: usize = 8;
 const GOAL: usize = START + JOINTS_MAX;
 
-/// Limits of one joint, all positive: rad/s, rad/s², rad/s³ (or the same of metres).
+/// Limits of one joint, all positive: rad/s, rad/s², rad/s³ (or the same in metres).
 #[derive(Clone, Copy, Debug)]
 pub struct Limits {
     pub speed: f64,
@@ -34,12 +34,12 @@ pub struct Limits {
 }
 
 impl Limits {
-    /// Returns true if each of them is a finite number above 0.
+    /// Returns true if all of them are finite numbers above 0.
     pub fn are_positive(&self) -> bool {
         [self.speed, self.acceleration, self.jerk].iter().all(|limit| limit.is_finite() && *limit > 0.0)
     }
 
-    /// Those of each joint where jerk is not limited; `None` where one is not positive.
+    /// Returns the limits of joints with unlimited jerk; `None` if one is not positive.
     pub fn of_joints(speed: &[f64], acceleration: &[f64]) -> Option<[Limits; JOINTS_MAX]> {
         let mut limits = [Limits { speed: 0.0, acceleration: 0.0, jerk: 1.0 }; JOINTS_MAX];
         for (limit, (speed, acceleration)) in limits.iter_mut().zip(speed.iter().zip(acceleration)) {
@@ -58,8 +58,8 @@ struct Phases {
     jerk: f64,
 }
 
-/// Plans motion number `plan` (from 1) of `start.len()` joints. The three slices have one length, at most [`JOINTS_MAX`]; every
-/// number is finite and every limit positive: the caller has checked. Where start and goal are one, the duration is 0.
+/// Plans motion number `plan` (from 1) of `start.len()` joints. The three slices have equal length, at most [`JOINTS_MAX`]; the caller
+/// has checked that every number is finite and every limit positive. If start and goal coincide, the duration is 0.
 pub fn plan(plan: f64, start: &[f64], goal: &[f64], limits: &[Limits]) -> Coefficients {
     let mut most = Limits { speed: f64::INFINITY, acceleration: f64::INFINITY, jerk: f64::INFINITY };
     let mut coefficients = [0.0; COEFFICIENTS];
@@ -84,7 +84,7 @@ pub fn plan(plan: f64, start: &[f64], goal: &[f64], limits: &[Limits]) -> Coeffi
     coefficients
 }
 
-/// The phases over a way of 1. Each shorter case leaves out the phase for which there is no room.
+/// Computes the phases over a distance of 1. Each shorter case leaves out the phase for which there is no room.
 fn phases(most: Limits) -> Phases {
     let Limits { speed: v, acceleration: a, jerk: j } = most;
     // With constant speed: acceleration is reached only if speeding up to v takes longer than 2 a/j.
@@ -92,14 +92,14 @@ fn phases(most: Limits) -> Phases {
     let mut cruise_s = 1.0 / v - (2.0 * jerk_s + acceleration_s);
     if cruise_s < 0.0 {
         cruise_s = 0.0;
-        // Without: the peak speed w has w (w/a + a/j) = 1 where acceleration is reached, else 2 j jerk_s³ = 1.
+        // Without constant speed: the peak speed w satisfies w (w/a + a/j) = 1 if acceleration is reached, else 2 j jerk_s³ = 1.
         jerk_s = a / j;
         acceleration_s = ((jerk_s * jerk_s + 4.0 / a).sqrt() - 3.0 * jerk_s) / 2.0;
         if acceleration_s < 0.0 {
             (jerk_s, acceleration_s) = ((0.5 / j).cbrt(), 0.0);
         }
     }
-    // The jerk that makes the way 1 exactly, whatever the square roots have rounded.
+    // The jerk that makes the distance exactly 1, in spite of rounding in the square roots.
     let speed_of_jerk = jerk_s * (jerk_s + acceleration_s);
     let jerk = 1.0 / (speed_of_jerk * (2.0 * jerk_s + acceleration_s + cruise_s));
     Phases { jerk_s, acceleration_s, cruise_s, jerk }
@@ -110,17 +110,18 @@ pub fn number(coefficients: &Coefficients) -> f64 {
     coefficients[PLAN]
 }
 
-/// Returns the number of joints that it moves.
+/// Returns the number of joints of the motion.
 pub fn joints(coefficients: &Coefficients) -> usize {
     coefficients[JOINTS] as usize
 }
 
-/// Planned duration, s.
+/// Returns the planned duration, s.
 pub fn duration_s(coefficients: &Coefficients) -> f64 {
     coefficients[DURATION]
 }
 
-/// Position and speed of each joint at `time_s` after the start: at the start before it, exactly the goal from the duration on.
+/// Computes the position and speed of each joint at `time_s` after the start: at the start before it, exactly at the goal from the
+/// duration on.
 pub fn evaluate(coefficients: &Coefficients, time_s: f64, position: &mut [f64], speed: &mut [f64]) {
     let ended = time_s >= coefficients[DURATION];
     let (s, rate) = if ended { (1.0, 0.0) } else { path(coefficients, time_s.max(0.0)) };
@@ -131,7 +132,7 @@ pub fn evaluate(coefficients: &Coefficients, time_s: f64, position: &mut [f64], 
     }
 }
 
-/// s and its rate at a time within the motion. The second half mirrors the first: s(t) = 1 - s(duration - t).
+/// Returns s and its rate at a time within the motion. The second half mirrors the first: s(t) = 1 - s(duration - t).
 fn path(coefficients: &Coefficients, time_s: f64) -> (f64, f64) {
     let duration = coefficients[DURATION];
     if time_s > duration / 2.0 {
@@ -160,7 +161,7 @@ fn path(coefficients: &Coefficients, time_s: f64) -> (f64, f64) {
 mod tests {
     use super::*;
 
-    /// Numbers from a small generator, so that every run checks the same cases.
+    /// Numbers from a small deterministic generator, so that every run checks the same cases.
     fn numbers(seed: u64) -> impl FnMut(f64, f64) -> f64 {
         let mut x = seed.wrapping_mul(0x9e37_79b9_7f4a_7c15) | 1;
         move |low, high| {
@@ -229,7 +230,7 @@ mod tests {
         }
     }
 
-    /// Way, speed, acceleration and jerk, and what ruckig 0.19.4 (PyPI) gives: the duration, and the position after 0.3 of it.
+    /// Distance, speed, acceleration and jerk, and the results of ruckig 0.19.4 (PyPI): the duration, and the position after 0.3 of it.
     #[test]
     fn one_joint_moves_as_ruckig_moves_it() {
         let cases = [
@@ -251,7 +252,7 @@ mod tests {
 
     #[test]
     fn a_long_move_has_the_duration_of_the_textbook() {
-        // v = 1, a = 2, j = 8, way 3: 3/1 + 1/2 + 2/8 s.
+        // v = 1, a = 2, j = 8, distance 3: 3/1 + 1/2 + 2/8 s.
         let c = plan(1.0, &[0.0], &[3.0], &[Limits { speed: 1.0, acceleration: 2.0, jerk: 8.0 }]);
         assert!((duration_s(&c) - 3.75).abs() < 1e-12);
     }

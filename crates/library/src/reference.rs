@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The reference of a servo: a set-point that is given every so often, approached in even steps.
+//! Reference of a servo: approaches periodic set-points in even steps.
 //!
-//! A generator at 20 ms gives a servo at 1 ms a staircase, and a stiff servo answers each stair with its maximum torque. With
-//! `interpolation` 20, a new set-point is reached after 20 invocations, in equal steps, and the step gives the rate at which it moves
-//! (the *interpolated position mode* of drives). It costs that many invocations of delay.
+//! The set-points of a generator at 20 ms are a staircase for a servo at 1 ms, and a stiff servo answers each step with its maximum
+//! torque. With `interpolation` 20, a new set-point is reached after 20 invocations, in equal steps, and the step size gives the rate of
+//! change (the *interpolated position mode* of drives). The cost is a delay of that many invocations.
 
 mod approach;
 mod inputs;
@@ -14,7 +14,7 @@ pub use inputs::ReferenceInputs;
 pub use lead::Braking;
 use lead::Lead;
 
-/// Position and speed of a reference, and its way to a goal.
+/// Position and speed of a reference, and its remaining distance to a goal.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Reference {
     value: f64,
@@ -25,7 +25,7 @@ pub struct Reference {
 }
 
 impl Reference {
-    /// Advances by one invocation: the reference and its step since the one before. The first set-point is taken as it is.
+    /// Advances by one invocation. Returns the reference and its step since the previous one. The first set-point is taken as it is.
     pub fn advance(&mut self, setpoint: f64, interpolation: u32) -> (f64, f64) {
         if !self.begun {
             *self = Reference { value: setpoint, setpoint, step: 0.0, left: 0, begun: true };
@@ -51,71 +51,71 @@ impl Reference {
 pub struct Bounds {
     pub position_min: f64,
     pub position_max: f64,
-    /// The maximum way that it moves in one invocation.
+    /// Maximum step in one invocation.
     pub step_max: f64,
-    /// The maximum change of that from one invocation to the next while it catches up.
+    /// Maximum change of the step from one invocation to the next when catching up.
     pub change_max: f64,
 }
 
 /// A reference whose speed has no jumps: a new set-point is reached after two times `interpolation` invocations, the speed changing
-/// evenly over each. Of set-points that come every `interpolation` invocations it makes their quadratic B-spline, so neither speed nor
-/// acceleration is ever greater than theirs (the mean of the staircase over `interpolation` invocations, twice). It lags behind them
-/// by one and a half of their periods.
+/// evenly over each. Set-points at intervals of `interpolation` invocations become their quadratic B-spline, so neither speed nor
+/// acceleration ever exceeds theirs (the mean of the staircase over `interpolation` invocations, twice). It lags behind them by one and a
+/// half of their periods.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Spline {
     value: f64,
-    /// Per invocation.
+    /// Speed, per invocation.
     speed: f64,
-    /// Of the speed, per invocation.
+    /// Change of the speed, per invocation.
     change: f64,
     setpoint: f64,
     left: u32,
-    /// After lost time: how the way that was missed is caught up with.
+    /// Set after lost time, to catch up with the missed distance.
     catching_up: Option<CatchingUp>,
-    /// Set-points to come whose change of speed is kept within the acceleration, because they follow ones that braked.
+    /// Number of set-points whose change of speed is still kept within the acceleration, because they follow a braking servo.
     wary: u32,
 }
 
-/// Motion of a reference that catches up with set-points that went on while its servo stood still: no faster than it moved and than the
+/// Motion of a reference that catches up with set-points that continued while its servo stood still: no faster than it moved and than the
 /// set-points move, and within its acceleration, so that it comes to rest at them.
 #[derive(Clone, Copy, Debug)]
 struct CatchingUp {
     /// Maximum speed, per invocation.
     speed: f64,
-    /// Invocations that were lost and that the next set-point has gone on for.
+    /// Number of lost invocations during which the next set-point has moved.
     lost: f64,
 }
 
 impl CatchingUp {
-    /// A set-point comes that is `way` away from the one before, `span` invocations and those that were lost after it.
+    /// Records a new set-point at a distance of `way` from the previous one, after `span` invocations and the lost ones.
     fn note(&mut self, way: f64, span: f64) {
         self.speed = self.speed.max(way / (span + self.lost));
         self.lost = 0.0;
     }
 }
 
-/// Returns true if a limit is negative or no number.
+/// Returns true if a limit is negative or NaN.
 pub fn is_bad_limit(limit: f64) -> bool {
     limit.is_nan() || limit < 0.0
 }
 
-/// Closer than this, in position and in speed per invocation, it is there.
+/// Distance, and speed per invocation, below which the reference has arrived.
 const THERE: f64 = 1e-13;
-/// Set-points after which a generator that has come back is one like any other: those of the cubic through which the reference goes.
+/// Number of set-points after which a returning generator is treated like any other: those of the spline that the reference follows.
 const WARY: u32 = 3;
-/// A set-point at a bound is not beyond it because of the last bits of a sum: less than this, in position and of the maximum speed.
+/// Tolerance for rounding when a set-point is compared with a bound, for the position and as a fraction of the maximum speed.
 const ROUNDING: f64 = 1e-9;
 
 impl Spline {
-    /// A reference that stands at `value`.
+    /// Returns a reference at rest at `value`.
     pub fn at(value: f64) -> Spline {
         Spline { value, setpoint: value, ..Spline::default() }
     }
 
-    /// Advances by one invocation: the reference, its speed per invocation, and whether a bound held it back. A reference outside its
-    /// range, because the joint was there when it was enabled, may move towards the range only.
+    /// Advances by one invocation. Returns the reference, its speed per invocation, and whether a bound limited it. A reference outside
+    /// its range, because the joint was there when it was enabled, may move only towards the range.
     pub fn advance(&mut self, setpoint: f64, interpolation: u32, bounds: Bounds) -> (f64, f64, bool) {
-        // A NaN passes: the servo's fault finds it.
+        // A NaN passes: it is detected as a fault of the servo.
         let (least, most) = (bounds.position_min.min(self.value), bounds.position_max.max(self.value));
         let wanted = if setpoint.is_nan() { setpoint } else { setpoint.clamp(least, most) };
         let mut limited = (wanted - setpoint).abs() > ROUNDING;
@@ -127,7 +127,7 @@ impl Spline {
                 catching_up.note((wanted - self.setpoint).abs(), span);
             }
             self.setpoint = wanted;
-            // The speed to come to, from which an even change to rest ends at the set-point.
+            // The next speed, from which an even change to rest ends at the set-point.
             let even = if interpolation > 1 { (wanted - self.value) / span - self.speed / 2.0 } else { wanted - self.value };
             let even_max = even.clamp(-bounds.step_max, bounds.step_max);
             let speed = if even.is_nan() { even } else { self.within(even_max, span, bounds.change_max) };
@@ -146,18 +146,18 @@ impl Spline {
         (self.value, self.speed, limited)
     }
 
-    /// Time was lost: the way that the set-points have gone meanwhile is not jumped over.
+    /// Handles lost time: the distance that the set-points moved meanwhile is not jumped over.
     fn catch_up(&mut self, lost: f64) {
         let before = self.catching_up.unwrap_or(CatchingUp { speed: 0.0, lost: 0.0 });
         self.catching_up = Some(CatchingUp { speed: before.speed.max(self.speed.abs()), lost: before.lost + lost });
     }
 
-    /// `even`, the speed to come to over `span` invocations, as far as catching up allows; at an end of catching up, `even` itself.
+    /// Returns `even`, the speed to reach over `span` invocations, limited by catching up; at the end of catching up, `even` itself.
     fn caught_up(&mut self, even: f64, span: f64, change_max: f64) -> f64 {
         let Some(catching_up) = self.catching_up else { return even };
         let towards = if self.setpoint < self.value { -1.0 } else { 1.0 };
         let (speed, wanted) = (towards * self.speed, towards * even);
-        // From that speed it can still come to rest at the set-point: v²/2c + (v + speed) span/2 is the way that is left.
+        // From that speed it can still stop at the set-point: v²/2c + (v + speed) span/2 is the remaining distance.
         let (c, left) = (change_max, (self.setpoint - self.value).abs());
         let room = (c * span / 2.0).powi(2) + 2.0 * c * (left - speed * span / 2.0);
         let stopping = if room > 0.0 { room.sqrt() - c * span / 2.0 } else { 0.0 };
@@ -170,13 +170,13 @@ impl Spline {
         towards * reached
     }
 
-    /// `even`, as far as the acceleration allows after a generator has come back, and while it catches up.
+    /// Returns `even`, limited by the acceleration after a generator has returned, and during catching up.
     fn within(&mut self, even: f64, span: f64, change_max: f64) -> f64 {
         let even = self.returned(even, span, change_max);
         self.caught_up(even, span, change_max)
     }
 
-    /// `even`, as far as a generator that comes back after the reference has braked may lead it. Where its set-points are far from the reference,
+    /// Returns `even`, limited for a generator that returns after the reference has braked. If its set-points are far from the reference,
     /// they are caught up with as after lost time.
     fn returned(&mut self, even: f64, span: f64, change_max: f64) -> f64 {
         if self.wary == 0 {
@@ -187,12 +187,12 @@ impl Spline {
             (self.catching_up, self.wary) = (Some(CatchingUp { speed: even.abs().max(self.speed.abs()), lost: 0.0 }), 0);
             return even;
         }
-        // What is held back now is left to those that follow.
+        // A change that is held back now is left to the next set-points.
         self.wary = if change > most { WARY } else { self.wary - 1 };
         even.clamp(self.speed - most, self.speed + most)
     }
 
-    /// Counts positions from another origin: nothing moves, all numbers are `by` greater.
+    /// Moves the origin of positions: nothing moves, all positions increase by `by`.
     pub fn shift(&mut self, by: f64) {
         self.value += by;
         self.setpoint += by;
@@ -219,7 +219,7 @@ mod tests {
 
     #[test]
     fn a_spline_has_neither_more_speed_nor_more_acceleration_than_its_setpoints() {
-        // From rest at 1 rad/s² to 0.4 rad/s and on, a set-point every 20 ms, with one that comes late.
+        // From rest at 1 rad/s² to 0.4 rad/s and on, a set-point every 20 ms, one of them late.
         let mut spline = Spline::default();
         let (mut value, mut speed, _) = spline.advance(0.0, 20, WIDE);
         let (mut setpoint, mut most_speed, mut most_change) = (0.0, 0.0f64, 0.0f64);
@@ -257,7 +257,7 @@ mod tests {
             (value, held) = (now, held + i32::from(limited));
         }
         assert_eq!((value, held), (0.5, 1000));
-        // Outside its range where it begins: it stays until it is told to come back, and goes no further.
+        // Starting outside its range: it stays until it is commanded back, and moves no further out.
         let mut outside = Spline::at(0.7);
         assert_eq!(outside.advance(0.7, 20, bounds), (0.7, 0.0, false));
         assert_eq!(outside.advance(0.9, 20, bounds), (0.7, 0.0, true));

@@ -1,21 +1,22 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Detection of a joint that swings about the place where it is commanded to stand still.
+//! Detection of a joint that swings about the position at which it is commanded to stand still.
 
-/// Number of swings in a row from which a joint ripples, ten periods, and the minimum time that they take. Over fewer samples noise may look
+/// Minimum number of consecutive swings of a ripple, ten periods, and the minimum time that they take. Over fewer samples noise may look
 /// regular by chance.
 const SWINGS: u32 = 20;
 const SPAN_S: f64 = 0.1;
-/// A swing that is lower than this share of the largest one before it belongs to a joint that settles.
+/// Fraction of the largest earlier swing below which a swing belongs to a joint that settles.
 const SETTLING: f64 = 0.5;
-/// Longest swing over the shortest one, beyond one sample: noise and pushes are less even than a servo that swings by itself.
+/// Maximum ratio of the longest swing to the shortest one, beyond one sample: noise and pushes are less even than a servo that
+/// oscillates.
 const EVEN: f64 = 1.5;
 
-/// Counts the swings of a value from turn to turn, about whatever mean it has.
+/// Counts the swings of a value from one turning point to the next, about any mean.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Ripple {
-    /// 1 on the way up, -1 on the way down, 0 before the first swing.
+    /// 1 when rising, -1 when falling, 0 before the first swing.
     side: i8,
-    /// Farthest value on this way, and on the way before.
+    /// Extreme value of this swing, and of the previous one.
     farthest: f64,
     before: f64,
     /// Samples since the last swing.
@@ -24,12 +25,12 @@ pub struct Ripple {
     last_ns: i64,
 }
 
-/// Swings in a row.
+/// Consecutive swings.
 #[derive(Clone, Copy, Debug, Default)]
 struct Swings {
     count: u32,
     first_ns: i64,
-    /// Samples of the shortest and the longest one.
+    /// Number of samples of the shortest and the longest one.
     shortest: u32,
     longest: u32,
     /// Height of the largest one.
@@ -37,9 +38,9 @@ struct Swings {
 }
 
 impl Ripple {
-    /// Takes the value at `time_ns`. Returns the frequency, Hz, when ten periods in a row, and all for a tenth of a second, have each been at least `height` from peak to peak,
-    /// none slower than `frequency_min`, all of about one length, and none much lower than those before. Begins again while
-    /// `is_still` is false. Off where `height` or `frequency_min` is 0.
+    /// Takes the value at `time_ns`. Returns the frequency, Hz, when ten consecutive periods, over a tenth of a second at least, have
+    /// each been at least `height` from peak to peak, none slower than `frequency_min`, all of about equal length, and none much lower
+    /// than the earlier ones. Restarts if `is_still` is false. Off if `height` or `frequency_min` is 0.
     pub fn look(&mut self, value: f64, height: f64, frequency_min: f64, is_still: bool, time_ns: i64) -> Option<f64> {
         if !(height > 0.0 && frequency_min > 0.0 && is_still && value.is_finite()) {
             *self = Ripple::default();
@@ -60,18 +61,18 @@ impl Ripple {
         if swings.count < SWINGS || span_s < SPAN_S {
             return None;
         }
-        // The next report is of the next ten periods.
+        // The next report covers the next ten periods.
         self.swings = Swings { first_ns: time_ns, ..Swings::default() };
         Some(0.5 * f64::from(swings.count) / span_s)
     }
 
-    /// Returns the height of the swing that ends with this value: it has come back by `height` from the farthest one.
+    /// Returns the height of the swing that ends with this value: it has come back by `height` from the extreme value.
     fn turn(&mut self, value: f64, height: f64) -> Option<f64> {
         if self.side == 0 {
             if self.samples == 1 {
                 (self.farthest, self.before) = (value, value);
             }
-            // Until the first swing, the highest and the lowest value.
+            // Until the first swing, these are the highest and the lowest value.
             (self.farthest, self.before) = (self.farthest.max(value), self.before.min(value));
             if self.farthest - self.before < height {
                 return None;
@@ -98,7 +99,7 @@ impl Ripple {
 }
 
 impl Swings {
-    /// These and one more.
+    /// Returns these swings plus one.
     fn and(self, samples: u32, height: f64) -> Swings {
         let shortest = if self.count == 0 { samples } else { self.shortest.min(samples) };
         Swings { count: self.count + 1, shortest, longest: self.longest.max(samples), largest: self.largest.max(height), ..self }
@@ -116,13 +117,13 @@ mod tests {
 
     const HEIGHT: f64 = 1e-3;
 
-    /// Returns the first frequency that is reported of a value, which is looked at each ms for `ms`.
+    /// Returns the first frequency reported for a value that is checked every millisecond for `ms`.
     fn look(mut value: impl FnMut(f64) -> f64, ms: i64) -> Option<f64> {
         let mut ripple = Ripple::default();
         (0..ms).find_map(|k| ripple.look(value(k as f64 * 1e-3), HEIGHT, 5.0, true, k * 1_000_000))
     }
 
-    /// Evenly spread from -1 to 1, the same in each run.
+    /// Returns numbers spread evenly from -1 to 1, the same in each run.
     fn noise() -> impl FnMut() -> f64 {
         let mut state = 0x9E37_79B9_7F4A_7C15_u64;
         move || {
@@ -149,7 +150,7 @@ mod tests {
         assert_eq!(look(|t| 20e-3 * (-3.0 * t).exp() * (TAU * 20.0 * t).sin(), 20_000), None, "a step that settles, damping ratio 0.024");
         assert_eq!(look(|t| if (t * 0.4) as i64 % 2 == 0 { 0.0 } else { 5e-3 }, 60_000), None, "steps");
         let mut noise = noise();
-        // A twelve-bit encoder whose last bit is noise.
+        // A 12-bit encoder whose last bit is noise.
         let mut counts = || (1.5 * noise()).round() * TAU / 4096.0;
         assert_eq!(look(|_| 0.3 * counts(), 600_000), None, "noise within the bound");
         assert_eq!(look(|_| counts(), 60_000), None, "noise beyond it, uneven");
@@ -157,7 +158,7 @@ mod tests {
 
     #[test]
     fn pushes_at_random_are_no_ripple() {
-        // A soft servo, damped by 0.3 at 6 Hz, and another push every 20 ms.
+        // A soft servo, damped by 0.3 at 6 Hz, with a push every 20 ms.
         let (mut noise, mut q, mut v, mut push) = (noise(), 0.0, 0.0, 0.0);
         let mut k = 0;
         let found = look(

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Second-order sections: what the filters share.
+//! Second-order sections: common part of the filters.
 
 /// Coefficients of y_k = b0 u_k + b1 u_(k-1) + b2 u_(k-2) - a1 y_(k-1) - a2 y_(k-2).
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -11,12 +11,12 @@ pub struct Section {
     pub a2: f64,
 }
 
-/// Memory of a section in transposed direct form II, which is the least sensitive to rounding (Oppenheim and Schafer,
-/// Discrete-Time Signal Processing, 6.3).
+/// State of a section in transposed direct form II, which is the least sensitive to rounding (Oppenheim and Schafer, Discrete-Time Signal
+/// Processing, 6.3).
 pub type Memory = [f64; 2];
 
 impl Section {
-    /// One invocation.
+    /// Computes one invocation.
     #[inline]
     pub fn step(&self, u: f64, memory: &mut Memory) -> f64 {
         let y = self.b0 * u + memory[0];
@@ -25,7 +25,7 @@ impl Section {
         y
     }
 
-    /// Returns the memory in which a constant input u has always given the output y.
+    /// Returns the state for which a constant input u has always given the output y.
     pub fn at_rest(&self, u: f64, y: f64) -> Memory {
         [y - self.b0 * u, self.b2 * u - self.a2 * y]
     }
@@ -46,13 +46,13 @@ pub enum Kind {
 }
 
 impl Kind {
-    /// The gain for a constant signal.
+    /// Returns the gain for a constant signal.
     pub fn gain_at_rest(self) -> f64 {
         if matches!(self, Kind::Low | Kind::Notch) { 1.0 } else { 0.0 }
     }
 
-    /// The section for a corner or centre frequency of `omega` rad/s and a quality, at one invocation in `span_s`: the bilinear
-    /// transform, warped so that the frequency is met. The frequency must be below half the rate of invocation.
+    /// Returns the section for a corner or centre frequency of `omega` rad/s and a quality, at one invocation in `span_s`: the bilinear
+    /// transform, prewarped so that the frequency is exact. The frequency must be below half the invocation rate.
     pub fn section(self, omega: f64, quality: f64, span_s: f64) -> Section {
         let (sin, cos) = (omega * span_s).sin_cos();
         let alpha = sin / (2.0 * quality);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The control law that the servo blocks share.
+//! Control law of the servo blocks.
 
 /// Gains and limit of a PID law.
 #[derive(Clone, Copy, Debug)]
@@ -7,12 +7,12 @@ pub struct Law {
     pub kp: f64,
     pub ki: f64,
     pub kd: f64,
-    /// Maximum effort either way.
+    /// Maximum magnitude of the effort.
     pub limit: f64,
 }
 
 impl Law {
-    /// effort = kp e + ki ∫e dt + kd e' + feedforward, within ± limit. The integral stands still while the effort is limited and
+    /// Computes effort = kp e + ki ∫e dt + kd e' + feedforward, within ± limit. The integral stands still if the effort is limited and
     /// the error would drive it further (no wind-up). `integral` is ki ∫e dt and is updated.
     pub fn effort(&self, error: f64, rate: f64, feedforward: f64, span_s: f64, integral: &mut f64) -> f64 {
         let more = *integral + self.ki * error * span_s;

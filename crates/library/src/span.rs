@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The time between two invocations, for blocks whose parameters are times and frequencies.
+//! Time between two invocations, for blocks whose parameters are times and frequencies.
 //!
-//! A block that measures it needs no parameter that repeats the interval at which it is activated, and stays right when the
-//! interval is changed. Releases that were skipped took their numbers with them, so the time that was lost with them is known, too: what
-//! moves, integrates or filters goes on by one cycle, as if that time had not passed. Nothing leaps because a machine stood still.
+//! A block that measures it needs no parameter that repeats the interval at which it is activated, and stays correct if the interval is
+//! changed. Skipped releases leave gaps in the numbering, so the time lost with them is known, too: motions, integrators and filters
+//! advance by one cycle, as if that time had not passed. Nothing jumps because a machine stalled.
 use opengpac::Invocation;
 
-/// The invocation before.
+/// The previous invocation.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Span {
     before_ns: i64,
@@ -14,16 +14,16 @@ pub struct Span {
     begun: bool,
 }
 
-/// Running time since the invocation before.
+/// Running time since the previous invocation.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct ElapsedTime {
-    /// The part of one cycle.
+    /// Part of the time that belongs to one cycle.
     pub cycle_ns: i64,
-    /// The rest: that of the releases that were skipped.
+    /// Rest of the time: that of the skipped releases.
     pub lost_ns: i64,
 }
 
-/// A loss of so many cycles is no gap: a source that is always a little late stays right.
+/// Maximum loss in cycles that is not a gap: a source that is always slightly late stays correct.
 const LATE: i64 = 2;
 
 impl ElapsedTime {
@@ -32,42 +32,43 @@ impl ElapsedTime {
         self.lost_ns > LATE * self.cycle_ns
     }
 
-    /// All the time, or that of one cycle where there is a gap, s.
+    /// Returns all the time, or that of one cycle if there is a gap, s.
     pub fn used_s(self) -> f64 {
         (self.cycle_ns + if self.is_gap() { 0 } else { self.lost_ns }) as f64 * 1e-9
     }
 
-    /// Time of one cycle, s.
+    /// Returns the time of one cycle, s.
     pub fn cycle_s(self) -> f64 {
         self.cycle_ns as f64 * 1e-9
     }
 
-    /// Time that was lost, s.
+    /// Returns the lost time, s.
     pub fn lost_s(self) -> f64 {
         self.lost_ns as f64 * 1e-9
     }
 }
 
 impl Span {
-    /// The time since the invocation before, s, or that of one cycle after a gap: for what integrates and filters. 0 at the first
-    /// invocation, and at an extra one in the same firing.
+    /// Returns the time since the previous invocation, s, or that of one cycle after a gap: for integrators and filters. Returns 0 at the
+    /// first invocation, and at an extra one in the same firing.
     pub fn used(&mut self, invocation: &Invocation) -> f64 {
         self.pass(invocation).used_s()
     }
 
-    /// All the time since the invocation before, s: for derivatives and predictions of what is measured, which did not stand still.
+    /// Returns all the time since the previous invocation, s: for derivatives and predictions of measured values, which did not stand
+    /// still.
     pub fn elapsed(&mut self, invocation: &Invocation) -> f64 {
         let passed = self.pass(invocation);
         (passed.cycle_ns + passed.lost_ns) as f64 * 1e-9
     }
 
-    /// The time of one cycle, and what was lost.
+    /// Returns the time of one cycle, and the lost time.
     pub fn pass(&mut self, invocation: &Invocation) -> ElapsedTime {
         let Invocation { number, time_ns, .. } = *invocation;
         let elapsed_ns = if self.begun { time_ns.saturating_sub(self.before_ns).max(0) } else { 0 };
         let cycles = i64::try_from(number.saturating_sub(self.number)).map_or(1, |cycles| cycles.max(1));
         *self = Span { before_ns: time_ns, number, begun: true };
-        // A division is dear at 1 ms, and seldom needed.
+        // A division is expensive at 1 ms, and rarely needed.
         let cycle_ns = if cycles == 1 { elapsed_ns } else { elapsed_ns / cycles };
         ElapsedTime { cycle_ns, lost_ns: elapsed_ns - cycle_ns }
     }

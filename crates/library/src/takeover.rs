@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Takeover of a motion by another one: from the position, speed and acceleration of its last set-point.
 //!
-//! A generator stores with each set-point how fast it moves and how that changes, and when it was stored. The one that follows goes on
-//! from that state, so neither speed nor acceleration has a step. Where the last set-point is older than a cycle, nothing leads the joint:
-//! its servo is at rest, or brakes by itself and says how far beyond that set-point it leads the joint, and how fast.
+//! A generator stores with each set-point its speed, its acceleration, and the time of storing. The next generator continues from that
+//! state, so neither speed nor acceleration has a step. If the last set-point is older than a cycle, nothing leads the joint: its servo
+//! is at rest, or brakes on its own and reports its distance beyond that set-point, and its speed.
 use crate::motion::Motion;
 use crate::online::State;
 use crate::profile::{JOINTS_MAX, Limits};
@@ -11,24 +11,24 @@ use crate::reference::Braking;
 use crate::span::Span;
 use opengpac::Invocation;
 
-/// A set-point that is older than so many cycles leads nobody.
+/// Age in cycles above which a set-point no longer leads a joint.
 const CYCLES: f64 = 1.5;
 
-/// The last set-points of joints, one element a joint.
+/// Last set-points of the joints, one element per joint.
 #[derive(Clone, Copy, Debug)]
 pub struct Last<'a> {
     pub position: &'a [f64],
-    /// Speed at which their servos move them.
+    /// Speed at which the servos move the joints.
     pub servo_velocity: &'a [f64],
     pub velocity: &'a [f64],
     pub acceleration: &'a [f64],
-    /// When they were stored, ns of the system's clock.
+    /// Time at which they were stored, ns of the system clock.
     pub time_ns: &'a [i64],
     /// State of the servos that brake joints without a generator, in the layout of [`Braking`].
     pub braking: &'a [[f64; 4]],
 }
 
-/// Gives the last set-points of the first `n` joints of a block with the inputs of a takeover, from `start` to `braking`.
+/// Returns the last set-points of the first `n` joints of a block with the inputs of a takeover, from `start` to `braking`.
 macro_rules! last_setpoints {
     ($block:expr, $n:expr) => {
         $crate::takeover::Last {
@@ -43,10 +43,10 @@ macro_rules! last_setpoints {
 }
 pub(crate) use last_setpoints;
 
-/// A servo that brakes and has not formed a set-point for so long stands still itself.
+/// Time after which a braking servo that has formed no set-point counts as stalled.
 const BRAKING_S: f64 = 0.1;
 
-/// Where joints are when a motion begins, and by how much its first set-point is ahead of that.
+/// State of the joints when a motion begins, and the time by which its first set-point is ahead of it.
 #[derive(Clone, Copy, Debug)]
 pub struct MotionStart {
     pub motion: Motion,
@@ -54,7 +54,7 @@ pub struct MotionStart {
 }
 
 impl Last<'_> {
-    /// The state to go on from at `now_ns`, for a generator with a cycle of `cycle_s`; `None` where a number is not finite.
+    /// Returns the state from which to continue at `now_ns`, for a generator with a cycle of `cycle_s`; `None` if a number is not finite.
     pub fn begin(&self, now_ns: i64, cycle_s: f64) -> Option<MotionStart> {
         let mut states = [State::default(); JOINTS_MAX];
         let mut ahead_s = None;
@@ -75,12 +75,12 @@ impl Last<'_> {
         Some(MotionStart { motion: Motion::of(&states[..self.position.len()]), ahead_s })
     }
 
-    /// Returns whether a joint moves, or rests away from its last set-point.
+    /// Returns true if a joint moves, or rests away from its last set-point.
     pub fn is_moving(&self, now_ns: i64, cycle_s: f64) -> bool {
         (0..self.position.len()).any(|i| !self.state(i, now_ns, cycle_s).is_at_rest() || (self.is_braking(i) && self.braking[i][0] != 0.0))
     }
 
-    /// The state of joint `i`.
+    /// Returns the state of joint `i`.
     pub fn state(&self, i: usize, now_ns: i64, cycle_s: f64) -> State {
         let is_led = self.age_s(i, now_ns, cycle_s).is_some();
         if self.is_braking(i) {
@@ -93,13 +93,13 @@ impl Last<'_> {
         State { position: self.position[i], velocity, acceleration }
     }
 
-    /// Returns true if the servo of joint `i` leads it by itself, since no set-points came.
+    /// Returns true if the servo of joint `i` leads it on its own, because no set-points arrived.
     fn is_braking(&self, i: usize) -> bool {
         let since_ns = Braking::of(self.braking[i]).time_ns;
         since_ns != 0 && since_ns > self.time_ns[i]
     }
 
-    /// Returns the age of the set-point of joint `i`, if it leads its servo still.
+    /// Returns the age of the set-point of joint `i`, if it still leads its servo.
     fn age_s(&self, i: usize, now_ns: i64, cycle_s: f64) -> Option<f64> {
         let (since_ns, most_s) = if self.is_braking(i) { (Braking::of(self.braking[i]).time_ns, BRAKING_S) } else { (self.time_ns[i], CYCLES * cycle_s) };
         let age_s = now_ns.checked_sub(since_ns)? as f64 * 1e-9;
@@ -107,7 +107,7 @@ impl Last<'_> {
     }
 }
 
-/// Joints that are brought to rest before a motion that begins from rest: each by itself, from the state in which it was left.
+/// Joints that are braked to rest before a motion that begins from rest: each on its own, from the state in which it was left.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Brake {
     motion: Motion,
@@ -121,7 +121,7 @@ enum Stage {
     New,
     Braking,
     AtRest,
-    /// There was nothing to brake.
+    /// No joint needs braking.
     Idle,
 }
 
@@ -135,7 +135,8 @@ pub struct BrakingSetpoints {
 }
 
 impl Brake {
-    /// Passes one cycle: `None` if nothing is to be braked and `has_plan`, or nothing ever was. Without a plan it stays at rest.
+    /// Advances by one cycle. Returns `None` if there is nothing to brake and `has_plan`, or nothing ever was. Without a plan the joints
+    /// stay at rest.
     pub fn step(&mut self, last: &Last, acceleration: &[f64], jerk: &[f64], cycle_s: f64, has_plan: bool, invocation: &Invocation) -> Option<BrakingSetpoints> {
         let passed = self.span.pass(invocation);
         match self.stage {
@@ -176,7 +177,7 @@ impl Brake {
     }
 }
 
-/// The last three set-points of joints, for generators that know no speed and acceleration of theirs in closed form.
+/// The last three set-points of joints, for generators without a closed form of their speed and acceleration.
 #[derive(Clone, Copy, Debug)]
 pub struct Tail {
     before: [f64; JOINTS_MAX],
@@ -191,8 +192,8 @@ impl Default for Tail {
 }
 
 impl Tail {
-    /// Adds the set-points of one cycle; speed and acceleration of each joint at its end are those of the parabola through the last three, or
-    /// 0 where the motion `rests`. A motion that goes on from that state has no greater differences than its own.
+    /// Adds the set-points of one cycle; speed and acceleration of each joint at its end are those of the parabola through the last
+    /// three, or 0 if the motion `rests`. A motion that continues from that state has no larger differences than its own.
     pub fn push(&mut self, setpoint: &[f64], cycle_s: f64, rests: bool, velocity: &mut [f64], acceleration: &mut [f64]) {
         for (i, now) in setpoint.iter().enumerate() {
             let step = if self.count == 0 { 0.0 } else { now - self.before[i] };

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The last values of a signal, for blocks that look back.
+//! Last values of a signal, for blocks that look back.
 
-/// Most values that a window holds.
+/// Maximum number of values in a window.
 pub const WINDOW_MAX: usize = 256;
 
-/// A ring of the last values.
+/// Ring buffer of the last values.
 #[derive(Clone, Copy, Debug)]
 pub struct Window {
     values: [f64; WINDOW_MAX],
@@ -22,18 +22,18 @@ impl Window {
     /// Adds a value.
     pub fn push(&mut self, value: f64) {
         self.values[usize::from(self.next)] = value;
-        // 256 values: the index of a byte comes round by itself.
+        // 256 values: the byte index wraps around by itself.
         self.next = self.next.wrapping_add(1);
         self.held = (self.held + 1).min(WINDOW_MAX as u16);
     }
 
-    /// The last values, the newest first: `length` of them, or as many as there were.
+    /// Returns the last `length` values, newest first, or all values so far if fewer.
     pub fn last(&self, length: usize) -> impl ExactSizeIterator<Item = f64> + '_ {
         let count = length.min(usize::from(self.held));
         (0..count).map(move |back| self.values[(usize::from(self.next) + WINDOW_MAX - 1 - back) % WINDOW_MAX])
     }
 
-    /// The value of `back` invocations ago, 0 being the newest; none if there were not so many.
+    /// Returns the value of `back` invocations ago, 0 being the newest; `None` if there are not that many.
     pub fn before(&self, back: usize) -> Option<f64> {
         (back < usize::from(self.held)).then(|| self.values[(usize::from(self.next) + WINDOW_MAX - 1 - back) % WINDOW_MAX])
     }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The library as a module: what is registered, and a motion made by its blocks through the ABI.
+//! The library as a module: its registered blocks, and a motion made by them through the ABI.
 use opengpac::read::{BlockFace, Kind, TypeFace};
 use opengpac::trial::{Fault, Trial};
 use std::path::Path;
@@ -43,7 +43,7 @@ fn every_block_says_what_it_does_and_every_item_what_it_is() {
     }
 }
 
-/// The interface that programs rely on by name.
+/// Checks the names that programs rely on.
 #[test]
 fn the_names_of_the_interface_stay() {
     let expected = [
@@ -173,7 +173,7 @@ fn planner_generator_and_in_position_make_a_motion() {
     let (mut finished_at, mut done_at) = (None, None);
     for k in 0..200 {
         generator.run().unwrap();
-        // A perfect arm.
+        // Simulates a perfect arm.
         near.set_numbers("sensed", &generator.numbers("setpoint").unwrap()).unwrap();
         near.set_number("complete", generator.number("complete").unwrap()).unwrap();
         near.run().unwrap();
@@ -219,7 +219,7 @@ fn after_a_sample_that_is_not_finite_filters_go_on() {
     assert!(servo.number("effort").unwrap().is_finite());
 }
 
-/// Whatever a block does with its samples: sorting, comparing and clamping lose a NaN unless they are told not to.
+/// Sorting, comparing and clamping lose a NaN unless the block handles it.
 #[test]
 fn a_sample_that_is_no_number_is_a_fault_of_every_block_and_the_next_goes_on() {
     let is_input = |face: &BlockFace, name: &str| face.items.iter().any(|item| item.name == name && item.kind == Kind::Input && item.type_text == "double");

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Motions that take over from each other at any instant keep to the limits of the joint: speed, acceleration and jerk. So does the servo
-//! of a joint whose motion is taken away, and the motion that begins from there.
+//! Motions that take over from each other at any instant stay within the joint's limits of speed, acceleration and jerk. So do the servo
+//! of a joint whose motion is taken away, and the motion that starts from there.
 //!
-//! `make test` tries a thousand takeovers, others each day; `OPENGPAC_TAKEOVERS` says how many, and `OPENGPAC_SEED` the first seed.
+//! `make test` tries a thousand takeovers, different ones each day; `OPENGPAC_TAKEOVERS` sets the number, and `OPENGPAC_SEED` the first
+//! seed.
 use library::reference::Braking;
 use library::reference::{Approach, ReferenceInputs};
 use opengpac::Invocation;
@@ -13,10 +14,10 @@ use std::time::SystemTime;
 const SPEED: f64 = 2.0;
 const ACCELERATION: f64 = 5.0;
 const JERK: f64 = 50.0;
-/// Takeovers of one sequence.
+/// Number of takeovers in one sequence.
 const CHAIN: u64 = 20;
 
-/// Numbers of a seed.
+/// Pseudo-random numbers from a seed.
 struct Numbers(u64);
 
 impl Numbers {
@@ -32,7 +33,7 @@ impl Numbers {
     }
 }
 
-/// Set-points, one a cycle, and their differences.
+/// Set-points, one per cycle, and their differences.
 struct Watch {
     cycle_s: f64,
     last: [f64; 4],
@@ -40,7 +41,7 @@ struct Watch {
 }
 
 impl Watch {
-    /// Adds a set-point; the first one that breaks a limit, in words.
+    /// Adds a set-point; returns a description of the first one that breaks a limit.
     fn push(&mut self, setpoint: f64) -> Result<(), String> {
         self.last.rotate_right(1);
         self.last[0] = setpoint;
@@ -68,13 +69,13 @@ fn face(name: &str) -> BlockFace {
     faces.find(|face| face.name == name).expect("it is registered")
 }
 
-/// State from which a motion begins.
+/// State at the start of a motion.
 #[derive(Clone, Copy)]
 struct Start {
     position: f64,
     velocity: f64,
     acceleration: f64,
-    /// Of the set-point, and what the servo says that it has led the joint on since; ns, the motion begins at 0.
+    /// Time of the set-point, and the servo's braking since; ns, relative to the start of the motion at 0.
     time_ns: i64,
     braking: Braking,
 }
@@ -82,7 +83,7 @@ struct Start {
 /// The generators, one of each kind.
 const KINDS: [&str; 3] = ["motion_generator", "velocity_generator", "gear_generator"];
 
-/// A generator that takes over from `last`.
+/// Creates a generator that takes over from `last`.
 fn begun(face: &BlockFace, last: Start, cycle_s: f64, numbers: &mut Numbers) -> Trial {
     let (kind, mut trial) = (face.name.as_str(), Trial::of(face.clone()));
     if kind != "gear_generator" {
@@ -117,7 +118,8 @@ fn begun(face: &BlockFace, last: Start, cycle_s: f64, numbers: &mut Numbers) -> 
     trial
 }
 
-/// `CHAIN` motions after each other at one cycle, the one before each taken over or taken away; what is wrong, if anything.
+/// Runs `CHAIN` consecutive motions at one cycle time, each taking over from its predecessor or starting after it was taken away; returns
+/// the first violation.
 fn sequence(faces: &[BlockFace; 3], seed: u64, cycle_ms: i64) -> Result<(), String> {
     let cycle_s = cycle_ms as f64 * 1e-3;
     let mut numbers = Numbers::of(seed);
@@ -131,7 +133,7 @@ fn sequence(faces: &[BlockFace; 3], seed: u64, cycle_ms: i64) -> Result<(), Stri
         generator.period_ns = cycle_ms * 1_000_000;
         let cycles = numbers.between(1.0, 1.2 / cycle_s).powf(numbers.between(0.3, 1.0)) as u32;
         let told = |cycle: u32, wrong: String| format!("seed {seed}, {cycle_ms} ms: takeover {taken} by {kind}, cycle {cycle}: {wrong}");
-        // The master of a gear moves evenly: its own jumps would be the slave's.
+        // The master of a gear moves evenly: its jumps would be the slave's too.
         let mut master = 0.0;
         for cycle in 0..cycles.max(1) {
             if kind == "gear_generator" {
@@ -141,7 +143,7 @@ fn sequence(faces: &[BlockFace; 3], seed: u64, cycle_ms: i64) -> Result<(), Stri
             master += 1.0 * cycle_s;
             let velocity = if kind == "motion_generator" { "velocity" } else { "setpoint_velocity" };
             let number = |name: &str| generator.number(name).expect("an output");
-            // A trial's time begins at 0: the set-point before that is a cycle old.
+            // A trial's time starts at 0: the set-point before it is a cycle old.
             let time_ns = -cycle_ms * 1_000_000;
             last = Start {
                 position: number("setpoint"),
@@ -162,7 +164,7 @@ fn sequence(faces: &[BlockFace; 3], seed: u64, cycle_ms: i64) -> Result<(), Stri
     Ok(())
 }
 
-/// A servo at 1 ms: its reference, and the speed of that.
+/// A servo at 1 ms: its reference, and the reference's speed.
 struct Servo {
     approach: Approach,
     cycle_ms: i64,
@@ -176,25 +178,25 @@ impl Servo {
         Servo { approach: Approach::default(), cycle_ms, reference: 0.0, speed: 0.0, number: 0 }
     }
 
-    /// Follows a set-point that is stored now.
+    /// Follows a set-point stored now.
     fn follow(&mut self, to: &Start, span_ms: i64) -> Result<(), String> {
         let stored_ns = self.now_ns();
         (0..span_ms).try_for_each(|_| self.advance(to, stored_ns).map(|_| ()))
     }
 
-    /// After a set-point that was followed for a cycle no other one comes for some time: the state at its end.
+    /// Receives no further set-point for some time after one that was followed for a cycle; returns the final state.
     fn left_alone(&mut self, last: Start, away_ms: i64) -> Result<Start, String> {
         let stored_ns = self.now_ns() - self.cycle_ms * 1_000_000;
         let mut braking = Braking::default();
         for _ in 0..away_ms {
             braking = self.advance(&last, stored_ns)?;
         }
-        // A trial's time begins at 0, which says that set-points lead.
+        // A trial's time starts at 0, where 0 means that set-points lead.
         let since = |time_ns: i64| if time_ns == 0 { 0 } else { time_ns - self.now_ns() - 1 };
         Ok(Start { time_ns: since(stored_ns), braking: Braking { time_ns: since(braking.time_ns), ..braking }, ..last })
     }
 
-    /// One invocation; what is wrong with its speed or acceleration.
+    /// Runs one invocation; fails if its speed or acceleration is wrong.
     fn advance(&mut self, to: &Start, stored_ns: i64) -> Result<Braking, String> {
         let led = ReferenceInputs {
             setpoint: to.position,

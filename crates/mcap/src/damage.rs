@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Damage in a file: the place, the time, the number of messages that are lost; and the summary, which says what was there.
+//! Damage in a file: its position, its time, the number of lost messages; and the summary, which lists the original content.
 use crate::records::{CHUNK_INDEX, MAGIC, Rest};
 use crate::sound::HEAD;
 use std::collections::BTreeMap;
@@ -8,39 +8,39 @@ use std::io;
 use std::ops::Range;
 use std::os::unix::fs::FileExt;
 
-/// Cause of damage: a record that cannot be one.
+/// Cause of damage: the record is impossible.
 pub(crate) const UNLIKELY: &str = "a record has a code or length that none can have";
-/// Cause of damage: a message behind a chunk, which is not taken.
+/// Cause of damage: a message after a chunk, which is ignored.
 pub(crate) const BESIDE: &str = "a message stands between chunks, without a checksum";
 
-/// A part of a file that cannot be read.
+/// An unreadable part of a file.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Damage {
-    /// Its place in the file.
+    /// Position in the file.
     pub bytes: Range<u64>,
     pub what: &'static str,
-    /// Times between which its messages lie, ns, as far as the file says so.
+    /// Bounds on the times of its messages, ns, as far as the file contains them.
     pub span: Option<(u64, u64)>,
-    /// Number of messages of each channel that are lost, where the file says so; empty where none is.
+    /// Number of lost messages of each channel, if the file contains it; empty if none is lost.
     pub counts: Option<BTreeMap<u16, usize>>,
 }
 
 impl Damage {
-    /// Makes damage by which no message is lost.
+    /// Creates damage by which no message is lost.
     pub(crate) fn harmless(bytes: Range<u64>, what: &'static str) -> Damage {
         Damage { bytes, what, span: None, counts: Some(BTreeMap::new()) }
     }
 }
 
-/// Chunks as the end of a file lists them.
+/// Chunks as listed at the end of a file.
 #[derive(Debug, Default)]
 pub(crate) struct Summary {
-    /// Place of each, with its times.
+    /// Position of each chunk, with its times.
     chunks: Vec<(Range<u64>, (u64, u64))>,
 }
 
 impl Summary {
-    /// Reads the summary; empty where the file has none, or where it is damaged.
+    /// Reads the summary; empty if the file has none, or if it is damaged.
     pub fn read(file: &File, len: u64) -> io::Result<Summary> {
         let mut summary = Summary::default();
         let Some(footer) = len.checked_sub(HEAD + 20 + MAGIC.len() as u64) else { return Ok(summary) };
@@ -66,21 +66,21 @@ impl Summary {
         Ok(summary)
     }
 
-    /// Places of the chunks.
+    /// Returns the positions of the chunks.
     pub fn places(&self) -> Vec<Range<u64>> {
         self.chunks.iter().map(|(place, _)| place.clone()).collect()
     }
 
-    /// Returns whether a place is that of one chunk.
+    /// Returns true if a range is exactly the position of a chunk.
     pub fn is_chunk(&self, place: &Range<u64>) -> bool {
         self.chunks.iter().any(|(chunk, _)| chunk == place)
     }
 
-    /// Times of the chunk that begins at a place.
+    /// Returns the times of the chunk that begins at an offset.
     pub fn span(&self, at: u64) -> Option<(u64, u64)> {
         self.chunks.iter().find(|(place, _)| place.start == at).map(|(_, span)| *span)
     }
 }
 
-/// Bytes of a summary that is read.
+/// Maximum size of a summary that is read, bytes.
 pub(crate) const SUMMARY_MAX: u64 = 256 << 20;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Damaged files: every message of a sound chunk is read, none that was not written, and what is lost is told.
+//! Tests of damaged files: every message of a sound chunk is read, none that was not written appears, and losses are reported.
 use crate::records::{CHUNK, MAGIC, Rest};
 use crate::sound::HEAD;
 use crate::tests::{plain, with_chunks};
@@ -14,12 +14,12 @@ use std::os::fd::FromRawFd;
 /// Channel, time, bytes.
 type RawMessage = (u16, u64, Vec<u8>);
 
-/// Places of chunks, and the messages of each.
+/// Positions of chunks, and the messages of each.
 type Chunks = Vec<(Range<usize>, Vec<RawMessage>)>;
 
 const CHUNKS: u64 = 12;
 
-/// Makes a recording of some chunks, each with its messages and its place in the file.
+/// Creates a recording of several chunks, each with its messages and its position in the file.
 fn recording(is_packed: bool, has_end: bool) -> (Vec<u8>, Chunks) {
     let schema = Schema { name: "form".to_owned(), encoding: "jsonschema", text: "{}".to_owned() };
     let mut writer = Writer::new(Vec::new(), "tests").expect("memory has room");
@@ -43,7 +43,7 @@ fn recording(is_packed: bool, has_end: bool) -> (Vec<u8>, Chunks) {
     (bytes, places.into_iter().zip(chunks).collect())
 }
 
-/// Places of the chunks of a sound file.
+/// Returns the positions of the chunks of a sound file.
 fn places(bytes: &[u8]) -> Vec<Range<usize>> {
     let (mut rest, mut at, mut found) = (Rest(&bytes[MAGIC.len()..]), MAGIC.len(), Vec::new());
     while let Some((code, fields)) = rest.record() {
@@ -56,16 +56,16 @@ fn places(bytes: &[u8]) -> Vec<Range<usize>> {
     found
 }
 
-/// Makes a file in memory.
+/// Creates a file in memory.
 fn file(bytes: &[u8]) -> File {
-    // SAFETY: a new descriptor, which nobody else has.
+    // SAFETY: a new descriptor, which has no other owner.
     let mut file = unsafe { File::from_raw_fd(libc::memfd_create(c"recording".as_ptr(), libc::MFD_CLOEXEC)) };
     file.write_all(bytes).expect("memory has room");
     file.rewind().expect("a file in memory");
     file
 }
 
-/// Messages that are read of a file, by channel, and what it says is lost.
+/// Reads a file. Returns its messages and the reported damage.
 fn read(bytes: &[u8]) -> Result<(Vec<RawMessage>, Vec<Damage>, bool), Unreadable> {
     let indexed = IndexedFile::open(file(bytes))?;
     let (mut said, mut damage) = (Vec::new(), indexed.damage());
@@ -83,9 +83,10 @@ fn read(bytes: &[u8]) -> Result<(Vec<RawMessage>, Vec<Damage>, bool), Unreadable
     Ok((said, damage, indexed.is_whole()))
 }
 
-/// Asserts what holds of a damaged file. `touched`: bytes that are not as they were written; those behind the end of a file that was cut too.
+/// Checks the properties of a damaged file. `touched` contains the bytes that differ from those written, including those beyond the end
+/// of a truncated file.
 fn check(bytes: &[u8], chunks: &[(Range<usize>, Vec<RawMessage>)], touched: &[Range<usize>]) -> Result<(), TestCaseError> {
-    // The mark of the file, and the record that proves it is one.
+    // The file has lost both its magic and the record that identifies it.
     if touched.iter().any(|range| range.start < 8) && touched.iter().any(|range| (8..60).contains(&range.start) || range.end > 8) {
         let _no_panic = read(bytes);
         return Ok(());
@@ -113,7 +114,7 @@ fn check(bytes: &[u8], chunks: &[(Range<usize>, Vec<RawMessage>)], touched: &[Ra
     Ok(())
 }
 
-/// Places of the bytes that are not as they were written: a byte may be overwritten by itself, a bit turned twice.
+/// Returns the positions of bytes that differ from those written: a byte may be overwritten by the same value, or a bit flipped twice.
 fn changed<'a>(written: &'a [u8], bytes: &'a [u8]) -> impl Iterator<Item = usize> + 'a {
     (0..bytes.len()).filter(|at| written[*at] != bytes[*at])
 }
@@ -166,7 +167,7 @@ proptest! {
 fn each_bit_of_a_recording_may_turn() {
     for (is_packed, has_end) in [(true, true), (true, false), (false, true)] {
         let (bytes, chunks) = recording(is_packed, has_end);
-        // Heads of chunks, and the indexes before them, in full.
+        // These are the heads of chunks and the indexes before them, in full.
         let is_head = |at: usize| chunks.iter().any(|(place, _)| (place.start.saturating_sub(30)..place.start + 70).contains(&at));
         for at in (0..bytes.len()).filter(|at| at % 7 == 0 || is_head(*at) || *at > bytes.len() - 100) {
             let mut turned = bytes.clone();

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Reading an MCAP file in place: where its chunks lie, and one chunk at a time. Nothing but heads is read before a chunk is asked for.
-//! Parts that cannot be read are passed over, and listed by [`IndexedFile::damage`].
+//! Reads an MCAP file in place: the positions of its chunks, and one chunk at a time. Before a chunk is requested, only heads are read.
+//! Unreadable parts are skipped, and listed by [`IndexedFile::damage`].
 use crate::Record;
 use crate::damage::{BESIDE, Damage, SUMMARY_MAX, Summary, UNLIKELY};
 use crate::reader::{LEN_MAX, SHORT, Unreadable, record, unpack};
@@ -20,13 +20,13 @@ pub struct Channel {
     pub metadata: BTreeMap<String, String>,
 }
 
-/// A chunk: its place, and its description in the file. Messages beside chunks, one after the other, are taken as one.
+/// A chunk: its position, and its description in the file. Consecutive messages outside chunks are treated as one chunk.
 #[derive(Clone, Debug)]
 pub struct ChunkIndex {
-    /// Its fields, in bytes of the file; of messages beside chunks their records.
+    /// Position of its fields in the file; for messages outside chunks, of their records.
     pub(crate) fields: Range<u64>,
     is_packed: bool,
-    /// The smallest and the largest time of its messages, ns.
+    /// Earliest and latest time of its messages, ns.
     pub first: u64,
     pub last: u64,
     /// Number of messages of each channel that has any.
@@ -46,7 +46,7 @@ pub struct Chunk {
     content: Vec<u8>,
     /// Messages by channel, in the order of the file.
     pub messages: BTreeMap<u16, Vec<Message>>,
-    /// Channels that are defined in it.
+    /// Channels that the chunk defines.
     pub channels: BTreeMap<u16, Channel>,
 }
 
@@ -55,13 +55,13 @@ impl Chunk {
         &self.content[message.data.clone()]
     }
 
-    /// Returns the earliest and latest time of its messages, ns.
+    /// Returns the earliest and latest time of the chunk's messages, ns.
     fn span(&self) -> Option<(u64, u64)> {
         let times = || self.messages.values().flatten().map(|message| message.time);
         times().min().zip(times().max())
     }
 
-    /// Takes a chunk's records apart.
+    /// Parses the records of a chunk.
     fn of(content: Vec<u8>) -> Option<Chunk> {
         let mut chunk = Chunk::default();
         let mut rest = Rest(&content);
@@ -86,35 +86,35 @@ impl Chunk {
     }
 }
 
-/// The index behind a chunk.
+/// The index after a chunk.
 #[derive(Default)]
 struct MessageIndex {
     /// Number of messages of each channel.
     counts: BTreeMap<u16, usize>,
-    /// Earliest and latest time, where each channel's messages stand in the order of their times.
+    /// Earliest and latest time, if each channel's messages are in the order of their times.
     span: Option<(u64, u64)>,
-    /// False where the file ends within it.
+    /// False if the file ends within the index.
     is_whole: bool,
 }
 
-/// A file that is read in place. It may grow meanwhile: [`IndexedFile::go_on`].
+/// A file that is read in place. It may grow meanwhile: see [`IndexedFile::go_on`].
 pub struct IndexedFile {
     file: File,
-    /// Position behind the last record that is known.
+    /// Position after the last record read.
     at: u64,
     is_whole: bool,
-    /// True if nothing comes behind.
+    /// True if no more records follow.
     is_read: bool,
     pub chunks: Vec<ChunkIndex>,
-    /// Channels that are known: of a whole file all.
+    /// Known channels; all channels if the file is complete.
     pub channels: BTreeMap<u16, Channel>,
-    /// Chunks that were looked through for channels.
+    /// Number of chunks that were searched for channels.
     looked: usize,
-    /// Chunks that the caller has seen: nothing is added to them.
+    /// Number of chunks that the caller has seen, to which nothing is added.
     seen: usize,
-    /// Places between sound records, in the order of the file.
+    /// Gaps between sound records, in file order.
     passed: Vec<Damage>,
-    /// The summary of the file; read at the first damage.
+    /// Summary of the file; read when the first damage is found.
     summary: Option<Summary>,
     pub metadata: BTreeMap<String, BTreeMap<String, String>>,
 }
@@ -123,7 +123,7 @@ impl IndexedFile {
     /// Finds the chunks of a file.
     ///
     /// # Errors
-    /// [`Unreadable::NoMcap`] where it begins with anything else, and those of the file.
+    /// Fails with [`Unreadable::NoMcap`] if the file does not begin like an MCAP file, and if reading fails.
     pub fn open(file: File) -> Result<IndexedFile, Unreadable> {
         let mut begin = [0; MAGIC.len()];
         if file.read_exact_at(&mut begin, 0).is_err() {
@@ -142,7 +142,7 @@ impl IndexedFile {
         Ok(indexed)
     }
 
-    /// Takes in what has come since, of a file that is being written; returns whether there was anything.
+    /// Reads the part of a growing file that was added since; returns true if there was any.
     pub fn go_on(&mut self) -> Result<bool, Unreadable> {
         let (before, len) = (self.at, self.file.metadata()?.len());
         while !self.is_read {
@@ -161,7 +161,7 @@ impl IndexedFile {
         Ok(self.at > before)
     }
 
-    /// Returns whether the record behind the mark of the file is the one that comes first in every MCAP file.
+    /// Returns true if the record after the magic is a header, with which every MCAP file begins.
     fn has_header(&self) -> Result<bool, Unreadable> {
         let Some((HEADER, fields)) = self.head(self.at, self.file.metadata()?.len()).unwrap_or(None) else { return Ok(false) };
         let size = fields.end - fields.start;
@@ -169,7 +169,7 @@ impl IndexedFile {
         Ok(sound::is_sound(HEADER, &begin, size))
     }
 
-    /// Passes over damage, up to the next sound record; false where there is none yet.
+    /// Skips damage up to the next sound record; returns false if there is none yet.
     fn pass(&mut self, what: &'static str, len: u64) -> Result<bool, Unreadable> {
         if self.at + HEAD > len {
             return Ok(false);
@@ -196,13 +196,13 @@ impl IndexedFile {
         Ok(true)
     }
 
-    /// Returns whether messages lie in chunks, as far as the file is known.
+    /// Returns true if messages are in chunks, as far as the file has been read.
     fn has_chunks(&self) -> bool {
         self.chunks.last().is_some_and(|chunk| chunk.is_packed)
     }
 
-    /// Lists what could not be read of the file so far. Of chunks only their places were looked at: the content of each is checked by
-    /// [`IndexedFile::chunk`], and what that refuses is told by [`IndexedFile::damage_of`].
+    /// Lists the damage found in the file so far. Only the positions of chunks have been checked: the content of each is checked by
+    /// [`IndexedFile::chunk`], and [`IndexedFile::damage_of`] describes a chunk that this rejects.
     pub fn damage(&self) -> Vec<Damage> {
         let mut found: Vec<Damage> = self.passed.clone();
         let len = self.file.metadata().map_or(self.at, |about| about.len());
@@ -217,7 +217,7 @@ impl IndexedFile {
         found
     }
 
-    /// Describes what is lost with a chunk whose content cannot be read.
+    /// Describes the loss of a chunk whose content cannot be read.
     pub fn damage_of(&self, chunk: usize, what: &'static str) -> Damage {
         let ChunkIndex { fields, is_packed, first, last, counts } = &self.chunks[chunk];
         let counts = Some(counts.clone()).filter(|counts| !counts.is_empty());
@@ -225,7 +225,7 @@ impl IndexedFile {
         Damage { bytes: begins..fields.end, what, span: Some((*first, *last)).filter(|(first, last)| first <= last), counts }
     }
 
-    /// Reads the times that a chunk says it has, where its head is there.
+    /// Reads the times in the head of a chunk, if the head exists.
     fn times_at(&self, at: u64) -> Option<(u64, u64)> {
         let head = self.read(at..at + HEAD + CHUNK_HEAD).ok()?;
         let mut rest = Rest(&head);
@@ -233,7 +233,7 @@ impl IndexedFile {
         Some((rest.u64()?, rest.u64()?)).filter(|(first, last)| first <= last)
     }
 
-    /// Returns true if the file's end is there: nothing more comes.
+    /// Returns true if the file has its end: no more records follow.
     pub fn is_whole(&self) -> bool {
         self.is_whole
     }
@@ -254,7 +254,7 @@ impl IndexedFile {
         Chunk::of(content).ok_or(Unreadable::Damaged { at: place.start, what: SHORT })
     }
 
-    /// Takes the next record, with the index behind it where it is a chunk's; false where there is no whole one.
+    /// Reads the next record, and the index after it if it is a chunk; returns false if there is no complete one.
     fn step(&mut self, len: u64) -> Result<bool, Unreadable> {
         let Some((code, fields)) = self.head(self.at, len)? else { return Ok(false) };
         let (size, mut end) = (fields.end - fields.start, fields.end);
@@ -263,18 +263,19 @@ impl IndexedFile {
         if meant != code {
             self.passed.push(Damage::harmless(self.at..fields.start, "the code of a record is damaged"));
         }
-        // A chunk whose code and length are both damaged: nothing in it says so, but the record behind it.
+        // This may be a chunk whose code and length are both damaged: its own content does not show that, but the record after it does.
         if self.has_chunks() && sound::is_vague(meant) && end + HEAD <= len && !sound::is_record(&self.file, end, len, 0)? {
             return Err(Unreadable::Damaged { at: self.at, what: UNLIKELY });
         }
         match meant {
             CHUNK => end = self.take_chunk(fields, len)?,
-            // An entry of the summary whose code is damaged.
+            // This is an entry of the summary whose code is damaged.
             MESSAGE if self.is_whole => self.passed.push(Damage::harmless(self.at..end, "the code of a record is damaged")),
-            // Nothing tells it from an index whose code and length are damaged, and it has no checksum. No writer is known that mixes both.
+            // Such a record cannot be distinguished from an index whose code and length are damaged, and it has no checksum. No known
+            // writer mixes both.
             MESSAGE if self.has_chunks() => self.passed.push(Damage { bytes: self.at..end, what: BESIDE, span: None, counts: None }),
             MESSAGE => self.take_message(&begin, fields),
-            // Of a chunk that was passed over.
+            // The index belongs to a chunk that was skipped.
             MESSAGE_INDEX => {
                 let (MessageIndex { counts, .. }, behind) = self.index(self.at, len)?;
                 let is_chunk = |place: &Range<u64>| self.summary.as_ref().is_some_and(|summary| summary.is_chunk(place));
@@ -304,7 +305,7 @@ impl IndexedFile {
         Ok(true)
     }
 
-    /// Takes no channel from a summary with another checksum than the footer says: those of chunks have one of their own.
+    /// Discards the channels from a summary whose checksum differs from that in the footer; chunks have checksums of their own.
     fn check_summary(&mut self, footer: Range<u64>) -> Result<(), Unreadable> {
         let fields = self.read(footer.clone())?;
         let mut rest = Rest(&fields);
@@ -331,13 +332,13 @@ impl IndexedFile {
         Ok(())
     }
 
-    /// Takes in a chunk; where the index behind it ends.
+    /// Adds a chunk; returns the end of the index after it.
     fn take_chunk(&mut self, fields: Range<u64>, len: u64) -> Result<u64, Unreadable> {
         let head = self.read(fields.start..fields.start + CHUNK_HEAD)?;
         let mut rest = Rest(&head);
         let (Some(mut first), Some(mut last)) = (rest.u64(), rest.u64()) else { return Err(Unreadable::Damaged { at: self.at, what: SHORT }) };
         let (MessageIndex { mut counts, span, is_whole }, behind) = self.index(fields.end, len)?;
-        // The times in its head have no checksum, those of its messages have one.
+        // The times in its head have no checksum; those of its messages have one.
         if !is_whole || span.is_some_and(|span| span != (first, last)) {
             match self.unpacked(&fields) {
                 Ok(chunk) => {
@@ -357,7 +358,7 @@ impl IndexedFile {
         Ok(behind)
     }
 
-    /// Takes in a message that is in no chunk.
+    /// Adds a message that is not in a chunk.
     fn take_message(&mut self, begin: &[u8], fields: Range<u64>) {
         let mut rest = Rest(begin);
         let (Some(channel), Some(_sequence), Some(time)) = (rest.u16(), rest.u32(), rest.u64()) else { return };
@@ -372,7 +373,7 @@ impl IndexedFile {
         }
     }
 
-    /// Reads the index behind a chunk; where it ends, too.
+    /// Reads the index after a chunk; returns it with its end.
     fn index(&self, mut at: u64, len: u64) -> Result<(MessageIndex, u64), Unreadable> {
         let mut found = MessageIndex::default();
         loop {
@@ -401,7 +402,7 @@ impl IndexedFile {
         }
     }
 
-    /// Returns code and fields of the record at a place; none if it is not there as a whole.
+    /// Returns code and fields of the record at an offset, or `None` if it is incomplete.
     fn head(&self, at: u64, len: u64) -> Result<Option<(u8, Range<u64>)>, Unreadable> {
         if at + HEAD > len {
             return Ok(None);
@@ -416,14 +417,15 @@ impl IndexedFile {
         Ok((fields.end <= len).then_some((code, fields)))
     }
 
-    /// Channels of a file without an end stand in its chunks only: those up to the one whose messages name one that is not known.
+    /// Finds the channels of a file without an end. They are only in its chunks, which are searched up to the last one whose messages
+    /// refer to an unknown channel.
     fn find_channels(&mut self) -> Result<(), Unreadable> {
         let unknown = |of: &IndexedFile| of.chunks.iter().rposition(|chunk| chunk.counts.keys().any(|id| !of.channels.contains_key(id)));
         while let Some(last) = unknown(self).filter(|last| *last >= self.looked) {
             for index in self.looked..=last {
                 match self.chunk(index) {
                     Ok(chunk) => self.channels.extend(chunk.channels),
-                    // Its channels may be described in the summary.
+                    // The chunk's channels may be described in the summary.
                     Err(Unreadable::Damaged { .. }) => {}
                     Err(why) => return Err(why),
                 }
@@ -441,10 +443,10 @@ impl IndexedFile {
     }
 }
 
-/// Bytes of a chunk before its length: its times.
+/// Bytes of a chunk before its length, which contain its times.
 const CHUNK_HEAD: u64 = 16;
-/// Times in the head of a chunk whose writer leaves them out.
+/// Times in the head of a chunk whose writer omits them.
 const UNSAID: (u64, u64) = (0, 0);
-/// Bytes of messages beside chunks that are taken as one chunk.
+/// Maximum size of consecutive messages outside chunks that are treated as one chunk, bytes.
 const RUN_MAX: u64 = 1 << 20;
 const CUT_OFF: &str = "the file ends within a record";

@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
-//! MCAP files (mcap.dev/spec), written and read. What their messages mean is their writer's.
+//! Reads and writes MCAP files (mcap.dev/spec). The meaning of the messages is left to their writer.
 //!
 //! [`Writer`] gathers messages into chunks, each of which reaches the file as a whole: compressed with LZ4, with its checksum and its
-//! index; at the end stands the summary by which tools find their way. [`Reader`] gives the records of a file in their order, out of any
-//! `Read`, with one chunk in memory at a time; chunks may be compressed with LZ4 or not at all. [`IndexedFile`] reads chunks of a file one by one,
-//! wherever they lie, and goes on behind damage.
+//! index. The summary at the end lets tools find their way. [`Reader`] returns the records of a file in order, from any `Read`, with one
+//! chunk in memory at a time; chunks may be compressed with LZ4 or not at all. [`IndexedFile`] reads single chunks of a file, wherever
+//! they are, and continues after damage.
 //!
-//! A file whose writer was killed, or whose disk was full, ends without its end. That is no damage: it is read up to its last whole chunk,
-//! and [`Reader::is_cut_off`] says so. What cannot be what a writer wrote is [`Unreadable::Damaged`], where [`Reader`] stops: a replay needs
-//! every item. [`IndexedFile`] passes over it, and lists it as [`Damage`].
+//! A file whose writer was killed, or whose disk was full, lacks its end. This does not count as damage: it is read up to its last
+//! complete chunk, and [`Reader::is_cut_off`] returns true. Bytes that a writer cannot have written are [`Unreadable::Damaged`], at which
+//! [`Reader`] stops, because a replay needs every item. [`IndexedFile`] skips them, and lists them as [`Damage`].
 mod damage;
 #[cfg(test)]
 mod damaged;

@@ -1,21 +1,21 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Reading MCAP: the records of a file one after the other, those in chunks too.
+//! Reads the records of an MCAP file one after another, including those in chunks.
 use crate::records::{CHANNEL, CHUNK, DATA_END, FOOTER, MAGIC, MESSAGE, METADATA, NONE, Rest};
 use std::collections::BTreeMap;
 use std::io::{self, BufReader, Read};
 use std::ops::Range;
 
-/// A record that says something. Indexes, schemas and attachments are passed over.
+/// A record with content. Indexes, schemas and attachments are skipped.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Record<'a> {
-    /// Messages of `id` from here on are of this channel. The same one may come again.
+    /// Messages of `id` from here on belong to this channel. A channel may be repeated.
     Channel {
         id: u16,
         topic: String,
         encoding: String,
         metadata: BTreeMap<String, String>,
     },
-    /// `time`: ns.
+    /// `time` is in ns.
     Message {
         channel: u16,
         sequence: u32,
@@ -28,12 +28,12 @@ pub enum Record<'a> {
     },
 }
 
-/// Reason why a file cannot be read (on).
+/// Reason why a file cannot be read, or not any further.
 #[derive(Debug, thiserror::Error)]
 pub enum Unreadable {
     #[error("it is no MCAP file")]
     NoMcap,
-    /// `at`: where its record begins, in bytes.
+    /// `at` is the offset of the damaged record, bytes.
     #[error("it is damaged at byte {at}: {what}")]
     Damaged { at: u64, what: &'static str },
     #[error("it is compressed with '{how}'")]
@@ -42,15 +42,15 @@ pub enum Unreadable {
     File(#[from] io::Error),
 }
 
-/// Reads an MCAP file that comes out of `R`, which needs no buffer of its own.
+/// Reads an MCAP file from `R`, which needs no buffer of its own.
 pub struct Reader<R> {
     source: BufReader<R>,
-    /// Where the record of the file that is being read begins, and where it ends.
+    /// Offsets of the beginning and the end of the record being read.
     begins: u64,
     ends: u64,
-    /// Bytes of the file's chunk that is being entered.
+    /// Bytes of the chunk that is being unpacked.
     packed: Vec<u8>,
-    /// Records of the chunk that is being read, or the fields of one beside chunks, and how far.
+    /// Records of the current chunk, or the fields of a record outside chunks, and the read position.
     content: Vec<u8>,
     taken: usize,
     state: State,
@@ -65,10 +65,10 @@ enum State {
 }
 
 impl<R: Read> Reader<R> {
-    /// Begins to read.
+    /// Creates a reader.
     ///
     /// # Errors
-    /// [`Unreadable::NoMcap`] where it begins with anything else, and those of the source.
+    /// Fails with [`Unreadable::NoMcap`] if the source does not begin like an MCAP file, and if reading fails.
     pub fn new(source: R) -> Result<Reader<R>, Unreadable> {
         let mut reader = Reader {
             source: BufReader::with_capacity(BUFFER, source),
@@ -83,10 +83,10 @@ impl<R: Read> Reader<R> {
         if is_whole && reader.packed == MAGIC { Ok(reader) } else { Err(Unreadable::NoMcap) }
     }
 
-    /// Returns the next record; none at the end of the data, and where the file is cut off.
+    /// Returns the next record, or `None` at the end of the data and if the file is cut off.
     ///
     /// # Errors
-    /// What makes the file unreadable from here on: nothing more comes behind an error.
+    /// Fails if the file cannot be read any further: no records follow an error.
     pub fn next_record(&mut self) -> Result<Option<Record<'_>>, Unreadable> {
         let found = self.find();
         if found.is_err() {
@@ -102,17 +102,17 @@ impl<R: Read> Reader<R> {
         }
     }
 
-    /// Returns true behind the last record of a file whose end is there.
+    /// Returns true after the last record of a file that has its end.
     pub fn is_whole(&self) -> bool {
         self.state == State::Whole
     }
 
-    /// Returns true behind the last whole record of a file that ends without its end: its writer was stopped in the middle.
+    /// Returns true after the last complete record of a file that lacks its end because its writer was interrupted.
     pub fn is_cut_off(&self) -> bool {
         self.state == State::CutOff
     }
 
-    /// Returns code and place in `content` of the next record that says something.
+    /// Returns code and position in `content` of the next record with content.
     fn find(&mut self) -> Result<Option<(u8, Range<usize>)>, Unreadable> {
         while self.state == State::Reading {
             if self.taken < self.content.len() {
@@ -145,12 +145,12 @@ impl<R: Read> Reader<R> {
         Ok(None)
     }
 
-    /// Returns code and length of the next record beside chunks; none if the file is cut off.
+    /// Returns code and length of the next record outside chunks, or `None` if the file is cut off.
     fn head(&mut self) -> Result<Option<(u8, u64)>, Unreadable> {
         self.begins = self.ends;
         let is_whole = fill(&mut self.source, HEAD, &mut self.packed)?;
         let mut head = Rest(&self.packed);
-        // No record begins with 0: a file system had made room here, and nobody has filled it.
+        // No record begins with 0: this is space that a file system has allocated and that was never written.
         let (true, Some(code @ 1..), Some(len)) = (is_whole, head.u8(), head.u64()) else {
             self.state = State::CutOff;
             return Ok(None);
@@ -162,12 +162,12 @@ impl<R: Read> Reader<R> {
         Ok(Some((code, len)))
     }
 
-    /// Passes over the fields of a record; false where the file is cut off.
+    /// Skips the fields of a record; returns false if the file is cut off.
     fn pass(&mut self, len: u64) -> io::Result<bool> {
         Ok(io::copy(&mut (&mut self.source).take(len), &mut io::sink())? == len)
     }
 
-    /// Goes on with the records of a chunk.
+    /// Continues with the records of a chunk.
     fn enter(&mut self, len: u64) -> Result<(), Unreadable> {
         self.content.clear();
         self.taken = 0;
@@ -179,14 +179,14 @@ impl<R: Read> Reader<R> {
     }
 }
 
-/// Puts the records of a chunk whose fields these are into `content`, which is empty. `at`: where the chunk begins in the file.
+/// Unpacks the records of a chunk with these fields into `content`, which is empty. `at` is the offset of the chunk in the file.
 pub(crate) fn unpack(fields: &[u8], at: u64, content: &mut Vec<u8>) -> Result<(), Unreadable> {
     let damaged = |what| Unreadable::Damaged { at, what };
     let (size, sum, compression, packed) = chunk(Rest(fields)).ok_or_else(|| damaged(SHORT))?;
     match compression.as_str() {
         "" => content.extend(packed),
         "lz4" if size <= LEN_MAX => {
-            // One byte more: the mark of the end is read too.
+            // Reading one byte more includes the end mark.
             let read = lz4_flex::frame::FrameDecoder::new(packed).take(size + 1).read_to_end(content);
             read.map_err(|_| damaged("a chunk cannot be decompressed"))?;
         }
@@ -203,29 +203,29 @@ pub(crate) fn unpack(fields: &[u8], at: u64, content: &mut Vec<u8>) -> Result<()
     Ok(())
 }
 
-/// Bytes of a record before its fields: its code and their length.
+/// Size of a record before its fields, bytes: its code and their length.
 const HEAD: u64 = 9;
 
-/// Maximum length of a record or chunk: what says more is damaged.
+/// Maximum length of a record or chunk; a larger value is damage.
 pub(crate) const LEN_MAX: u64 = 1 << 32;
 
 const BUFFER: usize = 1 << 16;
 
 pub(crate) const SHORT: &str = "a record is shorter than its fields";
 
-/// Reads `len` bytes, or to the end: false then. Memory is taken for what is there, whatever `len` says.
+/// Reads `len` bytes, or to the end, and then returns false. Memory is allocated only for bytes that exist, whatever `len` is.
 fn fill(source: &mut impl Read, len: u64, into: &mut Vec<u8>) -> io::Result<bool> {
     into.clear();
     Ok(source.take(len).read_to_end(into)? as u64 == len)
 }
 
-/// Returns length and checksum of a chunk's records, how they are compressed, and as what; none if it ends before.
+/// Returns length and checksum of a chunk's records, their compression, and the compressed bytes; `None` if the chunk is too short.
 fn chunk(mut fields: Rest<'_>) -> Option<(u64, u32, String, &[u8])> {
     let (_first, _last, size, sum, compression, len) = (fields.u64()?, fields.u64()?, fields.u64()?, fields.u32()?, fields.text()?, fields.u64()?);
     Some((size, sum, compression, fields.take(usize::try_from(len).ok()?)?))
 }
 
-/// Returns a record; none if its fields end before it does.
+/// Parses a record; returns `None` if its fields are too short.
 pub(crate) fn record(code: u8, mut fields: Rest<'_>) -> Option<Record<'_>> {
     Some(match code {
         CHANNEL => {

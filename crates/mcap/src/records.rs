@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Records of an MCAP file as bytes (mcap.dev/spec): an operation code, a length, and fields in little endian.
+//! Records of an MCAP file as bytes (mcap.dev/spec): an operation code, a length, and little-endian fields.
 use std::collections::BTreeMap;
 
-/// The first and the last bytes of a file.
+/// First and last bytes of a file.
 pub(crate) const MAGIC: &[u8; 8] = b"\x89MCAP0\r\n";
 
-/// Code that no record has.
+/// Code of no record.
 pub(crate) const NONE: u8 = 0x00;
 pub(crate) const HEADER: u8 = 0x01;
 pub(crate) const FOOTER: u8 = 0x02;
@@ -23,7 +23,7 @@ pub(crate) const METADATA_INDEX: u8 = 0x0d;
 pub(crate) const SUMMARY_OFFSET: u8 = 0x0e;
 pub(crate) const DATA_END: u8 = 0x0f;
 
-/// Fields that are put one after the other.
+/// Fields that are written one after another.
 #[derive(Default)]
 pub(crate) struct Fields(pub Vec<u8>);
 
@@ -43,7 +43,7 @@ impl Fields {
         self
     }
 
-    /// Bytes with their length before them.
+    /// Appends bytes, preceded by their length.
     pub fn bytes(self, bytes: &[u8]) -> Fields {
         let mut fields = self.u32(length(bytes.len()));
         fields.0.extend(bytes);
@@ -59,13 +59,13 @@ impl Fields {
         self.bytes(&pairs.0)
     }
 
-    /// Pairs of numbers, the first of which is a channel.
+    /// Appends pairs of a channel and a number.
     pub fn by_channel(self, map: &BTreeMap<u16, u64>) -> Fields {
         let pairs = map.iter().fold(Fields::default(), |pairs, (channel, number)| pairs.u16(*channel).u64(*number));
         self.bytes(&pairs.0)
     }
 
-    /// Appends all of it to `out` as one record.
+    /// Appends the fields to `out` as one record.
     pub fn record(self, code: u8, out: &mut Vec<u8>) {
         out.push(code);
         out.extend((self.0.len() as u64).to_le_bytes());
@@ -77,7 +77,7 @@ fn length(len: usize) -> u32 {
     u32::try_from(len).expect("a text or map of a record is far below 4 GiB")
 }
 
-/// Fields that are taken one after the other; nothing where the bytes end before.
+/// Fields that are read one after another; returns `None` if the bytes are exhausted.
 #[derive(Clone, Copy)]
 pub(crate) struct Rest<'a>(pub &'a [u8]);
 

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Records of a damaged file: which of them are sound, and where the next sound one begins behind damage.
+//! Detects sound records in a damaged file, and finds the next sound one after damage.
 //!
-//! A record has no checksum of its own, except for the content of a chunk. Most records have inner lengths, though, and those must agree with
-//! the length in the head of the record. A damaged length or code nearly always breaks that.
+//! A record has no checksum of its own, except for the content of a chunk. Most records have inner lengths, though, which must agree with
+//! the length in the record's head. A damaged length or code nearly always violates that.
 use crate::reader::LEN_MAX;
 use crate::records::{
     ATTACHMENT, ATTACHMENT_INDEX, CHANNEL, CHUNK, CHUNK_INDEX, DATA_END, FOOTER, HEADER, MESSAGE, MESSAGE_INDEX, METADATA, METADATA_INDEX, Rest, SCHEMA,
@@ -13,22 +13,22 @@ use std::io;
 use std::ops::Range;
 use std::os::unix::fs::FileExt;
 
-/// Bytes of a record before its fields: its code and their length.
+/// Size of a record before its fields, bytes: its code and their length.
 pub(crate) const HEAD: u64 = 9;
-/// Bytes of a chunk, a message or an index of messages that have to agree with the length of the record.
+/// Number of bytes of a chunk, a message or a message index that are checked against the length of the record.
 const PREFIX: u64 = 128;
-/// Bytes of any other record that is checked. A longer one is taken as it is.
+/// Maximum size of any other record that is checked, bytes. A longer one is accepted unchecked.
 const CHECKED_MAX: u64 = 1 << 20;
-/// Bytes that are read at once in a search.
+/// Number of bytes that a search reads at once.
 const WINDOW: u64 = 1 << 16;
-/// The first code that the format has no record of.
+/// First code without a record in the format.
 const UNKNOWN: u8 = DATA_END + 1;
-/// Records in a row that must be sound where one has too few fields to be told from chance.
+/// Number of consecutive records that must be sound if one has too few fields to be distinguished from chance.
 const CHAIN: u32 = 3;
-/// Bytes of one entry of a message index: time and offset.
+/// Size of one entry of a message index, bytes: time and offset.
 pub(crate) const INDEX_ENTRY: usize = 16;
 
-/// Returns whether the fields of a record agree with its length. `fields`: at least the first [`prefix`] of them.
+/// Returns true if the fields of a record agree with its length. `fields` contains at least the first [`prefix`] bytes of them.
 pub(crate) fn is_sound(code: u8, fields: &[u8], len: u64) -> bool {
     match code {
         CHUNK => is_chunk(fields, len),
@@ -43,8 +43,8 @@ pub(crate) fn is_sound(code: u8, fields: &[u8], len: u64) -> bool {
     }
 }
 
-/// Returns the code that a record has by its fields, although its own may be damaged; none if the fields do not agree with its length.
-/// `has_chunks`: messages lie in chunks, so that what looks like an index is none of them.
+/// Returns the code that a record must have by its fields, even if its own code is damaged; `None` if the fields do not agree with its
+/// length. `has_chunks` is true if messages are in chunks, so that a record that looks like an index is not a message.
 pub(crate) fn code_of(code: u8, fields: &[u8], len: u64, has_chunks: bool) -> Option<u8> {
     let is_own = is_sound(code, fields, len);
     if is_chunk(fields, len) {
@@ -58,12 +58,12 @@ pub(crate) fn code_of(code: u8, fields: &[u8], len: u64, has_chunks: bool) -> Op
     }
 }
 
-/// Returns whether a record of this code has no inner lengths that have to agree with its own.
+/// Returns true if a record of this code has no inner lengths that have to agree with its own.
 pub(crate) fn is_vague(code: u8) -> bool {
     matches!(code, MESSAGE | ATTACHMENT..=ATTACHMENT_INDEX) || code >= UNKNOWN
 }
 
-/// Returns number of bytes of a record that [`is_sound`] looks at.
+/// Returns the number of bytes of a record that [`is_sound`] checks.
 pub(crate) fn prefix(code: u8, len: u64) -> u64 {
     match code {
         HEADER | SCHEMA | CHANNEL | METADATA | CHUNK_INDEX | METADATA_INDEX | UNKNOWN.. if len <= CHECKED_MAX => len,
@@ -71,19 +71,19 @@ pub(crate) fn prefix(code: u8, len: u64) -> u64 {
     }
 }
 
-/// Returns whether the fields of a record are those of an index of messages, whatever its code says.
+/// Returns true if the fields of a record are those of a message index, whatever its code is.
 fn is_index(fields: &[u8], len: u64) -> bool {
     sized(fields, 2, INDEX_ENTRY).is_some_and(|ends| ends == len)
 }
 
-/// Returns whether the fields of a record are those of a chunk, whatever its code says.
+/// Returns true if the fields of a record are those of a chunk, whatever its code is.
 pub(crate) fn is_chunk(fields: &[u8], len: u64) -> bool {
     let mut rest = Rest(fields);
     let packed = rest.take(28).and_then(|_| rest.text()).and_then(|_| rest.u64());
     packed.is_some_and(|packed| packed.checked_add((fields.len() - rest.0.len()) as u64) == Some(len))
 }
 
-/// Returns the end of a list of entries behind `skip` bytes, if its length is a number of whole ones.
+/// Returns the end of a list of entries after `skip` bytes, if its length is a multiple of the entry size.
 fn sized(fields: &[u8], skip: usize, entry: usize) -> Option<u64> {
     let mut rest = Rest(fields);
     rest.take(skip)?;
@@ -91,7 +91,7 @@ fn sized(fields: &[u8], skip: usize, entry: usize) -> Option<u64> {
     len.is_multiple_of(entry).then_some((skip + 4 + len) as u64)
 }
 
-/// Returns the number of bytes behind all fields of a record; none if it ends before them.
+/// Returns the number of bytes after all fields of a record, or `None` if it is too short for them.
 fn has_all(code: u8, mut rest: Rest<'_>) -> Option<usize> {
     match code {
         HEADER => {
@@ -129,8 +129,9 @@ fn has_all(code: u8, mut rest: Rest<'_>) -> Option<usize> {
     Some(rest.0.len())
 }
 
-/// Finds the first sound record that begins at `from` or behind it; its code too. Places within `known` chunks are passed over: they may hold
-/// bytes of another file. `has_chunks`: channels and messages are passed over, which lie in chunks, maybe in the very one that is damaged.
+/// Returns the offset and code of the first sound record at or after `from`. Positions within `known` chunks are skipped: they may
+/// contain bytes of another file. If `has_chunks` is true, channels and messages are skipped: they are in chunks, perhaps in the very one
+/// that is damaged.
 pub(crate) fn next_sound(file: &File, from: u64, len: u64, known: &[Range<u64>], has_chunks: bool) -> io::Result<Option<(u64, u8)>> {
     let (mut at, mut window, mut begins) = (from, Vec::new(), 0);
     while at + HEAD <= len {
@@ -159,7 +160,7 @@ pub(crate) fn next_sound(file: &File, from: u64, len: u64, known: &[Range<u64>],
     Ok(None)
 }
 
-/// Returns whether a record begins at a place, as far as its fields and those that follow show.
+/// Returns true if a record begins at an offset, judging by its fields and those of the records after it.
 pub(crate) fn is_record(file: &File, at: u64, len: u64, before: u32) -> io::Result<bool> {
     if at + HEAD > len {
         return Ok(false);

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Tests that a written file is read; a truncated one up to its cut; and of a damaged one nothing that was not written.
+//! Tests that a written file can be read, a truncated one up to its cut, and that a damaged one yields nothing that was not written.
 use crate::records::{CHUNK, CHUNK_INDEX, DATA_END, FOOTER, Fields, MAGIC, Rest};
 use crate::sound::HEAD;
 use crate::{Reader, Record, Schema, Unreadable, Writer};
 use proptest::prelude::*;
 use std::collections::BTreeMap;
 
-/// A record of a file, as its reader gives it.
+/// A record of a file, as its reader returns it.
 #[derive(Clone, Debug, PartialEq)]
 enum WrittenRecord {
     Channel {
@@ -25,7 +25,7 @@ enum WrittenRecord {
         name: String,
         texts: BTreeMap<String, String>,
     },
-    /// None: the chunk is finished.
+    /// Not a record: the chunk is finished.
     Chunk,
 }
 
@@ -53,7 +53,8 @@ fn written() -> impl Strategy<Value = WrittenRecord> {
     ]
 }
 
-/// A file with these records; what its reader is to give; where a whole chunk ended, behind how many of them.
+/// Creates a file with these records. Returns the file, the expected output of its reader, and the end of each chunk with the number of
+/// records up to it.
 fn file(of: &[WrittenRecord]) -> (Vec<u8>, Vec<WrittenRecord>, Vec<(usize, usize)>) {
     let schema = Schema { name: "form".to_owned(), encoding: "jsonschema", text: "{}".to_owned() };
     let mut writer = Writer::new(Vec::new(), "tests").expect("memory has room");
@@ -71,7 +72,7 @@ fn file(of: &[WrittenRecord]) -> (Vec<u8>, Vec<WrittenRecord>, Vec<(usize, usize
                 continue;
             }
             WrittenRecord::Metadata { name, texts } => {
-                // The chunk first.
+                // The chunk must come first.
                 writer.finish_chunk().expect("memory has room");
                 ends.push((writer.position() as usize, expected.len()));
                 writer.metadata(name, texts).expect("memory has room");
@@ -108,7 +109,7 @@ fn read(bytes: &[u8]) -> (Vec<WrittenRecord>, Result<bool, Unreadable>) {
     }
 }
 
-/// A file with the records of `compressed`, whose chunks are made by `chunk` of what was in them.
+/// Returns a file with the records of `compressed`, whose chunks are recreated from their content by `chunk`.
 pub(crate) fn with_chunks(compressed: &[u8], chunk: impl Fn(&[u8]) -> Vec<u8>) -> Vec<u8> {
     let (mut rest, mut out) = (Rest(&compressed[MAGIC.len()..]), MAGIC.to_vec());
     while let Some((code, mut fields)) = rest.record() {
@@ -125,7 +126,7 @@ pub(crate) fn with_chunks(compressed: &[u8], chunk: impl Fn(&[u8]) -> Vec<u8>) -
         } else {
             let mut fields = fields.0.to_vec();
             if code == FOOTER {
-                // Its places are those of the other file: it says no checksum.
+                // The footer's positions are those of the other file, so its checksum is omitted.
                 let sum = fields.len() - size_of::<u32>();
                 fields[sum..].fill(0);
             }
@@ -152,7 +153,7 @@ fn message(channel: u16, data: &[u8]) -> WrittenRecord {
     WrittenRecord::Message { channel, sequence: 7, time: 9, data: data.to_vec() }
 }
 
-/// Three chunks and two records of metadata.
+/// Creates three chunks and two records of metadata.
 fn example() -> (Vec<u8>, Vec<WrittenRecord>, Vec<(usize, usize)>) {
     let channel = WrittenRecord::Channel { id: 0, topic: "/here".to_owned(), encoding: "json".to_owned(), metadata: BTreeMap::new() };
     let told = |name: &str| WrittenRecord::Metadata { name: name.to_owned(), texts: [("by".to_owned(), "us".to_owned())].into() };
@@ -204,12 +205,12 @@ fn a_file_that_is_cut_off_is_read_up_to_its_last_whole_chunk() {
             continue;
         }
         let count = ends.iter().take_while(|(end, _)| *end <= cut).last().map_or(0, |(_, count)| *count);
-        // A chunk is whole before its index is.
+        // A chunk is complete before its index is.
         let is_chunk_more = ends.iter().any(|(end, with)| *end > cut && *with == found.len());
         assert!(found.len() == count || is_chunk_more, "{} records cut at {cut}", found.len());
         assert_eq!(found, expected[..found.len()], "cut at {cut}");
         assert_eq!(whole.expect("no damage"), cut >= data_end, "cut at {cut}");
-        // Room that a file system made, and nobody filled.
+        // A file system has allocated this space, and it was never written.
         let mut unfilled = bytes[..cut].to_vec();
         unfilled.extend([0; 100]);
         if ends.iter().any(|(end, _)| *end == cut) {
@@ -250,7 +251,7 @@ fn damage_brings_nothing_that_was_not_written() {
 fn damage_is_said_with_its_place() {
     let (bytes, expected, ends) = example();
     let why = |bytes: &[u8]| read(bytes).1.expect_err("damaged").to_string();
-    // The third chunk; its index comes behind it.
+    // This is the third chunk, followed by its index.
     let (begin, before) = ends[ends.len() - 4];
     let mut damaged = bytes.clone();
     damaged[begin + 80] ^= 1;
@@ -296,7 +297,7 @@ fn a_writer_does_not_grow_without_end() {
     let has_index = |chunks: u64| {
         let mut writer = Writer::new(Vec::new(), "tests").expect("memory has room");
         for time in 0..chunks {
-            // Each channel takes place in the index of a chunk.
+            // Each channel takes space in the index of a chunk.
             (0..=u16::MAX).for_each(|channel| writer.put(channel, 0, time, &[]));
             writer.finish_chunk().expect("memory has room");
         }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Writing MCAP: messages into chunks, their indexes, and the summary.
+//! Writes MCAP: messages in chunks, their indexes, and the summary.
 use crate::records::{
     CHANNEL, CHUNK, CHUNK_INDEX, DATA_END, FOOTER, Fields, HEADER, MAGIC, MESSAGE, MESSAGE_INDEX, METADATA, METADATA_INDEX, SCHEMA, STATISTICS, SUMMARY_OFFSET,
 };
@@ -22,31 +22,31 @@ impl Chunk {
     }
 }
 
-/// Form of a channel's messages.
+/// Schema of a channel's messages.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub struct Schema {
     pub name: String,
-    /// Language of `text`: `jsonschema`, …
+    /// Language of `text`, such as `jsonschema`.
     pub encoding: &'static str,
     pub text: String,
 }
 
-/// Writes an MCAP file into `W`, which needs no buffer: chunks come to it whole, and it is flushed behind each.
+/// Writes an MCAP file to `W`, which needs no buffer: chunks are written as a whole, and `W` is flushed after each.
 ///
-/// Where a call fails nothing more can be written: `W` ends with a part of a record then, behind [`Writer::position`].
+/// If a call fails, nothing more can be written: `W` then ends with an incomplete record after [`Writer::position`].
 pub struct Writer<W: Write> {
     sink: W,
     position: u64,
     chunk: Chunk,
-    /// Chunk of channels that have chunks of their own.
+    /// Chunk of the channels that are kept apart.
     chunk_apart: Chunk,
     apart: HashSet<u16>,
-    /// Their numbers.
+    /// Numbers of the schemas.
     schemas: HashMap<Schema, u16>,
     /// Every schema and channel as a record, for the summary.
     described: [Vec<u8>; 2],
     channels: u16,
-    /// None where they became too many.
+    /// `None` if there are too many.
     chunk_indexes: Option<Vec<u8>>,
     chunks: u32,
     metadata_indexes: Vec<u8>,
@@ -56,10 +56,10 @@ pub struct Writer<W: Write> {
 }
 
 impl<W: Write> Writer<W> {
-    /// Begins a file. `library`: who writes it.
+    /// Starts a file. `library` identifies the writer.
     ///
     /// # Errors
-    /// Those of the sink, here and in every other call.
+    /// Fails if the sink fails, as every other call does.
     pub fn new(sink: W, library: &str) -> io::Result<Writer<W>> {
         let mut writer = Writer {
             sink,
@@ -83,7 +83,7 @@ impl<W: Write> Writer<W> {
         Ok(writer)
     }
 
-    /// Adds a channel; returns its number, or none if a file has none left. `encoding`: of its messages.
+    /// Adds a channel; returns its number, or `None` if the file has no numbers left. `encoding` is that of its messages.
     pub fn channel(&mut self, topic: &str, encoding: &str, schema: Option<&Schema>, metadata: &BTreeMap<String, String>) -> Option<u16> {
         let schema = schema.map_or(Some(0), |schema| self.schema(schema))?;
         self.channels = self.channels.checked_add(1)?;
@@ -107,13 +107,13 @@ impl<W: Write> Writer<W> {
         fields().record(code, &mut self.described[which]);
     }
 
-    /// Messages of a channel go into chunks of their own, shared with the other channels of which this was said: who reads only them reads
-    /// nothing else. Said before its first message.
+    /// Puts messages of a channel into separate chunks, shared with other such channels: their readers need not read anything else. Must
+    /// be called before the channel's first message.
     pub fn set_apart(&mut self, channel: u16) {
         self.apart.insert(channel);
     }
 
-    /// Puts a message into its chunk. `time`: ns.
+    /// Adds a message to its chunk. `time` is in ns.
     pub fn put(&mut self, channel: u16, sequence: u32, time: u64, data: &[u8]) {
         let Chunk { records, index, first, last } = if self.apart.contains(&channel) { &mut self.chunk_apart } else { &mut self.chunk };
         if index.is_empty() {
@@ -135,12 +135,12 @@ impl<W: Write> Writer<W> {
         [&self.chunk, &self.chunk_apart].into_iter().any(Chunk::is_full)
     }
 
-    /// Returns true while messages of a channel are in a chunk that is being filled.
+    /// Returns true while a chunk that is being filled contains messages of a channel.
     pub fn is_filling(&self, channel: u16) -> bool {
         [&self.chunk, &self.chunk_apart].into_iter().any(|chunk| chunk.index.contains_key(&channel))
     }
 
-    /// Bytes written: a whole number of records. Up to here the file can be read, whatever happens to its writer.
+    /// Returns the number of bytes written: a whole number of records. Up to here the file can be read, whatever happens to its writer.
     pub fn position(&self) -> u64 {
         self.position
     }
@@ -150,7 +150,7 @@ impl<W: Write> Writer<W> {
         self.sink
     }
 
-    /// Writes the chunks to the sink, each as a whole, with the index of its messages; nothing if both are empty.
+    /// Writes the chunks to the sink, each as a whole, with the index of its messages; writes nothing if both are empty.
     pub fn finish_chunk(&mut self) -> io::Result<()> {
         self.finish_values()?;
         let chunk = std::mem::take(&mut self.chunk_apart);
@@ -158,26 +158,26 @@ impl<W: Write> Writer<W> {
         Ok(())
     }
 
-    /// Writes only full chunks: one of channels apart stays if it is not full, as they are few messages, and lie together so.
+    /// Writes only full chunks. The separate chunk stays if it is not full: its messages are few, and are kept together in this way.
     pub fn finish_full(&mut self) -> io::Result<()> {
         if self.chunk_apart.is_full() { self.finish_chunk() } else { self.finish_values() }
     }
 
-    /// Channels are described in this chunk, which comes first, so that none stands behind its messages.
+    /// Writes the chunk of values. It comes first because it describes channels, so that no description follows its messages.
     fn finish_values(&mut self) -> io::Result<()> {
         let chunk = std::mem::take(&mut self.chunk);
         self.chunk = self.finished(chunk)?;
         Ok(())
     }
 
-    /// Writes a chunk; the same memory comes back empty.
+    /// Writes a chunk and returns it empty, to reuse its memory.
     fn finished(&mut self, mut chunk: Chunk) -> io::Result<Chunk> {
         if chunk.records.is_empty() {
             return Ok(chunk);
         }
         let Chunk { records, index, first, last } = &chunk;
         let (first, last, size) = (*first, *last, records.len() as u64);
-        // A turned bit may decompress to the same bytes, so that the checksum of the records does not show it; that of the block does.
+        // A flipped bit may decompress to the same bytes, which the checksum of the records does not detect; that of the block does.
         let checked = lz4_flex::frame::FrameInfo::new().block_checksums(true);
         let mut encoder = lz4_flex::frame::FrameEncoder::with_frame_info(checked, Vec::with_capacity(records.len() / 2));
         encoder.write_all(records)?;
@@ -214,7 +214,7 @@ impl<W: Write> Writer<W> {
         Ok(chunk)
     }
 
-    /// Writes a record of metadata, behind the chunk, which reaches the sink with it.
+    /// Writes a record of metadata after the chunk, which it forces to the sink.
     pub fn metadata(&mut self, name: &str, texts: &BTreeMap<String, String>) -> io::Result<()> {
         self.finish_chunk()?;
         let (start, mut out) = (self.position, Vec::new());
@@ -225,7 +225,7 @@ impl<W: Write> Writer<W> {
         self.sink.flush()
     }
 
-    /// Writes the end of the file: the summary, behind the last chunk. The last call.
+    /// Writes the end of the file: the summary after the last chunk. This must be the last call.
     pub fn finish(&mut self) -> io::Result<()> {
         self.finish_chunk()?;
         let mut out = Vec::new();
@@ -250,7 +250,7 @@ impl<W: Write> Writer<W> {
         }
         let offset_start = self.position + out.len() as u64;
         out.extend(&offsets);
-        // The checksum is of the summary and of the footer up to it.
+        // The checksum covers the summary and the footer up to the checksum.
         let begins = usize::try_from(summary - self.position).map_err(io::Error::other)?;
         Fields::default().u64(summary).u64(offset_start).u32(0).record(FOOTER, &mut out);
         let sum_at = out.len() - size_of::<u32>();
@@ -268,11 +268,11 @@ impl<W: Write> Writer<W> {
     }
 }
 
-/// Bytes of a chunk before compression.
+/// Size of a chunk before compression, bytes.
 const CHUNK_SIZE: usize = 1 << 20;
-/// Bytes of the index of all chunks, which is in memory until the end: of days where there is a chunk a second, of an hour where there are
-/// a hundred. A longer file has none, and tools read it from its beginning.
+/// Maximum size of the index of all chunks, which stays in memory until the end, bytes: enough for days at one chunk a second, for an
+/// hour at a hundred. A longer file has no index, and tools read it from its beginning.
 const INDEXES_MAX: usize = 32 << 20;
 const COMPRESSION: &str = "lz4";
-/// Bytes of a message's fields before its data: channel, sequence, two times.
+/// Size of a message's fields before its data, bytes: channel, sequence, two times.
 const MESSAGE_FIELDS: u64 = 22;

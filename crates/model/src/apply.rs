@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! A verb and its arguments become a plan: bound, placed, related, ordered.
+//! Application of a verb: turns a verb and its arguments into a plan by binding, placing, relating and ordering its blocks.
 mod activations;
 mod activity;
 mod arguments;
@@ -27,10 +27,10 @@ pub(crate) use rehearse::StandIns;
 use std::collections::{BTreeMap, HashMap};
 use std::sync::Arc;
 
-/// Applies the verb of that name: checks it, and makes the plan of an instance.
+/// Applies the verb that `application` names: checks it, and returns the plan of an instance.
 ///
 /// # Errors
-/// Everything that is wrong, in the order found.
+/// Returns all mistakes in the order in which they are found.
 pub fn apply(application: &Application, configuration: &Configuration) -> Result<Plan, Refusals> {
     let Some(verb) = configuration.verbs.get(&application.verb) else {
         let remedy = did_you_mean(&application.verb, configuration.verbs.keys().map(String::as_str));
@@ -44,7 +44,7 @@ impl CheckedVerb {
     /// Returns the plan of an instance of this verb.
     ///
     /// # Errors
-    /// Everything that is wrong with the arguments, bindings, placement and rates, in the order found.
+    /// Returns all mistakes in the arguments, bindings, placement and rates, in the order in which they are found.
     pub fn apply(&self, application: &Application, configuration: &Configuration) -> Result<Plan, Refusals> {
         let mut draft = Draft::new(self, application, configuration);
         let given = draft.arguments();
@@ -81,7 +81,7 @@ pub(crate) enum GroupBinding<'a> {
     },
 }
 
-/// The plan while it is made.
+/// A plan under construction.
 pub(crate) struct Draft<'a> {
     pub checked: &'a CheckedVerb,
     pub application: &'a Application,
@@ -89,15 +89,15 @@ pub(crate) struct Draft<'a> {
     /// Devices of each object, in the order of the verb's objects.
     pub objects: Vec<Vec<&'a str>>,
     pub sizes: Vec<Option<u32>>,
-    /// Units of items that are those of others, as far as they are known: for each block (item, unit).
+    /// Inferred units of items that are declared by the units of others, as far as known: for each block, (item, unit).
     pub units: Vec<Vec<(usize, String)>>,
     pub cells: Vec<PlannedCell>,
-    /// True if a cell is no constant.
+    /// True if a cell is not constant.
     pub varies: Vec<bool>,
     pub svv_cells: HashMap<SvvId, CellIndex>,
     pub channel_cells: HashMap<(&'a str, usize), CellIndex>,
     pub blocks: Vec<PlannedBlock>,
-    /// Cells of the elements of array ports that are bound one by one, while they are bound, and then.
+    /// Cells of the elements of array ports that are bound element by element, during binding and afterwards.
     pub gathered: BTreeMap<Port, BTreeMap<usize, CellIndex>>,
     pub elements: BTreeMap<Port, BTreeMap<usize, CellIndex>>,
     pub remarks: Vec<Remark>,
@@ -125,7 +125,7 @@ impl<'a> Draft<'a> {
         }
     }
 
-    /// Ends here if anything was refused: what follows rests on it.
+    /// Fails if anything has been refused so far, because later steps depend on it.
     fn stop(&mut self) -> Result<(), Refusals> {
         if self.refusals.is_empty() { Ok(()) } else { Err(std::mem::take(&mut self.refusals)) }
     }
@@ -135,13 +135,13 @@ impl<'a> Draft<'a> {
         self.refusals.push(Refusal::new(class, message).remedy(remedy).at(place).at(&self.checked.place));
     }
 
-    /// Refuses as [`Draft::refuse`] does, and says which parts of the definition it is about, the first one first.
+    /// Refuses as [`Draft::refuse`] does, and names the parts of the definition concerned, the main one first.
     pub fn refuse_at(&mut self, class: Class, message: String, remedy: &str, place: &Option<SourceLocation>, about: impl IntoIterator<Item = Where>) {
         self.refuse(class, message, remedy, place);
         self.mark(about);
     }
 
-    /// Adds parts of the definition to the newest refusal.
+    /// Adds parts of the definition to the latest refusal.
     pub fn mark(&mut self, about: impl IntoIterator<Item = Where>) {
         if let Some(refusal) = self.refusals.last_mut() {
             refusal.about.extend(about);

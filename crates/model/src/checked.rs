@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-//! A verb that was entered in a system: its definition is checked and flat, ready to be applied any number of times.
+//! Checked verbs: a verb that was entered in a system has its definition checked and flattened once, and can then be applied any number
+//! of times.
 //!
-//! Keep one for each verb, made by [`CheckedVerb::new`] when the verb (or a block or device type that it uses) is defined, and
-//! apply it with [`CheckedVerb::apply`]. [`crate::apply`] makes a new one each time.
+//! Keep one for each verb, made by [`CheckedVerb::new`] when the verb (or a block or device type that it uses) is defined, and apply it
+//! with [`CheckedVerb::apply`]. [`crate::apply`] makes a new one each time.
 use crate::conditions::{self, CheckedCondition};
 use crate::configuration::Configuration;
 use crate::conformity;
@@ -21,7 +22,7 @@ use crate::undriven::{cells_without_writer, undriven};
 use indexmap::IndexMap;
 use std::sync::OnceLock;
 
-/// A checked, flat verb.
+/// A checked and flattened verb.
 #[derive(Clone, Debug)]
 pub struct CheckedVerb {
     pub name: String,
@@ -45,21 +46,21 @@ pub struct CheckedVerb {
     pub(crate) conditions: Vec<CheckedCondition>,
     pub(crate) manual: bool,
     pub(crate) remarks: Vec<Remark>,
-    /// True if a block has synchronous inputs that are no constants.
+    /// True if a block has synchronous inputs that are not constant.
     pub(crate) driven: Vec<bool>,
 }
 
-/// Returns every refusal of a verb's definition; empty: it may be entered.
+/// Returns all refusals of a verb's definition. The verb may be entered if there are none.
 pub fn check_verb(verb: &Verb, configuration: &Configuration) -> Refusals {
     CheckedVerb::new(verb, configuration).err().unwrap_or_default()
 }
 
-/// Returns every refusal of a graph's definition.
+/// Returns all refusals of a graph's definition.
 pub fn check_graph(graph: &Graph, configuration: &Configuration) -> Refusals {
     flat_graph(graph, configuration).refusals
 }
 
-/// Returns a graph, flat and checked by itself.
+/// Returns a graph, flattened and checked on its own.
 pub(crate) fn flat_graph<'a>(graph: &'a Graph, configuration: &'a Configuration) -> Flat<'a> {
     let mut flat = Flat::new(configuration);
     flat.add("", &graph.blocks, &graph.divide, 1);
@@ -76,17 +77,17 @@ pub(crate) fn flat_graph<'a>(graph: &'a Graph, configuration: &'a Configuration)
 }
 
 impl CheckedVerb {
-    /// Checks a definition and makes it flat.
+    /// Checks and flattens a definition.
     ///
     /// # Errors
-    /// Everything that is wrong with it, in the order of the definition.
+    /// Returns all mistakes in the order of the definition.
     pub fn new(verb: &Verb, configuration: &Configuration) -> Result<CheckedVerb, Refusals> {
         let mut flat = Flat::new(configuration);
         let checked = CheckedVerb::sketch(&mut flat, verb);
         if flat.refusals.is_empty() { Ok(checked) } else { Err(flat.refusals) }
     }
 
-    /// Returns what can be told of a verb, right or wrong: the refusals are in `flat`, with the labels.
+    /// Returns as much of a verb as can be resolved, even if it is wrong. The refusals and labels are in `flat`.
     pub(crate) fn sketch<'a>(flat: &mut Flat<'a>, verb: &'a Verb) -> CheckedVerb {
         flat.is_composed = !verb.parts.is_empty();
         flat.add("", &verb.blocks, no_divides(), 1);
@@ -205,7 +206,7 @@ pub(crate) fn group_of(blocks: &[FlatBlock], groups: &[Group]) -> Vec<Vec<Option
     group_of
 }
 
-/// Returns the first synchronous input of each block that is no constant: it runs when that has a new value, and only then.
+/// Returns the first non-constant synchronous input of each block: the block runs only when that input has a new value.
 fn drivers(blocks: &[FlatBlock], groups: &[Group], group_of: &[Vec<Option<u32>>]) -> Vec<Option<usize>> {
     let driver = |(at, block): (usize, &FlatBlock)| {
         (0..block.kind.interface.items.len()).find(|item| {

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Composition: several verbs become one, by the union of their components and an augmented τ. The result is an ordinary verb.
+//! Composition: unites several verbs into one by the union of their components and an augmented τ. The result is an ordinary verb.
 //!
-//! Blocks, cells and lists carry the label of their part; parameters, outputs, objects and conditions of one name become one. What
-//! a condition returns, and where an output is read, stays with the part that ends: ν and ω of a composed verb have one line a part.
+//! Blocks, cells and lists carry the label of their part; parameters, outputs, objects and conditions of the same name are merged. The
+//! values that a condition returns, and the place where an output is read, belong to the part that ends: ν and ω of a composed verb have
+//! one line per part.
 mod conditions;
 mod endings;
 mod form;
@@ -29,29 +30,30 @@ use serde::{Deserialize, Serialize};
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Step {
-    /// A part, which stands for every list of it that the condition ends, or one list: `approach`, `approach.back_off`; or several.
+    /// Part, which denotes each of its lists that the condition ends, or a single list: `approach`, `approach.back_off`; or several of
+    /// these.
     #[serde(deserialize_with = "crate::definition::written::one_or_several")]
     #[cfg_attr(feature = "schema", schemars(with = "crate::definition::written::Names"))]
     pub from: Vec<String>,
-    /// A condition, by its name in the composed verb or in the part; absent: every normal end, but a halt.
+    /// Condition, by its name in the composed verb or in the part; absent: every normal end except a halt.
     #[serde(default)]
     pub condition: Option<String>,
-    /// A part, which stands for its initial list, or one list.
+    /// Part, which denotes its initial list, or a single list.
     pub to: String,
     #[serde(default)]
     pub place: Option<SourceLocation>,
 }
 
-/// End of parts that run together.
+/// Ending rule of parts that run together.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[cfg_attr(feature = "schema", schemars(rename = "TogetherUntil"))]
 #[serde(rename_all = "snake_case")]
 pub enum Until {
-    /// They end when the first of them has ended.
+    /// The parts end when the first of them has ended.
     #[default]
     Any,
-    /// They end when all of them have come to a normal end.
+    /// The parts end when all of them have ended normally.
     All,
 }
 
@@ -62,36 +64,36 @@ pub struct Composition {
     pub name: String,
     #[serde(default)]
     pub doc: String,
-    /// Label → verb, in the order of the calls' parameters.
+    /// Label → verb, in the order of the parameters of a call.
     pub parts: IndexMap<String, Verb>,
     #[serde(default)]
     pub transitions: Vec<Step>,
-    /// A part or list; absent: the first part.
+    /// Part or list to begin with; absent: the first part.
     #[serde(default)]
     pub initial: Option<String>,
-    /// `part.name` → the name that it has in the composed verb: of a parameter, object, output or condition.
+    /// `part.name` → name in the composed verb, for a parameter, object, output or condition.
     #[serde(default)]
     pub rename: IndexMap<String, String>,
-    /// `part.input` → the value that it always has there.
+    /// `part.input` → fixed value of the input.
     #[serde(default)]
     pub preset: IndexMap<String, Value>,
-    /// Labels of blocks that are one instance in all parts that have them.
+    /// Labels of blocks of which all parts use one instance.
     #[serde(default)]
     pub share: Vec<String>,
-    /// The initial lists of all parts are one list.
+    /// True if the initial lists of all parts are merged into one.
     #[serde(default)]
     pub together: bool,
-    /// End of parts that run together.
+    /// Ending rule of parts that run together.
     #[serde(default)]
     pub until: Until,
     #[serde(default)]
     pub place: Option<SourceLocation>,
 }
 
-/// Returns the verb that a composition is.
+/// Returns the verb that a composition defines.
 ///
 /// # Errors
-/// Everything by which the parts do not go together, in one go; each names the parts and says what to do.
+/// Returns all incompatibilities of the parts at once; each names the parts and a remedy.
 pub fn compose(composition: &Composition, configuration: &Configuration) -> Result<Verb, Refusals> {
     let mut composing = Composing::new(composition, configuration)?;
     composing.read_references();
@@ -110,7 +112,7 @@ pub fn compose(composition: &Composition, configuration: &Configuration) -> Resu
     checked.map(|_| composing.verb)
 }
 
-/// A composed verb while it is made.
+/// A composed verb under construction.
 struct Composing<'a> {
     of: &'a Composition,
     parts: Vec<PartOf<'a>>,
@@ -153,7 +155,7 @@ impl<'a> Composing<'a> {
         self.refusals.push(Refusal::new(class, message).remedy(remedy).at(place).at(&self.of.place));
     }
 
-    /// Refuses what two parts cannot both be.
+    /// Refuses declarations of two parts that exclude each other.
     fn conflict(&mut self, class: Class, message: String, remedy: &str, (first, second): (usize, usize)) {
         let mut refusal = Refusal::new(class, message).remedy(remedy);
         for part in [first, second] {
@@ -169,7 +171,7 @@ impl<'a> Composing<'a> {
     }
 }
 
-/// Returns the verb before anything is united: its names, and its parts with those of the parts.
+/// Returns the verb before anything is united: its name and attributes, and its parts with their nested parts.
 fn empty(of: &Composition, parts: &[PartOf<'_>]) -> Verb {
     let mut known = IndexMap::new();
     for part in parts {

@@ -8,39 +8,39 @@ use crate::refusal::{Class, Where};
 use hints::did_you_mean;
 use std::collections::HashMap;
 
-/// Conditions that no block reports: the system does.
+/// Conditions reported by the system rather than by a block.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum SystemCondition {
-    /// No block of it is active.
+    /// No block of the verb is active.
     Completed,
-    /// It was halted.
+    /// The verb was halted.
     Halted,
     /// A block faulted.
     Fault,
-    /// A processor that it runs on is lost.
+    /// A processor that the verb runs on was lost.
     ProcessorLost,
-    /// A device that it uses is lost.
+    /// A device that the verb uses was lost.
     DeviceLost,
-    /// A logical device that it uses was disabled.
+    /// A logical device that the verb uses was disabled.
     DeviceDisabled,
-    /// A later start, or a person, took its place.
+    /// The verb was replaced by a later start or aborted by a person.
     Aborted,
     /// The emergency stop was tripped.
     EmergencyStop,
-    /// It ran longer than it may.
+    /// The verb exceeded its time limit.
     TimeLimit,
-    /// More releases were skipped than may be.
+    /// More releases were skipped than allowed.
     Overrun,
-    /// A ratio value is absent for too long.
+    /// A ratio value was absent for too long.
     Late,
-    /// Nothing has come from another source for too long.
+    /// No value arrived from another source for too long.
     LinkLost,
-    /// A joint that it uses has lost more time at once than it may.
+    /// A joint that the verb uses lost more time at once than allowed.
     TimeLost,
 }
 
 impl SystemCondition {
-    /// Its name in verbs and reports.
+    /// Returns the name of the condition in verbs and reports.
     pub const fn name(self) -> &'static str {
         match self {
             Self::Completed => "completed",
@@ -72,10 +72,10 @@ pub const SYSTEM: [&str; 8] = [
     SystemCondition::EmergencyStop.name(),
 ];
 
-/// Conditions that ask for an end. The end tells of them also where they lead on first, to a decelerating list.
+/// Conditions that request an orderly end. The end reports them even if they first lead to a decelerating list.
 pub const ORDERLY: [&str; 3] = [SystemCondition::Halted.name(), SystemCondition::Aborted.name(), SystemCondition::DeviceDisabled.name()];
 
-/// Conditions that tell a verb to end: whatever they lead to leads to no further work.
+/// Conditions that tell a verb to end: the lists they lead to never lead to further work.
 pub const ENDS: [&str; 6] = [
     SystemCondition::Halted.name(),
     SystemCondition::Aborted.name(),
@@ -85,7 +85,7 @@ pub const ENDS: [&str; 6] = [
     SystemCondition::ProcessorLost.name(),
 ];
 
-/// Conditions that come where a start, or a joint, declares a limit.
+/// Conditions that occur only if a start or a joint declares a limit.
 pub const LIMITS: [&str; 5] = [
     SystemCondition::TimeLimit.name(),
     SystemCondition::Overrun.name(),
@@ -94,7 +94,7 @@ pub const LIMITS: [&str; 5] = [
     SystemCondition::TimeLost.name(),
 ];
 
-/// A termination condition with τ.
+/// A termination condition with its transitions.
 #[derive(Clone, Debug)]
 pub struct CheckedCondition {
     pub planned: PlannedCondition,
@@ -102,7 +102,7 @@ pub struct CheckedCondition {
     pub transitions: Vec<(usize, usize)>,
 }
 
-/// Resolves the table of conditions and τ. The system conditions that the verb does not name come after its own.
+/// Resolves the table of conditions and τ. System conditions that the verb does not name follow its own.
 pub fn check_conditions(flat: &mut Flat<'_>, verb: &Verb) -> Vec<CheckedCondition> {
     let mut conditions: Vec<CheckedCondition> = Vec::with_capacity(verb.conditions.len());
     for (name, termination) in &verb.conditions {
@@ -122,7 +122,7 @@ pub fn check_conditions(flat: &mut Flat<'_>, verb: &Verb) -> Vec<CheckedConditio
     conditions
 }
 
-/// Returns the lists in which no line of the table has that name; empty: all of them.
+/// Returns the lists in which no line of the table has that name; an empty list means all of them.
 fn lists_without(conditions: &[CheckedCondition], name: &str, count: usize) -> Option<Vec<usize>> {
     let held = |list: &usize| conditions.iter().any(|c| c.planned.name == name && c.planned.holds_in(*list));
     let without: Vec<usize> = (0..count).filter(|list| !held(list)).collect();
@@ -166,8 +166,8 @@ fn check_one(flat: &mut Flat<'_>, verb: &Verb, key: &str, termination: &Terminat
     CheckedCondition { planned, transitions: Vec::new() }
 }
 
-/// Checks that ν is of what ends the verb: a condition that leads on from every list in which it holds returns nothing, but where it
-/// begins an orderly end, of which the report is its own. A part of a composed verb returns what it returned alone.
+/// Checks that only conditions that end the verb have ν. A condition that has a transition in every list in which it holds returns
+/// nothing, unless it starts an orderly end, which it then reports. A part of a composed verb returns the same values as on its own.
 fn check_returns(flat: &mut Flat<'_>, verb: &Verb, conditions: &[CheckedCondition]) {
     if flat.is_composed {
         return;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-//! State of a system when a verb is applied: hardware, code, SVVs, devices, and what is already installed.
-//! The supervisor keeps it; the checks only read it.
+//! Configuration of a system when a verb is applied: hardware, code, SVVs, devices, and installed instances. The supervisor maintains it;
+//! the checks only read it.
 use crate::definition::{Arbitration, DeviceType, Verb};
 use crate::interface::{Interface, Mode};
 use crate::refusal::SourceLocation;
@@ -35,7 +35,7 @@ pub struct Source {
 pub struct Channel {
     /// `part.channel` or a plain name.
     pub name: String,
-    /// False: it is read; true: it is written.
+    /// True: the channel is written; false: it is read.
     pub write: bool,
     pub type_text: String,
     pub unit: String,
@@ -45,52 +45,52 @@ pub struct Channel {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct PhysicalDevice {
     pub processor: String,
-    /// `rtp.name` of the source that reads and writes it.
+    /// `rtp.name` of the source that reads and writes the device.
     pub source: String,
     pub channels: Vec<Channel>,
     #[serde(default)]
     pub place: Option<SourceLocation>,
 }
 
-/// An SVV that exists.
+/// An existing SVV.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Svv {
     pub id: SvvId,
-    /// C type as given, and the struct types it needs are in `types`.
+    /// C type as declared; the struct types that it needs are in `types`.
     pub type_text: String,
     pub unit: String,
     #[serde(default)]
     pub types: IndexMap<String, String>,
-    /// Number of its values that are kept.
+    /// Number of values kept.
     #[serde(default)]
     pub history: u32,
-    /// The logical device it belongs to.
+    /// Logical device that the SVV belongs to.
     #[serde(default)]
     pub device: Option<String>,
-    /// True if it was made with the first of the devices that share it; it goes with the last.
+    /// True if several devices share the SVV: it is created with the first of them and deleted with the last.
     #[serde(default)]
     pub shared: bool,
     #[serde(default)]
     pub place: Option<SourceLocation>,
 }
 
-/// A logical device that exists.
+/// An existing logical device.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct LogicalDevice {
     pub device_type: String,
     /// Member → SVV name (`arm.elbow.sensed`).
     pub svvs: IndexMap<String, String>,
     pub parameters: IndexMap<String, Value>,
-    /// Further arguments of its own verb (`drive`).
+    /// Further arguments of the device's own verb (`drive`).
     pub arguments: IndexMap<String, crate::definition::Argument>,
-    /// Where its own verb runs, `rtp.name`.
+    /// `rtp.name` of the source on which the device's own verb runs.
     #[serde(default)]
     pub source: Option<String>,
     pub enabled: bool,
-    /// Parts of units that are others for this device than its type says, in order: (`rad`, `m`) of a sliding joint.
+    /// Parts of units that this device replaces, in order: (`rad`, `m`) for a prismatic joint.
     #[serde(default)]
     pub units: Vec<(String, String)>,
-    /// Arbitration of a second verb that commands it, if it is not as its type says.
+    /// Arbitration for a second verb that commands the device, if it differs from the type's.
     #[serde(default)]
     pub arbitration: Option<Arbitration>,
     #[serde(default)]
@@ -98,7 +98,7 @@ pub struct LogicalDevice {
 }
 
 impl LogicalDevice {
-    /// Returns a unit that the type declares, as it is for this device.
+    /// Returns a unit declared by the type, as it applies to this device.
     pub fn unit(&self, declared: &str) -> String {
         self.units.iter().fold(declared.to_owned(), |unit, (from, to)| unit.replace(from.as_str(), to))
     }
@@ -109,15 +109,15 @@ impl LogicalDevice {
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]
 pub enum Rate {
-    /// Every `period_ns` of the timers of one host (all timers of a host share its epoch).
+    /// Updates every `period_ns` of the timers of one host (all timers of a host share its epoch).
     Interval { period_ns: u64 },
-    /// It updates at each occurrence of this source (or each n-th).
+    /// Updates at every n-th occurrence of this source.
     Trigger { source: String, every: u32 },
-    /// It updates by `execute` only.
+    /// Updates by `execute` only.
     Once,
 }
 
-/// Present writer of an SVV: a port of an installed instance.
+/// A current writer of an SVV: a port of an installed instance.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Writer {
     /// Verb instance, for example `joint_servo#2`.
@@ -127,13 +127,13 @@ pub struct Writer {
     /// `rtp.name`.
     pub source: String,
     pub mode: Mode,
-    /// The rates it has in the command lists of its verb.
+    /// Rates of the writer in the command lists of its verb.
     pub rates: Vec<Rate>,
     #[serde(default)]
     pub place: Option<SourceLocation>,
 }
 
-/// Everything that a check may ask for.
+/// All information that a check may need.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub struct Configuration {
     pub processors: Vec<String>,
@@ -146,7 +146,7 @@ pub struct Configuration {
     pub device_types: IndexMap<String, DeviceType>,
     pub svvs: IndexMap<String, Svv>,
     pub logical_devices: IndexMap<String, LogicalDevice>,
-    /// Writers of SVVs among the instances that exist (not deleted), by SVV name.
+    /// Writers of SVVs among the existing instances, by SVV name.
     pub writers: IndexMap<String, Vec<Writer>>,
     /// `cell.place`: pattern (`move.planner`, `joint_servo.*`) → source.
     pub placement: IndexMap<String, String>,

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Conditions of a verb's start: values within their ranges, and requirements of its devices. The supervisor asks before it
-//! starts anything.
+//! Conditions for starting a verb: values within their ranges, and requirements on its devices. The supervisor checks them before any
+//! start.
 use crate::configuration::Configuration;
 use crate::definition::{Bound, Verb};
 use crate::flatten::Flat;
@@ -13,7 +13,7 @@ use crate::value::Value;
 use hints::did_you_mean;
 use indexmap::IndexMap;
 
-/// Returns the SVVs whose present values [`settle`] and [`unmet`] ask for.
+/// Returns the SVVs whose current values [`settle`] and [`unmet`] need.
 pub fn asked(plan: &Plan) -> Vec<String> {
     let mut names: Vec<String> = plan.inputs.iter().filter_map(|input| input.range.as_ref()).flat_map(|range| range.counted_from.iter().cloned()).collect();
     for requirement in &plan.requirements {
@@ -28,7 +28,8 @@ pub fn asked(plan: &Plan) -> Vec<String> {
     names
 }
 
-/// Returns the unfulfilled requirements of the devices; empty: it may start. `present` has the values of the SVVs that were asked for.
+/// Returns the unmet requirements of the devices; the verb may start if there are none. `present` contains the values of the requested
+/// SVVs.
 pub fn unmet(plan: &Plan, configuration: &Configuration, present: &IndexMap<String, Value>) -> Refusals {
     let is_true = |member: &PlannedMember| {
         let value = match member {
@@ -50,12 +51,13 @@ pub fn unmet(plan: &Plan, configuration: &Configuration, present: &IndexMap<Stri
         .collect()
 }
 
-/// Returns the value of an input parameter that has a range, as it is to be stored: one number for an array stands for all its elements,
-/// `"30 %"` is that share of the maximum value of each, quantities have the unit of their device. `None`: it has no range, and is stored
-/// as it is.
+/// Returns the value to store for an input parameter with a range: one number for an array is used for all its elements, `"30 %"` is that
+/// fraction of the maximum of each, and quantities are converted to the unit of their device. `None` if the input has no range and is
+/// stored as it is.
 ///
 /// # Errors
-/// `OutOfRange`: a value is outside; names the device and the range. `ValueRefused`, `UnitMismatch`: it is no number.
+/// `OutOfRange` if a value is outside its range; names the device and the range. `ValueRefused` or `UnitMismatch` if it is not
+/// a number.
 pub fn settle(input: &PlannedInput, value: &Value, configuration: &Configuration, present: &IndexMap<String, Value>) -> Option<Result<Value, Refusals>> {
     match settle_in_range(input, value, configuration, present) {
         Some(settled) => Some(settled.and_then(|value| within_items(input, &value).map(|()| value).map_err(|r| vec![r]))),
@@ -63,7 +65,7 @@ pub fn settle(input: &PlannedInput, value: &Value, configuration: &Configuration
     }
 }
 
-/// Checks a value against the ranges of the items that it goes to.
+/// Checks a value against the ranges of the items that it is stored in.
 ///
 /// # Errors
 /// `OutOfRange` with the range, and the unit that was probably meant.
@@ -82,7 +84,7 @@ fn settle_in_range(input: &PlannedInput, value: &Value, configuration: &Configur
     };
     let elements: Vec<&Value> = match value {
         Value::List(list) if list.len() == count => list.iter().collect(),
-        // Its type refuses it with the right words.
+        // The type itself refuses it with a better message.
         Value::List(_) => return None,
         one => vec![one; count],
     };
@@ -102,7 +104,7 @@ struct Limits {
     least: f64,
     most: f64,
     unit: String,
-    /// Device and parameter that it comes from.
+    /// Device and parameter that the range comes from.
     device: Option<String>,
     parameters: Vec<String>,
 }
@@ -115,7 +117,7 @@ impl Limits {
         limits
     }
 
-    /// Returns the limits of one number for several devices: what all of them allow.
+    /// Returns the limits of one number for several devices: the intersection of their ranges.
     fn tightest(range: &PlannedRange, input: &PlannedInput, configuration: &Configuration) -> Limits {
         let count = [&range.least, &range.most].map(|bound| if let PlannedBound::Parameter { devices, .. } = bound { devices.len() } else { 1 });
         let mut all = (0..count[0].max(count[1])).map(|at| Limits::of(range, input, configuration, at));
@@ -159,7 +161,7 @@ impl Limits {
         };
         let given = given.map_err(|refusal| refusal.for_what(&what()))?;
         let reached = from.unwrap_or(0.0) + given;
-        // A NaN is in no range.
+        // A NaN is outside every range.
         if (self.least..=self.most).contains(&reached) {
             return Ok(Value::Number(given));
         }
@@ -174,7 +176,7 @@ impl Limits {
         Err(refusal)
     }
 
-    /// Returns the remedy for a plain number far beyond the range: one that would be within it in a smaller unit most likely was meant so.
+    /// Returns the remedy for a plain number far beyond the range: if it would fit in a smaller unit, that unit was probably meant.
     fn remedy(&self, value: &Value, given: f64, from: Option<f64>) -> String {
         let range = Range::closed(self.least, self.most);
         let meant = range.meant(given, from.unwrap_or(0.0), &self.unit).filter(|_| is_plain(value));
@@ -182,7 +184,7 @@ impl Limits {
     }
 }
 
-/// Ranges and requirements name members of objects that there are.
+/// Checks that ranges and requirements name existing members of objects.
 pub(crate) fn check(flat: &mut Flat<'_>, verb: &Verb) {
     for (name, input) in &verb.input_parameters {
         flat.subject = Some(Where::Parameter { parameter: name.clone() });
@@ -214,7 +216,7 @@ fn check_member(flat: &mut Flat<'_>, verb: &Verb, name: &str, what: &str, kinds:
         let remedy = "name a member of an object, for example 'arm.max_speed'";
         return flat.refuse(Class::UnknownName, format!("{what} names '{name}', which is no member of an object"), place, remedy);
     };
-    // That the type is there was checked with the objects.
+    // The existence of the type was checked with the objects.
     let Some(of) = flat.configuration.device_types.get(&object.device_type) else { return };
     let mut known: Vec<&str> = Vec::new();
     if kinds.contains(&"SVV") {

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Constants of a definition: that they fit, and are read at all.
+//! Constants of a definition: checks that they fit and that something reads them.
 use crate::flatten::{Flat, describe};
 use crate::interface::Kind;
 use crate::refusal::{Class, Refusal, Refusals, Where};
 
-/// Refuses a constant on an input that something else binds: it would never be read.
+/// Refuses a constant on an input that is bound elsewhere: it would never be read.
 pub(crate) fn constants_on_bound_inputs(flat: &mut Flat<'_>) {
     for group in flat.groups.iter().filter(|group| group.origin.varies()) {
         for &(block, item) in &group.ports {
@@ -17,7 +17,7 @@ pub(crate) fn constants_on_bound_inputs(flat: &mut Flat<'_>) {
     }
 }
 
-/// Constants that do not fit what they are for: outside its range, or, as far as its size is known, of another type.
+/// Refuses constants that do not fit their items: outside the range, or of another type as far as the size is known.
 pub(crate) fn constants_of_other_types(flat: &mut Flat<'_>) {
     let mut refusals = Refusals::new();
     for block in &flat.blocks {

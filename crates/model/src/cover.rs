@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Names of ports, and the covers ρ and χ: each data node has one binding.
+//! Names of ports, and the covers ρ and χ: every data node has exactly one binding.
 use crate::flatten::{Flat, Group, ItemTarget, LabelTarget, Origin, Port};
 use crate::interface::{Kind, Mode};
 use crate::kind::is_data;
@@ -8,11 +8,11 @@ use crate::refusal::{Class, Refusal, SourceLocation};
 use hints::did_you_mean;
 use indexmap::IndexMap;
 
-/// Mistakes of one definition for which it is looked what was meant.
+/// Maximum number of mistakes per definition for which a suggestion is searched.
 const SUGGESTED_MAX: usize = 200;
 
 impl<'a> Flat<'a> {
-    /// Returns the thing that `prefix` + `name` names; a refusal if nothing has that name.
+    /// Returns the target that `prefix` + `name` denotes; adds a refusal if the name is unknown.
     pub fn resolve(&mut self, prefix: &str, name: &str, place: &Option<SourceLocation>) -> Option<ItemTarget> {
         let full = format!("{prefix}{name}");
         let (label, item) = match full.rsplit_once('.') {
@@ -55,7 +55,7 @@ impl<'a> Flat<'a> {
         found.map(ItemTarget::Item)
     }
 
-    /// Returns the label that was meant. Only the first of very many mistakes are looked at: each looks at all labels.
+    /// Returns the label that was probably meant. Only the first mistakes are searched, because each search scans all labels.
     fn did_you_mean_label(&self, prefix: &str, label: &str) -> String {
         if self.refusals.len() >= SUGGESTED_MAX {
             return String::new();
@@ -65,7 +65,7 @@ impl<'a> Flat<'a> {
         did_you_mean(&label[prefix.len()..], near)
     }
 
-    /// Returns the data nodes that `names` name, marked as covered by `by`.
+    /// Resolves `names` to data nodes and marks them as covered by `by`.
     pub fn cover(&mut self, prefix: &str, by: &str, names: &[String], place: &Option<SourceLocation>) -> Vec<Port> {
         let mut ports: Vec<Port> = Vec::with_capacity(names.len());
         for name in names {
@@ -103,7 +103,7 @@ impl<'a> Flat<'a> {
         ports
     }
 
-    /// Relaxes modes, as a graph or verb says with `modes=`.
+    /// Relaxes modes as declared by `modes=` of a graph or verb.
     pub fn relax(&mut self, prefix: &str, modes: &IndexMap<String, Mode>, scope: Option<usize>, place: &Option<SourceLocation>) {
         for (name, mode) in modes {
             let own = scope.and_then(|scope| self.scopes[scope].ports.get(name).cloned());
@@ -143,7 +143,7 @@ impl<'a> Flat<'a> {
         }
     }
 
-    /// Fills the cover: outputs that nobody names get a cell, inputs a constant or the cell that input parameters write.
+    /// Completes the cover: an output that nothing names gets a cell; an input gets a constant or a cell written by input parameters.
     pub fn fill(&mut self, inputs: &[Port], in_graph: bool, place: &Option<SourceLocation>) -> Vec<Remark> {
         let mut remarks = Vec::new();
         let mut bound: Vec<Vec<bool>> = self.blocks.iter().map(|b| vec![false; b.kind.interface.items.len()]).collect();
@@ -156,7 +156,7 @@ impl<'a> Flat<'a> {
         }
         let mut given: Vec<Port> = inputs.to_vec();
         given.sort_unstable();
-        // Outer graphs are closed after inner ones: their ports hold most together.
+        // Outer graphs are closed after inner ones, because their ports combine more nodes.
         for scope in (0..self.scopes.len()).rev() {
             for (name, ports) in self.scopes[scope].ports.clone() {
                 let free: Vec<Port> = ports.into_iter().filter(|port| !bound[port.0][port.1]).collect();

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Cycles of synchronous ports: found, named, and with what relaxes them.
+//! Cycles of synchronous ports: finds them, names them, and suggests the modes that relax them.
 use crate::flatten::{FlatBlock, Group, Port};
 use crate::interface::{Kind, Mode};
 use crate::order;
 use crate::refusal::{Class, Refusal, SourceLocation, Where};
 
-/// Returns a refusal of a cycle of synchronous ports within the definition.
+/// Returns a refusal if the definition contains a cycle of synchronous ports.
 pub(crate) fn synchronous_cycle(blocks: &[FlatBlock], groups: &[Group], group_of: &[Vec<Option<u32>>], place: &Option<SourceLocation>) -> Option<Refusal> {
     let mut edges = Vec::new();
     for group in groups {
@@ -24,19 +24,19 @@ pub(crate) fn synchronous_cycle(blocks: &[FlatBlock], groups: &[Group], group_of
     Some(cycle_refusal(&labels, &modes_of(&blocks[first], &relaxed), place))
 }
 
-/// Returns how these inputs of a block are relaxed; of a block within a graph it is for that graph to say.
+/// Returns the `modes=` text that relaxes these inputs of a block. The modes of a block within a graph are declared by that graph.
 pub(crate) fn modes_of(block: &FlatBlock, items: &[usize]) -> String {
     let relaxed: Vec<String> = items.iter().map(|item| format!("'{}.{}': 'asynchronous'", block.label, block.kind.interface.items[*item].name)).collect();
     if relaxed.is_empty() || block.label.contains('.') { "modes=".to_owned() } else { format!("modes={{{}}}", relaxed.join(", ")) }
 }
 
-/// Returns how the synchronous inputs of a block are relaxed, all of them.
+/// Returns the `modes=` text that relaxes all synchronous inputs of a block.
 pub(crate) fn modes_of_all(block: &FlatBlock) -> String {
     let is_synchronous = |item: &usize| block.kind.item(*item).kind == Kind::Input && block.mode(*item) == Mode::Synchronous;
     modes_of(block, &(0..block.kind.interface.items.len()).filter(is_synchronous).collect::<Vec<_>>())
 }
 
-/// Returns how the first block of a cycle is relaxed, of which only the labels are known.
+/// Returns the `modes=` text for the first block of a cycle that is known only by its labels.
 pub(crate) fn modes_of_first(blocks: &[FlatBlock], labels: &[&str]) -> String {
     let first = blocks.iter().find(|block| labels.first() == Some(&block.label.as_str()));
     first.map_or_else(|| "modes=".to_owned(), modes_of_all)
@@ -46,7 +46,7 @@ pub(crate) fn is_synchronous_input(blocks: &[FlatBlock], (block, item): Port) ->
     blocks[block].kind.item(item).kind == Kind::Input && blocks[block].mode(item) == Mode::Synchronous
 }
 
-/// Names a cycle. `modes`: what relaxes one of its inputs.
+/// Returns the refusal of a cycle. `modes`: text that relaxes one of its inputs.
 pub(crate) fn cycle_refusal(labels: &[&str], modes: &str, place: &Option<SourceLocation>) -> Refusal {
     let path: Vec<String> = labels.iter().chain(labels.first()).map(|label| format!("'{label}'")).collect();
     let about = labels.iter().map(|label| Where::Block { block: (*label).to_owned() });

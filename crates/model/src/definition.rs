@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Definitions as the programming system gives them: graphs, verbs, logical device types. Plain values with a JSON form.
+//! Definitions as the programming system sends them: graphs, verbs, logical device types. They are plain values with a JSON form.
 //!
-//! Names of ports, conditions and parameters are `label.item`; inside a graph that is a block of a graph or verb, `label.inner.item`.
+//! Names of ports, conditions and parameters are `label.item`; inside a graph or verb that is used as a block, `label.inner.item`.
 mod devices;
 pub(crate) mod written;
 
@@ -23,14 +23,14 @@ pub enum BlockSource {
     Graph(Box<Graph>),
 }
 
-/// One occurrence of a block in a graph or verb.
+/// One use of a block in a graph or verb.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct BlockUse {
     #[serde(deserialize_with = "crate::definition::written::one")]
     #[cfg_attr(feature = "schema", schemars(with = "crate::definition::written::ShortForm<BlockSource>"))]
     pub block: BlockSource,
-    /// Constants for parameters, presets, sizes and inputs of this occurrence (`code.biquad(b0=0.1)`).
+    /// Constants for parameters, presets, sizes and inputs of this use (`code.biquad(b0=0.1)`).
     #[serde(default)]
     pub constants: IndexMap<String, Value>,
     #[serde(default)]
@@ -59,14 +59,14 @@ pub struct Graph {
     /// Relaxed modes: port → mode.
     #[serde(default)]
     pub modes: IndexMap<String, Mode>,
-    /// `divide={"estimator": 5}`: this block at 5 T where the graph is activated at T.
+    /// `divide={"estimator": 5}`: the block runs at 5 T if the graph is activated at T.
     #[serde(default)]
     pub divide: IndexMap<String, u32>,
     #[serde(default)]
     pub place: Option<SourceLocation>,
 }
 
-/// An object of a verb: one logical device, or (`each`) several of the type.
+/// An object of a verb: one logical device, or (`each`) several of the same type.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Object {
@@ -86,45 +86,45 @@ pub struct InputParameter {
     pub default: Option<Value>,
     #[serde(default)]
     pub tunable: bool,
-    /// Its default is its value at every start; no call gives another (`preset=` of a composition).
+    /// True if the default is the value at every start and no call can override it (`preset=` of a composition).
     #[serde(default)]
     pub preset: bool,
     #[serde(default)]
     pub unit: String,
-    /// Minimum and maximum value, checked before a start.
+    /// Minimum and maximum, checked before a start.
     #[serde(default)]
     pub within: Option<(Bound, Bound)>,
-    /// The range is that of this SVV of an object plus the value (`arm.commanded`, for a relative goal).
+    /// SVV of an object to which the value is relative: the range applies to their sum (`arm.commanded`, for a relative goal).
     #[serde(default)]
     pub counted_from: Option<String>,
-    /// Where a call leaves it out: this attribute of an object, `arm.chain`, which the PS looks up.
+    /// Attribute of an object, `arm.chain`, that the PS looks up if a call omits the input.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub member: Option<String>,
-    /// The function of the PS that makes the value of what people write, by its name.
+    /// Name of the PS function that converts user input to the value.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub form: Option<String>,
     #[serde(default)]
     pub place: Option<SourceLocation>,
 }
 
-/// An end of the range of an input parameter. JSON: a number, `"arm.max_speed"` or `"-arm.max_speed"`.
+/// Bound of the range of an input parameter. JSON: a number, `"arm.max_speed"` or `"-arm.max_speed"`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(untagged)]
 pub enum Bound {
     Number(f64),
-    /// A parameter of an object; behind a minus sign its negative. Of several devices each has its own.
+    /// Parameter of an object, negated if preceded by a minus sign. With several devices, each uses its own.
     Member(String),
 }
 
-/// Property that each device of an object must have when a verb starts.
+/// A property that each device of an object must have when a verb starts.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Requirement {
-    /// Parameter (or SVV), `arm.needs_home`, that must be true for the requirement to hold of a device.
+    /// Parameter or SVV, such as `arm.needs_home`: the requirement applies only to devices for which it is true.
     #[serde(default)]
     pub when: Option<String>,
-    /// Class of the refusal.
+    /// Class of the refusal that is raised.
     pub raises: Class,
     #[serde(default)]
     pub remedy: String,
@@ -137,7 +137,7 @@ pub struct Requirement {
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(tag = "command", rename_all = "snake_case")]
 pub enum Command {
-    /// Fresh state for these blocks.
+    /// Initialises the state of these blocks.
     Install {
         #[serde(deserialize_with = "crate::definition::written::one_or_several")]
         #[cfg_attr(feature = "schema", schemars(with = "crate::definition::written::Names"))]
@@ -146,12 +146,12 @@ pub enum Command {
     Execute {
         block: String,
     },
-    /// `every_ns` absent: a data-driven block, or the trigger that it is placed on.
+    /// Activates a block. `every_ns` is absent for a data-driven block, or for one that runs on the trigger of its source.
     Activate {
         block: String,
         #[serde(default)]
         every_ns: Option<u64>,
-        /// The interval may be changed while it runs.
+        /// True if the interval may be changed while the verb runs.
         #[serde(default)]
         tunable: bool,
         #[serde(default)]
@@ -160,7 +160,8 @@ pub enum Command {
     Deactivate {
         block: String,
     },
-    /// `conditions` (block conditions `label.item`, or termination condition names), or a time, or neither: until no instance is active.
+    /// Waits for `conditions` (block conditions `label.item`, or names of termination conditions), for a time, or, if neither is set,
+    /// until no instance is active.
     Wait {
         #[serde(default, deserialize_with = "crate::definition::written::one_or_several")]
         #[cfg_attr(feature = "schema", schemars(with = "crate::definition::written::Names"))]
@@ -168,7 +169,7 @@ pub enum Command {
         #[serde(default)]
         time_ns: Option<i64>,
     },
-    /// `gpac.ready()`: enabling is complete when the list comes here.
+    /// `gpac.ready()`: enabling is complete when the list reaches this command.
     Ready,
 }
 
@@ -186,25 +187,25 @@ pub struct CommandList {
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Termination {
-    /// Block conditions (`label.item`) it stands for; empty: the system condition of its own name.
+    /// Block conditions (`label.item`) that it consists of; empty: the system condition of the same name.
     #[serde(default, deserialize_with = "crate::definition::written::one_or_several")]
     #[cfg_attr(feature = "schema", schemars(with = "crate::definition::written::Names"))]
     pub on: Vec<String>,
-    /// ν: outputs it returns. Absent: none declared.
+    /// ν: outputs that it returns. Absent: none declared.
     #[serde(default, deserialize_with = "crate::definition::written::perhaps_several")]
     #[cfg_attr(feature = "schema", schemars(with = "Option<crate::definition::written::Names>"))]
     pub returns: Option<Vec<String>>,
-    /// True if it raises on the PS (the PS knows which class): so, or by the name of the class.
+    /// True if it raises an exception on the PS. May also be set to the name of the exception class, which only the PS resolves.
     #[serde(default, deserialize_with = "crate::definition::written::raised")]
     #[cfg_attr(feature = "schema", schemars(with = "crate::definition::written::RaiseMark"))]
     pub raises: bool,
-    /// Command lists to which it is limited; empty: all. In JSON one name, or several.
+    /// Command lists in which it holds; empty: all. In JSON one name, or several.
     #[serde(default, deserialize_with = "crate::definition::written::one_or_several")]
     #[cfg_attr(feature = "schema", schemars(with = "crate::definition::written::Names"))]
     pub during: Vec<String>,
     #[serde(default)]
     pub priority: i32,
-    /// Code of the alarm that it raises whenever it acts, whether the verb ends or goes on.
+    /// Code of the alarm that it raises whenever it occurs, whether or not the verb ends.
     #[serde(default)]
     pub alarm: Option<String>,
     #[serde(default)]
@@ -226,23 +227,23 @@ pub struct Transition {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Part {
-    /// Name of the verb that it was made from.
+    /// Name of the verb that the part was made from.
     pub verb: String,
-    /// The command list of the composed verb with which it begins.
+    /// Command list of the composed verb with which the part begins.
     pub initial: String,
 }
 
 /// A verb (f_V, p_V, o_V, inst_V, χ, ψ, ω, c_V, t_V, τ, ν).
 ///
 /// In a composed verb, one with `parts`, blocks, cells and lists carry the label of their part (`close.start`). So do the keys of
-/// `conditions` and `output_values`, which may then hold one line for each part; what reports and τ call them is [`Verb::reported`].
+/// `conditions` and `output_values`, which may then have one line per part; [`Verb::reported`] returns their names in reports and τ.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Verb {
     pub name: String,
     #[serde(default)]
     pub doc: String,
-    /// True if it may be started in manual mode.
+    /// True if the verb may be started in manual mode.
     #[serde(default)]
     pub manual: bool,
     #[serde(deserialize_with = "crate::definition::written::map")]
@@ -262,7 +263,7 @@ pub struct Verb {
     #[serde(default, deserialize_with = "crate::definition::written::map")]
     #[cfg_attr(feature = "schema", schemars(with = "crate::definition::written::WrittenMap<InputParameter>"))]
     pub input_parameters: IndexMap<String, InputParameter>,
-    /// Members of objects, SVVs or parameters of type bool, that must be true at a start: `arm.homed`.
+    /// Bool members of objects (SVVs or parameters) that must be true at a start: `arm.homed`.
     #[serde(default, deserialize_with = "crate::definition::written::map")]
     #[cfg_attr(feature = "schema", schemars(with = "crate::definition::written::WrittenMap<Requirement>"))]
     pub requires: IndexMap<String, Requirement>,
@@ -282,20 +283,20 @@ pub struct Verb {
     /// Relaxed modes: port → mode.
     #[serde(default)]
     pub modes: IndexMap<String, Mode>,
-    /// Parts of a composed verb by label, and those of its parts (`pick.approach`). Empty in one that is written whole.
+    /// Parts of a composed verb by label, including nested parts (`pick.approach`). Empty in a verb that is not composed.
     #[serde(default)]
     pub parts: IndexMap<String, Part>,
-    /// The command list that runs at every end, but at an emergency stop, a lost processor and a second halt (brakes, a ramp down).
+    /// Command list that runs at every end (brakes, a ramp down), except after an emergency stop, a lost processor or a second halt.
     #[serde(default)]
     pub ending: Option<String>,
-    /// Running time after which an ending list, what τ leads to from a disabled device or an abort, and a suspension that waits for
-    /// its condition are cut short, ns; absent: [`ENDING_LIMIT_NS`].
+    /// Time limit, ns, of an ending list, of the lists to which τ leads from a disabled device or an abort, and of a suspension that
+    /// waits for its condition; absent: [`ENDING_LIMIT_NS`].
     #[serde(default)]
     pub ending_limit_ns: Option<i64>,
     #[serde(default)]
     pub suspend: Suspend,
-    /// Action of a running instance when the programming system that started it is cut off; absent: an action is halted, the own verb
-    /// of a logical device continues.
+    /// Reaction of a running instance when the programming system that started it is cut off; absent: an action is halted, and a logical
+    /// device's own verb continues.
     #[serde(default)]
     pub if_cut_off: Option<IfCutOff>,
     #[serde(default)]
@@ -303,13 +304,13 @@ pub struct Verb {
 }
 
 impl Verb {
-    /// Returns the name in reports and τ of the condition or output value of that key: in a composed verb the part of it behind the label of its
-    /// part.
+    /// Returns the name in reports and τ of the condition or output value with that key: in a composed verb, the key without the label of
+    /// its part.
     pub fn reported<'a>(&self, key: &'a str) -> &'a str {
         if self.parts.is_empty() { key } else { key.rsplit('.').next().unwrap_or(key) }
     }
 
-    /// Returns the name of the command list that a start begins with; none if it is not given.
+    /// Returns the name of the command list that a start begins with; `None` if the verb does not declare it.
     pub fn initial_list(&self) -> Option<&str> {
         let mut begins = self.command_lists.keys().map(String::as_str).filter(|name| self.ending.as_deref() != Some(*name));
         match (&self.initial, begins.next(), begins.next()) {
@@ -328,34 +329,34 @@ pub const ENDING_LIMIT_NS: i64 = 10_000_000_000;
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]
 pub enum Suspend {
-    /// Outputs that drive on take their idle values; the last commands of all others stay where they are.
+    /// Driving outputs take their idle values; all others keep their last commands.
     #[default]
     Idle,
-    /// The last commands stay where they are; refused where one of them drives on.
+    /// All outputs keep their last commands; refused if one of them is a driving output.
     Hold,
-    /// The last commands stay where they are, those that drive on too.
+    /// All outputs keep their last commands, even driving outputs.
     HoldLast,
-    /// Output channels that the verb writes go to their safe values meanwhile.
+    /// Output channels that the verb writes take their safe values during the suspension.
     Safe,
-    /// Its blocks come to rest first; a composed verb has a way for each part that has one.
+    /// The blocks come to rest first. A composed verb has one entry for each part that declares one.
     Holding(Vec<Holding>),
 }
 
-/// Action of a running verb instance when the programming system that started it dies or can no longer be reached.
+/// Reaction of a running verb instance when the programming system that started it dies or becomes unreachable.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]
 pub enum IfCutOff {
-    /// The instance goes on as if nothing had happened.
+    /// The instance continues as if nothing had happened.
     Continue,
-    /// The instance is halted: τ on `halted`, its ending list.
+    /// The instance is halted: it follows τ on `halted`, or runs its ending list.
     Halt,
-    /// The outputs of its devices go to their safe values at once, and it ends with `aborted`.
+    /// The outputs of its devices take their safe values at once, and it ends with `aborted`.
     Safe,
 }
 
-/// `set`, a bool input or parameter, becomes true; when the condition `until` comes, the verb stops. Going on clears `set`. It
-/// counts in the command lists in which the block of `until` is active.
+/// Sets `set`, a bool input or parameter, to true; the verb stops when the condition `until` occurs. Resuming clears `set`. Applies in
+/// the command lists in which the block of `until` is active.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Holding {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Ways in which a verb comes to rest: its ending list, and its suspension.
+//! Ending list and suspension of a verb.
 use crate::conditions::CheckedCondition;
 use crate::definition::{ENDING_LIMIT_NS, Holding, Suspend, Verb};
 use crate::flatten::{Flat, ItemTarget, Port};
@@ -16,12 +16,12 @@ pub enum CheckedSuspend {
     Hold,
     HoldLast,
     Safe,
-    /// Port that is set, and the condition.
+    /// Pairs of the port that is set and the condition that is awaited.
     Holding(Vec<(Port, Port)>),
 }
 
 impl CheckedSuspend {
-    /// Returns the ports that the supervisor stores into: they need no other cover.
+    /// Returns the ports that the supervisor stores into; they need no other cover.
     pub fn given(&self) -> Vec<Port> {
         match self {
             CheckedSuspend::Holding(ways) => ways.iter().map(|(set, _)| *set).collect(),
@@ -30,7 +30,7 @@ impl CheckedSuspend {
     }
 }
 
-/// Checks the ending list: it is there, no start begins with it, no transition enters or leaves it.
+/// Checks that the ending list exists, that no start begins with it, and that no transition enters or leaves it.
 pub fn check_ending(flat: &mut Flat<'_>, verb: &Verb, initial: usize) -> PlannedEnding {
     let limit_ns = verb.ending_limit_ns.unwrap_or(ENDING_LIMIT_NS);
     if limit_ns <= 0 {
@@ -62,7 +62,7 @@ pub fn check_ending(flat: &mut Flat<'_>, verb: &Verb, initial: usize) -> Planned
     PlannedEnding { list, limit_ns }
 }
 
-/// Checks a verb's suspension: a bool that is stored into, and a condition that ends nothing where it may be suspended.
+/// Checks a verb's suspension: the stored port is a bool, and the condition does not end the verb in lists in which it may be suspended.
 pub fn check_suspend(flat: &mut Flat<'_>, verb: &Verb, conditions: &[CheckedCondition]) -> CheckedSuspend {
     match &verb.suspend {
         Suspend::Idle => CheckedSuspend::Idle,
@@ -88,7 +88,7 @@ fn check_holding(flat: &mut Flat<'_>, verb: &Verb, Holding { set, until }: &Hold
         }
     }
     let condition = condition_port(flat, until, &verb.place, true);
-    // In lists of its own it may end the verb: there the verb is coming to rest for good.
+    // A condition limited to certain lists may end the verb: there the verb is already coming to rest for good.
     let mut everywhere = conditions.iter().filter(|c| c.planned.during.is_empty());
     if let Some(ends) = everywhere.find(|c| condition.is_some_and(|until| c.planned.on.contains(&until))) {
         let message = format!("'{until}' tells that verb '{}' may be suspended, and the condition '{}' stands for it too", verb.name, ends.planned.name);

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The form of a text file with definitions: graphs, verbs, device types and compositions by name, and what only files hold.
+//! Format of a definition file: graphs, verbs, device types and compositions by name, and items that only files have.
 //!
-//! A definition in a file may leave its name out: its key says it. A block without a dot in its name is a graph of the same file.
+//! A definition in a file may omit its name, which is its key. A block name without a dot refers to a graph of the same file.
 use crate::compose::Step;
 use crate::definition::written::Span;
 use crate::definition::{DeviceType, Graph, Verb};
@@ -12,7 +12,7 @@ use serde::Deserialize;
 /// Value of `format`.
 pub const FORMAT: &str = "opengpac-definitions";
 
-/// The version of the form.
+/// Version of the format.
 pub const VERSION: u32 = 1;
 
 /// A file with definitions.
@@ -22,10 +22,10 @@ pub struct File {
     /// `opengpac-definitions`.
     pub format: String,
     pub version: u32,
-    /// Text for people.
+    /// Description for people.
     #[serde(default)]
     pub description: String,
-    /// Code modules that blocks come from: name → file, beside this one.
+    /// Code modules that contain the blocks: name → file, relative to this one.
     #[serde(default)]
     pub modules: IndexMap<String, String>,
     #[serde(default)]
@@ -38,7 +38,7 @@ pub struct File {
     pub compositions: IndexMap<String, WrittenComposition>,
 }
 
-/// Positions of boxes as an editor draws them: kept as it is.
+/// Positions of boxes in an editor, kept unchanged.
 pub type Layout = IndexMap<String, Value>;
 
 /// A definition with its layout.
@@ -57,14 +57,14 @@ pub struct DrawnDefinition<T> {
 pub struct DrawnVerb {
     #[serde(flatten)]
     pub definition: Verb,
-    /// Limit as `ending_limit_ns`, with a unit.
+    /// Time limit as in `ending_limit_ns`, with a unit.
     #[serde(default)]
     pub ending_limit: Option<Span>,
     #[serde(default)]
     pub layout: Layout,
 }
 
-/// A verb made of verbs of the same file.
+/// A verb composed of verbs of the same file.
 #[derive(Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct WrittenComposition {
@@ -78,16 +78,16 @@ pub struct WrittenComposition {
     pub transitions: Vec<Step>,
     #[serde(default)]
     pub initial: Option<String>,
-    /// `part.name` → the name that it has in the composed verb.
+    /// `part.name` → name in the composed verb.
     #[serde(default)]
     pub rename: IndexMap<String, String>,
-    /// `part.input` → the value that it always has there.
+    /// `part.input` → fixed value of the input.
     #[serde(default)]
     pub preset: IndexMap<String, Value>,
-    /// Labels of blocks that are one instance in all parts that have them.
+    /// Labels of blocks of which all parts use one instance.
     #[serde(default)]
     pub share: Vec<String>,
-    /// The initial lists of all parts are one list.
+    /// True if the initial lists of all parts are merged into one.
     #[serde(default)]
     pub together: bool,
     #[serde(default)]
@@ -96,7 +96,7 @@ pub struct WrittenComposition {
     pub layout: Layout,
 }
 
-/// Returns the JSON Schema of a file. A definition's key says its name, and what the schema does not know is refused.
+/// Returns the JSON Schema of a file. The key of a definition is its name, and unknown properties are refused.
 #[cfg(feature = "schema")]
 pub fn schema() -> serde_json::Value {
     use serde_json::json;
@@ -105,7 +105,7 @@ pub fn schema() -> serde_json::Value {
     file["properties"]["format"] = json!({ "const": FORMAT });
     file["properties"]["version"] = json!({ "const": VERSION });
     file["additionalProperties"] = json!(false);
-    // Graphs within graphs are drawn too.
+    // Nested graphs are drawn too.
     let layout = file["$defs"]["DrawnDefinition"]["properties"]["layout"].clone();
     file["$defs"]["Graph"]["properties"]["layout"] = layout;
     for (name, schema) in file["$defs"].as_object_mut().into_iter().flatten() {
@@ -117,7 +117,7 @@ pub fn schema() -> serde_json::Value {
     file
 }
 
-/// Objects with known properties have no others.
+/// Forbids additional properties of objects that declare their properties.
 #[cfg(feature = "schema")]
 fn close(schema: &mut serde_json::Value) {
     let Some(of) = schema.as_object_mut() else { return };

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Graphs within graphs become one flat row of blocks, each with its label from the outside in: `servo.pid`.
+//! Flattening: turns nested graphs into one flat list of blocks, each labelled by its path from the outside in: `servo.pid`.
 use crate::configuration::Configuration;
 use crate::definition::{BlockSource, BlockUse, Graph};
 use crate::interface::{Kind, Mode};
@@ -15,28 +15,28 @@ use std::sync::Arc;
 /// An item of a flat block: (block, item).
 pub type Port = (usize, usize);
 
-/// One subroutine instance of the flat row.
+/// One subroutine instance of the flat list.
 #[derive(Clone, Debug)]
 pub struct FlatBlock {
     pub label: String,
     pub kind: Arc<BlockKind>,
     pub constants: Vec<(usize, Value)>,
-    /// Modes in force where they are relaxed.
+    /// Effective modes of relaxed items.
     pub modes: Vec<(usize, Mode)>,
-    /// Product of the `divide` of the graphs around it.
+    /// Product of the `divide` of the enclosing graphs.
     pub divide: u32,
     pub place: Option<SourceLocation>,
 }
 
 impl FlatBlock {
-    /// Returns the mode in force of an item.
+    /// Returns the effective mode of an item.
     pub fn mode(&self, item: usize) -> Mode {
         let item = self.kind.whole(item);
         self.modes.iter().find(|(at, _)| *at == item).map_or(self.kind.item(item).mode, |(_, mode)| *mode)
     }
 }
 
-/// A graph within, or the verb itself.
+/// A nested graph, or the verb itself.
 #[derive(Clone, Debug)]
 pub struct Scope {
     pub label: String,
@@ -46,7 +46,7 @@ pub struct Scope {
     pub divide: u32,
 }
 
-/// One data object: the ports that one SVV, cell or channel is bound to.
+/// One data object: the ports that are bound to the same SVV, cell or channel.
 #[derive(Clone, Debug)]
 pub struct Group {
     pub name: String,
@@ -58,52 +58,52 @@ pub struct Group {
 /// Origin of a data object.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Origin {
-    /// An instantiation parameter: given at creation.
+    /// An instantiation parameter, passed at creation.
     Parameter,
     /// A cell of the verb or a graph.
     Cell,
     /// An output, or a graph's port, that nothing names.
     Filled,
-    /// Inputs that only input parameters reach.
+    /// Inputs that only input parameters write.
     InputOnly,
     /// An input with a default or a constant.
     Constant,
 }
 
 impl Origin {
-    /// Returns true if it can change while the verb runs.
+    /// Returns true if the data object can change while the verb runs.
     pub fn varies(self) -> bool {
         !matches!(self, Origin::Constant | Origin::InputOnly)
     }
 }
 
-/// Thing that a label names.
+/// Target of a label.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum LabelTarget {
     Block(usize),
     Scope(usize),
 }
 
-/// Thing that a name `label.item` names.
+/// Target of a name `label.item`.
 pub enum ItemTarget {
     Item(Port),
     /// A port of a graph.
     Ports(Vec<Port>),
 }
 
-/// The flat row while it is made.
+/// The flat list under construction.
 pub struct Flat<'a> {
     pub configuration: &'a Configuration,
     pub blocks: Vec<FlatBlock>,
     pub scopes: Vec<Scope>,
     pub labels: HashMap<String, LabelTarget>,
     pub groups: Vec<Group>,
-    /// Ports that a ρ or χ covers, and the name that covers them.
+    /// Ports covered by a ρ or χ, with the name that covers them.
     pub covered: HashMap<Port, String>,
     pub refusals: Refusals,
-    /// The part of the definition that is looked at: what refusals are about.
+    /// Part of the definition that is being checked, and that refusals refer to.
     pub subject: Option<Where>,
-    /// Labels of blocks of a composed verb begin with that of their part.
+    /// True if labels of blocks begin with the label of their part in a composed verb.
     pub is_composed: bool,
     kinds: HashMap<&'a str, Option<Arc<BlockKind>>>,
 }
@@ -124,7 +124,7 @@ impl<'a> Flat<'a> {
         }
     }
 
-    /// Adds the blocks of a verb or graph, whose labels begin with `prefix` (empty or ending in a dot).
+    /// Adds the blocks of a verb or graph. Their labels begin with `prefix` (empty or ending in a dot).
     pub fn add(&mut self, prefix: &str, blocks: &'a IndexMap<String, BlockUse>, divides: &'a IndexMap<String, u32>, divide: u32) {
         for (label, usage) in blocks {
             let full = format!("{prefix}{label}");
@@ -202,7 +202,7 @@ impl<'a> Flat<'a> {
         self.labels.insert(label, LabelTarget::Scope(self.scopes.len() - 1));
     }
 
-    /// Adds a constant of a graph, which goes to an inner parameter (`inner.item`) or to the inputs behind a port.
+    /// Adds a constant of a graph, which sets an inner parameter (`inner.item`) or the inputs behind a port.
     fn constant_of_graph(&mut self, prefix: &str, name: &str, value: &Value, place: &Option<SourceLocation>) {
         let scope = self.scopes.len() - 1;
         let ports = match self.scopes[scope].ports.get(name) {
@@ -221,7 +221,7 @@ impl<'a> Flat<'a> {
         }
     }
 
-    /// Closes the scope of a graph whose blocks are in place: its cover, cells, modes, divides.
+    /// Closes the scope of a graph whose blocks have been added: its cover, cells, modes, divides.
     pub fn close_graph(&mut self, prefix: &str, graph: &'a Graph, first: usize, divide: u32, place: &Option<SourceLocation>) {
         for (label, divide) in &graph.divide {
             self.subject = Some(Where::Block { block: format!("{prefix}{label}") });
@@ -259,7 +259,7 @@ impl<'a> Flat<'a> {
         }
     }
 
-    /// Checks that a port of a graph has one mode, as that of a subroutine: that of the inputs behind it.
+    /// Checks that a port of a graph has one mode, like a port of a subroutine: all inputs behind it must have the same.
     fn one_mode(&mut self, scope: usize, prefix: &str, name: &str, place: &Option<SourceLocation>) {
         let inputs = self.scopes[scope].ports[name].iter().copied().filter(|port| self.item_kind(*port) == Kind::Input);
         let inputs: Vec<(Port, Mode)> = inputs.map(|port| (port, self.blocks[port.0].mode(port.1))).collect();
@@ -329,7 +329,7 @@ impl<'a> Flat<'a> {
         describe(&self.blocks[port.0], port.1)
     }
 
-    /// Returns the part of the drawing that a port is.
+    /// Returns the location of a port in the drawing.
     pub fn part(&self, (block, item): Port) -> Where {
         Where::Port { block: self.blocks[block].label.clone(), port: self.blocks[block].kind.item(item).name.clone() }
     }
@@ -338,13 +338,13 @@ impl<'a> Flat<'a> {
         self.push(Refusal::new(class, message).remedy(remedy).at(place));
     }
 
-    /// Refuses as `refuse`, about these ports before the part that is looked at.
+    /// Refuses as `refuse` does, naming these ports before the part that is being checked.
     pub fn refuse_ports(&mut self, class: Class, message: String, place: &Option<SourceLocation>, remedy: &str, ports: &[Port]) {
         let parts: Vec<Where> = ports.iter().map(|port| self.part(*port)).collect();
         self.push(Refusal::new(class, message).remedy(remedy).at(place).about(parts));
     }
 
-    /// Adds a refusal, about the part that is looked at too.
+    /// Adds a refusal that also names the part that is being checked.
     pub fn push(&mut self, refusal: Refusal) {
         self.refusals.push(refusal.about(self.subject.clone()));
     }
@@ -366,7 +366,7 @@ fn takes_constant(kind: &BlockKind, item: usize) -> bool {
     }
 }
 
-/// Returns the block row that a label names.
+/// Returns the range of blocks that a label denotes.
 pub(crate) fn labelled(flat: &mut Flat<'_>, label: &str, what: &str, place: &Option<SourceLocation>) -> Option<(Range<usize>, u32)> {
     match flat.labels.get(label) {
         Some(LabelTarget::Block(block)) => Some((*block..*block + 1, flat.blocks[*block].divide)),

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Form for starting a verb by hand: its objects and instantiation parameters, then its input parameters with their types, units
-//! and ranges.
+//! Form for starting a verb by hand: its objects and instantiation parameters, then its input parameters with their types, units and
+//! ranges.
 use crate::checked::CheckedVerb;
 use crate::definition::Bound;
 use crate::flatten::Port;
@@ -16,15 +16,15 @@ use serde::Serialize;
 pub enum ArgumentKind {
     /// A logical device.
     Device,
-    /// Several logical devices of a type.
+    /// Several logical devices of the same type.
     Group,
-    /// An SVV; of an array port one for each element, or one array.
+    /// An SVV; for an array port, one SVV per element or one array.
     Svv,
-    /// A channel of a physical device, or a part of one.
+    /// A channel or a part of a physical device.
     Channel,
 }
 
-/// An argument that an instance is made with.
+/// An argument for creating an instance.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct FormArgument {
@@ -36,11 +36,11 @@ pub struct FormArgument {
     pub type_text: String,
     pub unit: String,
     pub doc: String,
-    /// Channels of a part that are used.
+    /// Channels of the part that are used.
     pub members: Vec<String>,
 }
 
-/// A value that a start is given.
+/// A value passed to a start.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct FormInput {
@@ -49,19 +49,19 @@ pub struct FormInput {
     pub unit: String,
     pub doc: String,
     pub default: Option<Value>,
-    /// A number, or a parameter of an object, `arm.max_speed`, before which a minus may stand.
+    /// Number, or parameter of an object, `arm.max_speed`, optionally preceded by a minus sign.
     pub minimum: Option<Bound>,
     pub maximum: Option<Bound>,
-    /// The SVV of an object that the range is counted from.
+    /// SVV of an object to which the range is relative.
     pub counted_from: Option<String>,
-    /// True if it has no default.
+    /// True if the input has no default.
     pub required: bool,
-    /// True if it may be changed while the verb runs.
+    /// True if the value may be changed while the verb runs.
     pub tunable: bool,
 }
 
 impl CheckedVerb {
-    /// Objects first, then the other arguments, in the order of the definition.
+    /// Returns the objects, followed by the other arguments in the order of the definition.
     pub fn form_arguments(&self) -> Vec<FormArgument> {
         let mut arguments: Vec<FormArgument> = self.objects.iter().map(|(name, object)| of_object(name, &object.device_type, object.each)).collect();
         for (group, whose) in &self.parameters {
@@ -84,7 +84,7 @@ impl CheckedVerb {
         arguments
     }
 
-    /// Returns the values that a start may be given; those that come from a device, and presets, are not among them.
+    /// Returns the values that may be passed to a start, excluding presets and values taken from a device.
     pub fn form_inputs(&self) -> Vec<FormInput> {
         let own = |input: &&CheckedInput| !input.preset && !matches!(input.whose, Whose::Object { .. });
         self.inputs.iter().filter(own).map(|input| self.form_input(input)).collect()
@@ -108,7 +108,7 @@ impl CheckedVerb {
         }
     }
 
-    /// Returns type, unit and meaning of a port. A type whose size is only known with its arguments is that of the declaration.
+    /// Returns the type, unit and meaning of a port. A type whose size depends on the arguments is returned as declared.
     fn described(&self, (block, item): Port) -> (String, String, String) {
         let kind = &self.blocks[block].kind;
         let declared = kind.item(item);

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Outputs under which a machine does not stand still though nothing new is commanded: an effort, a speed, a power.
+//! Driving outputs: quantities under which a machine keeps moving although nothing new is commanded, such as an effort, a speed, a power.
 //!
-//! A position that stays is where the machine stays; so are a temperature, a pressure, a switch. A torque that stays accelerates whatever it
-//! acts on. Such an output has an idle value, which it takes when the verb that writes it is suspended: a channel its safe value, an SVV that
-//! commands a device 0. One that began with another value than 0 is a limit and stays.
+//! A constant position keeps the machine where it is; so does a constant temperature, pressure or switch. A constant torque accelerates
+//! its load. A driving output therefore has an idle value, which it takes when the verb that writes it is suspended: the safe value of a
+//! channel, or 0 for an SVV that commands a device. An output whose initial value is not 0 is a limit and keeps its value.
 
-/// Quantities that drive on, a unit of each.
+/// Driving quantities, with a unit of each.
 const DRIVING: [(&str, &str); 15] = [
     ("force", "N"),
     ("torque", "N.m"),
@@ -24,7 +24,8 @@ const DRIVING: [(&str, &str); 15] = [
     ("rate of counts", "counts/s"),
 ];
 
-/// Returns the quantity that drives on, `torque` for `kN.m`; none for a unit of something that stays. Of a choice, `N.m|N`, the first counts.
+/// Returns the driving quantity of a unit, `torque` for `kN.m`; `None` if the unit is not one of a driving quantity. If the unit has
+/// alternatives, `N.m|N`, the first counts.
 pub fn driving(unit: &str) -> Option<&'static str> {
     let kinds = || unit.split('|').filter(|unit| !unit.is_empty());
     kinds().find_map(|unit| DRIVING.iter().find(|(_, of)| crate::quantity::is_same_kind(unit, of)).map(|(quantity, _)| *quantity))

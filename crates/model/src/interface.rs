@@ -16,7 +16,7 @@ pub enum Mode {
 }
 
 impl Mode {
-    /// Returns its name in messages.
+    /// Returns the name of the mode in messages.
     pub(crate) fn name(self) -> String {
         match self {
             Mode::Synchronous => "synchronous".into(),
@@ -51,10 +51,11 @@ pub struct Item {
     /// C type as declared; empty for a condition without a value.
     pub type_text: String,
     pub unit: String,
-    /// Items whose units make its own: declared as `=u`, the unit of u, or `=k.u`, that of their product. `unit` is empty then.
+    /// Items whose units determine the unit of this item: declared as `=u`, the unit of u, or `=k.u`, the product of both units. `unit`
+    /// is empty then.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub unit_of: Vec<String>,
-    /// The numbers that it may be, of an array each element: declared behind the unit, `rad/s (0, 10]`. If it is absent, any finite number is
+    /// Allowed numbers, for an array those of each element: declared after the unit, `rad/s (0, 10]`. If absent, any finite number is
     /// allowed.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub range: Option<Range>,
@@ -64,14 +65,13 @@ pub struct Item {
     pub has_default: bool,
     #[serde(default)]
     pub nonfinite: bool,
-    /// Number of elements is the block's size.
+    /// True if the number of elements is the block's size.
     #[serde(default)]
     pub sized: bool,
-    /// Number of last values that an input reads, oldest first; 0 if it reads the present one. `type_text` is that of
-    /// one value.
+    /// Number of last values that an input reads, oldest first; 0 if it reads only the current one. `type_text` is the type of one value.
     #[serde(default)]
     pub history: u32,
-    /// Default of a parameter, preset, defaulted input, in bytes of the type (from the descriptor's image); size: unused.
+    /// Default of a parameter, preset or defaulted input, as bytes of the type (from the descriptor's image); unused for a size.
     #[serde(default)]
     pub default: Vec<u8>,
     /// Size item: minimum and maximum n.
@@ -82,7 +82,7 @@ pub struct Item {
 }
 
 impl Item {
-    /// Returns the parts of a declared unit: the unit itself, or the items that it is the product of, and the range behind it.
+    /// Splits a declared unit into the unit itself, or the items whose product it is, and the range after it.
     pub fn declared_unit(text: &str) -> (String, Vec<String>, Option<Range>) {
         let (unit, range) = Range::split(text);
         match unit.strip_prefix('=') {

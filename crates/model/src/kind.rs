@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! An interface with its types read: what the checks ask of a block again and again.
+//! Interfaces with parsed types, prepared for the checks.
 use crate::interface::{Interface, Item, Kind};
 use crate::quantity::check_unit;
 use crate::refusal::{Class, Refusal};
@@ -7,11 +7,11 @@ use crate::types::Type;
 use std::collections::HashMap;
 use std::sync::Arc;
 
-/// A type with its layout at hand.
+/// A type with its layout.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Layout {
     pub read: Type,
-    /// Normalised.
+    /// Text of the type, normalised.
     pub text: String,
     pub size: usize,
     pub align: usize,
@@ -29,27 +29,27 @@ pub enum Shape {
     /// A condition without a value.
     Nothing,
     Fixed(Arc<Layout>),
-    /// An array of n of these, n being the block's size.
+    /// An array of n such elements, where n is the block's size.
     Sized(Arc<Layout>),
 }
 
-/// A block's interface, its types and names resolved.
+/// A block's interface with its types and names resolved.
 #[derive(Clone, Debug)]
 pub struct BlockKind {
     pub interface: Interface,
     pub shapes: Vec<Shape>,
     by_name: HashMap<String, usize>,
-    /// Elements of array ports that a definition names, `u[1]`: (port, element). They stand behind the items of the descriptor.
+    /// Elements of array ports that a definition names, `u[1]`: (port, element). They follow the items of the descriptor.
     elements: Vec<(usize, usize)>,
-    /// The item that says how many elements.
+    /// Item that sets the number of elements.
     pub size_item: Option<usize>,
 }
 
 impl BlockKind {
-    /// Reads the types of an interface.
+    /// Parses the types of an interface.
     ///
     /// # Errors
-    /// Every type that cannot be read, and every unit.
+    /// Returns every type and every unit that cannot be parsed.
     pub fn new(interface: &Interface) -> Result<BlockKind, Vec<Refusal>> {
         let mut refusals = Vec::new();
         for item in &interface.items {
@@ -87,7 +87,7 @@ impl BlockKind {
         self.by_name.get(name).copied()
     }
 
-    /// Returns the item for an element of an array port; made when it is named for the first time.
+    /// Returns the item for an element of an array port, creating it on first use.
     pub fn element(&mut self, port: usize, element: usize) -> usize {
         if let Some(known) = self.elements.iter().position(|known| *known == (port, element)) {
             return self.interface.items.len() - self.elements.len() + known;
@@ -109,18 +109,18 @@ impl BlockKind {
         self.interface.items.len() - 1
     }
 
-    /// Returns the item of the descriptor that this is, or is an element of.
+    /// Returns the descriptor item that this item is, or is an element of.
     pub fn whole(&self, item: usize) -> usize {
         self.element_of(item).map_or(item, |(port, _)| port)
     }
 
-    /// Returns the port and element that an item is; none of an item of the descriptor.
+    /// Returns the port and element that an item denotes; `None` for an item of the descriptor.
     pub fn element_of(&self, item: usize) -> Option<(usize, usize)> {
         let own = self.interface.items.len() - self.elements.len();
         item.checked_sub(own).map(|at| self.elements[at])
     }
 
-    /// Returns the elements of a port that are named, with their items, in order.
+    /// Returns the elements of a port that the definition names, with their items, in order.
     pub fn elements_of(&self, port: usize) -> Vec<(usize, usize)> {
         let own = self.interface.items.len() - self.elements.len();
         let named = self.elements.iter().enumerate().filter(|(_, (of, _))| *of == port);
@@ -129,7 +129,7 @@ impl BlockKind {
         found
     }
 
-    /// Returns the maximum number of elements of an array port; none of another item.
+    /// Returns the maximum number of elements of an array port; `None` for any other item.
     pub fn elements_max(&self, port: usize) -> Option<usize> {
         let is_port = matches!(self.item(port).kind, Kind::Input | Kind::Output) && self.item(port).history == 0;
         match &self.shapes[port] {
@@ -143,7 +143,7 @@ impl BlockKind {
         }
     }
 
-    /// Returns the type of an item of a block of `size` elements; none if it has no value or its size is not known.
+    /// Returns the type of an item of a block of `size` elements; `None` if it has no value or its size is not known.
     pub fn layout(&self, item: usize, size: Option<u32>) -> Option<Arc<Layout>> {
         match &self.shapes[item] {
             Shape::Nothing => None,

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Command lists of a definition: names resolved, cut into stages at the waits.
+//! Command lists of a definition, with names resolved and split into stages at the waits.
 use crate::definition::{Command, CommandList, Verb};
 use crate::flatten::{Flat, ItemTarget, Port, labelled};
 use crate::interface::Kind;
@@ -20,10 +20,10 @@ pub enum CheckedCommand {
         label: String,
         blocks: Range<usize>,
         every_ns: Option<u64>,
-        /// The interval may be changed while it runs.
+        /// True if the interval may be changed while the verb runs.
         tunable: bool,
         budget_ns: Option<u64>,
-        /// `divide` of the graphs around the label: what its blocks' own is relative to.
+        /// Product of the `divide` of the graphs around the label, to which the blocks' own `divide` is relative.
         divide: u32,
     },
     Deactivate(Range<usize>),
@@ -37,7 +37,7 @@ pub struct CheckedStage {
     pub wait: Option<Wait>,
 }
 
-/// A command list in stages.
+/// A command list split into stages.
 #[derive(Clone, Debug, PartialEq)]
 pub struct CheckedList {
     pub name: String,
@@ -110,7 +110,7 @@ fn wait(flat: &mut Flat<'_>, verb: &Verb, what: &str, conditions: &[String], tim
     Wait::Time(time_ns)
 }
 
-/// Waits for `label.item`, or for a termination condition's name, which stands for its block conditions.
+/// Adds the ports of a wait for `label.item`, or for a termination condition, which denotes its block conditions.
 fn wait_for(flat: &mut Flat<'_>, verb: &Verb, what: &str, name: &str, place: &Option<SourceLocation>, ports: &mut Vec<Port>) {
     if let Some(termination) = verb.conditions.get(name) {
         if termination.on.is_empty() {
@@ -127,7 +127,7 @@ fn wait_for(flat: &mut Flat<'_>, verb: &Verb, what: &str, name: &str, place: &Op
     }
 }
 
-/// Returns the condition that `label.item` names; `report`: refuse what is none.
+/// Returns the condition that `label.item` denotes; if `report` is set, refuses any other name.
 pub fn condition_port(flat: &mut Flat<'_>, name: &str, place: &Option<SourceLocation>, report: bool) -> Option<Port> {
     let refusals = flat.refusals.len();
     let found = match flat.resolve("", name, place) {
@@ -151,7 +151,7 @@ pub fn condition_port(flat: &mut Flat<'_>, name: &str, place: &Option<SourceLoca
     None
 }
 
-/// Returns the list that a start begins with: the only one (beside an ending list), or the one that is named.
+/// Returns the list that a start begins with: the only one (apart from an ending list), or the one that is declared.
 pub fn initial(flat: &mut Flat<'_>, verb: &Verb) -> usize {
     let names = || verb.command_lists.keys().map(String::as_str);
     let mut begins = verb.command_lists.keys().enumerate().filter(|(_, name)| verb.ending.as_ref() != Some(name));
@@ -180,7 +180,7 @@ pub fn initial(flat: &mut Flat<'_>, verb: &Verb) -> usize {
     }
 }
 
-/// Checks that an interval and `execute` belong to blocks without synchronous inputs: the others run when a new value comes, and only then.
+/// Checks that intervals and `execute` are used only for blocks without synchronous inputs: all others run only when a new value arrives.
 /// `drivers`: the first synchronous input of each block.
 pub fn check_scheduled(flat: &mut Flat<'_>, lists: &[CheckedList], drivers: &[Option<usize>]) {
     for list in lists {

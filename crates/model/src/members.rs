@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Ranges of the members of a logical device: its parameters, and what the PS stores into its SVVs.
+//! Ranges of the members of a logical device: its parameters, and values that the PS stores into its SVVs.
 use crate::definition::{Bound, DeviceType, Within};
 use crate::range::{Range, is_plain, number, plausible};
 use crate::refusal::{Class, Refusal, Refusals};
@@ -8,7 +8,7 @@ use hints::did_you_mean;
 use indexmap::IndexMap;
 
 impl Within {
-    /// Returns the range, with the parameters that its ends come from as they are now, and the names of those.
+    /// Returns the range with the current values of the parameters that define its bounds, and the names of these parameters.
     pub fn resolve(&self, parameters: &IndexMap<String, Value>) -> (Range, String) {
         let (least, most) = match self {
             Within::Range(range) => return (*range, String::new()),
@@ -41,10 +41,10 @@ fn members(within: &Within) -> impl Iterator<Item = &str> {
     })
 }
 
-/// Checks a value of a device parameter; `parameters` are those of the device, `unit` is its unit there.
+/// Checks a value of a device parameter; `parameters` are those of the device, and `unit` is the unit of the value there.
 ///
 /// # Errors
-/// `OutOfRange` with the range and what it comes from.
+/// `OutOfRange` with the range and its origin.
 pub fn check_parameter(of: &DeviceType, device: &str, name: &str, unit: &str, parameters: &IndexMap<String, Value>) -> Result<(), Refusal> {
     let (Some(declared), Some(value)) = (of.parameters.get(name), parameters.get(name)) else { return Ok(()) };
     let (range, whence) = declared.within.as_ref().map_or_else(|| (plausible(unit), String::new()), |within| within.resolve(parameters));
@@ -55,10 +55,11 @@ pub fn check_parameter(of: &DeviceType, device: &str, name: &str, unit: &str, pa
     }
 }
 
-/// Checks the ranges that a device type declares: they can be read, name parameters of it that are numbers, and hold its defaults.
+/// Checks the ranges that a device type declares: they must be readable, refer to numeric parameters of the type, and contain its
+/// defaults.
 ///
 /// # Errors
-/// All that is wrong.
+/// Returns all mistakes.
 pub fn check_ranges(of: &DeviceType) -> Result<(), Refusals> {
     let defaults: IndexMap<String, Value> = of.parameters.iter().map(|(name, parameter)| (name.clone(), parameter.default.clone())).collect();
     let svvs = of.svvs.iter().map(|(name, svv)| ("SVV", name, svv.within.as_ref()));

@@ -1,22 +1,23 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Order of a firing: synchronous edges (hard), asynchronous ones (soft) where they make no cycle, then declaration order.
+//! Order of a firing: determined by synchronous edges (hard), then by asynchronous ones (soft) unless they form a cycle, then by
+//! declaration order.
 //!
-//! All of it is linear but for one priority queue.
+//! Everything is linear except for one priority queue.
 use std::cmp::Reverse;
 use std::collections::{BinaryHeap, HashMap};
 use std::hash::Hash;
 
-/// An order, and the soft edges that it could not hold.
+/// An order, and the soft edges that it violates.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct SortedOrder {
     pub order: Vec<usize>,
     pub against: Vec<(usize, usize)>,
 }
 
-/// Orders `0..count` by the edges (before, after), ties by number.
+/// Sorts `0..count` by the edges (before, after), ties by number.
 ///
 /// # Errors
-/// A cycle of hard edges, each element before the next and the last before the first.
+/// Returns a cycle of hard edges: each element precedes the next, and the last precedes the first.
 pub fn sort(count: usize, hard: &[(usize, usize)], soft: &[(usize, usize)]) -> Result<SortedOrder, Vec<usize>> {
     let mut edges: Vec<Edge> = Vec::with_capacity(hard.len() + soft.len());
     edges.extend(hard.iter().map(|&(from, to)| Edge { from, to, hard: true }));
@@ -25,7 +26,7 @@ pub fn sort(count: usize, hard: &[(usize, usize)], soft: &[(usize, usize)]) -> R
     let order = match kahn(count, &edges, &out, &[]) {
         Ok(order) => order,
         Err(_) => {
-            // Soft edges between different components make no cycle: they hold. Those within one may give way.
+            // Soft edges between different components cannot form a cycle and are kept. Soft edges within a component may be dropped.
             let component = components(count, &edges, &out);
             for edge in &mut edges {
                 edge.hard |= component[edge.from] != component[edge.to];
@@ -44,17 +45,18 @@ pub fn sort(count: usize, hard: &[(usize, usize)], soft: &[(usize, usize)]) -> R
     Ok(SortedOrder { order, against })
 }
 
-/// Puts new elements into an existing order, which never changes: hard edges (before, after) hold, soft ones where possible, and
-/// otherwise a new element comes as late as possible and after the new ones that stand before it in `new`.
+/// Inserts new elements into an existing order, which never changes. Hard edges (before, after) are kept, soft ones if possible;
+/// otherwise a new element is placed as late as possible and after the new elements that precede it in `new`.
 ///
 /// # Errors
-/// The elements of a cycle that hard edges and the existing order make.
+/// Returns the elements of a cycle formed by hard edges and the existing order.
 pub fn insert<K: Copy + Eq + Hash>(existing: &[K], new: &[K], hard: &[(K, K)], soft: &[(K, K)]) -> Result<Vec<K>, Vec<K>> {
     let keys: Vec<K> = existing.iter().chain(new).copied().collect();
     if hard.is_empty() && soft.is_empty() {
         return Ok(keys);
     }
-    // Backwards: the last place is given first, to the last new element that nothing waits for. So every number is mirrored.
+    // Work backwards: assign the last position first, to the last new element that nothing waits for. All numbers are therefore
+    // mirrored.
     let count = keys.len();
     let number: HashMap<K, usize> = keys.iter().enumerate().map(|(at, key)| (*key, count - 1 - at)).collect();
     let mirrored = |edges: &[(K, K)]| -> Vec<(usize, usize)> { edges.iter().filter_map(|(from, to)| Some((*number.get(to)?, *number.get(from)?))).collect() };
@@ -73,7 +75,7 @@ struct Edge {
     hard: bool,
 }
 
-/// Outgoing edges of each element, by index, side by side.
+/// Outgoing edges of all elements in one array, indexed by element.
 struct Adjacency {
     start: Vec<usize>,
     edges: Vec<usize>,
@@ -102,7 +104,7 @@ impl Adjacency {
     }
 }
 
-/// Sorts by Kahn's algorithm, the lowest number first. With `component` given, soft edges within a component give way when nothing else
+/// Sorts by Kahn's algorithm, lowest number first. If `component` is not empty, soft edges within a component are dropped when no element
 /// is free. The error holds the elements that could not be placed.
 fn kahn(count: usize, edges: &[Edge], out: &Adjacency, component: &[usize]) -> Result<Vec<usize>, Vec<usize>> {
     let (mut hard, mut soft) = (vec![0_u32; count], vec![0_u32; count]);
@@ -187,7 +189,7 @@ fn components(count: usize, edges: &[Edge], out: &Adjacency) -> Vec<usize> {
     component
 }
 
-/// Returns one cycle of hard edges, which has one.
+/// Returns a cycle of hard edges. There must be one.
 fn cycle(count: usize, hard: &[(usize, usize)]) -> Vec<usize> {
     let edges: Vec<Edge> = hard.iter().map(|&(from, to)| Edge { from, to, hard: true }).collect();
     let left = kahn(count, &edges, &Adjacency::new(count, &edges), &[]).err().unwrap_or_default();
@@ -197,7 +199,7 @@ fn cycle(count: usize, hard: &[(usize, usize)]) -> Vec<usize> {
     for &(from, to) in hard.iter().filter(|(from, to)| is_left[*from] && is_left[*to]) {
         before[to] = from;
     }
-    // Every element that is left waits for one that is left, so walking back meets an element twice.
+    // Every remaining element waits for another remaining one, so walking back visits some element twice.
     let Some(&first) = left.first() else { return Vec::new() };
     let mut at = first;
     let mut seen = vec![false; count];
@@ -216,7 +218,7 @@ fn cycle(count: usize, hard: &[(usize, usize)]) -> Vec<usize> {
     found
 }
 
-/// Returns one cycle of these edges over `0..count`, if there is one.
+/// Returns a cycle of these edges over `0..count`, if any.
 pub fn find_cycle(count: usize, edges: &[(usize, usize)]) -> Option<Vec<usize>> {
     sort(count, edges, &[]).err()
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Parameters of a verb with what they stand for: instantiation parameters (χ) and input parameters (ψ).
+//! Parameters of a verb with their meanings: instantiation parameters (χ) and input parameters (ψ).
 use crate::definition::{Bound, Verb};
 use crate::flatten::{Flat, Group, ItemTarget, Origin, Port};
 use crate::interface::Kind;
@@ -8,14 +8,14 @@ use crate::refusal::{Class, SourceLocation, Where};
 use crate::value::Value;
 use hints::did_you_mean;
 
-/// A parameter of a verb, taken apart: whose it is.
+/// A parsed parameter of a verb, by its owner.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Whose {
     /// `sensed`.
     Own,
     /// `arm.commanded`: a member of an object.
     Object { object: String, member: String },
-    /// `drive.position`: a channel of the part that is given as `drive`.
+    /// `drive.position`: a channel of the part that is passed as `drive`.
     Part { argument: String, channel: String },
 }
 
@@ -79,10 +79,10 @@ pub(crate) fn instantiation_parameters(flat: &mut Flat<'_>, verb: &Verb) -> Vec<
     parameters
 }
 
-/// Options of every call beside the arguments of its verb, and of `set` beside its values.
+/// Options of every call in addition to the arguments of its verb, and of `set` in addition to its values.
 const OPTIONS: [&str; 5] = ["time_limit", "overruns", "age_max", "every", "self"];
 
-/// Words that a call has a meaning for already: its options, and those of Python.
+/// Returns true for words that already have a meaning in a call: its options, and Python keywords.
 pub(crate) fn is_reserved(name: &str) -> bool {
     const PYTHON: [&str; 35] = [
         "False", "None", "True", "and", "as", "assert", "async", "await", "break", "class", "continue", "def", "del", "elif", "else", "except", "finally",

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Plans: a verb with its arguments, flattened, placed, bound and checked. The supervisor and the kernels run plans.
+//! Plans: a verb with its arguments, flattened, placed, bound and checked. The supervisor and the kernels execute plans.
 use crate::configuration::{Rate, SvvId};
 use crate::definition::{Arbitration, IfCutOff};
 use crate::interface::Mode;
@@ -22,7 +22,7 @@ pub type ActivationIndex = usize;
 pub enum CellKind {
     /// An SVV of the system or a device.
     Svv { id: SvvId, name: String },
-    /// Private to the instance: a `cells` entry of the verb, a local cell of a graph, or filled in where nothing named it.
+    /// Private to the instance: a `cells` entry of the verb, a local cell of a graph, or a cell added for an unnamed port.
     Private { name: String },
     /// An input with a default or a constant that nothing else binds.
     Constant { name: String },
@@ -40,9 +40,9 @@ pub struct PlannedCell {
     pub size: usize,
     pub align: usize,
     pub unit: String,
-    /// First value at each start (private, constant), in bytes.
+    /// Value at each start (private, constant), in bytes.
     pub initial: Vec<u8>,
-    /// The blocks and items of this plan that write and read it.
+    /// Blocks and items of this plan that write and read the cell.
     pub writers: Vec<(BlockIndex, usize)>,
     pub readers: Vec<(BlockIndex, usize)>,
 }
@@ -53,7 +53,7 @@ pub struct PlannedCell {
 #[cfg_attr(feature = "schema", schemars(rename = "PlannedBinding"))]
 pub enum Binding {
     Cell(CellIndex),
-    /// An array port bound to one cell for each element: a gather or scatter step unless the cells lie in order.
+    /// An array port bound to one cell per element, with a gather or scatter step unless the cells are contiguous.
     Cells(Vec<CellIndex>),
 }
 
@@ -64,9 +64,9 @@ pub enum Binding {
 pub struct Bound {
     pub item: usize,
     pub binding: Binding,
-    /// Mode in force.
+    /// Effective mode.
     pub mode: Mode,
-    /// Number of values that a history input reads; else 0.
+    /// Number of values that a history input reads; otherwise 0.
     pub history: u32,
 }
 
@@ -85,33 +85,33 @@ pub struct PlannedBlock {
     /// Values of parameters, presets and sizes that differ from the block's defaults: item → bytes.
     pub values: Vec<(usize, Vec<u8>)>,
     pub bindings: Vec<Bound>,
-    /// Blocks of this plan in the same source whose outputs it takes synchronously.
+    /// Blocks of this plan in the same source that drive its synchronous inputs.
     pub drivers: Vec<BlockIndex>,
-    /// SVVs that it takes synchronously (or by ratio) from writers outside this plan: (item, SVV name).
+    /// SVVs from writers outside this plan that drive its synchronous or ratio inputs: (item, SVV name).
     pub external_drivers: Vec<(usize, String)>,
-    /// Blocks of this plan in other sources whose outputs it takes synchronously.
+    /// Blocks of this plan in other sources that drive its synchronous inputs.
     pub remote_drivers: Vec<BlockIndex>,
-    /// The activation it belongs to (every block has one; of a block that is only executed it is never on).
+    /// Activation that the block belongs to. Every block has one; the activation of a block that is only executed is never on.
     pub activation: ActivationIndex,
     pub place: Option<SourceLocation>,
 }
 
-/// Reason for which an activation is due, while it is on.
+/// Reason for which an activation that is on becomes due.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[cfg_attr(feature = "schema", schemars(rename = "PlannedDue"))]
 pub enum Due {
-    /// Due at an interval or trigger: the number of releases of its source is given where it is switched on.
+    /// Due at an interval or trigger: the command that switches it on sets the number of releases of its source.
     Interval,
-    /// Due with these activations of the same source (behind a ratio output n: every n-th time), of this plan …
+    /// Due with these activations of this plan in the same source (behind a ratio output n: every n-th time).
     Driven { by: Vec<(ActivationIndex, u32)> },
-    /// … or when values come from other sources or other instances (see `PlannedBlock::remote_drivers`, `external_drivers`),
-    /// and all of `by`.
+    /// Due when values arrive from other sources or other instances (see `PlannedBlock::remote_drivers`, `external_drivers`), and all of
+    /// `by` are due.
     Queued { by: Vec<(ActivationIndex, u32)> },
 }
 
-/// Blocks of one source that are always active together at one rate: the largest such sets, so that a chain that is
-/// activated as one runs as one.
+/// Blocks of one source that are always active together at one rate. The sets are maximal, so that a chain that is activated as one also
+/// runs as one.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct PlannedActivation {
@@ -119,9 +119,9 @@ pub struct PlannedActivation {
     pub due: Due,
     pub blocks: Vec<BlockIndex>,
     pub budget_ns: Option<u64>,
-    /// Its interval may be changed while it runs.
+    /// True if the interval may be changed while the activation is on.
     pub tunable: bool,
-    /// Rate in each command list in which it is on (list index, rate), for the relations of later instances.
+    /// Rates in the command lists in which the activation is on (list index, rate), for the relations of later instances.
     pub rates: Vec<(usize, Rate)>,
 }
 
@@ -130,9 +130,9 @@ pub struct PlannedActivation {
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub enum PlannedCommand {
     Install(Vec<BlockIndex>),
-    /// One invocation of each, in order: of a graph its blocks without synchronous inputs, then what they drive.
+    /// One invocation of each block, in order; for a graph, its blocks without synchronous inputs, followed by the blocks they drive.
     Execute(Vec<BlockIndex>),
-    /// Every `every`-th release of its source (1 for driven ones).
+    /// Switches an activation on, at every `every`-th release of its source (1 for driven ones).
     On {
         activation: ActivationIndex,
         every: u32,
@@ -146,7 +146,7 @@ pub enum PlannedCommand {
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[cfg_attr(feature = "schema", schemars(rename = "PlannedWait"))]
 pub enum Wait {
-    /// Any of these block conditions (block, item).
+    /// Waits for any of these block conditions (block, item).
     Conditions(Vec<(BlockIndex, usize)>),
     /// Running time since the stage began.
     Time(i64),
@@ -159,7 +159,7 @@ pub enum Wait {
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct PlannedStage {
     pub commands: Vec<PlannedCommand>,
-    /// `None`: the list is through; the process goes on until a condition comes or nothing is active.
+    /// `None` at the end of the list: the process continues until a condition occurs or nothing is active.
     pub wait: Option<Wait>,
     /// Activations that are on after the commands of this stage: (activation, every).
     pub active: Vec<(ActivationIndex, u32)>,
@@ -170,41 +170,41 @@ pub struct PlannedStage {
 pub struct PlannedList {
     pub name: String,
     pub stages: Vec<PlannedStage>,
-    /// τ(this, condition) = list: indices.
+    /// τ(this list, condition) = list, as indices.
     pub transitions: Vec<(usize, usize)>,
-    /// Conditions that end the verb here, since it is ending already, and would lead on otherwise.
+    /// Conditions that end the verb in this list because it is already ending, and that would otherwise lead to another list.
     #[serde(skip)]
     pub cut: Vec<usize>,
-    /// The list of which this is the copy that runs while the verb is ending.
+    /// Original of this list, if this is the copy that runs while the verb is ending.
     #[serde(skip)]
     pub copy_of: Option<usize>,
 }
 
-/// A termination condition, resolved. The eight system conditions are there after those of the verb, if the verb does not name them.
+/// A termination condition, resolved. The eight system conditions follow those of the verb unless the verb names them.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct PlannedCondition {
     pub name: String,
-    /// (block, item) of the block conditions that it stands for; empty for a system condition.
+    /// Block conditions that it consists of, as (block, item); empty for a system condition.
     pub on: Vec<(BlockIndex, usize)>,
     /// ν: indices into `outputs`.
     pub returns: Vec<usize>,
-    /// Its end is normal: no exception (`completed`; `returns` and no `raises`).
+    /// True if the end is normal: no exception (`completed`; `returns` and no `raises`).
     pub normal: bool,
     pub priority: i32,
-    /// Lists to which it is limited; empty: all. Conditions of one name have no list in common.
+    /// Lists in which it holds; empty: all. Conditions of the same name have no list in common.
     pub during: Vec<usize>,
     /// Code of the alarm that it raises.
     pub alarm: Option<String>,
 }
 
 impl PlannedCondition {
-    /// Returns true if it is a termination condition of a list.
+    /// Returns true if the condition holds in a list.
     pub fn holds_in(&self, list: usize) -> bool {
         self.during.is_empty() || self.during.contains(&list)
     }
 
-    /// Returns the same condition, which holds in the copy of a list if it holds in the list.
+    /// Returns the condition extended to the copies of the lists in which it holds.
     pub(crate) fn with_copies(&self, lists: &[PlannedList]) -> PlannedCondition {
         let mut all = self.clone();
         let copies = lists.iter().enumerate().filter(|(_, list)| list.copy_of.is_some_and(|of| self.during.contains(&of)));
@@ -213,16 +213,16 @@ impl PlannedCondition {
     }
 }
 
-/// A place that a value is stored in or read from.
+/// Storage that a value is written to or read from.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[cfg_attr(feature = "schema", schemars(rename = "PlannedTarget"))]
 pub enum Target {
-    /// The object bound to a port.
+    /// Data object bound to a port.
     Cell(CellIndex),
-    /// The value of a parameter or preset.
+    /// Value of a parameter or preset.
     Item { block: BlockIndex, item: usize },
-    /// The value that a condition reported last.
+    /// Value that a condition reported last.
     Report { block: BlockIndex, item: usize },
     /// Elements of an array port bound to several cells.
     Cells(Vec<CellIndex>),
@@ -233,11 +233,11 @@ pub enum Target {
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[cfg_attr(feature = "schema", schemars(rename = "PlannedOrigin"))]
 pub enum InputOrigin {
-    /// Given at start.
+    /// Passed at the start.
     Given,
     /// Always its default.
     Preset,
-    /// A parameter of the logical devices that are the verb's object (one value each).
+    /// Taken from a parameter of the logical devices that are the verb's object (one value each).
     DeviceParameter { devices: Vec<String>, parameter: String },
 }
 
@@ -247,13 +247,13 @@ pub enum InputOrigin {
 pub struct PlannedInput {
     pub name: String,
     pub origin: InputOrigin,
-    /// Normalised type, and the declarations it needs are resolved in it.
+    /// Normalised type, with all struct declarations expanded.
     pub type_text: String,
     pub unit: String,
     pub default: Option<Value>,
     pub tunable: bool,
     pub range: Option<PlannedRange>,
-    /// The ranges of the items that it goes to.
+    /// Ranges of the items that the value is stored in.
     pub item_ranges: Vec<Range>,
     pub targets: Vec<Target>,
 }
@@ -264,7 +264,7 @@ pub struct PlannedInput {
 pub struct PlannedRange {
     pub least: PlannedBound,
     pub most: PlannedBound,
-    /// SVVs that the value is counted from, one for each device.
+    /// SVVs that the value is relative to, one per device.
     pub counted_from: Vec<String>,
 }
 
@@ -272,7 +272,7 @@ pub struct PlannedRange {
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub enum PlannedBound {
     Number(f64),
-    /// `sign` times this parameter, of each device.
+    /// `sign` times this parameter of each device.
     Parameter {
         sign: f64,
         devices: Vec<String>,
@@ -280,13 +280,13 @@ pub enum PlannedBound {
     },
 }
 
-/// Property that one device must have at a start.
+/// A property that one device must have at a start.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct PlannedRequirement {
     pub device: String,
     pub member: PlannedMember,
-    /// Member that must be true for it to hold.
+    /// Member that must be true for the requirement to apply.
     pub when: Option<PlannedMember>,
     pub raises: Class,
     pub remedy: String,
@@ -313,13 +313,13 @@ pub struct PlannedOutput {
     pub target: Target,
 }
 
-/// Course of an end, resolved.
+/// Ending of the verb, resolved.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct PlannedEnding {
-    /// Index of the list that runs at the end.
+    /// Index of the ending list.
     pub list: Option<usize>,
-    /// Running time that it may take.
+    /// Limit of its running time.
     pub limit_ns: i64,
 }
 
@@ -334,7 +334,7 @@ pub enum PlannedSuspend {
     Holding(Vec<PlannedHolding>),
 }
 
-/// Port that becomes true, and the condition (block, item) that is waited for if its block is active.
+/// Port that is set to true, and the condition (block, item) that is awaited if its block is active.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct PlannedHolding {
@@ -343,12 +343,12 @@ pub struct PlannedHolding {
 }
 
 impl PlannedSuspend {
-    /// Returns true if outputs that drive on take their idle values.
+    /// Returns true if driving outputs take their idle values.
     pub fn idles(&self) -> bool {
         matches!(self, PlannedSuspend::Idle | PlannedSuspend::Holding(_))
     }
 
-    /// Returns the ways to come to rest; none if it just stops.
+    /// Returns the holdings by which the instance comes to rest; empty if it just stops.
     pub fn holdings(&self) -> &[PlannedHolding] {
         match self {
             PlannedSuspend::Holding(holdings) => holdings,
@@ -357,7 +357,7 @@ impl PlannedSuspend {
     }
 }
 
-/// Object that a start claims.
+/// An object that a start claims.
 #[derive(Clone, Debug, PartialEq, Eq, Hash, Serialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[cfg_attr(feature = "schema", schemars(rename = "PlannedClaim"))]
@@ -366,7 +366,7 @@ pub enum Claim {
     Channel { device: String, channel: usize },
 }
 
-/// Remark about something that was filled in or is worth knowing: an implied cell, an edge that is a delay.
+/// A remark about an implicit addition or another noteworthy fact: an implied cell, an edge that is a delay.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Remark {
@@ -382,26 +382,26 @@ pub struct Plan {
     pub blocks: Vec<PlannedBlock>,
     pub cells: Vec<PlannedCell>,
     pub activations: Vec<PlannedActivation>,
-    /// Blocks of each source in the order of a firing: synchronous edges, then asynchronous ones where that makes no cycle,
-    /// then declaration order. (`rtp.name`, blocks).
+    /// Blocks of each source in firing order: by synchronous edges, then by asynchronous ones unless they form a cycle, then by
+    /// declaration order. (`rtp.name`, blocks).
     pub order: Vec<(String, Vec<BlockIndex>)>,
     pub lists: Vec<PlannedList>,
     /// Index of the initial list.
     pub initial: usize,
     pub ending: PlannedEnding,
     pub suspend: PlannedSuspend,
-    /// Action when the programming system that started it is cut off, if its verb declares one.
+    /// Reaction when the programming system that started it is cut off, if its verb declares one.
     pub if_cut_off: Option<IfCutOff>,
     pub conditions: Vec<PlannedCondition>,
     pub inputs: Vec<PlannedInput>,
     pub requirements: Vec<PlannedRequirement>,
     pub outputs: Vec<PlannedOutput>,
     pub claims: Vec<Claim>,
-    /// Arbitration with another instance that holds it, claim by claim: as the logical device that it belongs to declares.
+    /// Arbitration with another holder, for each claim, as declared by the logical device that the claimed object belongs to.
     pub arbitration: Vec<Arbitration>,
     /// Logical devices that must be enabled.
     pub devices: Vec<String>,
-    /// True if it may be started in manual mode.
+    /// True if the verb may be started in manual mode.
     pub manual: bool,
     pub remarks: Vec<Remark>,
 }

@@ -8,7 +8,8 @@ use std::f64::consts::PI;
 /// Exponents of m, kg, s, A, K, rad, counts, pixels.
 type Dimension = [i8; 8];
 
-/// A unit: one of it is `multiply / divide` of the coherent SI unit of its dimension. Two factors, so that 20 ms is 20 / 1000.
+/// A unit: one of it equals `multiply / divide` of the coherent SI unit of its dimension. The two factors are kept apart so that 20 ms is
+/// computed as 20 / 1000.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Unit {
     multiply: f64,
@@ -18,7 +19,7 @@ struct Unit {
 
 const ONE: Unit = Unit { multiply: 1.0, divide: 1.0, dimension: [0; 8] };
 
-/// Symbol, factor, dimension, whether it takes prefixes.
+/// Symbol, both factors, dimension, and whether it takes prefixes.
 const SYMBOLS: &[(&str, f64, f64, Dimension, bool)] = &[
     ("m", 1.0, 1.0, [1, 0, 0, 0, 0, 0, 0, 0], true),
     ("g", 1.0, 1000.0, [0, 1, 0, 0, 0, 0, 0, 0], true),
@@ -68,9 +69,8 @@ const PREFIXES: &[(&str, f64, f64)] = &[
     ("G", 1e9, 1.0),
 ];
 
-/// Returns true if a binding between these units holds: an empty one is unknown and agrees with all; two known ones must be
-/// the same unit, however written (`N.m`, `N*m`). `rad|m` is either: a port of a block that serves turning and sliding
-/// joints alike.
+/// Returns true if two units may be bound. An empty unit is unknown and agrees with all; two known ones must be the same unit in any
+/// spelling (`N.m`, `N*m`). `rad|m` is either: a port of a block for both rotary and prismatic joints.
 pub fn units_agree(a: &str, b: &str) -> bool {
     a.is_empty() || b.is_empty() || a.split('|').any(|a| b.split('|').any(|b| is_same_unit(a, b)))
 }
@@ -90,8 +90,8 @@ fn is_same_unit(a: &str, b: &str) -> bool {
     }
 }
 
-/// Refuses a unit that nobody knows: two names of it would never agree, and a quantity in it could not be read. An empty one is
-/// unknown, and may be.
+/// Refuses an unknown unit: two spellings of it would never agree, and a quantity in it could not be read. An empty unit means that it is
+/// not known, and is allowed.
 ///
 /// # Errors
 /// `UnitMismatch` with the unit that was probably meant: `N.m` for `Nm`.
@@ -126,12 +126,12 @@ pub fn product<'a>(units: impl IntoIterator<Item = &'a str>) -> String {
     if above.is_empty() { format!("1{below}") } else { format!("{}{below}", above.join(".")) }
 }
 
-/// Returns the unit of a quantity's text; none if it is a number alone.
+/// Returns the unit in a quantity's text; `None` for a plain number.
 pub fn unit_of(text: &str) -> Option<&str> {
     split(text).ok().map(|(_, unit)| unit).filter(|unit| !unit.is_empty())
 }
 
-/// Returns the most likely meaning of an unknown word of a unit: two known ones without the dot between, else the nearest.
+/// Returns the most likely meaning of an unknown word in a unit: two known units with the dot left out, or else the nearest spelling.
 fn meant(word: &str) -> String {
     let (symbol, _) = exponent(word).unwrap_or((word, 1));
     let cuts = (1..symbol.len()).filter(|at| symbol.is_char_boundary(*at));
@@ -139,11 +139,12 @@ fn meant(word: &str) -> String {
     parts.map_or_else(|| hints::did_you_mean(symbol, SYMBOLS.iter().map(|s| s.0)), |(a, b)| format!("did you mean '{a}.{b}'?"))
 }
 
-/// Returns the number that `text` means in unit `target` (`"90 deg"` in `rad`: 1.57…). A number without a unit is taken as it is; an empty
-/// target is unknown and takes the SI value. Of a target with a choice, `rad|m`, the first of that dimension counts.
+/// Returns the number that `text` denotes in the unit `target` (`"90 deg"` in `rad`: 1.57…). A number without a unit is returned as it
+/// is. An empty target is unknown and yields the SI value. If the target has alternatives, `rad|m`, the first of the same dimension is
+/// used.
 ///
 /// # Errors
-/// `ValueRefused`: not a number, or a unit that is not known. `UnitMismatch`: another dimension.
+/// `ValueRefused` if it is not a number or its unit is unknown. `UnitMismatch` if the dimension differs.
 pub fn number_in(text: &str, target: &str) -> Result<f64, Refusal> {
     let (number, symbol) = split(text)?;
     if symbol.is_empty() || symbol == target {
@@ -180,7 +181,7 @@ pub fn duration_ns(text: &str, what: &str) -> Result<i64, Refusal> {
     if ns.abs() < i64::MAX as f64 { Ok(ns.round() as i64) } else { Err(refused(Class::OutOfRange, "is out of range").remedy("give less than 292 years")) }
 }
 
-/// Nanoseconds for people: `1.5 ms`.
+/// Formats nanoseconds for people: `1.5 ms`.
 pub fn duration_text(ns: u64) -> String {
     let (scale, symbol) = match ns {
         0 => (1.0, "s"),
@@ -193,14 +194,14 @@ pub fn duration_text(ns: u64) -> String {
     format!("{} {symbol}", ns as f64 / scale)
 }
 
-/// Returns the number and the unit's text.
+/// Splits a quantity into its number and the text of its unit.
 fn split(text: &str) -> Result<(f64, &str), Refusal> {
     let text = text.trim();
     let is_number = |end: &usize| text.is_char_boundary(*end) && text[..*end].trim_end().parse::<f64>().is_ok_and(f64::is_finite);
     let longest = text.char_indices().take_while(|(_, c)| c.is_ascii_digit() || "+-.eE ".contains(*c)).last();
     let end = longest.map_or(0, |(at, c)| at + c.len_utf8());
     match (1..=end).rev().find(is_number) {
-        // Its first digits alone are another number.
+        // The leading digits alone would be a different number.
         Some(end) if text[..end].ends_with(|c: char| c.is_ascii_digit()) && text[end..].starts_with(|c: char| c.is_ascii_digit()) => {
             Err(Refusal::new(Class::ValueRefused, format!("the number of '{text}' is beyond the range of a double, 1.8e308")).remedy("give a smaller number"))
         }
@@ -211,7 +212,7 @@ fn split(text: &str) -> Result<(f64, &str), Refusal> {
     }
 }
 
-/// Separators of factors.
+/// Separators between factors.
 const SEPARATORS: [char; 4] = ['.', '*', '·', ' '];
 
 /// Returns the factors of a unit.
@@ -224,7 +225,7 @@ fn word_unit(word: &str) -> Option<Unit> {
     symbol_unit(symbol)
 }
 
-/// Reads `kg.m^2/s`, `N*m`, `m/s2`, `1/s`; everything behind a slash divides.
+/// Parses `kg.m^2/s`, `N*m`, `m/s2`, `1/s`. All factors after a slash divide.
 fn unit(text: &str) -> Option<Unit> {
     let mut total = ONE;
     for (at, part) in text.split('/').enumerate() {

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Ranges of values: declared behind a unit, `"rad/s (0, 10]"`, checked wherever a value comes in, with the unit that was probably meant.
+//! Ranges of values: declared after a unit, `"rad/s (0, 10]"`, and checked wherever a value enters. A refusal suggests the unit that was
+//! probably meant.
 use crate::quantity::number_in;
 use crate::refusal::{Class, Refusal};
 use crate::value::Value;
@@ -8,16 +9,16 @@ pub(crate) use hints::short;
 use serde::{Deserialize, Serialize};
 use std::fmt;
 
-/// Numbers with a unit are at most this large, where nothing narrower is declared.
+/// Maximum of numbers with a unit, unless a narrower range is declared.
 const FARTHEST: f64 = 1e15;
 
-/// Coordinates of a pose that is a goal are at most this far from its frame, m.
+/// Maximum coordinates of a goal pose in its frame, m.
 const POSE_REACH: f64 = 1000.0;
 
-/// A unit quaternion has the length 1 within this.
+/// Tolerance for the length of a unit quaternion.
 const LENGTH_TOLERANCE: f64 = 1e-3;
 
-/// The values that an item may have. As text `[0, 1]`, `(0, inf)`, `[pose]`: a round bracket excludes its end.
+/// Values that an item may have. As text `[0, 1]`, `(0, inf)`, `[pose]`; a round bracket excludes its bound.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[cfg_attr(feature = "schema", schemars(with = "String"))]
@@ -33,13 +34,13 @@ impl Range {
     /// Every finite number.
     pub const ANY: Range = Range::closed(f64::NEG_INFINITY, f64::INFINITY);
 
-    /// Makes the range of the numbers from `least` to `most`, both included.
+    /// Returns the range from `least` to `most`, both included.
     pub const fn closed(least: f64, most: f64) -> Range {
         Range::Interval(Interval::closed(least, most))
     }
 
-    /// Takes a declared unit apart: `"rad/s (0, 10]"` is `rad/s` and its range. A range that cannot be read stays in the unit, which
-    /// [`check_unit`](crate::quantity::check_unit) then refuses.
+    /// Splits a declared unit: `"rad/s (0, 10]"` into `rad/s` and its range. A range that cannot be parsed stays in the unit, and
+    /// [`check_unit`](crate::quantity::check_unit) then refuses it.
     pub fn split(declared: &str) -> (&str, Option<Range>) {
         let begin = declared.rfind(['[', '(']).filter(|at| *at == 0 || declared[..*at].ends_with(' '));
         let read = begin.and_then(|at| Some((declared[..at].trim_end(), declared[at..].parse().ok()?)));
@@ -47,7 +48,7 @@ impl Range {
         read.map_or((declared, None), |(unit, range)| (unit, Some(range)))
     }
 
-    /// Its minimum and maximum, where both are finite.
+    /// Returns the minimum and maximum if both are finite.
     pub fn ends(&self) -> Option<(f64, f64)> {
         match *self {
             Range::Interval(Interval { least, most, .. }) if least.is_finite() && most.is_finite() => Some((least, most)),
@@ -55,7 +56,7 @@ impl Range {
         }
     }
 
-    /// Its ends, where the lower one is above the upper one or one of them is NaN.
+    /// Returns the bounds if the lower one exceeds the upper one or one of them is NaN.
     pub fn reversed(&self) -> Option<(f64, f64)> {
         match *self {
             Range::Interval(Interval { least, most, .. }) if least > most || least.is_nan() || most.is_nan() => Some((least, most)),
@@ -63,7 +64,7 @@ impl Range {
         }
     }
 
-    /// Returns true if a number is within the range. NaN is in none.
+    /// Returns true if a number is within the range. NaN is in no range.
     pub fn contains(&self, number: f64) -> bool {
         match self {
             Range::Interval(interval) => interval.contains(number),
@@ -71,10 +72,10 @@ impl Range {
         }
     }
 
-    /// Checks all numbers of a value, whose unit is `unit`; what is no number its type refuses.
+    /// Checks all numbers of a value whose unit is `unit`. Anything that is not a number is left to its type.
     ///
     /// # Errors
-    /// `OutOfRange` with `what`, the number, the range, and what was probably meant.
+    /// `OutOfRange` with `what`, the number, the range, and the suggested meaning.
     pub fn check(&self, what: &str, unit: &str, value: &Value) -> Result<(), Refusal> {
         match (self, value) {
             (Range::Pose, Value::List(numbers)) if !numbers.iter().any(|n| matches!(n, Value::List(_))) => check_pose(what, numbers),
@@ -93,7 +94,7 @@ impl Range {
         }
     }
 
-    /// Refuses a number; `whence` names what the ends come from.
+    /// Returns the refusal of a number; `whence` names the origin of the bounds.
     pub fn refusal(&self, what: &str, unit: &str, given: f64, is_plain: bool, whence: &str) -> Refusal {
         let shown = if unit.is_empty() { String::new() } else { format!(" {unit}") };
         let whence = if whence.is_empty() { String::new() } else { format!(" ({whence})") };
@@ -109,8 +110,8 @@ impl Range {
         }
     }
 
-    /// Asks back where a plain number is far beyond the range and would be within it in a smaller unit: `did you mean '200 mm/s'?`.
-    /// The range is that of `from` plus the number.
+    /// Returns a question for a plain number that is far beyond the range but would fit in a smaller unit: `did you mean '200 mm/s'?`.
+    /// The range applies to the sum of `from` and the number.
     pub fn meant(&self, given: f64, from: f64, unit: &str) -> Option<String> {
         let Range::Interval(interval) = self else { return None };
         let (meant, _) = interval.meant(given, from, unit)?;
@@ -118,15 +119,15 @@ impl Range {
     }
 }
 
-/// Returns the range of numbers in this unit if none is declared: without a unit any finite number.
+/// Returns the default range of numbers in this unit: any finite number if there is no unit.
 pub fn plausible(unit: &str) -> Range {
     if unit.is_empty() { Range::ANY } else { Range::closed(-FARTHEST, FARTHEST) }
 }
 
-/// Checks a plain number that is an angle of an orientation, in rad: within one turn either way.
+/// Checks a plain number that is an angle of an orientation, in rad: at most one turn in either direction.
 ///
 /// # Errors
-/// `OutOfRange`: degrees were probably meant.
+/// `OutOfRange` if degrees were probably meant.
 pub fn check_angle(what: &str, angle: f64) -> Result<(), Refusal> {
     let range = Range::closed(-std::f64::consts::TAU, std::f64::consts::TAU);
     if range.contains(angle) {
@@ -138,7 +139,7 @@ pub fn check_angle(what: &str, angle: f64) -> Result<(), Refusal> {
 
 fn check_pose(what: &str, numbers: &[Value]) -> Result<(), Refusal> {
     let read: Vec<f64> = numbers.iter().filter_map(number).collect();
-    // Its type says how many there are to be, and that they are numbers.
+    // The type already checks the number of elements, and that they are numbers.
     let &[x, y, z, ref quaternion @ ..] = read.as_slice() else { return Ok(()) };
     if quaternion.len() != 4 || numbers.len() != 7 {
         return Ok(());
@@ -161,7 +162,7 @@ fn listed(numbers: &[f64]) -> String {
     numbers.iter().map(|number| short(*number)).collect::<Vec<_>>().join(", ")
 }
 
-/// Returns the number that a value is.
+/// Returns a value as a number; `None` if it is not one.
 pub(crate) fn number(value: &Value) -> Option<f64> {
     match value {
         Value::Integer(integer) => Some(*integer as f64),
@@ -171,7 +172,7 @@ pub(crate) fn number(value: &Value) -> Option<f64> {
     }
 }
 
-/// Returns true if it is a number without a unit of its own.
+/// Returns true if a value is a number without its own unit.
 pub(crate) fn is_plain(value: &Value) -> bool {
     number(value).is_some()
 }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Reach: what the command lists of a definition can come to. A list that no transition leads to, a wait, condition or transition
-//! that no running block can report, and an output that no list writes are found before anything runs.
+//! Reachability of the command lists of a definition. It finds, before anything runs, lists that no transition leads to; waits,
+//! conditions and transitions that no running block can report; and outputs that no list writes.
 use crate::conditions::CheckedCondition;
 use crate::definition::Verb;
 use crate::flatten::{Flat, Port};
@@ -9,18 +9,19 @@ use crate::lists::{CheckedCommand, CheckedList};
 use crate::plan::{Remark, Wait};
 use crate::refusal::{Class, Refusal, SourceLocation, Where};
 
-/// Blocks and conditions of the lists, and the lists that are reached.
+/// Blocks and conditions of the lists, and the reachable lists.
 struct Reach<'v> {
     verb: &'v Verb,
     lists: &'v [CheckedList],
     /// Blocks that each list activates or executes.
     runs: Vec<Vec<bool>>,
     reached: Vec<bool>,
-    /// A time limit is a condition of the verb: then what never comes is a remark, for the verb ends all the same.
+    /// True if a time limit is a condition of the verb: a condition that never occurs is then only a remark, because the verb ends
+    /// anyway.
     timed: bool,
 }
 
-/// Refuses what can never happen; remarks on it where a time limit ends the verb, and on blocks that no list runs.
+/// Refuses conditions that can never occur, or only remarks on them if a time limit ends the verb; remarks on blocks that no list runs.
 pub fn check_reach(
     flat: &mut Flat<'_>,
     verb: &Verb,
@@ -36,7 +37,7 @@ pub fn check_reach(
     for (list, _) in reach.lists.iter().zip(&reach.reached).filter(|(_, reached)| !**reached) {
         let message = format!("the command list '{}' of verb '{}' is never reached from '{}'", list.name, verb.name, lists[initial].name);
         if flat.is_composed {
-            // A part may be begun in the middle; its verb stays as it was written.
+            // A composition may begin a part in the middle, while the part's verb keeps all its lists.
             remarks.push(Remark { text: message, place: list.place.clone() });
             continue;
         }
@@ -66,7 +67,7 @@ fn mark(command: &CheckedCommand, runs: &mut [bool]) {
     }
 }
 
-/// Returns the lists that transitions lead to, from the initial one, and the ending list.
+/// Returns the lists reachable by transitions from the initial one, and the ending list.
 fn reached(lists: usize, begins: impl Iterator<Item = usize>, conditions: &[CheckedCondition]) -> Vec<bool> {
     let mut reached = vec![false; lists];
     let mut next: Vec<usize> = begins.collect();
@@ -80,7 +81,7 @@ fn reached(lists: usize, begins: impl Iterator<Item = usize>, conditions: &[Chec
 }
 
 impl Reach<'_> {
-    /// Refuses a wait for conditions that never ends: a block that reports one must have run since the list began.
+    /// Refuses a wait that never ends: a block that reports one of its conditions must have run since the list began.
     fn waits(&self, flat: &mut Flat<'_>, remarks: &mut Vec<Remark>) {
         for list in self.lists {
             let mut begun = vec![false; flat.blocks.len()];
@@ -98,7 +99,7 @@ impl Reach<'_> {
         }
     }
 
-    /// Refuses a condition, or a transition, that no block reports in the lists where it holds: it never comes.
+    /// Refuses a condition or transition that no block can report in the lists in which it holds.
     fn conditions(&self, flat: &mut Flat<'_>, conditions: &[CheckedCondition], remarks: &mut Vec<Remark>) {
         for condition in conditions.iter().filter(|condition| !condition.planned.on.is_empty()) {
             let planned = &condition.planned;
@@ -138,7 +139,7 @@ impl Reach<'_> {
         transition.and_then(|t| t.place.clone()).or_else(|| self.verb.place.clone())
     }
 
-    /// Refuses an output value that a condition returns, read from a block which never runs: it says nothing.
+    /// Refuses an output value that a condition returns from a block that never runs.
     fn outputs(&self, flat: &mut Flat<'_>, outputs: &[(String, Port)], conditions: &[CheckedCondition]) {
         for (at, (name, port)) in outputs.iter().enumerate() {
             let returned = conditions.iter().any(|condition| condition.planned.returns.contains(&at));
@@ -151,7 +152,7 @@ impl Reach<'_> {
         }
     }
 
-    /// Remarks on a block that no list runs: it does nothing, which may be meant while a verb is being written.
+    /// Remarks on a block that no list runs. It has no effect, which may be intended while a verb is being written.
     fn idle_blocks(&self, flat: &Flat<'_>, remarks: &mut Vec<Remark>) {
         for (at, block) in flat.blocks.iter().enumerate() {
             if !self.runs.iter().any(|runs| runs[at]) {
@@ -161,7 +162,7 @@ impl Reach<'_> {
         }
     }
 
-    /// Refuses a condition that never comes; if a time limit ends the verb it is a remark.
+    /// Refuses a condition that never occurs; only remarks on it if a time limit ends the verb.
     fn never(&self, flat: &mut Flat<'_>, message: String, place: &Option<SourceLocation>, remedy: &str, remarks: &mut Vec<Remark>) {
         if self.timed {
             remarks.push(Remark { text: format!("{message}; only the time limit ends it"), place: place.clone() });
@@ -171,13 +172,13 @@ impl Reach<'_> {
     }
 }
 
-/// Returns `'near.done'`, or several.
+/// Returns `'near.done'`, or several names.
 fn names(flat: &Flat<'_>, ports: &[Port]) -> String {
     let names: Vec<String> = ports.iter().map(|port| format!("'{}'", flat.port_name(*port))).collect();
     names.join(" or ")
 }
 
-/// Returns the labels of the blocks, each once.
+/// Returns the distinct labels of the blocks of these ports.
 fn labels(flat: &Flat<'_>, ports: &[Port]) -> String {
     let mut labels: Vec<String> = ports.iter().map(|port| format!("'{}'", flat.blocks[port.0].label)).collect();
     labels.dedup();

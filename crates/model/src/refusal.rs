@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Refusals: what is wrong with a program, where, and what to do.
+//! Refusals: mistakes in a program, their locations, and remedies.
 use crate::wording::printable;
 use serde::{Deserialize, Serialize};
 
@@ -15,29 +15,29 @@ pub struct SourceLocation {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub enum Class {
-    /// Parts of a composed verb that do not go together; names both.
+    /// Incompatible parts of a composed verb; the refusal names both.
     CompositionConflict,
-    /// A word, number or structure that cannot be read (also a definition that is not of the right form).
+    /// A word, number or structure that cannot be parsed (also a definition of the wrong form).
     DefinitionError,
-    /// A block, port, list, condition, parameter, source or device of that name is not there.
+    /// An unknown block, port, list, condition, parameter, source or device.
     UnknownName,
     TypeMismatch,
     UnitMismatch,
-    /// A data node that nothing covers, or that two cover.
+    /// A data node that is not covered, or covered twice.
     CoverError,
-    /// A second writer of an SVV or channel; names the holder.
+    /// A second writer of an SVV or channel; the refusal names the holder.
     SecondWriter,
     /// Modes, rates, intervals, triggers that cannot hold.
     SchedulingError,
     /// A cycle of synchronous ports.
     SynchronousCycle,
-    /// There is no source, there are two equal candidates, or a device is on another RTP.
+    /// No source, two equally suitable sources, or a device on another RTP.
     PlacementError,
     /// A value that does not fit its type or unit.
     ValueRefused,
-    /// A value outside the range that is declared for it.
+    /// A value outside its declared range.
     OutOfRange,
-    /// A joint that does not know where it is.
+    /// A joint whose position is not known.
     NotHomed,
     /// Wrong call arguments.
     CallError,
@@ -48,26 +48,27 @@ pub enum Class {
     ModuleError,
     DeviceFailed,
     EmergencyStopped,
-    /// A thing of that name exists and is in use.
+    /// An existing item of that name that is in use.
     InUse,
-    /// A role that may not, a token that is missing, wrong, expired or revoked, a request that comes from a foreign page.
+    /// A role without the permission; a missing, wrong, expired or revoked token; a request from a foreign page.
     NotAllowed,
-    /// Another session commands the system, or none does; names the holder.
+    /// Command is held by another session, or by none; the refusal names the holder.
     NotCommanding,
-    /// A session that was closed or counts as lost.
+    /// A session that was closed or is considered lost.
     SessionLost,
-    /// Too many, too large or too often.
+    /// A limit on number, size or frequency was exceeded.
     LimitExceeded,
-    /// A change that has to be recorded cannot be.
+    /// A change that must be recorded but cannot be.
     AuditFailed,
 }
 
-/// A part of a definition, as who draws it knows it. JSON: `{"block": "filter", "port": "u"}`, `{"transition": ["start", "contact"]}`, …
+/// A part of a definition, as identified by a drawing editor. JSON: `{"block": "filter", "port": "u"}`, `{"transition": ["start",
+/// "contact"]}`, …
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(untagged)]
 pub enum Where {
-    /// An item of a block; `"outer.inner"` in a nested graph, `""` for the graph that is defined.
+    /// An item of a block; `"outer.inner"` in a nested graph, `""` for the graph that is being defined.
     Port {
         block: String,
         port: String,
@@ -90,7 +91,7 @@ pub enum Where {
     Object {
         object: String,
     },
-    /// A command of a list, from 0.
+    /// A command of a list, numbered from 0.
     Command {
         list: String,
         command: usize,
@@ -107,7 +108,7 @@ pub enum Where {
     },
 }
 
-/// One of the ends that a refusal is about.
+/// End of the binding that a refusal is about.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[cfg_attr(feature = "schema", schemars(rename = "RefusalEnd"))]
@@ -118,48 +119,49 @@ pub struct End {
     pub place: Option<SourceLocation>,
 }
 
-/// One thing that is wrong.
+/// A single mistake.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Refusal {
     pub class: Class,
-    /// Lower case, both ends named: `cannot bind output 'a.y' (double, N.m) to input 'b.u' (float): types differ`.
+    /// Message in lower case that names both ends: `cannot bind output 'a.y' (double, N.m) to input 'b.u' (float): types differ`.
     pub message: String,
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub ends: Vec<End>,
-    /// The next step if it is known; printed after the message, behind a semicolon.
+    /// Next step, if known; printed after the message, following a semicolon.
     #[serde(default, skip_serializing_if = "String::is_empty")]
     pub remedy: String,
-    /// Place to look at first: the definition that is at fault.
+    /// Location to check first: the faulty definition.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub place: Option<SourceLocation>,
-    /// The parts of the definition that it is about, the first one first.
+    /// Parts of the definition concerned, the main one first.
     #[serde(default, rename = "where", skip_serializing_if = "Vec::is_empty")]
     pub about: Vec<Where>,
 }
 
-/// Refusals of all that is wrong, in the order found. Never empty where it is an error.
+/// Refusals of all mistakes, in the order found. Never empty as an error.
 pub type Refusals = Vec<Refusal>;
 
 impl Refusal {
-    /// Makes a refusal of this class, whose message controls no terminal, whatever text it repeats; ends, remedy and place are added by the methods below.
+    /// Makes a refusal of this class. Control characters in the message are replaced, even in quoted text. Ends, remedy and place are
+    /// added by the methods below.
     pub fn new(class: Class, message: impl Into<String>) -> Refusal {
         Refusal { class, message: printable(message), ends: Vec::new(), remedy: String::new(), place: None, about: Vec::new() }
     }
 
-    /// Adds the next step; it is printed behind a semicolon.
+    /// Adds the next step, which is printed after a semicolon.
     pub fn remedy(mut self, remedy: impl Into<String>) -> Refusal {
         self.remedy = printable(remedy);
         self
     }
 
-    /// Adds an end that it is about.
+    /// Adds an end of the binding concerned.
     pub fn end(mut self, what: impl Into<String>, place: &Option<SourceLocation>) -> Refusal {
         self.ends.push(End { what: what.into(), place: place.clone() });
         self
     }
 
-    /// Says where to look first, if nothing said so yet.
+    /// Sets the location to check first, unless it is already set.
     pub fn at(mut self, place: &Option<SourceLocation>) -> Refusal {
         if self.place.is_none() {
             self.place.clone_from(place);
@@ -167,13 +169,13 @@ impl Refusal {
         self
     }
 
-    /// Adds parts of the definition that it is about.
+    /// Adds parts of the definition concerned.
     pub fn about(mut self, parts: impl IntoIterator<Item = Where>) -> Refusal {
         self.about.extend(parts);
         self
     }
 
-    /// Puts words before the message: what the refused value was for.
+    /// Prefixes the message with the purpose of the refused value.
     pub fn for_what(mut self, what: &str) -> Refusal {
         self.message = format!("{what}: {}", self.message);
         self

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //! C types: the fixed-width integers, `float`, `double`, `bool`, fixed arrays of a type, and structs of those.
 //!
-//! A type is known by its normalised declaration and its layout; tags and typedef names do not count, member names do.
+//! A type is identified by its normalised declaration and its layout. Tags and typedef names are ignored; member names are significant.
 mod codec;
 mod parse;
 mod tree;
@@ -10,7 +10,7 @@ pub use tree::{TypeForm, TypeTree};
 
 use std::fmt;
 
-/// A number or truth value.
+/// A number or Boolean type.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Scalar {
     Int8,
@@ -27,7 +27,7 @@ pub enum Scalar {
 }
 
 impl Scalar {
-    /// Its name in C.
+    /// Returns the name of the scalar in C.
     pub const fn name(self) -> &'static str {
         match self {
             Scalar::Int8 => "int8_t",
@@ -44,7 +44,7 @@ impl Scalar {
         }
     }
 
-    /// Bytes; the alignment is the same.
+    /// Returns the size in bytes, which is also the alignment.
     pub const fn size(self) -> usize {
         match self {
             Scalar::Int8 | Scalar::Uint8 | Scalar::Bool => 1,
@@ -62,7 +62,7 @@ pub struct Member {
     pub member_type: Type,
 }
 
-/// A C type with a layout that is the same for everybody (LP64, natural alignment).
+/// A C type with a layout that is the same on all platforms (LP64, natural alignment).
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub enum Type {
     Scalar(Scalar),
@@ -71,7 +71,7 @@ pub enum Type {
 }
 
 impl Type {
-    /// Bytes of a value, padding included.
+    /// Returns the size of a value in bytes, including padding.
     pub fn size(&self) -> usize {
         match self {
             Type::Scalar(scalar) => scalar.size(),
@@ -92,7 +92,7 @@ impl Type {
         }
     }
 
-    /// Returns the offset of each member of a struct (none for the other types).
+    /// Returns the offset of each member of a struct (empty for other types).
     pub fn offsets(&self) -> Vec<usize> {
         let Type::Struct(members) = self else { return Vec::new() };
         let mut end = 0;
@@ -106,12 +106,12 @@ impl Type {
             .collect()
     }
 
-    /// Returns the declaration without tags, typedef names and spelling: `struct { double x; double[4] q; }`.
+    /// Returns the normalised declaration without tags and typedef names: `struct { double x; double[4] q; }`.
     pub fn normalised(&self) -> String {
         self.to_string()
     }
 
-    /// Returns the identity across modules and machines: a hash (FNV-1a) of the normalised declaration and the layout.
+    /// Returns an identity that is the same across modules and machines: a hash (FNV-1a) of the normalised declaration and the layout.
     pub fn hash(&self) -> u64 {
         let text = format!("{self}|{}|{}|{:?}", self.size(), self.align(), self.offsets());
         text.bytes().fold(0xcbf2_9ce4_8422_2325, |hash, byte| (hash ^ u64::from(byte)).wrapping_mul(0x0000_0100_0000_01b3))

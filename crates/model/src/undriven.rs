@@ -1,12 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Cells that no block writes, and inputs that wait for a value that never is new.
+//! Cells that no block writes, and inputs that wait for a value that is never new.
 use crate::flatten::{Flat, Origin, Port};
 use crate::interface::Kind;
 use crate::parameters::CheckedInput;
 use crate::plan::Remark;
 use crate::refusal::{Class, Refusal};
 
-/// Refuses a synchronous or ratio input whose cell only input parameters write, or nobody: what they store is no new value.
+/// Refuses a synchronous or ratio input whose cell is written only by input parameters, or not at all: a stored value does not count as
+/// new.
 pub(crate) fn undriven(flat: &mut Flat<'_>, inputs: &[CheckedInput]) {
     let groups = flat.groups.iter().filter(|group| group.origin == Origin::InputOnly);
     let ports: Vec<Port> = groups.flat_map(|group| group.ports.iter().copied()).filter(|port| flat.waits(*port)).collect();
@@ -25,7 +26,7 @@ pub(crate) fn undriven(flat: &mut Flat<'_>, inputs: &[CheckedInput]) {
     }
 }
 
-/// Remarks on a cell that no block writes: it changes only by input parameters.
+/// Remarks on a cell that no block writes: only input parameters change it.
 pub(crate) fn cells_without_writer(flat: &mut Flat<'_>, given: &[Port]) -> Vec<Remark> {
     let mut remarks = Vec::new();
     for at in 0..flat.groups.len() {

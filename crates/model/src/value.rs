@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Values as people write them, before a type says how many bytes they are.
+//! Values as people write them, before a type determines their bytes.
 use indexmap::IndexMap;
 use serde::{Deserialize, Serialize};
 
-/// A value of a parameter, preset, SVV or output. In JSON it is what it looks like.
+/// A value of a parameter, preset, SVV or output. JSON uses the corresponding native form.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[cfg_attr(feature = "schema", schemars(transform = or_null))]
@@ -11,18 +11,18 @@ use serde::{Deserialize, Serialize};
 pub enum Value {
     Bool(bool),
     Integer(i64),
-    /// One beyond the range of `Integer`: 2^63 to 2^64 - 1.
+    /// An integer beyond the range of `Integer`: 2^63 to 2^64 - 1.
     #[cfg_attr(feature = "schema", schemars(skip))]
     Unsigned(u64),
     Number(f64),
-    /// A quantity with a unit (`"20 ms"`), where a number is wanted.
+    /// A quantity with a unit (`"20 ms"`) in place of a number.
     Text(String),
     List(Vec<Value>),
     Record(IndexMap<String, Value>),
 }
 
 impl Value {
-    /// Returns the value in words, as a message has it.
+    /// Describes the value in words for messages.
     pub fn described(&self) -> String {
         match self {
             Value::Bool(value) => value.to_string(),
@@ -36,7 +36,7 @@ impl Value {
     }
 }
 
-/// Replaces a number that is not finite by null in an answer: JSON has no other word for it.
+/// Allows null in place of a number that is not finite, because JSON cannot represent it.
 #[cfg(feature = "schema")]
 fn or_null(schema: &mut schemars::Schema) {
     if let Some(choices) = schema.get_mut("anyOf").and_then(serde_json::Value::as_array_mut) {

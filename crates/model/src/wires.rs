@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Definitions while they are drawn: all that is wrong with one, and why two of its ports cannot be wired. The rules are those of the
-//! installation: the same functions are asked, with nothing given yet.
+//! Checks of definitions while they are being drawn: all mistakes, and why two ports cannot be wired. The rules are those of the
+//! installation, applied by the same functions without arguments.
 use crate::apply::{Draft, GroupBinding, StandIns};
 use crate::checked::{self, CheckedVerb};
 use crate::configuration::Configuration;
@@ -13,7 +13,7 @@ use hints::did_you_mean;
 use serde::{Deserialize, Serialize};
 use std::collections::HashMap;
 
-/// Drawing that is checked: one of the two.
+/// Drawing to check: either a graph or a verb.
 #[derive(Clone, Debug, Default, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Drawing {
@@ -23,7 +23,7 @@ pub struct Drawing {
     pub verb: Option<Verb>,
 }
 
-/// A port as who draws it knows it: of a block, or, `block` empty, of the graph itself.
+/// A port as identified by a drawing editor: of a block, or, if `block` is empty, of the graph itself.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct PortName {
@@ -31,7 +31,7 @@ pub struct PortName {
     pub port: String,
 }
 
-/// A port, and why it cannot be wired; no reason: it can.
+/// A port, and the reason why it cannot be wired; without a reason, it can be.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Verdict {
@@ -40,11 +40,11 @@ pub struct Verdict {
     pub reason: Option<String>,
 }
 
-/// Returns all that is wrong with a definition, before anything is given to it: names, covers, types, units, cycles, lists, conditions. What
-/// is named wrong does not hide the types of the rest.
+/// Returns all mistakes of a definition before any arguments are passed: names, covers, types, units, cycles, lists, conditions. A wrong
+/// name does not hide type errors elsewhere.
 ///
 /// # Errors
-/// `CallError`: neither a graph nor a verb, or both.
+/// `CallError` if the drawing contains neither a graph nor a verb, or both.
 pub fn check_definition(drawing: &Drawing, configuration: &Configuration) -> Result<Refusals, Refusals> {
     let sketch = Sketch::new(drawing, configuration)?;
     let mut found = sketch.refusals.clone();
@@ -55,11 +55,11 @@ pub fn check_definition(drawing: &Drawing, configuration: &Configuration) -> Res
     Ok(found)
 }
 
-/// Checks as [`check_definition`], and returns what an installation would refuse whatever it is given: units and types of members of
-/// objects, constants and defaults, second writers in a list, inputs that nothing drives.
+/// Checks as [`check_definition`] does, and adds everything that an installation would refuse for any arguments: units and types of
+/// members of objects, constants and defaults, second writers in a list, inputs that nothing drives.
 ///
 /// # Errors
-/// As there.
+/// As [`check_definition`].
 pub fn check_drawing(drawing: &Drawing, configuration: &Configuration) -> Result<Refusals, Refusals> {
     let sketch = Sketch::new(drawing, configuration)?;
     let mut found = sketch.refusals.clone();
@@ -76,16 +76,16 @@ pub fn check_drawing(drawing: &Drawing, configuration: &Configuration) -> Result
     Ok(found)
 }
 
-/// Returns true if two checks have found the same: a constant is checked when it is named, and again when it is stored.
+/// Returns true if two checks have found the same mistake: a constant is checked when it is named, and again when it is stored.
 fn is_same(one: &Refusal, other: &Refusal) -> bool {
     let is_constant = |refusal: &Refusal| refusal.message.starts_with("the constant for ");
     one.message == other.message || is_constant(one) && is_constant(other) && one.about == other.about
 }
 
-/// Returns why a wire cannot lead from one port to the other; none if it can. Which of them writes does not matter.
+/// Returns why a wire cannot connect the two ports; `None` if it can. The direction does not matter.
 ///
 /// # Errors
-/// `UnknownName`: a port that is not there. `CallError`: neither a graph nor a verb, or both.
+/// `UnknownName` if a port does not exist. `CallError` if the drawing contains neither a graph nor a verb, or both.
 pub fn compatible(drawing: &Drawing, configuration: &Configuration, from: &PortName, to: &PortName) -> Result<Option<String>, Refusals> {
     let sketch = Sketch::new(drawing, configuration)?;
     let (from, to) = (sketch.end(from)?, sketch.end(to)?);
@@ -93,15 +93,15 @@ pub fn compatible(drawing: &Drawing, configuration: &Configuration, from: &PortN
     Ok(sketch.why_not(&mut sketch.draft(&nothing, configuration), &from, &to))
 }
 
-/// Checks as [`compatible`], for every port of the definition.
+/// Checks as [`compatible`] does, for every port of the definition.
 ///
 /// # Errors
-/// As there.
+/// As [`compatible`].
 pub fn compatible_with(drawing: &Drawing, configuration: &Configuration, from: &PortName) -> Result<Vec<Verdict>, Refusals> {
     let sketch = Sketch::new(drawing, configuration)?;
     let from = sketch.end(from)?;
     let nothing = Application::default();
-    // Sizes and units are worked out once, not for each port.
+    // Infer sizes and units once rather than for each port.
     let mut draft = sketch.draft(&nothing, configuration);
     let judged = sketch.names.iter().filter(|name| **name != from.name).map(|name| {
         let to = sketch.end(name)?;
@@ -110,18 +110,18 @@ pub fn compatible_with(drawing: &Drawing, configuration: &Configuration, from: &
     judged.collect()
 }
 
-/// A definition as far as it can be read.
+/// A definition, resolved as far as possible.
 struct Sketch {
     checked: CheckedVerb,
     refusals: Refusals,
     labels: HashMap<String, LabelTarget>,
     scopes: Vec<Scope>,
     is_graph: bool,
-    /// The ports that are drawn: of the blocks of the definition, and of the graph itself.
+    /// Drawn ports: of the blocks of the definition, and of the graph itself.
     names: Vec<PortName>,
 }
 
-/// A port with the inner ports that it stands for.
+/// A port with the inner ports behind it.
 struct End {
     name: PortName,
     ports: Vec<Port>,
@@ -149,7 +149,7 @@ impl Sketch {
         let mut flat = checked::flat_graph(graph, configuration);
         let place = graph.place.clone();
         let ports = flat.scopes.last().map(|own| own.ports.clone()).unwrap_or_default();
-        // Outside, each port of the graph will be bound to one data object.
+        // Seen from outside, each port of the graph will be bound to one data object.
         let sides = ports.into_iter().map(|(name, ports)| Group { name, origin: Origin::Parameter, ports, place: place.clone() });
         flat.groups.retain(|group| group.origin == Origin::Cell);
         flat.groups.extend(sides);
@@ -223,7 +223,7 @@ impl Sketch {
         Ok(End { name: name.clone(), ports, described, writes })
     }
 
-    /// Returns a port of the graph itself, seen from inside: its input is what writes.
+    /// Returns a port of the graph itself, seen from inside: an input of the graph is a writer.
     fn own_end(&self, name: &PortName) -> Result<End, Refusals> {
         let ports = self.own().map(|own| &own.ports);
         let Some(ports) = ports.and_then(|ports| ports.get(&name.port)) else {
@@ -255,7 +255,7 @@ impl Sketch {
         self.refused_wire(draft, from, to, source, sink)
     }
 
-    /// Returns the named data object that a port is in: a cell, a parameter, a port of the graph.
+    /// Returns the named data object that contains a port: a cell, a parameter, a port of the graph.
     fn object(&self, end: &End) -> Option<usize> {
         if end.name.block.is_empty() {
             return self.checked.groups.iter().position(|group| group.origin == Origin::Parameter && group.name == end.name.port);
@@ -268,7 +268,7 @@ impl Sketch {
         named.next()
     }
 
-    /// Returns why the installation would refuse the wire, and does not without it.
+    /// Returns why the installation would refuse the wire, if it refuses nothing without the wire.
     fn refused_wire(&self, draft: &mut Draft<'_>, from: &End, to: &End, source: Option<usize>, sink: Option<usize>) -> Option<String> {
         let object = |at: Option<usize>, end: &End| match at {
             Some(at) => self.checked.groups[at].clone(),

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Sentences of ours for JSON that has another form: the reader of JSON says it in words of Rust.
+//! Readable messages for JSON of the wrong form, replacing those of the JSON parser, which use Rust terms.
 
-/// Longer pieces of what was given are cut.
+/// Maximum length of quoted input; longer pieces are cut.
 const SHOWN_MAX: usize = 80;
 
-/// Returns an error of `serde_json` in plain words and without its place in a text that no person sees.
+/// Rewrites an error of `serde_json` in plain words, without its position in a text that no person sees.
 pub fn plain(error: &str) -> String {
     let text = error.split(" at line ").next().unwrap_or(error);
     if let Some((given, wanted)) = cut(text, "invalid type: ").or_else(|| cut(text, "invalid value: ")) {
@@ -29,7 +29,7 @@ pub fn plain(error: &str) -> String {
     shown(text)
 }
 
-/// Returns the same if the error stands behind words of ours.
+/// Rewrites as [`plain`] does an error that follows a prefix of our own.
 pub fn plain_within(text: &str) -> String {
     const BEGINNINGS: [&str; 7] =
         ["invalid type: ", "invalid value: ", "invalid length ", "unknown variant ", "unknown field ", "missing field ", "data did not match any variant"];
@@ -39,8 +39,8 @@ pub fn plain_within(text: &str) -> String {
     }
 }
 
-/// Returns a text of others as it may be shown in a terminal: what is neither printed nor a line's end, and what turns the direction of
-/// writing, is replaced by U+FFFD.
+/// Returns a foreign text safe for a terminal: control characters, except line ends and tabs, and characters that change the writing
+/// direction are replaced by U+FFFD.
 pub fn printable(text: impl Into<String>) -> String {
     let text = text.into();
     let turns = |c: char| matches!(c, '\u{200e}' | '\u{200f}' | '\u{202a}'..='\u{202e}' | '\u{2066}'..='\u{2069}');
@@ -52,7 +52,7 @@ fn cut<'a>(text: &'a str, begin: &str) -> Option<(&'a str, &'a str)> {
     text.strip_prefix(begin)?.rsplit_once(", expected ")
 }
 
-/// Returns the name of what was given.
+/// Returns the name of the value that was passed.
 fn thing(given: &str) -> String {
     let given = match given {
         "null" => "nothing",
@@ -63,7 +63,7 @@ fn thing(given: &str) -> String {
     shown(&given.replace('`', ""))
 }
 
-/// Returns the name of what belongs there.
+/// Returns the name of the expected kind.
 fn kind(wanted: &str) -> String {
     let said = match wanted {
         "u8" | "u16" | "u32" | "u64" | "usize" => "a whole number of 0 or more",

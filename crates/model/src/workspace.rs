@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Workspaces: panels side by side and one above the other, as a program ships them and a person composes them in the studio. Here is their
-//! form, and what is wrong with one by itself; whether what it names is there, the system says.
+//! Workspaces: panels side by side and one above the other, shipped by a program or composed by a person in the studio. This module
+//! defines their form and checks it; the system checks that the named items exist.
 mod check;
 
 use crate::definition::Application;
@@ -17,13 +17,13 @@ pub use check::{BUTTONS_MAX, DEPTH_MAX, NAMES_MAX, PANELS_MAX, PLOTS_MAX, SECOND
 pub struct Workspace {
     /// Name among the workspaces of the system.
     pub name: String,
-    /// Text for people; the name if it is empty.
+    /// Title for people; the name if empty.
     #[serde(default, skip_serializing_if = "String::is_empty")]
     pub title: String,
     /// Purpose of the workspace.
     #[serde(default, skip_serializing_if = "String::is_empty")]
     pub doc: String,
-    /// True if it is a panel for operators: large buttons and values, and nothing can be changed in it.
+    /// True if it is a panel for operators: it has large buttons and values, and nothing in it can be edited.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub operator: bool,
     pub layout: Region,
@@ -34,7 +34,7 @@ pub struct Workspace {
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct Region {
-    /// Its share of the row or column, relative to its neighbours'; 1 where it is left out.
+    /// Share of the row or column, relative to its neighbours; 1 if omitted.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub share: Option<f64>,
     /// Regions side by side.
@@ -43,19 +43,19 @@ pub struct Region {
     /// Regions one above the other.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub column: Vec<Region>,
-    /// Panels in one place, of which one is seen.
+    /// Panels in the same position, only one of which is visible.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub tabs: Vec<Region>,
     /// Content of the panel.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub panel: Option<PanelKind>,
-    /// Heading of the panel; what it shows, where it is empty.
+    /// Heading of the panel; derived from its content if empty.
     #[serde(default, skip_serializing_if = "String::is_empty")]
     pub title: String,
     /// SVVs and private cells of a plot, each at its full rate.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub names: Vec<String>,
-    /// Time that a plot looks back, s, 0.1 to 600; 10 by default.
+    /// Time span of a plot, s, 0.1 to 600; 10 by default.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub seconds: Option<f64>,
     /// Rows of a table of values.
@@ -67,7 +67,7 @@ pub struct Region {
     /// Verb of a state diagram.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub verb: Option<String>,
-    /// Actions that buttons start, one each.
+    /// Buttons, each of which starts one action.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub buttons: Vec<Button>,
 }
@@ -81,7 +81,7 @@ pub enum PanelKind {
     Plot,
     /// A machine in 3-D.
     Scene,
-    /// Present values, with units and limits.
+    /// Current values, with units and limits.
     Values,
     /// The state diagram of a verb and its instances.
     Verb,
@@ -95,7 +95,7 @@ impl PanelKind {
     /// All kinds of panels.
     pub const ALL: [PanelKind; 6] = [PanelKind::Plot, PanelKind::Scene, PanelKind::Values, PanelKind::Verb, PanelKind::Alarms, PanelKind::Buttons];
 
-    /// Returns its word in a file.
+    /// Returns the name of the kind in a file.
     pub fn word(self) -> &'static str {
         match self {
             PanelKind::Plot => "plot",
@@ -114,13 +114,13 @@ impl PanelKind {
 #[serde(deny_unknown_fields)]
 pub struct ShownValue {
     pub name: String,
-    /// Text for people; the name if it is empty.
+    /// Label for people; the name if empty.
     #[serde(default, skip_serializing_if = "String::is_empty")]
     pub label: String,
-    /// The lower limit, in the unit of the value: below it the value is marked.
+    /// Lower limit, in the unit of the value; a value below it is highlighted.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub minimum: Option<f64>,
-    /// The upper limit: above it the value is marked.
+    /// Upper limit; a value above it is highlighted.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub maximum: Option<f64>,
 }
@@ -131,24 +131,24 @@ pub struct ShownValue {
 #[serde(deny_unknown_fields)]
 pub struct Button {
     pub label: String,
-    /// Makes an instance of a verb and starts it with these values. Its name, where it has none, is `WORKSPACE.LABEL`.
+    /// Creates an instance of a verb and starts it with these values. If it has no name, it is called `WORKSPACE.LABEL`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub start: Option<Application>,
-    /// The instance that is started instead: a program has made it.
+    /// Instance to start instead, created by a program.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub instance: Option<String>,
-    /// Values of the start of that instance: input parameter to value.
+    /// Start values of that instance: input parameter → value.
     #[serde(default, skip_serializing_if = "IndexMap::is_empty")]
     pub values: IndexMap<String, Value>,
 }
 
 impl Region {
-    /// Returns the regions in it.
+    /// Returns the nested regions.
     pub fn inner(&self) -> impl Iterator<Item = &Region> {
         self.row.iter().chain(&self.column).chain(&self.tabs)
     }
 
-    /// Visits every panel, from the first to the last.
+    /// Visits all panels in order.
     pub fn panels<'a>(&'a self, visit: &mut impl FnMut(&'a Region, PanelKind)) {
         if let Some(kind) = self.panel {
             visit(self, kind);
@@ -156,7 +156,7 @@ impl Region {
         self.inner().for_each(|region| region.panels(visit));
     }
 
-    /// Returns the panel's name in a message: its heading, or its content.
+    /// Returns the panel's name in messages: its heading, or else its content.
     pub fn called(&self) -> String {
         match (self.title.as_str(), self.panel) {
             ("", Some(kind)) => format!("panel '{}'", kind.word()),

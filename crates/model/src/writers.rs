@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The SVVs that an instance writes, as later applications see them.
+//! SVVs that an instance writes, as seen by later applications.
 use crate::configuration::{Configuration, Rate, Writer};
 use crate::interface::Mode;
 use crate::plan::{CellKind, Plan};
 
 impl Plan {
-    /// Returns, for each SVV that this plan writes, its writer: what [`Configuration::writers`] holds while the instance exists.
+    /// Returns the writer of each SVV that this plan writes: the entries of [`Configuration::writers`] while the instance exists.
     /// `instance` is its name (`joint_servo#2`).
     pub fn writers(&self, instance: &str, configuration: &Configuration) -> Vec<(String, Writer)> {
         let mut writers = Vec::new();

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Reasons why a file gave no blocks.
+//! Reasons why a file provides no blocks.
 use crate::source::build::BuildError;
 use std::path::PathBuf;
 
-/// Reason why a module was refused. Nothing of it stays in the process.
+/// Reason why a module was refused. Nothing of it remains in the process.
 #[derive(Debug, thiserror::Error)]
 pub enum LoadError {
     #[error("there is no file '{}'", path.display())]
@@ -36,7 +36,7 @@ pub enum LoadError {
     Unknown { path: PathBuf, known: String },
     #[error("policy '{}' is refused: {what}", path.display())]
     Network { path: PathBuf, what: String },
-    /// The words of a backend of another crate.
+    /// Message of a backend of another crate.
     #[error("{0}")]
     Failed(String),
 }

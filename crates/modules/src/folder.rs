@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! A folder of our own for as long as it is needed.
+//! Temporary private folders.
 
 use std::fs::DirBuilder;
 use std::os::unix::fs::DirBuilderExt;
@@ -12,14 +12,14 @@ pub struct Folder {
 }
 
 impl Folder {
-    /// Makes one among the temporary files.
+    /// Makes a folder among the temporary files.
     pub fn new() -> std::io::Result<Folder> {
         static NEXT: AtomicU64 = AtomicU64::new(0);
         loop {
             let path = std::env::temp_dir().join(format!("opengpac-{}-{}", std::process::id(), NEXT.fetch_add(1, Ordering::Relaxed)));
             match DirBuilder::new().mode(0o700).create(&path) {
                 Ok(()) => return Ok(Folder { path }),
-                // Left by an earlier process of this number.
+                // Left by an earlier process with this number.
                 Err(error) if error.kind() == std::io::ErrorKind::AlreadyExists => continue,
                 Err(error) => return Err(error),
             }
@@ -34,7 +34,7 @@ impl Folder {
 
 impl Drop for Folder {
     fn drop(&mut self) {
-        // What cannot be removed is the system's to clean: it lies among the temporary files.
+        // If it cannot be removed, the system will clean it up with the temporary files.
         let _ = std::fs::remove_dir_all(&self.path);
     }
 }

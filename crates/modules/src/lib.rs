@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Code modules: what turns a file into function blocks, without risk to the process.
+//! Code modules: conversion of files into function blocks, without risk to the process.
 //!
-//! Each kind of file is a folder with a [`Backend`]: `native` (shared objects made of C, C++ or Rust), `source` (C and C++ sources, which are
-//! built first). A backend of another crate calls [`register`]; [`load`] finds the one that a file is for.
+//! Each kind of file is a folder with a [`Backend`]: `native` (shared objects made of C, C++ or Rust), `source` (C and C++ sources, which
+//! are built first). A backend of another crate calls [`register`]; [`load`] finds the right one for a file.
 mod backend;
 mod error;
 mod folder;

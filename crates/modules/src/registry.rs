@@ -1,17 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The code backends of this process, and which of them a file is for.
+//! Code backends of this process, and the choice of one for a file.
 use crate::backend::{Backend, Description, LoadOptions, LoadedModule};
 use crate::error::LoadError;
 use crate::{native, onnx, source};
 use std::path::Path;
 use std::sync::{PoisonError, RwLock};
 
-/// Every backend of this crate.
+/// Backends of this crate.
 static ALL: [&dyn Backend; 3] = [&source::Sources, &onnx::Policies, &native::SharedObjects];
-/// Those of other crates.
+/// Backends of other crates.
 static REGISTERED: RwLock<Vec<&'static dyn Backend>> = RwLock::new(Vec::new());
 
-/// Makes the files of this backend known to [`load`], in this process. Where two know a file, the first one takes it. Idempotent.
+/// Registers this backend for [`load`], in this process. If two accept a file, the first one takes it. Idempotent.
 pub fn register(backend: &'static dyn Backend) {
     let mut registered = REGISTERED.write().unwrap_or_else(PoisonError::into_inner);
     let kind = backend.describe().kind;
@@ -20,23 +20,23 @@ pub fn register(backend: &'static dyn Backend) {
     }
 }
 
-/// Returns the files that the backends of this process take.
+/// Returns descriptions of the files that the backends of this process accept.
 pub fn backends() -> Vec<Description> {
     all().iter().map(|backend| backend.describe()).collect()
 }
 
-/// The endings of files that are built where they are loaded, without the dot.
+/// Returns the extensions of files that are built where they are loaded, without the dot.
 pub fn source_endings() -> Vec<&'static str> {
     all().iter().filter(|backend| backend.is_source()).flat_map(|backend| backend.describe().endings).copied().collect()
 }
 
-/// Loads a code module from a file of any kind that a backend takes. A file that was rebuilt under its name can be loaded again while the
-/// old module is in use.
+/// Loads a code module from a file of any kind that a backend accepts. A file that was rebuilt under its name can be loaded again while
+/// the old module is in use.
 ///
 /// Not for the real-time path: it starts processes and takes from 10 ms to some seconds.
 ///
 /// # Errors
-/// Whatever is wrong with the file, as a [`LoadError`]; this process goes on as it was.
+/// Any fault of the file, as a [`LoadError`]; this process is not affected.
 pub fn load(path: &Path, options: &LoadOptions) -> Result<LoadedModule, LoadError> {
     if !path.is_file() {
         return Err(LoadError::NotFound { path: path.to_path_buf() });
@@ -48,8 +48,8 @@ pub fn load(path: &Path, options: &LoadOptions) -> Result<LoadedModule, LoadErro
     by_bytes(&bytes).ok_or_else(|| unknown(path))?.load(path, options)
 }
 
-/// The same from the bytes of a module, for one that came from another process. `path` is its name in messages, and gives that of the
-/// module; nothing has to be there.
+/// Loads a module from its bytes, received from another process. `path` is used in messages and for the module's name; the file need not
+/// exist.
 ///
 /// # Errors
 /// As for [`load`].

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The low-pass filter in C and in Rust, as printed, gives the same bits.
+//! Checks that the low-pass filter in C and in Rust, as printed, gives the same bits.
 
 mod common;
 use common::{examples, options};
@@ -10,7 +10,7 @@ use std::path::PathBuf;
 use std::process::Command;
 use std::sync::OnceLock;
 
-/// The module of `examples/rust-module`, built as its author would.
+/// Builds the module of `examples/rust-module` as its author would.
 fn rust_module() -> PathBuf {
     let target = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join("rust-module");
     let manifest = examples().join("rust-module/Cargo.toml");

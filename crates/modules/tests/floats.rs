@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Modules that can change floating-point state, and what loading one leaves behind.
+//! Modules that can change floating-point state, and the effects of loading one.
 #![cfg(target_arch = "x86_64")]
 mod common;
 use common::{GAIN, module};
 use opengpac::abi::mark;
 use opengpac::floats::Words;
 
-/// A block whose body has this statement, with more text before it.
+/// Returns the marks of a block with this statement in its body, and more text before it.
 fn marks(name: &str, before: &str, statement: &str) -> u32 {
     let text = format!(
         "#include <opengpac.h>\n#include <fenv.h>\n{before}\nFUNCTION_BLOCK(b, \"y = u.\", in(double, u, \"in\"), out(double, y, \"out\"))\n{{ {statement} self->y = self->u; return OK; }}\n"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Blocks that are fused, and those that are refused with their reason. That what is fused computes the same is shown by `fused.rs` of the kernel.
+//! Blocks that can be fused, and those that are refused with a reason. `fused.rs` of the kernel shows that fused blocks compute the same.
 mod common;
 use common::{folder, options, write};
 use modules::fused::{Member, NotFused, Wire, fit, fuse};
@@ -8,7 +8,7 @@ use opengpac::abi::Descriptor;
 use std::fs;
 use std::path::Path;
 
-/// The block of a file of this text.
+/// Returns the block of a file with this text.
 fn block_of(folder: &Path, name: &str, text: &str) -> &'static Descriptor {
     block(&write(folder, name, text))
 }
@@ -17,13 +17,13 @@ fn block(path: &Path) -> &'static Descriptor {
     load(path, &options()).unwrap().blocks[0].descriptor
 }
 
-/// A block that multiplies by what `by` says.
+/// Returns a block that multiplies by the expression `by`.
 fn gain(name: &str, before: &str, by: &str) -> String {
     let items = "in(double, u, \"value\"), out(double, y, \"product\")";
     format!("#include <opengpac.h>\n{before}\nFUNCTION_BLOCK({name}, \"y = k u.\", {items}) {{ self->y = {by} * self->u; return OK; }}\n")
 }
 
-/// The second reads what the first has stored.
+/// Returns two members; the second reads the first one's output.
 fn pair(first: &'static Descriptor, second: &'static Descriptor) -> [Member; 2] {
     [Member { descriptor: first, wires: vec![] }, Member { descriptor: second, wires: vec![Wire { input: 0, from: 0, output: 1 }] }]
 }

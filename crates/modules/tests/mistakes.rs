@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-//! A mistake in a declaration is told in plain words, at the user's line, and only the first.
+//! A mistake in a declaration is reported in plain words, at the user's line, and only the first.
 
 mod common;
 use common::{folder, write};
 use modules::{BuildError, BuildOptions, build};
 
-/// The second line is `item`, the others are right.
+/// Checks a block whose second line is `item`, with correct other lines.
 fn check_in(language: &str, name: &str, item: &str, line: u32, message: &str) {
     let text = format!(
         "#include <opengpac.h>\nFUNCTION_BLOCK(block, \"What it does.\",\n    in   (double, u, \"raw\"),\n    {item},\n    out  (double, y, \"filtered\"))\n{{\n    self->y = self->u;\n    return OK;\n}}\n"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! A policy's module needs nothing at run time that could allocate, lock or wait: only copies of memory and functions of numbers.
+//! Checks that a policy's module needs nothing at run time that could allocate, lock or wait: only memory copies and math functions.
 
 mod common;
 use common::{examples, options};
@@ -19,7 +19,7 @@ fn a_policy_calls_nothing_that_could_allocate_or_wait() {
     let told = Command::new("nm").args(["-D", "--undefined-only", "--format=posix"]).arg(&file).output().expect("nm runs");
     assert!(told.status.success(), "{}", String::from_utf8_lossy(&told.stderr));
     let needed = String::from_utf8_lossy(&told.stdout).into_owned();
-    // What begins with an underscore is the compiler's own: the start of a module, its processor, a smashed stack.
+    // Names with a leading underscore belong to the compiler: module start, processor detection, stack protection.
     let names = needed.lines().filter_map(|line| line.split([' ', '@']).next()).filter(|name| !name.starts_with('_'));
     let strangers: Vec<&str> = names.filter(|name| !ALLOWED.contains(name)).collect();
     assert_eq!(strangers, Vec::<&str>::new());

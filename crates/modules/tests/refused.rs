@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Files that are no good are refused by name, and this process goes on.
+//! Invalid files are refused by name, and this process survives.
 
 mod common;
 use common::{GAIN, built, folder, options, refusal, write};
@@ -9,10 +9,10 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::time::Duration;
 
-/// Bytes of the mark and checksum that `build` appends.
+/// Size of the mark and checksum that `build` appends.
 const SEAL_BYTES: usize = 31;
 
-/// A shared object of this source without our header's help.
+/// Builds a shared object from this source without our header's macros.
 fn shared(test: &str, text: &str) -> PathBuf {
     let folder = folder(test);
     let (source, object) = (write(&folder, "source.c", text), folder.join("object.so"));
@@ -149,7 +149,7 @@ fn a_module_without_a_seal_kills_a_child_at_most() {
     let good = std::fs::read(built("refused-unsealed", GAIN)).unwrap();
     let good = &good[..good.len() - SEAL_BYTES];
     let path = folder("refused-unsealed-files").join("flipped.so");
-    // The tables that a loader follows: these are where damage is worst.
+    // The tables that a loader follows: damage there is the most dangerous.
     let section = |name: &str| {
         let object = |at: usize| u64::from_le_bytes(good[at..at + 8].try_into().unwrap()) as usize;
         let half = |at: usize| u16::from_le_bytes(good[at..at + 2].try_into().unwrap()) as usize;
@@ -167,7 +167,7 @@ fn a_module_without_a_seal_kills_a_child_at_most() {
             let at = range.start + (seed.wrapping_mul(0x9e37_79b9_7f4a_7c15) >> 24) as usize % range.len();
             bytes[at] ^= 0xa5;
             std::fs::write(&path, bytes).unwrap();
-            // Some damage does not matter; then it must work.
+            // Some damage is harmless; the module must then work.
             if load(&path, &options()).is_err() {
                 refused += 1;
             }

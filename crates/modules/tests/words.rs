@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Every word of a declaration, in C and in C++, on trial.
+//! Exercises every word of a declaration, in C and in C++.
 
 mod common;
 use common::{examples, folder, module, options, write};

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! In place of [`joined`](self) where links between hosts were not built: a caller that asks for them is told how to get them.
+//! Replacement of [`joined`](self) in builds without links between hosts: tells callers how to get them.
 use crate::telling::Telling;
 use rtp::{NO_HOSTS, StartedProcessor};
 use serde::Deserialize;
@@ -9,7 +9,7 @@ use std::ffi::OsString;
 #[derive(Clone, Debug, Deserialize)]
 pub struct JoinOptions {}
 
-/// No host ever joins.
+/// Joined hosts, of which there are none.
 pub(crate) struct JoinedHosts;
 
 impl JoinedHosts {
@@ -31,7 +31,7 @@ impl JoinedHosts {
 /// Lends no host.
 ///
 /// # Errors
-/// Always, with what to do.
+/// Always, with the remedy.
 pub fn join(_system: &str, _options: JoinOptions, _python: OsString, _stop: &dyn Fn() -> bool) -> Result<(), String> {
     Err(NO_HOSTS.to_owned())
 }

@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Adoption: a new supervisor finds a processor's process that has lost its own, and both speak before the greeting.
+//! Adoption: a new supervisor finds the process of a processor that has lost its own, and the two exchange messages before the greeting.
 //!
-//! Each process of a processor listens at a socket in the folder of this user's sockets, named for its system, what it is
-//! called there (as its processor, or as those that share it name it) and itself. Who
-//! connects says whom it looks for. A process that may be taken over answers with a descriptor of itself, its heartbeat and the path of
-//! its guard; then it is told the run of the new system, and given the way of safe handles and the memory of the black box. From there on
-//! it is greeted like one that was just started.
+//! Each process of a processor listens at a socket in this user's socket folder, named after its system, its processor (or the common
+//! name of several), and itself. A connecting supervisor states whom it looks for. A process that may be taken over answers with a
+//! descriptor of itself, its heartbeat and the path of its guard; it then receives the run of the new system, the link for safe handles
+//! and the memory of the black box. After that it is greeted like one that was just started.
 use crate::text;
 use interconnect::Link;
 use process_kit::{Frame, Heartbeat, UnixLink, connect, is_abandoned, run_folder};
@@ -16,56 +15,57 @@ use std::os::fd::{AsFd, OwnedFd};
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-/// Bound for the answer of the other side, which may be about to let somebody else in.
+/// Timeout of the other side's answer; it may be admitting somebody else.
 pub(crate) const ANSWER: Duration = Duration::from_secs(30);
 
-/// Version of the messages, which must be that of the other side.
+/// Version of the messages; both sides must have the same.
 const VERSION: u32 = 2;
 
-/// Names of the sockets: of processes of processors, of guards.
+/// Name prefixes of the sockets of processors' processes and of guards.
 const PROCESSOR: &str = "rtp-";
 const GUARD: &str = "guard-";
 
-/// Bytes of the path of a socket; the second process of a guard puts one more behind its path.
+/// Maximum length of a socket's path in bytes; the second process of a guard appends one more.
 const PATH_LEN_MAX: usize = 106;
 
-/// From who looks for a processor.
+/// Message of a supervisor that looks for a processor.
 #[derive(Serialize, Deserialize)]
 pub(crate) struct Knock {
     version: u32,
     system: String,
-    /// Name of its process.
+    /// Name of the processor's process.
     processor: String,
 }
 
 impl Knock {
-    /// Returns whether this process is meant.
+    /// Returns true if this process is meant.
     pub fn means(&self, system: &str, processor: &str) -> bool {
         self.version == VERSION && self.system == system && self.processor == processor
     }
 }
 
-/// The answer.
+/// Answer to a knock.
 #[derive(Serialize, Deserialize)]
 pub(crate) enum AdoptionAnswer {
-    /// It may come in. Descriptors: the process, its heartbeat.
+    /// The supervisor may enter. Descriptors: the process, its heartbeat.
     Come { guard: Option<PathBuf> },
-    /// It is another processor.
+    /// This is another processor.
     Other,
-    /// Not now, and why.
+    /// Refused for now, with the reason.
     Refused { why: String },
 }
 
-/// From who comes in. Descriptors: the way of safe handles, the black box, the hearts of the guard and of who comes.
+/// Message of a supervisor that enters. Descriptors: the link for safe handles, the black box, the hearts of the guard and of the
+/// supervisor.
 #[derive(Serialize, Deserialize)]
 pub(crate) struct Enter {
     pub run: u64,
     pub guard: Option<PathBuf>,
-    /// The guard before is gone.
+    /// True if the previous guard has exited.
     pub is_unguarded: bool,
 }
 
-/// A process that waits for a new supervisor, and has answered.
+/// A process that waits for a new supervisor and has answered.
 pub(crate) struct WaitingProcess {
     pub link: UnixLink,
     pub guard: Option<PathBuf>,
@@ -73,7 +73,7 @@ pub(crate) struct WaitingProcess {
     pub heart: Heartbeat,
 }
 
-/// The process of this name that has lost its system. None where there is none. Errors: it must not be taken over, in words.
+/// Returns the process of this name that has lost its system; `None` if there is none. Fails with a message if it must not be taken over.
 pub(crate) fn find(system: &str, processor: &str) -> Result<Option<WaitingProcess>, String> {
     let Ok(folder) = run_folder() else { return Ok(None) };
     let prefix = prefix(system, processor);
@@ -82,7 +82,7 @@ pub(crate) fn find(system: &str, processor: &str) -> Result<Option<WaitingProces
             Ok(link) => link,
             Err(why) => {
                 if why.kind() == ErrorKind::ConnectionRefused {
-                    // Its maker was killed. Gone meanwhile is as good.
+                    // Its maker was killed. The file may have been removed meanwhile.
                     let _removed = std::fs::remove_file(&path);
                 }
                 continue;
@@ -100,7 +100,7 @@ fn ask(link: UnixLink, system: &str, processor: &str) -> Result<Option<WaitingPr
     if say(&link, &knock, &[]).is_err() {
         return Ok(None);
     }
-    // One that ends meanwhile is not there to be taken over.
+    // A process that ends meanwhile cannot be taken over.
     let Ok(Some((frame, descriptors))) = link.receive_with(ANSWER) else { return Ok(None) };
     match heard(&frame)? {
         AdoptionAnswer::Other => Ok(None),
@@ -113,7 +113,7 @@ fn ask(link: UnixLink, system: &str, processor: &str) -> Result<Option<WaitingPr
     }
 }
 
-/// Returns the path at which the process `pid` of a processor listens; none where this user has no folder for it.
+/// Returns the path at which process `pid` of a processor listens; `None` if this user has no folder for it.
 pub(crate) fn place(system: &str, processor: &str, pid: u32) -> Option<PathBuf> {
     socket(format!("{}{pid}", prefix(system, processor)))
 }
@@ -123,7 +123,7 @@ pub(crate) fn guard_place(run: u64) -> Option<PathBuf> {
     socket(format!("{GUARD}{run:016x}"))
 }
 
-/// A socket in the folder of this user; none where there is no folder, or its path is too long for a socket.
+/// Returns a socket path in this user's folder; `None` if there is no folder, or the path is too long for a socket.
 fn socket(name: String) -> Option<PathBuf> {
     run_folder().ok().map(|folder| folder.join(name)).filter(|path| path.as_os_str().len() <= PATH_LEN_MAX)
 }
@@ -133,7 +133,7 @@ pub(crate) fn clean() {
     let Ok(folder) = run_folder() else { return };
     let left = |path: &PathBuf| (name(path).starts_with(PROCESSOR) || name(path).starts_with(GUARD)) && is_abandoned(path);
     for path in sockets(&folder).filter(left) {
-        // Gone meanwhile is as good.
+        // It may have been removed meanwhile.
         let _removed = std::fs::remove_file(path);
     }
 }
@@ -145,12 +145,12 @@ pub(crate) fn say(link: &UnixLink, message: &impl Serialize, descriptors: &[&Own
     link.send_with(&bytes, &borrowed, Some(ANSWER)).map_err(text)
 }
 
-/// Decodes a message. Errors: it is none, in words.
+/// Decodes a message. Fails if the bytes are not one.
 pub(crate) fn heard<T: DeserializeOwned>(frame: &[u8]) -> Result<T, String> {
     serde_json::from_slice(frame).map_err(|why| format!("what was said is of another version: {why}"))
 }
 
-/// The next message, at once or within the limit.
+/// Returns the next message, waiting for at most the limit.
 pub(crate) fn next(link: &UnixLink, limit: Duration) -> Result<Frame, String> {
     link.receive_with(limit).map_err(text)?.ok_or_else(|| {
         link.close();
@@ -158,7 +158,7 @@ pub(crate) fn next(link: &UnixLink, limit: Duration) -> Result<Frame, String> {
     })
 }
 
-/// Paths of sockets are short, names of systems need not be.
+/// Returns a short prefix, because paths of sockets are limited but names of systems are not.
 fn prefix(system: &str, processor: &str) -> String {
     let words = system.bytes().chain([0]).chain(processor.bytes());
     let hash = words.fold(0xcbf2_9ce4_8422_2325_u64, |hash, byte| (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3));

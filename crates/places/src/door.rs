@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The door of a processor's process: where a new supervisor comes in.
+//! Door of a processor's process, through which a new supervisor enters.
 use crate::adopting::{ANSWER, AdoptionAnswer, Enter, Knock, heard, next, place, say};
 use crate::{BLACK_BOX_SOURCES, text};
 use guard::canary::{self, Canary};
@@ -14,7 +14,7 @@ use std::path::PathBuf;
 use std::sync::{Arc, Mutex, MutexGuard};
 use std::time::Duration;
 
-/// Bound for the first message of a process that has connected.
+/// Timeout of the first message of a process that has connected.
 const KNOCK: Duration = Duration::from_secs(1);
 
 /// Watchers of this process.
@@ -22,12 +22,12 @@ pub(crate) struct ProcessWatchers {
     guard: Heartbeat,
     supervisor: Heartbeat,
     watchers: Option<(Duration, Watchers)>,
-    /// Process whose end says that the supervisor is dying.
+    /// Canary whose end indicates that the supervisor is dying.
     canary: Canary,
 }
 
 impl ProcessWatchers {
-    /// By the guard and the supervisor with these hearts. Errors: they are none, in words.
+    /// Makes the watchers with these hearts of guard and supervisor. Fails if the descriptors are not heartbeats.
     pub fn by(guard: OwnedFd, supervisor: OwnedFd) -> Result<ProcessWatchers, String> {
         let heart = |descriptor| Heartbeat::received(descriptor).map_err(text);
         Ok(ProcessWatchers { guard: heart(guard)?, supervisor: heart(supervisor)?, watchers: None, canary: Canary::default() })
@@ -52,7 +52,7 @@ impl ProcessWatchers {
     }
 }
 
-/// State that a process keeps over all its commanders.
+/// State that a process keeps across its commanders.
 pub(crate) struct Belongings {
     pub system: String,
     /// Name of the process.
@@ -74,13 +74,13 @@ impl Belongings {
         Arc::new(Belongings { system, processor, heart, handles: Mutex::new(handles), watched: Mutex::new(watched), guard: Mutex::new(guard) })
     }
 
-    /// Hands over to other watchers.
+    /// Switches to other watchers.
     fn watched_by(&self, guard: OwnedFd, supervisor: OwnedFd) -> Result<(), String> {
         *self.watched.lock().expect("nobody panics with the lock held") = ProcessWatchers::by(guard, supervisor)?;
         Ok(())
     }
 
-    /// Beats, or says which timer keeps the heart from it.
+    /// Beats, or records which timer keeps the heart from beating.
     pub fn beat(&self, stuck: Option<usize>) {
         self.heart.hold_up(stuck);
         if stuck.is_none() {
@@ -88,7 +88,7 @@ impl Belongings {
         }
     }
 
-    /// Rests for so long, or until the supervisor is dying: then true, once.
+    /// Sleeps for `span`, or until the supervisor is dying; in that case returns true, once.
     pub fn rests(&self, span: Duration) -> bool {
         let locked = || self.watched.lock().expect("nobody panics with the lock held");
         let thread = locked().canary();
@@ -99,25 +99,25 @@ impl Belongings {
         locked().notice_dying()
     }
 
-    /// Returns whether both watchers have stood still for longer than `patience`.
+    /// Returns true if both watchers have stood still for longer than `patience`.
     pub fn is_unwatched(&self, patience: Duration) -> bool {
         self.watched.lock().expect("nobody panics with the lock held").look(patience)
     }
 
-    /// The way of safe handles to who commands now.
+    /// Returns the link for safe handles to the current commander.
     pub fn handles(&self) -> MutexGuard<'_, UnixLink> {
         self.handles.lock().expect("nobody panics with the lock held")
     }
 }
 
-/// A socket that new supervisors find.
+/// Socket at which new supervisors connect.
 pub(crate) struct SocketDoor {
     listener: Listener,
     belongings: Arc<Belongings>,
 }
 
 impl SocketDoor {
-    /// None where this user has no folder for it: then nobody can take the process over.
+    /// Opens the socket; returns `None` if this user has no folder for it, so that nobody can take the process over.
     pub fn open(belongings: &Arc<Belongings>) -> Option<Box<dyn Door>> {
         let path = place(&belongings.system, &belongings.processor, std::process::id())?;
         match Listener::listen(&path) {
@@ -141,7 +141,7 @@ impl Door for SocketDoor {
         match heard::<Knock>(&frame) {
             Ok(knock) if knock.means(&belongings.system, &belongings.processor) => Some(Box::new(Visitor { link, belongings })),
             _ => {
-                // The other end sees it closed where it does not hear this.
+                // If the other end misses this, it still sees the link closed.
                 let _said = say(&link, &AdoptionAnswer::Other, &[]);
                 None
             }
@@ -156,7 +156,7 @@ struct Visitor {
 
 impl Caller for Visitor {
     fn refuse(self: Box<Self>, why: &str) {
-        // Who is gone needs no reason.
+        // A supervisor that has disconnected needs no reason.
         let _said = say(&self.link, &AdoptionAnswer::Refused { why: why.to_owned() }, &[]);
     }
 
@@ -178,7 +178,7 @@ impl Caller for Visitor {
     }
 }
 
-/// It stays as long as the process: sources write there to their end.
+/// Maps the black box for the lifetime of the process, because sources write there until the end.
 pub(crate) fn black_box_of(descriptor: OwnedFd) -> Result<BlackBox, String> {
     let memory = Box::leak(Box::new(process_kit::SharedMemory::received(descriptor, BLACK_BOX_SOURCES * BLACK_BOX_LEN).map_err(text)?));
     Ok(BlackBox { memory: memory.start(), len: memory.len() })

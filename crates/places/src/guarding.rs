@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The guard of a system's processes: started with the first of them.
+//! Guard of a system's processes, started with the first of them.
 use crate::adopting;
 use crate::own::Own;
 use crate::telling::Telling;
@@ -14,26 +14,26 @@ use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Arc, Condvar, Mutex};
 use std::time::Duration;
 
-/// Bound for the guard's word on a process that has ended.
+/// Timeout of the guard's report on a process that has ended.
 const SAID: Duration = Duration::from_secs(2);
 
-/// Between two looks at whether a process is still there.
+/// Period at which the existence of a process is checked.
 const LOOK: Duration = Duration::from_secs(1);
 
-/// The guard process, as far as there is one, and who is told of it.
+/// The guard process, if there is one, and the receiver of its reports.
 #[derive(Default)]
 pub(crate) struct Guarding {
     telling: Telling,
     guard: Mutex<Option<Arc<Guard>>>,
-    /// Guards of systems that were lost, whose processes are taken over.
+    /// Guards of lost systems whose processes are taken over.
     adopted: Mutex<Vec<AdoptedProcess>>,
     last_ward: AtomicU64,
     seen: Arc<SeenLosses>,
-    /// Path at which a later supervisor finds the guard that is started here.
+    /// Path at which a later supervisor finds the guard started here.
     path: Option<PathBuf>,
 }
 
-/// Reports of guards on processes that were lost, by their wards.
+/// Guards' reports of lost processes, by ward.
 #[derive(Default)]
 struct SeenLosses {
     losses: Mutex<HashMap<u64, guard::Cause>>,
@@ -47,36 +47,36 @@ struct AdoptedProcess {
     wards: Vec<(u64, i32)>,
 }
 
-/// A process that is to be guarded.
+/// A process to be guarded.
 pub(crate) struct WatchedProcess {
     pub process: OwnedFd,
     pub heart: Heartbeat,
-    /// Bound for a standstill of its heart, where somebody gave one.
+    /// Maximum standstill of its heart, if configured.
     pub lost_after: Option<Duration>,
 }
 
-/// A process that is guarded.
+/// A guarded process.
 pub(crate) struct GuardedProcess {
     guard: Arc<Guard>,
     ward: u64,
     bounds: Bounds,
     seen: Arc<SeenLosses>,
-    /// It is guarded for this system; one that has not been taken over stays guarded without it.
+    /// True if it is guarded for this system; a process that has not been taken over stays guarded without it.
     is_ours: AtomicBool,
 }
 
 impl GuardedProcess {
-    /// The hearts of its guard and of this supervisor. Errors: no descriptors left.
+    /// Returns the hearts of its guard and of this supervisor. Fails if no descriptors are left.
     pub fn hearts(&self) -> Result<[OwnedFd; 2], String> {
         self.guard.hearts().map_err(crate::text)
     }
 
-    /// It was taken over.
+    /// Records whether it was taken over.
     pub fn own(&self, is_ours: bool) {
         self.is_ours.store(is_ours, Ordering::Release);
     }
 
-    /// Returns, in words, that it stood still for its bound and was ended for that, where the guard saw so. May wait a moment for the guard.
+    /// Returns a message if the guard saw it exceed its maximum standstill and ended it. May wait briefly for the guard.
     pub fn stood_still(&self) -> Option<String> {
         let losses = self.seen.losses.lock().expect("nobody panics with the lock held");
         let said = self.seen.changed.wait_timeout_while(losses, SAID, |losses| !losses.contains_key(&self.ward));
@@ -88,12 +88,12 @@ impl GuardedProcess {
         }
     }
 
-    /// It is about to end in good order.
+    /// Announces that it is about to end in an orderly way.
     pub fn forget(&self) {
         if !self.is_ours.load(Ordering::Acquire) {
             return;
         }
-        // Where the guard is gone there is nothing to forget.
+        // If the guard has exited, there is nothing to forget.
         let _forgotten = self.guard.forget(self.ward);
         self.seen.losses.lock().expect("nobody panics with the lock held").remove(&self.ward);
     }
@@ -101,23 +101,23 @@ impl GuardedProcess {
 
 impl Drop for GuardedProcess {
     fn drop(&mut self) {
-        // Its loss has been dealt with.
+        // Its loss has been handled.
         self.forget();
     }
 }
 
 impl Guarding {
-    /// `path`: where the guard that is started here is found by a later supervisor.
+    /// Makes the guarding without a guard yet. `path`: where a later supervisor finds the guard started here.
     pub fn new(path: Option<PathBuf>, telling: Telling) -> Guarding {
         Guarding { path, telling, ..Guarding::default() }
     }
 
-    /// Path at which a later supervisor finds the guard that is started here.
+    /// Returns the path at which a later supervisor finds the guard started here.
     pub fn path(&self) -> Option<&PathBuf> {
         self.path.as_ref()
     }
 
-    /// Starts guarding a process; `handles` brings what makes its devices safe. Errors: there is no guard, in words.
+    /// Starts guarding a process; `handles` is the link that supplies its safe handles. Fails with a message if there is no guard.
     pub fn watch(&self, command: &[OsString], name: &str, watched: WatchedProcess, handles: &Arc<UnixLink>) -> Result<GuardedProcess, String> {
         let guard = self.guard(command)?;
         let ward = self.last_ward.fetch_add(1, Ordering::Relaxed) + 1;
@@ -126,20 +126,21 @@ impl Guarding {
         self.hear(guard, ward, name, bounds, handles)
     }
 
-    /// This process itself, for a processor that is threads of it. Errors: there is no guard, in words.
+    /// Guards this process itself, for a processor that consists of its threads. Fails with a message if there is no guard.
     pub fn watch_this(&self, command: &[OsString], processor: &str, lost_after: Option<Duration>) -> Result<Own, String> {
         let guard = self.guard(command)?;
         let ward = self.last_ward.fetch_add(1, Ordering::Relaxed) + 1;
         Own::guarded(guard, ward, processor, bounds(lost_after))
     }
 
-    /// The hearts of the guard and of this supervisor, for a process that is to see whether anybody watches it. Errors: there is no guard.
+    /// Returns the hearts of the guard and of this supervisor, for a process that checks whether it is watched. Fails if there is no
+    /// guard.
     pub fn hearts(&self, command: &[OsString]) -> Result<[OwnedFd; 2], String> {
         self.guard(command)?.hearts().map_err(crate::text)
     }
 
-    /// The process `pid` as the guard at `path` guards it, for a system that was lost; `handles` brings what makes further devices safe.
-    /// None where that guard is gone, or does not know it.
+    /// Adopts process `pid` as the guard at `path` guards it, for a system that was lost; `handles` is the link that supplies further
+    /// safe handles. Returns `None` if that guard has exited, or does not have the process.
     pub fn adopt(
         &self,
         command: &[OsString],
@@ -163,11 +164,11 @@ impl Guarding {
             let of = adopted.iter().find(|one| one.path == path).expect("it was put there above");
             of.wards.iter().find(|(_, of)| *of == pid).map(|(ward, _)| (of.guard.clone(), *ward))
         };
-        // Its bound is what it was registered with.
+        // Its bounds are those with which it was registered.
         found.map(|(guard, ward)| self.hear(guard, ward, name, bounds, handles)).transpose()
     }
 
-    /// Passes on what makes devices safe.
+    /// Forwards safe handles to the guard.
     fn hear(&self, guard: Arc<Guard>, ward: u64, name: &str, bounds: Bounds, handles: &Arc<UnixLink>) -> Result<GuardedProcess, String> {
         let (held, handles, telling, name) = (Arc::downgrade(&guard), handles.clone(), self.telling.clone(), name.to_owned());
         let body = move || {
@@ -214,22 +215,22 @@ impl Guarding {
         }
     }
 
-    /// The guard ends when it guards nothing.
+    /// Closes the guard, which ends when it guards nothing.
     pub fn close(&self) {
         self.adopted.lock().expect("nobody panics with the lock held").clear();
         drop(self.guard.lock().expect("nobody panics with the lock held").take());
     }
 }
 
-/// Bound for a standstill of a process's heart: the one that was given, or the guard's own.
+/// Returns the maximum standstill of a process's heart: the configured one, or the guard's default.
 fn bounds(lost_after: Option<Duration>) -> Bounds {
     lost_after.map_or_else(Bounds::default, Bounds::from)
 }
 
-/// The life of the guard process. Behind it nothing of the processes that it guarded is left, neither in shared memory nor of their sockets.
+/// Runs the guard process. After its end nothing of the processes that it guarded remains, neither shared memory nor sockets.
 ///
 /// # Errors
-/// As of [`guard::run`].
+/// As for [`guard::run`].
 pub fn guard_processes() -> Result<(), String> {
     let guarded = guard::run();
     shared_memory::clean();
@@ -237,7 +238,7 @@ pub fn guard_processes() -> Result<(), String> {
     guarded
 }
 
-/// Words of the guard, for people.
+/// Returns a human-readable description of a guard event.
 fn words(event: GuardEvent) -> (String, String) {
     match event {
         GuardEvent::Lost(loss) => {

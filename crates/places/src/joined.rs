@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Hosts that have joined, for processors that are to run there; and the life of a process that lends its host.
+//! Joined hosts, on which processors are to run; and the life of a process that lends its host.
 //!
-//! The listening host tells a joined one over link 0 which link the next processor has; there a thread serves it. All processors of a
-//! joined host are threads of one process.
+//! The listening host announces the link of each new processor to the joined host over link 0; a thread there serves it. All processors
+//! of a joined host are threads of one process.
 use crate::telling::Telling;
 use crate::text;
 use hosts::{Hosts, Options, Security};
@@ -18,13 +18,13 @@ use std::path::PathBuf;
 use std::sync::{Arc, Mutex, mpsc};
 use std::time::Duration;
 
-/// Bound for a processor's wait for its host.
+/// Maximum time that a processor waits for its host.
 const JOINED_MAX: Duration = Duration::from_secs(15);
 
-/// A processor of another host may be silent for so long; its link is closed before that where its host is gone.
+/// Maximum silence of a processor on another host; its link is closed earlier if its host disconnects.
 const SILENCE: Duration = Duration::from_secs(6);
 
-/// The link over which a joined host learns of its processors.
+/// Link that announces new processors to a joined host.
 const CONTROL: u64 = 0;
 
 /// Options with which a host listens or joins.
@@ -33,7 +33,7 @@ const CONTROL: u64 = 0;
 pub struct JoinOptions {
     /// `tcp/HOST:PORT` or `tls/HOST:PORT`.
     pub endpoint: String,
-    /// Name of this host.
+    /// Name of the host.
     pub name: String,
     /// PEM files for TLS.
     #[serde(default)]
@@ -42,21 +42,23 @@ pub struct JoinOptions {
     pub certificate: Option<PathBuf>,
     #[serde(default)]
     pub key: Option<PathBuf>,
-    /// A secret that both sides know: over TLS instead of the joining side's certificate; on loopback instead of the one that all programs of a user have.
+    /// Shared secret of both sides: over TLS it replaces the joining side's certificate; on loopback, the common secret of all programs
+    /// of a user.
     #[serde(default)]
     pub token: Option<String>,
-    /// Accuracy to which the clocks of the hosts are to agree, ns.
+    /// Required agreement of the hosts' clocks, ns.
     #[serde(default)]
     pub clock_limit_ns: Option<i64>,
 }
 
 impl JoinOptions {
-    /// Errors: this user has no secret for programs of this host, in words.
+    /// Returns the options of the link. Fails with a message if this user has no secret for programs of this host.
     fn options(self, system: &str, telling: Option<&Telling>) -> Result<Options, String> {
         let pair = self.certificate.clone().zip(self.key.clone());
         let is_plain = self.endpoint.starts_with("tcp/");
         let security = match (self.token, self.authority, pair) {
-            // Other users of this host reach the address too: who joins has what only this user can read, or was given something else.
+            // Other users of this host can reach the address too: a joining process needs a secret that only this user can read, or an
+            // explicit one.
             (Some(secret), None, None) if is_plain => Security::Loopback { secret },
             (None, None, None) if is_plain => Security::Loopback { secret: hosts::secret_of_user(&run_folder().map_err(text)?).map_err(text)? },
             (Some(token), authority, certificate) => Security::Token { token, authority, certificate },
@@ -82,7 +84,7 @@ impl JoinOptions {
     }
 }
 
-/// The hosts that have joined a system.
+/// Hosts that have joined a system.
 #[derive(Default)]
 pub(crate) struct JoinedHosts {
     telling: Telling,
@@ -100,7 +102,7 @@ impl JoinedHosts {
         JoinedHosts { telling, listening: Mutex::default() }
     }
 
-    /// Lets other hosts join. Errors: in words, with what to do.
+    /// Allows other hosts to join. Fails with a message that includes the remedy.
     pub fn listen(&self, system: &str, options: &str, epoch_ns: i64) -> Result<(), String> {
         let mut listening = self.listening.lock().expect("nobody panics with the lock held");
         if listening.is_some() {
@@ -113,7 +115,7 @@ impl JoinedHosts {
         Ok(())
     }
 
-    /// Hosts that have joined are let go.
+    /// Disconnects the joined hosts.
     pub fn close(&self) {
         drop(self.listening.lock().expect("nobody panics with the lock held").take());
     }
@@ -138,7 +140,7 @@ impl JoinedHosts {
         let call = |control: &Arc<dyn Link>| control.send(&number.to_le_bytes());
         let known = listening.controls.get(host).is_some_and(|control| call(control).is_ok());
         if !known {
-            // The first processor of the host, or the first since it came back.
+            // First processor of the host, or the first since it returned.
             listening.controls.remove(host);
             let control: Arc<dyn Link> = hosts.link(host, CONTROL).map_err(|why| why.message)?.into();
             call(&control).map_err(|_| format!("host '{host}' does not take processor '{processor}'"))?;
@@ -149,7 +151,7 @@ impl JoinedHosts {
     }
 }
 
-/// A processor on a host that was lent.
+/// A processor on a lent host.
 struct LentProcessor {
     host: String,
 }
@@ -162,13 +164,13 @@ impl ProcessorProcess for LentProcessor {
     fn end(&self) {}
 }
 
-/// Interval at which `stop` is asked.
+/// Poll period of `stop`.
 const LOOK: Duration = Duration::from_millis(200);
 
-/// Joins; none where `stop` said so before anybody answered.
+/// Joins; returns `None` if `stop` returned true before there was an answer.
 fn let_in(options: Options, stop: &dyn Fn() -> bool) -> Result<Option<Hosts>, String> {
     let (tell, told) = mpsc::channel();
-    // Where nobody waits for it any more, the process ends.
+    // If nobody waits for it any longer, the process exits.
     let knocking = move || drop(tell.send(Hosts::join(options)));
     std::thread::Builder::new().name("joins".into()).spawn(knocking).map_err(text)?;
     loop {
@@ -181,10 +183,11 @@ fn let_in(options: Options, stop: &dyn Fn() -> bool) -> Result<Option<Hosts>, St
     }
 }
 
-/// Lends this host to a system: serves its processors until the system is gone, or `stop` says so (it is asked a few times a second).
+/// Lends this host to a system: serves its processors until the system disconnects, or `stop` returns true (polled a few times per
+/// second).
 ///
 /// # Errors
-/// In words: nobody listens there, or this host is not let in.
+/// Fails with a message if nobody listens there, or this host is not admitted.
 pub fn join(system: &str, options: JoinOptions, python: OsString, stop: &dyn Fn() -> bool) -> Result<(), String> {
     let name = options.name.clone();
     let Some(hosts) = let_in(options.options(system, None)?, stop)? else { return Ok(()) };

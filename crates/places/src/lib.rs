@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Places of remote processors: processes of this host that are started for them, and hosts that have joined.
+//! Places where remote processors run: processes of this host that are started for them, and hosts that have joined.
 //!
-//! [`Places`] is given to a system; [`processor`] is what a process that was started for a processor does from its start to its end.
-//! The command line that starts one is the programming system's: whatever it runs must come to call it. [`join`] is the life of a
-//! process that lends its host to a remote system.
+//! [`Places`] is passed to a system; [`processor`] is the main function of a process that was started for a processor. The programming
+//! system provides the command line that starts one, which must end up calling it. [`join`] is the main function of a process that lends
+//! its host to a remote system.
 mod adopting;
 mod door;
 mod guarding;
@@ -23,15 +23,18 @@ pub(crate) fn text(why: impl std::fmt::Display) -> String {
     why.to_string()
 }
 
-/// Environment variables that a process gets with its link: name of the system, number of its run, the interpreter that tries code modules.
+/// Environment variables passed to a process with its link: name of the system, number of its run, the interpreter that tries code
+/// modules.
 pub(crate) const SYSTEM: &str = "OPENGPAC_SYSTEM_NAME";
 pub(crate) const RUN: &str = "OPENGPAC_SYSTEM_RUN";
 pub(crate) const PYTHON: &str = "OPENGPAC_PYTHON";
-/// Name of the process (for its processor, or as those that share it name it), and where the guard is found by a supervisor that takes it over.
+/// Name of the process (its processor, or the common name of several), and the path at which a supervisor that takes it over finds the
+/// guard.
 pub(crate) const PROCESSOR: &str = "OPENGPAC_PROCESSOR";
 pub(crate) const GUARD: &str = "OPENGPAC_GUARD_AT";
 
-/// Names of the descriptors: the link, the way of safe handles to the guard, the heartbeat, those of the guard and the supervisor, what the sources say of the block that runs.
+/// Names of the descriptors: the link, the link for safe handles to the guard, the heartbeat, the heartbeats of guard and supervisor, the
+/// memory in which sources record the running block.
 pub(crate) const LINK: &str = "link";
 pub(crate) const HANDLES: &str = "handles";
 pub(crate) const HEART: &str = "heart";
@@ -39,5 +42,5 @@ pub(crate) const GUARD_HEART: &str = "guard_heart";
 pub(crate) const SUPERVISOR_HEART: &str = "supervisor_heart";
 pub(crate) const BLACK_BOX: &str = "black_box";
 
-/// Sources of a process that say which block runs.
+/// Maximum number of a process's sources that record the running block.
 pub(crate) const BLACK_BOX_SOURCES: usize = 64;

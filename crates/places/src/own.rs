@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! This process, as the guard has it: processors that are threads of the program.
+//! Guarding of this process: processors that are threads of the program.
 use device::SafeHandle;
 use guard::{Bounds, Guard};
 use process_kit::Heartbeat;
@@ -14,7 +14,7 @@ pub(crate) struct Own {
 }
 
 impl Own {
-    /// Guards this process for a processor. Errors: in words.
+    /// Guards this process for a processor. Fails with a message.
     pub fn guarded(guard: Arc<Guard>, ward: u64, processor: &str, bounds: Bounds) -> Result<Own, String> {
         let heart = Heartbeat::new().map_err(crate::text)?;
         let watched = Heartbeat::received(heart.descriptor().map_err(crate::text)?).map_err(crate::text)?;
@@ -40,7 +40,7 @@ impl ProcessorHold for Own {
 
 impl Drop for Own {
     fn drop(&mut self) {
-        // Where the guard is gone there is nothing to forget.
+        // If the guard has exited, there is nothing to forget.
         let _forgotten = self.guard.forget(self.ward);
     }
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The life of a process that was started for a processor.
+//! Main function of a process that was started for a processor.
 use crate::door::{Belongings, ProcessWatchers, SocketDoor, black_box_of};
 use crate::{BLACK_BOX, GUARD, GUARD_HEART, HANDLES, HEART, LINK, PROCESSOR, PYTHON, RUN, SUPERVISOR_HEART, SYSTEM, text};
 use guard::send_handles;
@@ -15,13 +15,13 @@ use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::Duration;
 
-/// Bound for a device's wait until the guard has its safe handles.
+/// Maximum time that a device waits until the guard has its safe handles.
 const HELD: Duration = Duration::from_secs(5);
 
-/// The life of a process that was started for a processor.
+/// Runs a process that was started for a processor, from start to end.
 ///
 /// # Errors
-/// In words: it was not started by a system, or the other side is of another version.
+/// Fails with a message if it was not started by a system, or the other side has another version.
 pub fn processor() -> Result<(), String> {
     kernel::retire_when_lost();
     let link: Arc<dyn Link> = Arc::new(UnixLink::from_descriptor(inherited(LINK)?).map_err(text)?);
@@ -50,7 +50,7 @@ pub fn processor() -> Result<(), String> {
     rtp::serve(&link, Service { reaches, black_box, door: SocketDoor::open(&belongings), terms })
 }
 
-/// Gives the guard what makes a device safe, and waits until it has it. Where there is no guard, that was told when it went.
+/// Passes the safe handles of a device to the guard, and waits until it has them. If there is no guard, that was reported when it exited.
 fn hand_over(handles: &UnixLink, device: &Device, is_open: bool) {
     let given = if is_open { device.safe_handles() } else { Arc::default() };
     if (is_open && given.is_empty()) || send_handles(handles, device.name(), &given).is_err() {

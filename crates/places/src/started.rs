@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Starting processes for processors.
+//! Starts processes for processors.
 use crate::adopting::{self, Enter, WaitingProcess};
 use crate::guarding::{GuardedProcess, Guarding, WatchedProcess};
 use crate::telling::Telling;
@@ -19,43 +19,44 @@ use std::time::Duration;
 /// Command lines of the processes that a system starts.
 #[derive(Clone, Debug)]
 pub struct Commands {
-    /// Comes to call [`crate::processor`].
+    /// Calls [`crate::processor`].
     pub processor: Vec<OsString>,
-    /// Comes to call [`guard::run`].
+    /// Calls [`guard::run`].
     pub guard: Vec<OsString>,
-    /// Comes to call `replay::serve`; empty: no recording can be run again beside the system.
+    /// Calls `replay::serve`; empty: recordings cannot be replayed beside the system.
     pub replay: Vec<OsString>,
-    /// The interpreter that tries code modules.
+    /// Interpreter that tries code modules.
     pub python: OsString,
 }
 
-/// Starts the processes of this host that processors ask for, guarded; and finds hosts that have joined.
+/// Starts the guarded processes of this host that processors request, and finds hosts that have joined.
 pub struct Places {
     system: String,
     run: u64,
     commands: Commands,
     guarding: Guarding,
     adopts: bool,
-    /// Processes that were looked for, by name.
+    /// Processes that were searched for, by name.
     sought: Mutex<HashSet<String>>,
     telling: Telling,
     pub(crate) joined: crate::joined::JoinedHosts,
 }
 
-/// Bound for the silence of a processor of this host: it beats every 20 ms, but machines are held up.
+/// Maximum silence of a processor of this host: it beats every 20 ms, but machines may be held up.
 const SILENCE: Duration = Duration::from_secs(5);
 
-/// Processor time that a real-time thread may take without sleeping.
+/// Maximum processor time of a real-time thread without sleeping.
 const REAL_TIME_MAX: Duration = Duration::from_secs(5);
 
-/// Signal with which the guard ends a process.
+/// Signal with which the guard kills a process.
 const SIGKILL: i32 = 9;
 
-/// Time that a process may take to end by itself.
+/// Time that a process is given to end by itself.
 const GRACE: Duration = Duration::from_secs(3);
 
 impl Places {
-    /// For a system of this name. `adopts`: for each process one that has lost a system of this name is looked for first.
+    /// Makes the places of a system of this name. `adopts`: before starting each process, search for one that has lost a system of this
+    /// name.
     pub fn new(system: &str, commands: Commands, adopts: bool) -> Places {
         let (run, telling) = (shared_memory::new_run(), Telling::default());
         Places {
@@ -70,7 +71,8 @@ impl Places {
         }
     }
 
-    /// The process of this name that has lost a system of this name; looked for once. Errors: it must not be taken over, in words.
+    /// Returns the process of this name that has lost a system of this name; searches once. Fails with a message if it must not be taken
+    /// over.
     fn adopted(&self, name: &str, bounds: &Bounds) -> Result<Option<StartedProcessor>, String> {
         if !self.adopts || !self.sought.lock().expect("nobody panics with the lock held").insert(name.to_owned()) {
             return Ok(None);
@@ -138,7 +140,7 @@ impl rtp::Places for Places {
         let heart = Heartbeat::new().map_err(text)?;
         let black_box = process_kit::SharedMemory::new(BLACK_BOX_SOURCES * BLACK_BOX_LEN).map_err(text)?;
         let [guards, supervises] = self.guarding.hearts(&self.commands.guard)?;
-        // Before the process, which then finds it there.
+        // Before the process, which then finds it.
         let near: Box<dyn Ends> = Box::new(SharedMemory::new(&self.system, self.run).map_err(text)?);
         let mut launch = Launch::new(self.commands.processor.iter().cloned())
             .descriptor(LINK, other)
@@ -173,7 +175,7 @@ impl rtp::Places for Places {
     }
 }
 
-/// The heart, once more. Errors: no descriptors left, in words.
+/// Duplicates the heart. Fails with a message if no descriptors are left.
 fn same(heart: &Heartbeat) -> Result<Heartbeat, String> {
     Heartbeat::received(heart.descriptor().map_err(text)?).map_err(text)
 }
@@ -183,7 +185,7 @@ struct Process {
     guarded: GuardedProcess,
     heart: Heartbeat,
     black_box: process_kit::SharedMemory,
-    /// Path at which a new supervisor would find it.
+    /// Path at which a new supervisor finds it.
     socket: Option<PathBuf>,
 }
 
@@ -191,7 +193,7 @@ impl Process {
     /// Removes its socket, which a killed process leaves behind.
     fn take_away(&self) {
         if let Some(socket) = self.socket.as_ref().filter(|_| !self.child.is_running()) {
-            // Gone already is as good.
+            // It may have been removed already.
             let _removed = std::fs::remove_file(socket);
         }
     }
@@ -219,7 +221,7 @@ impl ProcessorProcess for Process {
     fn step(&self, place: usize) -> Option<u32> {
         let word = (place < BLACK_BOX_SOURCES).then(|| self.black_box.word(place * BLACK_BOX_LEN).load(Ordering::Relaxed))?;
         let started = self.black_box.word(place * BLACK_BOX_LEN + 8).load(Ordering::Relaxed);
-        // The step is the first half; no loop ran where none was started.
+        // The step is the first half; it is meaningless if no loop was started.
         let step = word as u32;
         (step != NO_STEP && started != 0).then_some(step)
     }

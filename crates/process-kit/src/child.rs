@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-//! A process that was started here, or that a predecessor of this process started: held by a descriptor of it, never by its
-//! number alone, which may be another process's by now.
+//! A process started here, or by a predecessor of this process: held by a descriptor, never by its number alone, which may have been
+//! reused.
 use crate::Status;
 use crate::process::{ended, pid_of, process_descriptor, signal};
 use std::io;
@@ -8,24 +8,24 @@ use std::os::fd::{AsFd, AsRawFd, OwnedFd};
 use std::sync::{Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
-/// Time that a dropped child may take to end by itself.
+/// Time that a dropped child is given to end by itself.
 const GRACE: Duration = Duration::from_secs(2);
 
-/// A process. Dropping one that was started here ends it, and all that it started in its own group; [`Child::leave`] lets it live. Dropping
-/// an adopted one lets it live.
+/// A process. Dropping one that was started here ends it, along with everything that it started in its own group, unless [`Child::leave`]
+/// is called. Dropping an adopted one lets it live.
 #[derive(Debug)]
 pub struct Child {
     pid: libc::pid_t,
     descriptor: OwnedFd,
-    /// We are its parent: it is ours to reap.
+    /// True if we are its parent and must reap it.
     is_ours: bool,
-    /// Its end, once that is known.
+    /// Its exit status, once known.
     status: Mutex<Option<Status>>,
     is_left: bool,
 }
 
 impl Child {
-    /// The process `pid`, which this process has just started and not reaped.
+    /// Wraps the process `pid`, which this process has just started and not reaped.
     pub(crate) fn started(pid: libc::pid_t) -> io::Result<Child> {
         match process_descriptor(pid) {
             Ok(descriptor) => Ok(Child { pid, descriptor, is_ours: true, status: Mutex::new(None), is_left: false }),
@@ -40,29 +40,29 @@ impl Child {
         }
     }
 
-    /// A process that somebody else started, by its descriptor: a supervisor that comes back adopts what its predecessor left.
+    /// Wraps a process that somebody else started, by its descriptor: a returning supervisor adopts its predecessor's processes.
     ///
     /// # Errors
-    /// `InvalidData` for a descriptor that is not one of a process.
+    /// `InvalidData` if the descriptor is not that of a process.
     pub fn adopt(descriptor: OwnedFd) -> io::Result<Child> {
         let pid = pid_of(descriptor.as_fd())?;
         Ok(Child { pid, descriptor, is_ours: false, status: Mutex::new(None), is_left: true })
     }
 
-    /// Its number; -1 for an adopted one that had ended already.
+    /// Returns its number; -1 for an adopted process that had ended already.
     pub fn pid(&self) -> i32 {
         self.pid
     }
 
-    /// A second descriptor of the process, to send to another process.
+    /// Returns a second descriptor of the process, to send to another process.
     ///
     /// # Errors
-    /// No descriptors left.
+    /// Fails if no descriptors are left.
     pub fn descriptor(&self) -> io::Result<OwnedFd> {
         self.descriptor.try_clone()
     }
 
-    /// Waits until it has ended, at most `limit`; how it ended, or none where it still runs. Reaps it.
+    /// Waits until it has ended, at most `limit`, and reaps it. Returns how it ended, or `None` if it still runs.
     pub fn wait(&self, limit: Duration) -> Option<Status> {
         let deadline = Instant::now() + limit;
         let mut status = self.status.lock().unwrap_or_else(PoisonError::into_inner);
@@ -72,20 +72,20 @@ impl Child {
         *status
     }
 
-    /// Returns whether it still runs.
+    /// Returns true if it still runs.
     pub fn is_running(&self) -> bool {
         self.wait(Duration::ZERO).is_none()
     }
 
-    /// Ends it at once (SIGKILL).
+    /// Kills it immediately (SIGKILL).
     pub fn kill(&self) {
         signal(self.descriptor.as_fd(), libc::SIGKILL);
     }
 
-    /// Asks it to end (SIGTERM), and kills it where it has not after `grace`. How it ended.
+    /// Asks it to end (SIGTERM), and kills it after `grace`. Returns how it ended.
     pub fn end(&self, grace: Duration) -> Status {
         signal(self.descriptor.as_fd(), libc::SIGTERM);
-        // One that is stopped would not see that it is asked.
+        // A stopped process would not receive the request.
         signal(self.descriptor.as_fd(), libc::SIGCONT);
         if let Some(status) = self.wait(grace) {
             return status;
@@ -94,12 +94,12 @@ impl Child {
         self.wait(GRACE).unwrap_or(Status::Ended)
     }
 
-    /// Lets it live on without us.
+    /// Lets it continue without us.
     pub fn leave(mut self) {
         self.is_left = true;
     }
 
-    /// Removes what is left of it: the rest of its group, and, where it is our child, the entry that says how it ended.
+    /// Removes its remains: the rest of its group and, if it is our child, its zombie.
     fn reap(&self) -> Status {
         if !self.is_ours {
             return Status::Ended;

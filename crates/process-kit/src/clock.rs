@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The monotonic clock, which all processes of a host share.
+//! Monotonic clock, which all processes of a host share.
 
 /// Now, ns.
 pub fn now_ns() -> i64 {

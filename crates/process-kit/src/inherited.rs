@@ -1,19 +1,19 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Descriptors that a process was started with: their names and numbers stand in one environment variable.
+//! Descriptors that a process inherits; one environment variable contains their names and numbers.
 use std::fmt;
 use std::os::fd::{FromRawFd, OwnedFd, RawFd};
 use std::sync::{Mutex, PoisonError};
 
-/// The environment variable: `name=number` of each descriptor, separated by commas.
+/// Environment variable with `name=number` for each descriptor, separated by commas.
 pub const DESCRIPTORS: &str = "OPENGPAC_DESCRIPTORS";
 
-/// Numbers that have been taken: a descriptor has one owner.
+/// Numbers that have been taken, since a descriptor has one owner.
 static TAKEN: Mutex<Vec<RawFd>> = Mutex::new(Vec::new());
 
-/// Takes the descriptor that this process was started with under `name`; once. It is not passed on to processes that this one starts.
+/// Takes the descriptor that this process inherited as `name`, once. It is not inherited by processes that this one starts.
 ///
 /// # Errors
-/// [`NotInherited`], which names it and what there is.
+/// [`NotInherited`], which contains the name and the inherited ones.
 pub fn inherited(name: &str) -> Result<OwnedFd, NotInherited> {
     let given = std::env::var(DESCRIPTORS).unwrap_or_default();
     let refuse = |problem: &str| NotInherited { name: name.to_owned(), given: given.clone(), problem: problem.to_owned() };
@@ -33,18 +33,18 @@ pub fn inherited(name: &str) -> Result<OwnedFd, NotInherited> {
 
 fn number_of(given: &str, name: &str) -> Option<RawFd> {
     let number = given.split(',').find_map(|one| one.strip_prefix(name)?.strip_prefix('='))?;
-    // 0 to 2 are the process's own input and outputs.
+    // 0 to 2 are the process's standard streams.
     number.parse().ok().filter(|number| *number > 2)
 }
 
-/// Error: an inherited descriptor is not there.
+/// Error: an inherited descriptor is missing.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct NotInherited {
-    /// The name asked for.
+    /// Requested name.
     pub name: String,
     /// Value of the environment variable.
     pub given: String,
-    /// For people.
+    /// Human-readable problem.
     pub problem: String,
 }
 

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Starting a process: what it inherits is named, everything else is closed to it.
+//! Start of a process: it inherits only named descriptors, all others are closed.
 //!
-//! It is started without a copy of this process: a fork marks every page of the parent, and the next store of a real-time
-//! thread to each of them would be a page fault.
+//! It is started without copying this process: a fork marks every page of the parent, and the next store of a real-time thread to each of
+//! them would cause a page fault.
 use crate::{Child, DESCRIPTORS};
 use std::collections::BTreeMap;
 use std::ffi::{CStr, CString, OsString};
@@ -17,13 +17,14 @@ unsafe extern "C" {
     fn posix_spawn_file_actions_addclosefrom_np(actions: *mut libc::posix_spawn_file_actions_t, from: libc::c_int) -> libc::c_int;
 }
 
-/// The first number of a passed descriptor: behind input, output and error output.
+/// First number of a passed descriptor, after the standard streams.
 const FIRST: RawFd = 3;
 
 /// A process to start: its command line, what it inherits, its limits.
 ///
 /// It gets a process group of its own, so that Ctrl-C at the terminal does not reach it, no input, our outputs, and the processor
-/// cores of our main thread, no matter which thread starts it; ordinary priority, unless it is started [urgently](Launch::urgently). It survives us.
+/// cores of our main thread, no matter which thread starts it; ordinary priority, unless it is started [urgently](Launch::urgently). It
+/// survives us.
 #[derive(Debug)]
 pub struct Launch {
     command: Vec<OsString>,
@@ -34,7 +35,7 @@ pub struct Launch {
 }
 
 impl Launch {
-    /// A program (looked for in `PATH` unless it has a `/`) and its arguments.
+    /// Makes the launch of a program (searched for in `PATH` unless it contains a `/`) with its arguments.
     pub fn new(command: impl IntoIterator<Item = OsString>) -> Launch {
         Launch {
             command: command.into_iter().collect(),
@@ -45,21 +46,21 @@ impl Launch {
         }
     }
 
-    /// Passes a descriptor; the process takes it with [`inherited`](crate::inherited) by this name (letters, digits, `_`).
+    /// Passes a descriptor, which the process takes with [`inherited`](crate::inherited) by this name (letters, digits, `_`).
     pub fn descriptor(mut self, name: &str, descriptor: OwnedFd) -> Launch {
         self.descriptors.push((name.to_owned(), descriptor));
         self
     }
 
-    /// Sets an environment variable; the others are ours.
+    /// Sets an environment variable; the others are inherited.
     pub fn variable(mut self, name: impl Into<OsString>, value: impl Into<OsString>) -> Launch {
         self.variables.insert(name.into(), value.into());
         self
     }
 
-    /// The processor time that a real-time thread of it may use without sleeping (`RLIMIT_RTTIME`): behind it a runaway loop is
-    /// signalled and, a second later, killed. It has it from its first instruction, because it inherits it: where ours is higher, it is
-    /// lowered to the same, as every process with kernels has one. Ours where it is left out.
+    /// Sets the processor time that one of its real-time threads may use without sleeping (`RLIMIT_RTTIME`): beyond it a runaway loop is
+    /// signalled and, one second later, killed. It applies from the first instruction, because it is inherited: a higher limit of ours is
+    /// lowered to the same value, as every process with kernels has one. Our limit is the default.
     pub fn real_time_max(mut self, limit: Duration) -> Launch {
         self.real_time_max = Some(limit);
         self
@@ -72,10 +73,10 @@ impl Launch {
         self
     }
 
-    /// Starts it. Not on the real-time path.
+    /// Starts the process. Not on the real-time path.
     ///
     /// # Errors
-    /// [`LaunchError`]: there is no such program, no right to run it, or no room for a process.
+    /// [`LaunchError`] if there is no such program, no right to run it, or no room for a process.
     pub fn start(mut self) -> Result<Child, LaunchError> {
         let fail = |problem: String| LaunchError { command: words(&self.command), problem };
         let names: Vec<String> = self.descriptors.iter().zip(FIRST..).map(|((name, _), number)| format!("{name}={number}")).collect();
@@ -110,7 +111,7 @@ fn texts(words: impl Iterator<Item = OsString>) -> Result<Vec<CString>, String> 
     words.map(|word| CString::new(word.into_vec()).map_err(|_| "a word of the command line or environment contains a NUL".to_owned())).collect()
 }
 
-/// Memory that has to be freed after a spawn.
+/// Resources that must be freed after a spawn.
 struct Plan {
     actions: libc::posix_spawn_file_actions_t,
     attributes: libc::posix_spawnattr_t,
@@ -130,10 +131,10 @@ fn check(result: libc::c_int) -> io::Result<()> {
     if result == 0 { Ok(()) } else { Err(io::Error::from_raw_os_error(result)) }
 }
 
-/// Starts a process whose descriptors `FIRST`, `FIRST + 1`, … are `descriptors`, and nothing above.
+/// Starts a process that has `descriptors` as `FIRST`, `FIRST + 1`, …, and none above.
 fn spawn(arguments: &[CString], variables: &[CString], descriptors: &[RawFd], is_urgent: bool) -> io::Result<libc::pid_t> {
     let end = FIRST + descriptors.len() as RawFd;
-    // Duplicates above all numbers that will be set, so that none is overwritten before it is passed.
+    // Duplicates above all target numbers, so that none is overwritten before it is passed.
     let above: Vec<OwnedFd> = descriptors.iter().map(|descriptor| duplicate(*descriptor, end)).collect::<io::Result<_>>()?;
     let mut plan = plan(is_urgent)?;
     let input: &CStr = c"/dev/null";
@@ -198,7 +199,7 @@ fn duplicate(descriptor: RawFd, from: RawFd) -> io::Result<OwnedFd> {
     }
 }
 
-/// Lowers our own limit, for good: raised again it would be so under a thread that relies on it. Where that fails, `settle` is what is left.
+/// Lowers our own limit permanently: raising it again could affect a thread that relies on it. If it fails, `settle` remains.
 fn limit_ours(limit: Duration) {
     let us = libc::rlim_t::try_from(limit.as_micros()).unwrap_or(libc::RLIM_INFINITY);
     // SAFETY: reads and lowers a limit of this process, through a value of our own.
@@ -211,8 +212,8 @@ fn limit_ours(limit: Duration) {
     }
 }
 
-/// Sets what a spawn cannot: the cores of our main thread (the thread that starts it may be pinned), and the
-/// limit exactly, where ours is lower or has another end. The process may run already by then.
+/// Sets attributes that a spawn cannot: the cores of our main thread (the starting thread may be pinned), and the exact limit, if ours is
+/// lower or has another hard limit. The process may already be running by then.
 fn settle(pid: libc::pid_t, real_time_max: Option<Duration>) -> io::Result<()> {
     // SAFETY: sets of our own; a process that has ended already is left alone.
     unsafe {
@@ -235,9 +236,9 @@ fn settle(pid: libc::pid_t, real_time_max: Option<Duration>) -> io::Result<()> {
 /// Error: a process could not be started.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct LaunchError {
-    /// The command line.
+    /// Command line of the process.
     pub command: String,
-    /// For people.
+    /// Human-readable problem.
     pub problem: String,
 }
 

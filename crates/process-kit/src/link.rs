@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The link between two processes of one host: frames over a Unix socket, with descriptors where asked for.
+//! Link between two processes of one host: frames over a Unix socket, optionally with descriptors.
 //!
-//! A frame is its length and its number of descriptors, four bytes each, then its bytes. Both are looked at before anything is
-//! done with them; a frame that says more than is allowed closes the link, as what follows it cannot be read.
+//! A frame is its length and its number of descriptors, four bytes each, then its bytes. Both are checked first; a frame that exceeds the
+//! limits closes the link, because the bytes that follow cannot be parsed.
 use crate::passing::{self, DESCRIPTORS_MAX};
 use interconnect::{Link, LinkClosed};
 use std::io;
@@ -11,13 +11,13 @@ use std::os::unix::net::UnixStream;
 use std::sync::{Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
-/// Most bytes of a frame: 64 MiB.
+/// Maximum size of a frame: 64 MiB.
 pub const FRAME_LEN_MAX: usize = 64 << 20;
 const HEADER: usize = 8;
-/// Room is made as bytes come, not as a header promises them.
+/// Memory is allocated as bytes arrive, not as announced by the header.
 const ROOM: usize = 1 << 18;
 
-/// A frame and what came with it.
+/// A frame with its descriptors.
 pub type Frame = (Vec<u8>, Vec<OwnedFd>);
 
 /// One side of a link between two processes.
@@ -28,29 +28,29 @@ pub struct UnixLink {
     incoming: Mutex<Incoming>,
 }
 
-/// Part of the next frame that has come.
+/// Received part of the next frame.
 #[derive(Debug, Default)]
 struct Incoming {
     bytes: Vec<u8>,
     descriptors: Vec<OwnedFd>,
-    /// Number of `bytes` that have come.
+    /// Number of valid bytes in `bytes`.
     have: usize,
 }
 
 impl UnixLink {
-    /// Two sides of a new link: one to keep, one to pass to a process that is started.
+    /// Makes the two sides of a new link: one to keep, one to pass to a process that is started.
     ///
     /// # Errors
-    /// No descriptors left.
+    /// Fails if no descriptors are left.
     pub fn pair() -> io::Result<(UnixLink, OwnedFd)> {
         let (ours, theirs) = UnixStream::pair()?;
         Ok((UnixLink::of(ours)?, theirs.into()))
     }
 
-    /// The side whose socket this process was given. Anything but a connected Unix socket of bytes makes a link that is closed.
+    /// Wraps the socket passed to this process as one side of a link. Anything but a connected Unix stream socket gives a closed link.
     ///
     /// # Errors
-    /// The descriptor is not one of a socket.
+    /// Fails if the descriptor is not a socket.
     pub fn from_descriptor(descriptor: OwnedFd) -> io::Result<UnixLink> {
         UnixLink::of(UnixStream::from(descriptor))
     }
@@ -60,11 +60,11 @@ impl UnixLink {
         Ok(UnixLink { socket, sending: Mutex::new(()), incoming: Mutex::default() })
     }
 
-    /// Sends a frame and duplicates of at most [`DESCRIPTORS_MAX`] descriptors. Where there is no room within `limit` the link is closed:
-    /// half a frame cannot be taken back.
+    /// Sends a frame and duplicates of at most [`DESCRIPTORS_MAX`] descriptors. If there is no room within `limit`, the link is closed,
+    /// because half a frame cannot be taken back.
     ///
     /// # Errors
-    /// [`LinkClosed`]: the other side is gone, or did not read for `limit`.
+    /// [`LinkClosed`] if the other side has disconnected, or did not read for `limit`.
     pub fn send_with(&self, frame: &[u8], descriptors: &[BorrowedFd<'_>], limit: Option<Duration>) -> Result<(), LinkClosed> {
         if frame.len() > FRAME_LEN_MAX || descriptors.len() > DESCRIPTORS_MAX {
             self.close();
@@ -101,10 +101,10 @@ impl UnixLink {
         Ok(())
     }
 
-    /// The next frame, with its descriptors; none where `limit` passed without one.
+    /// Returns the next frame with its descriptors; `None` if none arrived within `limit`.
     ///
     /// # Errors
-    /// [`LinkClosed`]: as for [`Link::receive`], or what came is no frame.
+    /// [`LinkClosed`] as for [`Link::receive`], or if the received bytes are not a frame.
     pub fn receive_with(&self, limit: Duration) -> Result<Option<Frame>, LinkClosed> {
         let deadline = Instant::now() + limit;
         let mut incoming = self.incoming.lock().unwrap_or_else(PoisonError::into_inner);
@@ -125,11 +125,11 @@ impl UnixLink {
         }
     }
 
-    /// Waits until the socket is ready or closed: true. Returns false at the deadline.
+    /// Waits until the socket is ready or closed, and returns true. Returns false at the deadline.
     fn ready(&self, events: libc::c_short, deadline: Option<Instant>) -> bool {
         loop {
             let left = deadline.map(|deadline| deadline.saturating_duration_since(Instant::now()));
-            // Rounded up: a wait that ends early would be repeated with no time.
+            // Rounded up, because a wait that ends early would be repeated with a zero timeout.
             let left_ms = left.map_or(-1, |left| i32::try_from(left.as_micros().div_ceil(1000)).unwrap_or(i32::MAX));
             let mut poll = libc::pollfd { fd: self.socket.as_raw_fd(), events, revents: 0 };
             // SAFETY: one entry of our own.
@@ -142,10 +142,10 @@ impl UnixLink {
         }
     }
 
-    /// The user and process of the other side, as they were when it connected.
+    /// Returns the user and process of the other side at the time it connected.
     ///
     /// # Errors
-    /// The link is not connected.
+    /// Fails if the link is not connected.
     pub fn peer(&self) -> io::Result<(u32, i32)> {
         let mut peer = libc::ucred { pid: 0, uid: 0, gid: 0 };
         let mut len = size_of::<libc::ucred>() as libc::socklen_t;
@@ -165,13 +165,13 @@ impl Link for UnixLink {
     }
 
     fn close(&self) {
-        // It fails only where the other side has done so already.
+        // Fails only if the other side has done so already.
         let _closed = self.socket.shutdown(std::net::Shutdown::Both);
     }
 }
 
 impl AsFd for UnixLink {
-    /// The socket, to be waited for among others.
+    /// Returns the socket, to be polled with others.
     fn as_fd(&self) -> BorrowedFd<'_> {
         self.socket.as_fd()
     }
@@ -190,7 +190,7 @@ enum Progress {
 }
 
 impl Incoming {
-    /// One receive.
+    /// Receives once.
     fn take(&mut self, socket: BorrowedFd<'_>) -> Result<Progress, LinkClosed> {
         let (len, promised) = if self.have < HEADER { (0, 0) } else { self.header()? };
         let end = if self.have < HEADER { HEADER } else { HEADER + len };

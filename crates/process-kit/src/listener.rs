@@ -9,21 +9,22 @@ use std::os::unix::net::{UnixListener, UnixStream};
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-/// Waits for links at a path. The path is gone when it is dropped.
+/// Waits for links at a path, which is removed when this is dropped.
 #[derive(Debug)]
 pub struct Listener {
     socket: UnixListener,
     path: PathBuf,
 }
 
-/// Connections that wait to be taken.
+/// Maximum number of pending connections.
 const WAITING_MAX: i32 = 16;
 
 impl Listener {
-    /// Listens at `path`, with mode 0600. A socket that a dead process left there is replaced.
+    /// Listens at `path`, with mode 0600, replacing a socket left by a dead process.
     ///
     /// # Errors
-    /// `AddrInUse` where a process listens there; else what the operating system says, for example of a path longer than 107 bytes.
+    /// `AddrInUse` if a process listens there; otherwise the error of the operating system, for example for a path longer than 107
+    /// bytes.
     pub fn listen(path: &Path) -> io::Result<Listener> {
         let socket = match bind(path) {
             Err(error) if error.kind() == io::ErrorKind::AddrInUse && is_abandoned(path) => {
@@ -36,10 +37,10 @@ impl Listener {
         Ok(Listener { socket, path: path.to_owned() })
     }
 
-    /// The next link, if one waits; a process of another user is turned away.
+    /// Returns the next pending link, if any; rejects processes of another user.
     ///
     /// # Errors
-    /// No descriptors left.
+    /// Fails if no descriptors are left.
     pub fn accept(&self) -> io::Result<Option<UnixLink>> {
         loop {
             let link = match self.socket.accept() {
@@ -54,21 +55,21 @@ impl Listener {
         }
     }
 
-    /// Waits until a link waits to be taken, at most `limit`; whether one does.
+    /// Waits until a link is pending, at most `limit`; returns whether one is.
     pub fn wait(&self, limit: Duration) -> bool {
         let mut poll = libc::pollfd { fd: self.socket.as_raw_fd(), events: libc::POLLIN, revents: 0 };
         // SAFETY: one entry of our own.
         unsafe { libc::poll(&mut poll, 1, i32::try_from(limit.as_millis()).unwrap_or(i32::MAX)) > 0 }
     }
 
-    /// Path at which it listens.
+    /// Returns the path at which it listens.
     pub fn path(&self) -> &Path {
         &self.path
     }
 }
 
 impl AsFd for Listener {
-    /// The socket, to be waited for among others.
+    /// Returns the socket, to be polled with others.
     fn as_fd(&self) -> BorrowedFd<'_> {
         self.socket.as_fd()
     }
@@ -76,25 +77,25 @@ impl AsFd for Listener {
 
 impl Drop for Listener {
     fn drop(&mut self) {
-        // Gone already is as good.
+        // It may have been removed already.
         let _removed = std::fs::remove_file(&self.path);
     }
 }
 
-/// Connects to who listens at `path`.
+/// Connects to the process that listens at `path`.
 ///
 /// # Errors
-/// `NotFound` and `ConnectionRefused`: nobody does.
+/// `NotFound` or `ConnectionRefused` if none does.
 pub fn connect(path: &Path) -> io::Result<UnixLink> {
     UnixLink::of(UnixStream::connect(path)?)
 }
 
-/// Returns whether no process listens behind the socket at `path`: its process was killed.
+/// Returns true if no process listens at the socket `path`, because it was killed.
 pub fn is_abandoned(path: &Path) -> bool {
     matches!(UnixStream::connect(path), Err(error) if error.kind() == io::ErrorKind::ConnectionRefused)
 }
 
-/// A listening socket that has its mode before it has its name.
+/// Makes a listening socket whose mode is set before it gets its name.
 fn bind(path: &Path) -> io::Result<UnixListener> {
     // SAFETY: makes a socket, which is owned at once.
     let socket = unsafe {
@@ -128,11 +129,11 @@ fn user_id() -> u32 {
     unsafe { libc::geteuid() }
 }
 
-/// The folder of this user's sockets: `opengpac` in `XDG_RUNTIME_DIR`, else `opengpac-USER` in the folder of temporary files; made where it is
-/// not there, mode 0700.
+/// Returns the folder of this user's sockets: `opengpac` in `XDG_RUNTIME_DIR`, else `opengpac-USER` in the folder of temporary files;
+/// creates it if necessary, mode 0700.
 ///
 /// # Errors
-/// `PermissionDenied` where somebody else made it, or others may enter it.
+/// `PermissionDenied` if it was made by another user, or others may enter it.
 pub fn run_folder() -> io::Result<PathBuf> {
     let folder = match std::env::var_os("XDG_RUNTIME_DIR") {
         Some(folder) if Path::new(&folder).is_dir() => Path::new(&folder).join("opengpac"),
@@ -150,10 +151,10 @@ pub fn run_folder() -> io::Result<PathBuf> {
     Ok(folder)
 }
 
-/// A folder that nobody had before, in [`run_folder`], mode 0700. Its maker removes it.
+/// Makes a new folder in [`run_folder`], mode 0700. The caller must remove it.
 ///
 /// # Errors
-/// As [`run_folder`].
+/// As for [`run_folder`].
 pub fn fresh_folder() -> io::Result<PathBuf> {
     let folder = run_folder()?;
     let process = std::process::id();

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Bytes and descriptors over a Unix socket: the two system calls, and nothing of frames.
+//! Bytes and descriptors over a Unix socket: the two system calls, without framing.
 use std::io;
 use std::os::fd::{AsRawFd, BorrowedFd, FromRawFd, OwnedFd, RawFd};
 
-/// Most descriptors with one frame.
+/// Maximum number of descriptors in one frame.
 pub const DESCRIPTORS_MAX: usize = 16;
 
-/// Room for the control message of so many descriptors, aligned as its header asks.
+/// Buffer for the control message with the maximum number of descriptors, aligned like its header.
 #[repr(align(8))]
 struct Control([u8; 256]);
 
@@ -16,7 +16,7 @@ const _: () = {
     assert!(needed as usize <= 256);
 };
 
-/// Sends what there is room for, at least one byte, and with that byte the descriptors. Never waits.
+/// Sends as many bytes as there is room for, at least one, and the descriptors with the first. Never waits.
 pub(crate) fn send(socket: BorrowedFd<'_>, bytes: &[u8], descriptors: &[BorrowedFd<'_>]) -> io::Result<usize> {
     let mut control = Control([0; 256]);
     let mut part = libc::iovec { iov_base: bytes.as_ptr().cast_mut().cast(), iov_len: bytes.len() };
@@ -48,10 +48,10 @@ pub(crate) fn send(socket: BorrowedFd<'_>, bytes: &[u8], descriptors: &[Borrowed
     }
 }
 
-/// Receives what there is, and appends the descriptors that came with it. 0 bytes: the other side has closed. Never waits.
+/// Receives available bytes, and appends the descriptors that arrived with them. 0 bytes: the other side has closed. Never waits.
 ///
 /// # Errors
-/// `InvalidData` where descriptors were lost on the way (more than fit, or this process may open no more).
+/// `InvalidData` if descriptors were lost (more than fit, or this process may open no more).
 pub(crate) fn receive(socket: BorrowedFd<'_>, bytes: &mut [u8], descriptors: &mut Vec<OwnedFd>) -> io::Result<usize> {
     let mut control = Control([0; 256]);
     let mut part = libc::iovec { iov_base: bytes.as_mut_ptr().cast(), iov_len: bytes.len() };

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-//! A process, held by a descriptor of it: never by its number alone, which may be another process's by now.
+//! A process, held by a descriptor of it, never by its number alone, which may have been reused.
 use std::io;
 use std::os::fd::{AsRawFd, BorrowedFd, FromRawFd, OwnedFd};
 use std::time::{Duration, Instant};
 
-/// A descriptor of a process: it says when the process ends, and can signal it and no other.
+/// Returns a descriptor of a process, which signals its end, and by which only this process can be signalled.
 ///
 /// # Errors
-/// There is no such process, or no descriptor is left.
+/// Fails if there is no such process, or no descriptor is left.
 pub fn process_descriptor(pid: libc::pid_t) -> io::Result<OwnedFd> {
     // SAFETY: asks for a descriptor; it is closed on exec by itself.
     match unsafe { libc::syscall(libc::SYS_pidfd_open, pid, 0) } {
@@ -19,32 +19,32 @@ pub fn process_descriptor(pid: libc::pid_t) -> io::Result<OwnedFd> {
     }
 }
 
-/// This process, as others hold it: to be sent to the guard.
+/// Returns a descriptor of this process, to be sent to the guard.
 ///
 /// # Errors
-/// No descriptors left.
+/// Fails if no descriptors are left.
 pub fn this_process() -> io::Result<OwnedFd> {
     process_descriptor(std::process::id().cast_signed())
 }
 
-/// Its number; -1 where it has ended and was reaped.
+/// Returns the number of a process; -1 if it has ended and was reaped.
 ///
 /// # Errors
-/// `InvalidData`: the descriptor is not one of a process.
+/// `InvalidData` if the descriptor is not that of a process.
 pub fn pid_of(process: BorrowedFd<'_>) -> io::Result<libc::pid_t> {
     let about = std::fs::read_to_string(format!("/proc/self/fdinfo/{}", process.as_raw_fd()))?;
     let pid = about.lines().find_map(|line| line.strip_prefix("Pid:")?.trim().parse::<libc::pid_t>().ok());
     pid.ok_or_else(|| io::Error::new(io::ErrorKind::InvalidData, "the descriptor is not one of a process"))
 }
 
-/// Returns whether a process has ended. Never waits.
+/// Returns true if a process has ended. Never waits.
 pub fn has_ended(process: BorrowedFd<'_>) -> bool {
     let mut poll = libc::pollfd { fd: process.as_raw_fd(), events: libc::POLLIN, revents: 0 };
     // SAFETY: one entry of our own; no time to wait.
     unsafe { libc::poll(&mut poll, 1, 0) > 0 }
 }
 
-/// Waits until the process has ended, at most `limit`.
+/// Waits until the process has ended, at most `limit`; returns true if it has.
 pub fn ended(process: BorrowedFd<'_>, limit: Duration) -> bool {
     let deadline = Instant::now() + limit;
     loop {
@@ -73,7 +73,8 @@ pub enum ChildChange {
 }
 
 /// Waits for the next change of a child, which is not reaped: its end, and [`ChildChange::Continued`] if it `is_stopped`, else
-/// [`ChildChange::Stopped`]. A debugger that holds it is not seen. A process that is no child of this one, or has been reaped, counts as ended.
+/// [`ChildChange::Stopped`]. A debugger that holds it is not seen. A process that is no child of this one, or has been reaped, counts as
+/// ended.
 pub fn next_change(child: BorrowedFd<'_>, is_stopped: bool) -> ChildChange {
     let change = if is_stopped { libc::WCONTINUED } else { libc::WSTOPPED };
     loop {
@@ -92,7 +93,7 @@ pub fn next_change(child: BorrowedFd<'_>, is_stopped: bool) -> ChildChange {
     }
 }
 
-/// Signals the process and no other. Returns false if it has ended, or without the right to signal it.
+/// Signals this process only. Returns false if it has ended, or without the right to signal it.
 pub fn signal(process: BorrowedFd<'_>, signal: i32) -> bool {
     // SAFETY: takes no memory of ours.
     unsafe { libc::syscall(libc::SYS_pidfd_send_signal, process.as_raw_fd(), signal, std::ptr::null::<libc::siginfo_t>(), 0) == 0 }

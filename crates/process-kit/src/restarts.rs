@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Restart intensity, as in supervision trees: how often a process may be started again.
+//! Restart intensity, as in supervision trees: how often a process may be restarted.
 use std::collections::VecDeque;
 use std::time::Duration;
 
-/// At most `most` restarts within any span of `within`. A value without a clock: the caller says what time it is.
+/// Limit of `most` restarts within any span of `within`. It has no clock: the caller passes the time.
 ///
 /// ```
 /// use process_kit::Restarts;
@@ -18,17 +18,18 @@ use std::time::Duration;
 pub struct Restarts {
     most: u32,
     within: Duration,
-    /// Times of the restarts that still count, ns, oldest first; at most `most`.
+    /// Times of the restarts within the window, ns, oldest first; at most `most`.
     recent: VecDeque<i64>,
 }
 
 impl Restarts {
-    /// A limit. `most` 0: never again.
+    /// Makes a limit. With `most` 0, no restart is allowed.
     pub fn new(most: u32, within: Duration) -> Restarts {
         Restarts { most, within, recent: VecDeque::new() }
     }
 
-    /// Counts a restart at `now_ns` if it is within the limit; returns whether it is. Times must not go back: an earlier one counts as the latest known.
+    /// Counts a restart at `now_ns` if it is within the limit; returns whether it is. Times must not go back: an earlier time counts as
+    /// the latest known.
     pub fn allow(&mut self, now_ns: i64) -> bool {
         let now_ns = self.recent.back().map_or(now_ns, |latest| now_ns.max(*latest));
         let within_ns = i64::try_from(self.within.as_nanos()).unwrap_or(i64::MAX);
@@ -42,12 +43,12 @@ impl Restarts {
         allowed
     }
 
-    /// Number of restarts that count at present.
+    /// Returns the number of restarts currently counted.
     pub fn counted(&self) -> usize {
         self.recent.len()
     }
 
-    /// Forgets all restarts: after a reset by a person.
+    /// Forgets all restarts, after a reset by a person.
     pub fn forget(&mut self) {
         self.recent.clear();
     }

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Rights that a process asks the operating system for, and those that it gives up.
+//! Rights that a process requests from the operating system, and rights that it gives up.
 
-/// Niceness of a process that stands back: one that does not gets nine times its processor time.
+/// Niceness of a low-priority process: normal ones get nine times its processor time.
 const NICE: libc::c_int = 10;
 
-/// Lets other processes go first, for good: for work beside a machine that runs.
+/// Permanently gives other processes precedence, for work beside a running machine.
 pub fn stand_back() {
     // SAFETY: sets a priority of this process alone. Lowering it is never refused.
     unsafe {
@@ -32,7 +32,8 @@ pub fn limit_real_time() -> bool {
     }
 }
 
-/// Returns whether this process may lock any amount of memory: a limit would make later allocations fail. Takes the limit off where that is allowed.
+/// Returns true if this process may lock any amount of memory, since a limit would make later allocations fail. Removes the limit if that
+/// is permitted.
 pub fn may_lock_all() -> bool {
     let any = libc::rlimit { rlim_cur: libc::RLIM_INFINITY, rlim_max: libc::RLIM_INFINITY };
     // SAFETY: a limit of the process's own.
@@ -40,11 +41,11 @@ pub fn may_lock_all() -> bool {
     taken_off || ignores_the_limit()
 }
 
-/// Returns whether this process has CAP_IPC_LOCK, for which there is no limit.
+/// Returns true if this process has CAP_IPC_LOCK, to which the limit does not apply.
 fn ignores_the_limit() -> bool {
     const VERSION_3: u32 = 0x2008_0522;
     const IPC_LOCK: u32 = 1 << 14;
-    /// Effective, permitted, inheritable: for capabilities 0 to 31, then for those above.
+    /// Effective, permitted, inheritable sets: for capabilities 0 to 31, then for those above.
     type Sets = [[u32; 3]; 2];
     let (who, mut sets) = ([VERSION_3, 0], Sets::default());
     // SAFETY: the kernel reads a version and a process (0: this one), and writes the sets of that version.

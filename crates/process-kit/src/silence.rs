@@ -1,25 +1,25 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Silence of the other side, as far as this side, which looks now and then, can know it.
+//! Silence of the other side, as measured by this side, which polls from time to time.
 use std::time::{Duration, Instant};
 
-/// Maximum time that counts between two looks: in the time beyond it this side, or the whole machine, stood still, which is not silence of
-/// the other side.
+/// Maximum time counted between two polls: any excess is a standstill of this side or of the whole machine, not silence of the other
+/// side.
 const LOOK_MAX: Duration = Duration::from_millis(250);
 
-/// Time since the last word of the other side.
+/// Time since the last message of the other side.
 pub struct Silence {
     looked: Instant,
     lasted: Duration,
 }
 
 impl Silence {
-    /// Makes a silence that begins now.
+    /// Starts measuring silence now.
     #[must_use]
     pub fn begins() -> Silence {
         Silence { looked: Instant::now(), lasted: Duration::ZERO }
     }
 
-    /// Takes one look: whether something was heard.
+    /// Records a poll; `heard`: a message has arrived since the previous one.
     pub fn looked(&mut self, heard: bool) {
         self.looked_at(heard, Instant::now());
     }
@@ -30,7 +30,7 @@ impl Silence {
         self.lasted = if heard { Duration::ZERO } else { self.lasted + since };
     }
 
-    /// Returns how long it has lasted, as far as this side was there.
+    /// Returns the measured duration of the silence.
     #[must_use]
     pub fn lasted(&self) -> Duration {
         self.lasted

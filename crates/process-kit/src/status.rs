@@ -1,20 +1,20 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The end of a process, in words.
+//! End of a process, with its description.
 use std::fmt;
 
 /// End of a process.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Status {
-    /// It ended by itself, with this status.
+    /// The process exited with this status.
     Exited(i32),
-    /// By a signal.
+    /// The process was killed by a signal.
     Killed {
-        /// Its number.
+        /// Number of the signal.
         signal: i32,
-        /// A core dump was written.
+        /// True if a core dump was written.
         core: bool,
     },
-    /// It has ended; only its parent, which this process is not, was told how.
+    /// The process has ended; only its parent, which this process is not, knows how.
     Ended,
 }
 
@@ -35,7 +35,7 @@ impl fmt::Display for Status {
     }
 }
 
-/// Name and meaning of a signal that ends processes.
+/// Returns name and meaning of a signal that ends processes.
 fn signal_words(signal: i32) -> Option<(&'static str, &'static str)> {
     Some(match signal {
         libc::SIGKILL => ("SIGKILL", "it was killed, or memory ran out"),

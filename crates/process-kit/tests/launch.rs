@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Processes are started with what is named and nothing else, and end with nothing left over.
+//! Processes start with exactly the named resources, and leave nothing when they end.
 use interconnect::Link;
 use process_kit::{Child, ChildChange, Launch, Status, UnixLink, next_change};
 use std::ffi::OsString;
@@ -35,7 +35,7 @@ fn a_program_that_is_not_there_is_named() {
 
 #[test]
 fn it_gets_what_is_named_and_nothing_else() {
-    // A descriptor that no library marked as not to be passed on.
+    // A descriptor that no library marked close-on-exec.
     let open: OwnedFd = std::fs::File::open("/dev/null").unwrap().into();
     // SAFETY: clears a flag of our own descriptor.
     unsafe { libc::fcntl(open.as_raw_fd(), libc::F_SETFD, 0) };
@@ -54,7 +54,7 @@ fn what_it_started_ends_with_it() {
     drop(child);
     let gone = || match std::fs::read_to_string(format!("/proc/{sleeper}/stat")) {
         Err(_) => true,
-        // A process whose new parent has not reaped it yet.
+        // A process that its new parent has not reaped yet.
         Ok(stat) => stat.contains(") Z "),
     };
     let deadline = std::time::Instant::now() + LIMIT;
@@ -99,7 +99,7 @@ fn the_changes_of_a_child_are_told_in_their_order_and_it_is_not_reaped() {
 #[test]
 fn a_process_that_is_started_urgently_has_the_priority_of_the_thread_that_starts_it() {
     let first = libc::sched_param { sched_priority: 1 };
-    // SAFETY: asks about a child that has not been reaped.
+    // SAFETY: queries a child that has not been reaped.
     let scheduling = |pid| unsafe { libc::sched_getscheduler(pid) };
     // SAFETY: the scheduling of this thread, which ends with the test.
     let is_given = process_kit::limit_real_time() && unsafe { libc::sched_setscheduler(0, libc::SCHED_FIFO, &first) } == 0;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The link between two processes: whole frames, in order, with descriptors, and an end that both sides see.
+//! The link between two processes: whole frames, in order, with descriptors, and an end visible to both sides.
 use interconnect::{Link, LinkClosed};
 use process_kit::{FRAME_LEN_MAX, Listener, SharedMemory, UnixLink, connect, fresh_folder, run_folder};
 use proptest::prelude::*;
@@ -105,7 +105,7 @@ fn processes_of_a_user_find_each_other_by_a_path() {
     assert_eq!((mode(&run_folder().unwrap()), mode(&folder), mode(&path)), (0o700, 0o700, 0o600));
     assert!(listener.accept().unwrap().is_none());
     assert_eq!(Listener::listen(&path).unwrap_err().kind(), std::io::ErrorKind::AddrInUse);
-    // That attempt found out by connecting.
+    // The failed attempt had connected to check the address.
     drop(listener.accept().unwrap());
     let there = connect(&path).unwrap();
     let here = listener.accept().unwrap().expect("one waits");
@@ -114,18 +114,18 @@ fn processes_of_a_user_find_each_other_by_a_path() {
     assert_eq!(here.peer().unwrap().1, std::process::id().cast_signed());
     drop(listener);
     assert!(!path.exists());
-    // As a process leaves it that was killed.
+    // The state that a killed process leaves.
     drop(std::os::unix::net::UnixListener::bind(&path).unwrap());
     drop(Listener::listen(&path).expect("nobody listens there"));
     std::fs::remove_dir(folder).unwrap();
 }
 
-/// Sends raw bytes and closes; what the other side makes of them.
+/// Sends raw bytes and closes; returns the frames received and whether the link closed.
 fn received(bytes: &[u8]) -> (Vec<Vec<u8>>, bool) {
     let (mut raw, theirs) = UnixStream::pair().unwrap();
     let link = UnixLink::from_descriptor(theirs.into()).unwrap();
     std::thread::scope(|scope| {
-        // A link that has seen nonsense is closed while this side still writes.
+        // After invalid bytes the link is closed while this side still writes.
         scope.spawn(move || raw.write_all(bytes));
         let mut frames = Vec::new();
         loop {

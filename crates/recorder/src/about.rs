@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The description of a recording, in one answer: its time, channels and end.
+//! The description of a recording in one answer: its time span, channels and ends.
 use crate::archive::Index;
 use crate::{ABOUT, Archive, DamagedPart, ENDS, INSTALLED, numbers};
 use model::refusal::Refusals;
@@ -7,54 +7,54 @@ use serde::Serialize;
 use serde_json::Value as Json;
 use std::collections::BTreeMap;
 
-/// Chunks that are read for the verbs and for the ends.
+/// Maximum number of chunks that are read for the verbs and for the ends.
 const CHUNKS_MAX: usize = 32;
 
-/// A recording.
+/// Contents of a recording.
 #[derive(Clone, Debug, Serialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct RecordingContents {
     /// Name of the system.
     pub system: String,
-    /// Version of OpenGPAC that wrote it.
+    /// Version of OpenGPAC that wrote the recording.
     pub version: String,
     /// `virtual` or `monotonic`.
     pub clock: String,
-    /// Time at which the clock of the system stood at 0, s since 1970.
+    /// Time at which the system's clock was 0, s since 1970.
     pub epoch_unix_s: f64,
-    /// First and last time in it, ns on the system's clock.
+    /// First and last time in the recording, ns on the system's clock.
     pub begins_ns: i64,
     pub ends_ns: i64,
-    /// False where the file has no end: it is under way, or its recorder was killed, or the disk was full.
+    /// False if the file has no end: it is still being recorded, or its recorder was killed, or the disk was full.
     pub complete: bool,
-    /// True if it can be run again: `opengpac replay`.
+    /// True if the recording can be replayed: `opengpac replay`.
     pub replay: bool,
     pub channels: Vec<RecordedChannel>,
     /// Topics of other channels: `/log`, `/ends`, …
     pub topics: Vec<String>,
-    /// Verbs that were installed, in the order of their names; of a long recording those of its beginning.
+    /// Installed verbs in the order of their names; of a long recording those at its beginning.
     pub verbs: Vec<String>,
     /// Ends of verb instances; of a long recording the first ones.
     pub ends: Vec<RecordedEnd>,
-    /// Messages that are not in it, by channel, where there are any.
+    /// Number of lost messages by channel; channels without losses are omitted.
     pub lost: BTreeMap<String, u64>,
-    /// Parts of the file that cannot be read, as far as they are known: the content of a chunk is checked when it is read first.
+    /// Unreadable parts of the file, as far as they are known: the content of a chunk is checked when it is first read.
     pub damage: Vec<DamagedPart>,
     /// Description of the system in the file: `configuration` is the answer of the call of that name as JSON.
     pub metadata: BTreeMap<String, String>,
 }
 
-/// An SVV or private cell of a recording.
+/// An SVV or private cell in a recording.
 #[derive(Clone, Debug, Serialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct RecordedChannel {
-    /// Name `INSTANCE:CELL` of a cell.
+    /// Name; that of a cell is `INSTANCE:CELL`.
     pub name: String,
-    /// `svv` or `cell`.
+    /// Kind: `svv` or `cell`.
     pub kind: String,
     pub type_text: String,
     pub unit: String,
-    /// Numbers that one value has.
+    /// Number of numbers in one value.
     pub components: usize,
 }
 
@@ -69,7 +69,7 @@ pub struct RecordedEnd {
 }
 
 impl Archive {
-    /// Returns its description. Reads no values.
+    /// Returns the description of the recording. Reads no values.
     pub fn about(&self) -> Result<RecordingContents, Refusals> {
         let (installed, _) = self.records(INSTALLED, 0, CHUNKS_MAX)?;
         let (ends, _) = self.records(ENDS, 0, CHUNKS_MAX)?;

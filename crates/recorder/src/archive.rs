@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! A recording on disk, read in place: what was at a time, and what was over a span, without the rest of the file.
+//! A recording on disk, read in place: returns the state at a time, and the values over a span, without reading the rest of the file.
 use crate::reader::{DamagedPart, OURS, cannot_read};
 use crate::{ABOUT, LOST, json};
 use indexmap::IndexMap;
@@ -16,20 +16,20 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError, RwLock, RwLockReadGuard};
 
 use crate::digest::Digest;
 
-/// Chunks that are kept in memory, of 1 MiB each or so.
+/// Number of chunks that are kept in memory, about 1 MiB each.
 const CHUNKS_KEPT: usize = 16;
 
-/// One channel of a recording: where it has messages.
+/// One channel of a recording, and the positions of its messages.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Track {
-    /// Type of an SVV or cell, what it is (`svv` or `cell`), and its unit.
+    /// Type of an SVV or cell, its kind (`svv` or `cell`), and its unit.
     pub values: Option<Values>,
     ids: Vec<u16>,
-    /// Chunks with messages of it.
+    /// Chunks that contain messages of the channel.
     pub chunks: Vec<usize>,
-    /// Floor of each of them: no message in it or behind it is earlier than this.
+    /// Floor of each of these chunks: no message in it or after it is earlier than this.
     floors: Vec<u64>,
-    /// Number of its messages in the chunks before each of those.
+    /// Number of the channel's messages in the chunks before each of these.
     before: Vec<usize>,
     messages: usize,
 }
@@ -50,7 +50,7 @@ impl Track {
         self.messages += messages;
     }
 
-    /// Its messages in a chunk.
+    /// Returns the channel's messages in a chunk.
     pub fn of<'a>(&'a self, chunk: &'a Chunk) -> impl DoubleEndedIterator<Item = &'a Message> {
         self.ids.iter().filter_map(|id| chunk.messages.get(id)).flatten()
     }
@@ -60,18 +60,18 @@ impl Track {
 pub(crate) struct Index {
     pub file: IndexedFile,
     pub tracks: IndexMap<String, Track>,
-    /// Bounds of each chunk: no value in it or behind it is earlier than this, none in it or before it later than that.
+    /// Bounds of each chunk: no value in it or after it is earlier than the floor, and none in it or before it is later than the ceiling.
     pub floors: Vec<u64>,
     pub ceilings: Vec<u64>,
     taken: usize,
 }
 
-/// A recording on disk. It may still be under way: what has come since is taken in by [`Archive::refresh`].
+/// A recording on disk. If it is still being recorded, [`Archive::refresh`] reads the new part.
 pub struct Archive {
     pub(crate) path: PathBuf,
     index: RwLock<Index>,
     chunks: Mutex<VecDeque<(usize, Arc<Chunk>)>>,
-    /// Chunks that turned out to be damaged when they were read, and in which way.
+    /// Chunks that were found to be damaged when they were read, and the kind of damage.
     damaged: Mutex<BTreeMap<usize, &'static str>>,
     /// Digests by channel and chunk.
     digests: Mutex<HashMap<(String, usize), Arc<Digest>>>,
@@ -80,7 +80,7 @@ pub struct Archive {
 /// Value, number and time, ns.
 pub(crate) type Reading = (Vec<u8>, u64, i64);
 
-/// A message of a channel that has no values.
+/// A message of a channel without values.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct RecordedMessage {
@@ -96,7 +96,7 @@ impl RecordedMessage {
 }
 
 impl Archive {
-    /// Opens a file. Refused where it cannot be read or is none of ours.
+    /// Opens a file. Fails if it cannot be read or is not a recording of OpenGPAC.
     pub fn open(path: &Path) -> Result<Archive, Refusals> {
         let file = File::open(path).map_err(|why| cannot_read(path, &why, "does the file exist?"))?;
         let file = IndexedFile::open(file).map_err(|why| cannot_read(path, &why, OURS))?;
@@ -109,7 +109,7 @@ impl Archive {
         Ok(Archive { path: path.to_owned(), index: RwLock::new(index), chunks, damaged, digests })
     }
 
-    /// Takes in what was written since, of a recording that is under way.
+    /// Reads the part of an unfinished recording that was written since.
     pub fn refresh(&self) -> Result<(), Refusals> {
         if self.index().file.is_whole() {
             return Ok(());
@@ -121,13 +121,13 @@ impl Archive {
         Ok(())
     }
 
-    /// Returns whether it has a channel of that name.
+    /// Returns true if the recording has a channel of that name.
     pub fn has(&self, channel: &str) -> bool {
         self.index().tracks.contains_key(channel)
     }
 
-    /// Returns value, number and time in ns of an SVV or cell as it was stored last at a time; none if there was none yet, or there is no
-    /// such name.
+    /// Returns value, number and time in ns of an SVV or cell as it was last stored at a time, or `None` if there was no value yet, or
+    /// the name does not exist.
     pub fn reading_at(&self, name: &str, time_ns: i64) -> Result<Option<(Value, u64, i64)>, Refusals> {
         let found = self.value_at(name, time_ns)?;
         let index = self.index();
@@ -135,7 +135,7 @@ impl Archive {
         Ok(found.zip(of).map(|((bytes, number, at_ns), of)| (of.value_type.decode(&bytes), number, at_ns)))
     }
 
-    /// Returns the same as bytes in the memory of its type.
+    /// Returns the value as bytes in the memory layout of its type.
     pub(crate) fn value_at(&self, name: &str, time_ns: i64) -> Result<Option<Reading>, Refusals> {
         let index = self.index();
         let Some(Track { values: Some(values), .. }) = index.tracks.get(name) else { return Ok(None) };
@@ -147,13 +147,13 @@ impl Archive {
         }))
     }
 
-    /// Returns the message of another channel that came last at a time.
+    /// Returns the last message of another channel at a time.
     pub fn record_at(&self, topic: &str, time_ns: i64) -> Result<Option<RecordedMessage>, Refusals> {
         self.last_at(&self.index(), topic, time_ns)
     }
 
-    /// Messages of another channel in their order, from number `since` on, counted from 0; and the number at which the next page begins, where
-    /// there is one. Reads at most `chunks_max` chunks: earlier ones are skipped by the counts in the file's index.
+    /// Returns messages of another channel in order, starting at number `since`, counted from 0, and the number at which the next page
+    /// begins, if there is one. Reads at most `chunks_max` chunks: earlier ones are skipped by the counts in the file's index.
     pub fn records(&self, topic: &str, since: usize, chunks_max: usize) -> Result<(Vec<RecordedMessage>, Option<usize>), Refusals> {
         let index = self.index();
         let mut found = Vec::new();
@@ -168,7 +168,8 @@ impl Archive {
         Ok((found, track.before.get(end).copied()))
     }
 
-    /// Returns the next time behind (or before) one at which a value of any SVV or cell was stored: the next firing that stored something.
+    /// Returns the next time after (or before) the given one at which a value of any SVV or cell was stored: the next firing that stored
+    /// something.
     pub fn firing(&self, time_ns: i64, forward: bool) -> Result<Option<i64>, Refusals> {
         let index = self.index();
         let time = unsigned(time_ns);
@@ -201,7 +202,7 @@ impl Archive {
         Ok(found.map(u64::cast_signed))
     }
 
-    /// Returns the number of messages that were lost, by channel. Of a file without an end: nothing is known.
+    /// Returns the number of lost messages by channel. For a file without an end the number is unknown.
     pub fn lost(&self) -> BTreeMap<String, u64> {
         let index = self.index();
         let lost = index.file.metadata.get(LOST).into_iter().flatten();
@@ -216,7 +217,7 @@ impl Archive {
         self.digests.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Parts of the file that cannot be read, in their order, as far as they are known: the content of a chunk is checked when it is read.
+    /// Returns the unreadable parts of the file in order, as far as they are known: the content of a chunk is checked when it is read.
     pub fn damage(&self) -> Vec<DamagedPart> {
         let index = self.index();
         let mut found = index.file.damage();
@@ -228,7 +229,7 @@ impl Archive {
         self.damaged.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Returns a chunk, out of memory if it was read lately. A damaged one is empty.
+    /// Returns a chunk, from memory if it was read recently. A damaged chunk is returned empty.
     pub(crate) fn chunk(&self, index: &Index, at: usize) -> Result<Arc<Chunk>, Refusals> {
         let kept = || self.chunks.lock().unwrap_or_else(PoisonError::into_inner);
         if let Some((_, chunk)) = kept().iter().find(|(known, _)| *known == at) {
@@ -266,13 +267,13 @@ impl Archive {
     }
 }
 
-/// Times in a file are not below 0.
+/// Converts a time to unsigned: times in a file are not below 0.
 pub(crate) fn unsigned(time_ns: i64) -> u64 {
     u64::try_from(time_ns).unwrap_or(0)
 }
 
 impl Index {
-    /// Takes in chunks that were found.
+    /// Indexes newly found chunks.
     fn take(&mut self) {
         let Index { file, tracks, .. } = self;
         for (id, channel) in &file.channels {
@@ -308,7 +309,7 @@ impl Index {
     }
 }
 
-/// Returns for each place the minimum from there on.
+/// Returns, for each position, the minimum from there on.
 fn minima(of: impl DoubleEndedIterator<Item = u64>) -> Vec<u64> {
     let mut found: Vec<u64> = of
         .rev()

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Samples of a channel in short: first, last, minimum and maximum, and exact sums.
+//! Summaries of a channel's samples: first, last, minimum and maximum, and exact sums.
 
-/// Values with time and number of each.
+/// Values, each with its time and number.
 #[derive(Clone, Debug, Default)]
 pub struct Samples {
     pub times_ns: Vec<i64>,
     pub numbers: Vec<u64>,
-    /// Value by value, its numbers side by side.
+    /// Values one after another, the numbers of each side by side.
     pub values: Vec<f64>,
 }
 
@@ -39,13 +39,13 @@ impl Samples {
 #[cfg_attr(feature = "schema", schemars(rename = "RecordedSums"))]
 pub struct Sums {
     pub count: u64,
-    /// 0 where there is no value.
+    /// Minimum; 0 if there is no value.
     pub min: f64,
     pub max: f64,
     pub sum: f64,
-    /// The sum of squares.
+    /// Sum of squares.
     pub squares: f64,
-    /// The sum of the squared differences from the mean: not lost among large values, as the sum of squares less that of the mean is.
+    /// Sum of the squared differences from the mean: unlike the sum of squares less that of the mean, it is not lost among large values.
     pub spread: f64,
 }
 
@@ -67,7 +67,7 @@ impl Sums {
             return;
         }
         let (min, max) = (self.min.min(other.min), self.max.max(other.max));
-        // Chan, Golub and LeVeque 1979: two spreads and how far their means lie apart.
+        // The formula of Chan, Golub and LeVeque, 1979, combines two spreads and the distance of their means.
         let (here, there) = (self.count as f64, other.count as f64);
         let apart = other.sum / there - self.sum / here;
         let spread = self.spread + other.spread + apart * apart * here * there / (here + there);
@@ -75,7 +75,7 @@ impl Sums {
     }
 }
 
-/// A whole chunk of one channel as one column.
+/// Digest of a whole chunk of one channel as one column.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Digest {
     pub samples: Samples,
@@ -94,7 +94,7 @@ impl Digest {
     }
 }
 
-/// Indices of the first, the last, and of each number the minimum and the maximum, in their order.
+/// Returns the indices of the first and last sample, and of the minimum and maximum of each number, in order.
 pub(crate) fn extremes(samples: &Samples, size: usize) -> Vec<usize> {
     let Some(last) = samples.len().checked_sub(1) else { return Vec::new() };
     let mut found = vec![0, last];

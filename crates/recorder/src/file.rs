@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The file: messages into chunks, and exact counts of what reached it and what did not.
+//! The file: collects messages into chunks, and counts exactly how many were written and how many were lost.
 use crate::folder::Sink;
 use crate::page::{ChannelId, Definition, JSON, JSON_SCHEMA, Page};
 use crate::{LOSSES, LOST};
@@ -8,22 +8,22 @@ use std::collections::BTreeMap;
 use std::io;
 use std::time::{Duration, Instant};
 
-/// Messages of one channel.
+/// Message counts of one channel.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Count {
     pub topic: String,
     id: u16,
-    /// Bytes in the file, in whole chunks.
+    /// Messages in the file, in complete chunks.
     pub written: u64,
-    /// Bytes in the chunk that is being filled.
+    /// Messages in the chunk that is being filled.
     pending: u64,
-    /// Neither.
+    /// Messages that were lost.
     pub lost: u64,
-    /// Number of these that were lost before this file.
+    /// Number of messages that were lost before this file.
     lost_before: u64,
 }
 
-/// The last message of a channel that tells a state: a file that follows begins with it.
+/// Last message of a channel that represents a state; the next file begins with it.
 #[derive(Default)]
 struct LastMessage {
     time_ns: i64,
@@ -31,7 +31,7 @@ struct LastMessage {
     bytes: Vec<u8>,
 }
 
-/// Beginning of a file that follows this one: every channel, and the last message of each that tells a state.
+/// Beginning of the next file: every channel, and the last message of each that represents a state.
 #[derive(Default)]
 struct Prelude {
     definitions: Vec<Definition>,
@@ -55,18 +55,18 @@ impl Prelude {
 pub(crate) struct Book {
     writer: Option<mcap::Writer<Box<dyn Sink>>>,
     pub counts: Vec<Count>,
-    /// End of the last whole chunk.
+    /// End of the last complete chunk.
     pub bytes: u64,
     since: Instant,
-    /// Time for which a chunk is filled.
+    /// Maximum time for which a chunk is filled.
     chunk_max: Duration,
     pub failure: Option<String>,
     losses: Option<u16>,
-    /// None where no file follows.
+    /// `None` if no file follows.
     prelude: Option<Prelude>,
 }
 
-/// Begins a file with what is said of it.
+/// Starts a file with its description.
 fn begun(sink: Box<dyn Sink>, about: (&str, &BTreeMap<String, String>)) -> io::Result<mcap::Writer<Box<dyn Sink>>> {
     let mut writer = mcap::Writer::new(sink, concat!("opengpac ", env!("CARGO_PKG_VERSION")))?;
     writer.metadata(about.0, about.1)?;
@@ -74,15 +74,15 @@ fn begun(sink: Box<dyn Sink>, about: (&str, &BTreeMap<String, String>)) -> io::R
 }
 
 impl Book {
-    /// Begins the file with what is said of it. A chunk is filled for `chunk_max`; `goes_on`: other files may follow.
+    /// Starts the file with its description. A chunk is filled for at most `chunk_max`; `goes_on` is true if other files may follow.
     pub fn new(sink: Box<dyn Sink>, about: (&str, &BTreeMap<String, String>), chunk_max: Duration, goes_on: bool) -> io::Result<Book> {
         let writer = begun(sink, about)?;
         let (bytes, prelude) = (writer.position(), goes_on.then(Prelude::default));
         Ok(Book { writer: Some(writer), counts: Vec::new(), bytes, since: Instant::now(), chunk_max, failure: None, losses: None, prelude })
     }
 
-    /// Ends this file, whose bytes it returns, and goes on in the next one: that has every channel, and begins with the last message of each
-    /// that tells a state.
+    /// Finishes this file, whose size it returns, and continues in the next one, which has every channel and begins with the last message
+    /// of each that represents a state.
     pub fn go_on(&mut self, sink: Box<dyn Sink>, about: (&str, &BTreeMap<String, String>)) -> u64 {
         self.finish();
         let whole = self.bytes;
@@ -105,7 +105,7 @@ impl Book {
         whole
     }
 
-    /// Says again what the file is about: a reader takes what was said last.
+    /// Writes the description of the file again; readers use the last one.
     pub fn say(&mut self, about: (&str, &BTreeMap<String, String>)) {
         self.finish_chunk();
         let Some(writer) = &mut self.writer else { return };
@@ -115,7 +115,7 @@ impl Book {
         }
     }
 
-    /// Writes a page. What cannot be written is counted.
+    /// Writes a page. Messages that cannot be written are counted.
     pub fn write(&mut self, page: &Page) {
         for of in &page.definitions {
             let id = enter(self.writer.as_mut(), of);
@@ -144,7 +144,7 @@ impl Book {
         }
     }
 
-    /// Writes how many messages were lost, at the time of the next one.
+    /// Writes the number of lost messages, at the time of the next message.
     fn tell_loss(&mut self, channel: ChannelId, count: u64, page: &Page) {
         let time = page.entries.first().map_or(0, |entry| u64::try_from(entry.time_ns).unwrap_or(0));
         let Some(writer) = &mut self.writer else { return };
@@ -160,7 +160,7 @@ impl Book {
         }
     }
 
-    /// Writes the chunk to the file, as a whole.
+    /// Writes the chunk to the file as a unit.
     fn finish_chunk(&mut self) {
         self.finish_chunks(mcap::Writer::finish_chunk);
     }
@@ -178,7 +178,7 @@ impl Book {
         }
     }
 
-    /// Ends the file with its last whole chunk; what was on its way is lost.
+    /// Ends the file after its last complete chunk; pending messages are lost.
     fn fail(&mut self, why: &io::Error) {
         let Some(writer) = self.writer.take() else { return };
         for count in &mut self.counts {
@@ -188,7 +188,7 @@ impl Book {
         self.failure = Some(format!("{why}{}", cut.unwrap_or_default()));
     }
 
-    /// Ends the file, with what was lost in it.
+    /// Finishes the file, including the numbers of lost messages.
     pub fn finish(&mut self) {
         self.finish_chunk();
         let lost = self.counts.iter().map(|count| (count, count.lost - count.lost_before)).filter(|(_, lost)| *lost > 0);
@@ -204,7 +204,8 @@ impl Book {
     }
 }
 
-/// Enters a channel; its number. One beyond the 65,535 that a file can have gets none, 0, and all of it is lost.
+/// Adds a channel and returns its number. A channel beyond the maximum of 65,535 per file gets the number 0, and all its messages are
+/// lost.
 fn enter(writer: Option<&mut mcap::Writer<Box<dyn Sink>>>, of: &Definition) -> u16 {
     let Some(writer) = writer else { return 0 };
     let id = writer.channel(&of.topic, of.encoding, of.schema.as_ref(), &of.metadata);

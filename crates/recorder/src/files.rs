@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The files of a recording: one, or one after another within bounds; and how full their disk is.
+//! The files of a recording: one file, or a bounded series; and the free space of their disk.
 use crate::ABOUT;
 use crate::file::Book;
 use crate::folder::{Folder, Space};
@@ -11,22 +11,22 @@ use std::io;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-/// Bytes of the smallest file: a chunk is not divided.
+/// Minimum size of a file, bytes: a chunk is not divided.
 pub(crate) const SPLIT_MIN: u64 = 1_000_000;
-/// Files that stay, at least: the one that is written, and one that is whole.
+/// Minimum number of files that are kept: the current one and a complete one.
 const KEEP_MIN: u32 = 2;
 
 /// Bounds of the files of a recording.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Bounds {
-    /// Bytes from which on a file is followed by the next one.
+    /// Size from which on a file is followed by the next one, bytes.
     pub split: Option<u64>,
-    /// Files that stay; the oldest goes.
+    /// Number of files that are kept; the oldest is deleted.
     pub keep: Option<u32>,
 }
 
 impl Bounds {
-    /// Refuses bounds that cannot be kept, and files that follow each other of a recording that is to be run again.
+    /// Refuses bounds that cannot be kept, and a series of files for a recording that is to be replayed.
     pub fn check(self, replay: bool) -> Result<(), Refusal> {
         let refused = |message: String, remedy: &str| Err(Refusal::new(Class::ValueRefused, message).remedy(remedy));
         match self {
@@ -47,34 +47,34 @@ impl Bounds {
     }
 }
 
-/// A recording's files. The last one is written.
+/// Files of a recording. The last one is being written.
 pub(crate) struct Files {
     folder: Box<dyn Folder>,
     bounds: Bounds,
     pub book: Book,
     path: PathBuf,
-    /// Whole ones, with their bytes; the oldest first.
+    /// Complete files with their sizes in bytes, oldest first.
     whole: VecDeque<(PathBuf, u64)>,
-    /// Description of the recording, which stands in each file.
+    /// Description of the recording, which each file contains.
     said: BTreeMap<String, String>,
     /// Free space of the disk.
     space: Option<Space>,
-    /// Bytes of the file when that was asked last.
+    /// Size of the file when the free space was last checked, bytes.
     looked_at: u64,
 }
 
-/// Result of writing a page, for the files.
+/// Effect on the files of writing a page.
 #[derive(Default)]
 pub(crate) struct Rollover {
-    /// True where the next file was begun.
+    /// True if the next file was started.
     pub begins: bool,
     /// Reason why an old file could not be deleted.
     pub undeleted: Option<String>,
 }
 
 impl Files {
-    /// Begins the first file with what is said of the recording. `left`: files of it that a process which died has left, with their bytes, the
-    /// oldest first; they count for its bounds. Errors: the file cannot be made, or its disk is full.
+    /// Starts the first file with the description of the recording. `left` contains the files that a previous, dead process has left,
+    /// with their sizes, oldest first; they count towards the bounds. Fails if the file cannot be created, or its disk is full.
     pub fn begin(
         mut folder: Box<dyn Folder>,
         bounds: Bounds,
@@ -88,7 +88,7 @@ impl Files {
         }
         let is_full = |folder: &dyn Folder| folder.space().and_then(too_full).is_some();
         while bounds.keep.is_some_and(|keep| whole.len() >= keep as usize || !whole.is_empty() && is_full(&*folder)) {
-            // One that cannot be deleted is left where it is.
+            // A file that cannot be deleted stays.
             let _gone = whole.pop_front().map(|(oldest, _)| folder.remove(&oldest));
         }
         let (path, sink) = folder.next()?;
@@ -100,49 +100,50 @@ impl Files {
         match begun {
             Ok(book) => Ok(Files { folder, bounds, book, path, whole, said, space, looked_at: 0 }),
             Err(why) => {
-                // One that holds nothing; where it cannot be deleted it says so by being empty.
+                // The file is empty; if it cannot be deleted, its emptiness shows that nothing was recorded.
                 let _gone = folder.remove(&path);
                 Err(why)
             }
         }
     }
 
-    /// Deletes the file that was begun: nothing is recorded.
+    /// Deletes the file that was started; nothing is recorded.
     pub fn give_up(mut self) {
         let _gone = self.folder.remove(&self.path);
     }
 
-    /// Returns the file that is written.
+    /// Returns the path of the current file.
     pub fn path(&self) -> &PathBuf {
         &self.path
     }
 
-    /// Returns the files that are there, the oldest first.
+    /// Returns the paths of all files, oldest first.
     pub fn paths(&self) -> Vec<PathBuf> {
         self.whole.iter().map(|(path, _)| path).chain([&self.path]).cloned().collect()
     }
 
-    /// Bytes of the files that are there.
+    /// Returns the total size of all files, bytes.
     pub fn bytes(&self) -> u64 {
         self.whole.iter().map(|(_, bytes)| bytes).sum::<u64>() + self.book.bytes
     }
 
-    /// Bytes that are free on their disk, where that is known.
+    /// Returns the free space of their disk in bytes, if it is known.
     pub fn free(&self) -> Option<u64> {
         self.space.map(|space| space.free)
     }
 
-    /// Returns the description of the recording, to be changed.
+    /// Returns the description of the recording for modification.
     pub fn said(&mut self) -> &mut BTreeMap<String, String> {
         &mut self.said
     }
 
-    /// Says again what the recording is.
+    /// Writes the description of the recording again.
     pub fn say(&mut self) {
         self.book.say((ABOUT, &self.said));
     }
 
-    /// Writes a page. The next file begins where this one has its size; the recording ends where the disk is as full as it may be.
+    /// Writes a page. The next file is started when this one has reached its size; the recording ends when the disk is as full as
+    /// permitted.
     pub fn write(&mut self, page: &Page) -> Rollover {
         self.book.write(page);
         let mut rollover = Rollover::default();
@@ -185,17 +186,17 @@ impl Files {
         }
         self.said.remove(RESUMES);
         self.said.insert(FOLLOWS.to_owned(), name_of(&before));
-        // The end of a file is a summary: its size is known behind it.
+        // A file ends with a summary, so its size is only known afterwards.
         let bytes = self.book.go_on(sink, (ABOUT, &self.said));
         if self.book.failure.is_none() {
             self.whole.push_back((before, bytes));
         } else {
-            // The next file holds nothing.
+            // The next file is empty.
             let _gone = self.folder.remove(&std::mem::replace(&mut self.path, before));
         }
     }
 
-    /// Deletes the oldest whole file; why it is still there.
+    /// Deletes the oldest complete file; returns the reason if that fails.
     fn delete_oldest(&mut self) -> Option<String> {
         let (path, _) = self.whole.pop_front()?;
         self.folder.remove(&path).err().map(|why| format!("'{}' cannot be deleted: {why}", path.display()))

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The folder of a recording's files: its disk, and the names that files have there.
+//! The folder of a recording's files: its disk, and the names of the files.
 use std::fs::{File, OpenOptions};
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
 /// A file of a recording.
 pub trait Sink: Write + Send {
-    /// Gives up what lies behind the first `len` bytes.
+    /// Discards everything after the first `len` bytes.
     fn cut(&mut self, len: u64) -> io::Result<()>;
 }
 
@@ -21,41 +21,41 @@ impl Sink for File {
 pub struct Space {
     /// Bytes that may still be written.
     pub free: u64,
-    /// Bytes that a recording leaves free.
+    /// Number of bytes that a recording leaves free.
     pub spared: u64,
 }
 
 /// Folder in which the files of a recording are made.
 pub trait Folder: Send {
-    /// Makes the next file, empty. Errors: it cannot be made; the first one, where something of that name is there.
+    /// Creates the next file, empty. Fails if it cannot be created, or if the first file exists already.
     fn next(&mut self) -> io::Result<(PathBuf, Box<dyn Sink>)>;
     /// Deletes a file of the recording.
     fn remove(&mut self, path: &Path) -> io::Result<()>;
-    /// Returns the free space of its disk; none where nobody can tell.
+    /// Returns the free space of the disk, or `None` if it is unknown.
     fn space(&self) -> Option<Space>;
 }
 
-/// Bytes that a recording leaves free on a large disk: a journal, an audit file and a log live beside it.
+/// Bytes that a recording leaves free on a large disk, for the journal, the audit file and the log beside it.
 const SPARED: u64 = 256 << 20;
-/// Part of a small disk that it leaves free.
+/// Divisor for the fraction of a small disk that a recording leaves free.
 const SPARED_PART: u64 = 20;
 
 /// Number of names that are tried for the next file.
 const TRIES: usize = 10;
 
-/// The disk where a path lies.
+/// Disk on which a path lies.
 pub(crate) struct Disk {
     path: PathBuf,
     begun: bool,
 }
 
 impl Disk {
-    /// Files named after `path`, the first one `path` itself.
+    /// Names files after `path`; the first one is `path` itself.
     pub fn new(path: &Path) -> Disk {
         Disk { path: path.to_owned(), begun: false }
     }
 
-    /// Files behind those of that name that are there.
+    /// Names files after the last existing file of the series.
     pub fn behind(path: &Path) -> Disk {
         Disk { path: path.to_owned(), begun: true }
     }
@@ -74,7 +74,7 @@ impl Folder for Disk {
         for _ in 0..TRIES {
             let path = next_beside(&self.path);
             made = Disk::make(&path).map(|sink| (path, sink));
-            // Somebody else may have made one of that name meanwhile.
+            // The file may have been created by another process meanwhile.
             if !made.as_ref().is_err_and(|why| why.kind() == io::ErrorKind::AlreadyExists) {
                 break;
             }
@@ -99,16 +99,17 @@ fn parent(path: &Path) -> &Path {
     path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."))
 }
 
-/// Returns the next path in the series of a recording: `run.mcap`, then `run-2.mcap`, `run-3.mcap` and so on, behind the last one that is there.
+/// Returns the next path in the series of a recording: `run.mcap`, then `run-2.mcap`, `run-3.mcap` and so on, after the last one that
+/// exists.
 ///
-/// A number that is free between others is not taken, so that the order of the numbers is that of the time.
+/// Gaps in the numbers are not filled, so that the order of the numbers is the order in time.
 pub fn next_beside(path: &Path) -> PathBuf {
     let (stem, ending) = parts(path);
     let last = series(path).pop().map(|(number, _)| number);
     last.map_or_else(|| path.to_owned(), |last| path.with_file_name(format!("{stem}-{}{ending}", last.saturating_add(1).max(2))))
 }
 
-/// Returns the files of the series of `path` that are there, with their numbers, in that order; `path` itself is number 1.
+/// Returns the existing files of the series of `path` with their numbers, in that order; `path` itself is number 1.
 pub(crate) fn series(path: &Path) -> Vec<(u64, PathBuf)> {
     let (stem, ending) = parts(path);
     let number = |name: &str| name.strip_prefix(&stem)?.strip_suffix(&ending)?.strip_prefix('-')?.parse::<u64>().ok();
@@ -119,7 +120,7 @@ pub(crate) fn series(path: &Path) -> Vec<(u64, PathBuf)> {
     found
 }
 
-/// Returns the name of a file without its ending, and its ending with the dot.
+/// Returns the stem of a file's name, and its extension with the dot.
 fn parts(path: &Path) -> (String, String) {
     let part = |of: Option<&std::ffi::OsStr>| of.map(|of| of.to_string_lossy().into_owned()).unwrap_or_default();
     (part(path.file_stem()), path.extension().map(|of| format!(".{}", of.to_string_lossy())).unwrap_or_default())

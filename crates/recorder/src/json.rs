@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Values as JSON and back, with the same bits; and the schema of a type. What JSON has no number for is a text: "NaN", "Infinity",
+//! Conversion of values to JSON and back, bit by bit; and the schema of a type. Numbers that JSON lacks are texts: "NaN", "Infinity",
 //! "-Infinity".
 use model::types::{Scalar, Type};
 use serde_json::{Map, Value as Json, json};
@@ -23,7 +23,7 @@ pub(crate) fn write(of: &Type, bytes: &[u8], out: &mut Vec<u8>) {
         Type::Struct(members) => {
             out.push(b'{');
             for (index, (member, offset)) in members.iter().zip(of.offsets()).enumerate() {
-                // Names of C need no escape.
+                // C identifiers need no escaping.
                 let _infallible = write!(out, "{}\"{}\":", if index > 0 { "," } else { "" }, member.name);
                 write(&member.member_type, &bytes[offset..], out);
             }
@@ -66,7 +66,7 @@ fn beyond(x: f64) -> &'static str {
     }
 }
 
-/// Appends the bytes of a value that [`write`] wrote; false where it is none of this type.
+/// Appends the bytes of a value that [`write`] wrote; returns false if it is not a value of this type.
 pub(crate) fn read(of: &Type, json: &Json, out: &mut Vec<u8>) -> bool {
     match (of, json) {
         (Type::Scalar(scalar), json) => read_scalar(*scalar, json, out).is_some(),
@@ -114,7 +114,7 @@ fn number(json: &Json) -> Option<f64> {
     }
 }
 
-/// Returns the schema of the messages of a value: `{"number", "value"}`.
+/// Returns the schema of a value's messages: `{"number", "value"}`.
 pub(crate) fn schema(of: &Type, unit: &str) -> Json {
     let mut value = schema_of(of);
     if !unit.is_empty() {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The files of a recording whose process has died, for the one that goes on behind them.
+//! Finds the files of a recording whose process has died, for a recording that continues after them.
 use crate::ABOUT;
 use crate::folder::series;
 use mcap::{Reader, Record};
@@ -7,22 +7,22 @@ use std::collections::BTreeMap;
 use std::fs::File;
 use std::path::{Path, PathBuf};
 
-/// Identity of the recording, in what each of its files says of it.
+/// Key of the recording's identity in the description in each of its files.
 pub(crate) const IDENTITY: &str = "recording";
-/// Name of the file before this one, which ends with the value that this one begins with.
+/// Key of the previous file's name; that file ends with the value with which this one begins.
 pub(crate) const FOLLOWS: &str = "follows";
-/// Name of the file before this one, whose process died: what came between the two is not there.
+/// Key of the name of the previous file, whose process died: values between the two are missing.
 pub(crate) const RESUMES: &str = "resumes";
 
-/// Returns the files of the series of `path` that say that they are of this recording, with their bytes, the oldest first. Files of other
-/// recordings of that name are none of them.
+/// Returns the files of the series of `path` whose description contains this identity, with their sizes, oldest first. Files of other
+/// recordings with the same name are excluded.
 pub(crate) fn left(path: &Path, identity: &str) -> Vec<(PathBuf, u64)> {
     let of = |path: &Path| said(path).is_some_and(|said| said.get(IDENTITY).is_some_and(|of| of == identity));
     let bytes = |path: &Path| std::fs::metadata(path).map_or(0, |about| about.len());
     series(path).into_iter().filter(|(_, file)| of(file)).map(|(_, file)| (file.clone(), bytes(&file))).collect()
 }
 
-/// Returns what a file says of its recording at its beginning; none where it is no recording of ours, or cannot be read.
+/// Returns the description of the recording at the beginning of a file, or `None` if it is not a recording of OpenGPAC or cannot be read.
 fn said(path: &Path) -> Option<BTreeMap<String, String>> {
     let mut reader = Reader::new(File::open(path).ok()?).ok()?;
     match reader.next_record().ok()?? {

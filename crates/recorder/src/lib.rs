@@ -1,16 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The recorder: what a running system does, into an MCAP file, by ordinary threads; and reading such a file: all of it
-//! ([`Recording`]), or in place what was at a time or over a span ([`Archive`]).
+//! The recorder: ordinary threads write the activity of a running system to an MCAP file. Such a file is read as a whole ([`Recording`]),
+//! or in place at a time or over a span ([`Archive`]).
 //!
-//! One thread drains the sources each 20 ms into pages: every value of the chosen SVVs (a tap), the log, end reports, how the
-//! interrupt sources do, and where it is asked for all that the run needs to be run again (the crate `replay`). Another one writes the
-//! pages. Between them lies a bounded room: what finds no place there, because the disk is slow or full, is counted as lost, by channel,
-//! and never held against the machine. Under the virtual clock time waits for the recorder instead.
+//! One thread drains the sources every 20 ms into pages: every value of the chosen SVVs (a tap), the log, end reports, statistics of the
+//! interrupt sources, and on request everything that a replay of the run needs (the crate `replay`). Another one writes the pages. The
+//! room between them is bounded: messages that do not fit, because the disk is slow or full, are counted as lost, by channel, and never
+//! slow down the machine. Under the virtual clock time waits for the recorder instead.
 //!
-//! A message is JSON with a JSON schema: Foxglove and PlotJuggler open both without anything else, people read them, and a number comes
-//! back with the same bits. A million values of `double` are about 60 MB before compression, which costs less than a tenth of a core at
-//! 64 channels of 1 kHz, so neither batches nor another encoding are needed. Chunks are compressed with LZ4, and whole when they reach
-//! the file: of a process that was killed everything up to its last chunk, a second at most, can be read.
+//! A message is JSON with a JSON schema: Foxglove and PlotJuggler open both without plug-ins, people can read them, and a number is
+//! restored with the same bits. A million values of `double` are about 60 MB before compression, which costs less than a tenth of a core
+//! at 64 channels of 1 kHz, so neither batches nor another encoding are needed. Chunks are compressed with LZ4, and complete when they
+//! reach the file: if the process is killed, everything up to its last chunk, which covers a second at most, can be read.
 mod about;
 mod archive;
 mod digest;
@@ -43,21 +43,22 @@ pub use rerun::Again;
 pub use shelf::{RecordingFile, opened, recordings};
 pub use span::{Span, Trace};
 
-/// Name of the metadata record with what was recorded: system, version, clock, configuration.
+/// Name of the metadata record that describes the recorded system: name, version, clock, configuration.
 pub const ABOUT: &str = "opengpac";
-/// Name of the metadata record at the end of a file: what was lost, by channel.
+/// Name of the metadata record at the end of a file with the number of lost messages, by channel.
 pub const LOST: &str = "lost";
-/// Entries of the log, as `log` gives them.
+/// Topic of log entries, in the form that `log` returns.
 pub const LOG: &str = "/log";
-/// End reports, as `ends` gives them.
+/// Topic of end reports, in the form that `ends` returns.
 pub const ENDS: &str = "/ends";
-/// Definitions and instances, as `installed` gives them, whenever they became others; lists and states of instances come from the log.
+/// Topic of definitions and instances, in the form that `installed` returns, written whenever they change; lists and states of instances
+/// are taken from the log.
 pub const INSTALLED: &str = "/installed";
-/// Statistics, once a second and where the log had something new.
+/// Topic of statistics, written once a second and whenever the log has news.
 pub const STATISTICS: &str = "/statistics";
-/// Alarms, as `alarms` gives them, whenever they became others.
+/// Topic of alarms, in the form that `alarms` returns, written whenever they change.
 pub const ALARMS: &str = "/alarms";
-/// The shape of a physical device, as `geometry` gives it: followed by its name.
+/// Topic prefix of the shape of a physical device, in the form that `geometry` returns; the device's name follows.
 pub const GEOMETRY: &str = "/geometry/";
-/// Losses, at their times: `{"channel", "count"}`.
+/// Topic of losses, at their times: `{"channel", "count"}`.
 pub const LOSSES: &str = "/lost";

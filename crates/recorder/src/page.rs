@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Pages: messages on their way to the file.
+//! Pages of messages that are passed to the file.
 use crate::GEOMETRY;
 use mcap::Schema;
 use std::collections::BTreeMap;
@@ -8,7 +8,7 @@ use std::collections::BTreeMap;
 pub(crate) const JSON: &str = "json";
 pub(crate) const JSON_SCHEMA: &str = "jsonschema";
 
-/// A channel of the file. [`Page::channel`] returns it; it is valid for every page of the same recorder.
+/// A channel of the file. [`Page::channel`] returns it; it is valid for all pages of the same recorder.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub struct ChannelId(pub(crate) usize);
 
@@ -16,19 +16,20 @@ pub struct ChannelId(pub(crate) usize);
 #[derive(Clone, Debug)]
 pub(crate) struct Definition {
     pub topic: String,
-    /// Encoding of its messages: JSON, or bytes of a name of their own.
+    /// Encoding of the channel's messages: JSON, or a named binary encoding.
     pub encoding: &'static str,
     pub schema: Option<Schema>,
     pub metadata: BTreeMap<String, String>,
 }
 
 impl Definition {
-    /// Returns true for log, ends, statistics and the like: few messages, which a reader takes as a whole, and not out of all chunks with values.
+    /// Returns true for channels such as log, ends and statistics: they have few messages, which readers take as a whole and not out of
+    /// all chunks with values.
     pub fn is_apart(&self) -> bool {
         self.encoding == JSON && !self.metadata.contains_key("kind")
     }
 
-    /// Returns true for a value or the shape of a device: it holds until the next message of its channel.
+    /// Returns true for a value or the shape of a device, which remains valid until the next message of its channel.
     pub fn is_state(&self) -> bool {
         self.metadata.contains_key("kind") || self.topic.starts_with(GEOMETRY)
     }
@@ -38,30 +39,30 @@ pub(crate) struct Entry {
     pub channel: ChannelId,
     pub time_ns: i64,
     pub sequence: u32,
-    /// End of its bytes: they begin where those of the one before end.
+    /// End of the message's bytes, which begin where those of the previous message end.
     pub end: usize,
 }
 
-/// Messages of the sources since the page before. Its memory is used again.
+/// Messages of the sources since the previous page. Its memory is reused.
 #[derive(Default)]
 pub struct Page {
-    /// Number of channels before those of this page.
+    /// Number of channels before the first one of this page.
     pub(crate) first: usize,
     pub(crate) definitions: Vec<Definition>,
     pub(crate) entries: Vec<Entry>,
     pub(crate) bytes: Vec<u8>,
-    /// Numbers of values that were lost before they became messages.
+    /// Number of values of each channel that were lost before they became messages.
     pub(crate) lost: BTreeMap<ChannelId, u64>,
 }
 
 impl Page {
-    /// Adds a new channel. `topic`: its name in the file; `schema`: name and JSON schema of its messages, an object.
+    /// Adds a new channel. `topic` is its name in the file; `schema` is the name and JSON schema of its messages, an object.
     pub fn channel(&mut self, topic: &str, schema: (&str, &serde_json::Value), metadata: BTreeMap<String, String>) -> ChannelId {
         let schema = Schema { name: schema.0.to_owned(), encoding: JSON_SCHEMA, text: schema.1.to_string() };
         self.define(Definition { topic: topic.to_owned(), encoding: JSON, schema: Some(schema), metadata })
     }
 
-    /// Adds a new channel of messages that are no JSON: what `encoding` names.
+    /// Adds a new channel for messages that are not JSON but in the named `encoding`.
     pub fn channel_of_bytes(&mut self, topic: &str, encoding: &'static str) -> ChannelId {
         self.define(Definition { topic: topic.to_owned(), encoding, schema: None, metadata: BTreeMap::new() })
     }
@@ -71,7 +72,7 @@ impl Page {
         ChannelId(self.first + self.definitions.len() - 1)
     }
 
-    /// Adds one message. `time_ns`: on the system's clock. `sequence`: the number that tools see.
+    /// Adds one message. `time_ns` is on the system's clock; `sequence` is the number that tools display.
     pub fn put(&mut self, channel: ChannelId, time_ns: i64, sequence: u64, fill: impl FnOnce(&mut Vec<u8>)) {
         fill(&mut self.bytes);
         #[allow(clippy::cast_possible_truncation, reason = "the lower half is what a file holds")]
@@ -79,20 +80,20 @@ impl Page {
         self.entries.push(Entry { channel, time_ns, sequence, end: self.bytes.len() });
     }
 
-    /// Counts so many messages of a channel as lost before they came here.
+    /// Counts messages of a channel that were lost before they reached the page.
     pub fn lost(&mut self, channel: ChannelId, count: u64) {
         if count > 0 {
             *self.lost.entry(channel).or_default() += count;
         }
     }
 
-    /// Messages, with their bytes.
+    /// Returns the messages with their bytes.
     pub(crate) fn messages(&self) -> impl Iterator<Item = (&Entry, &[u8])> {
         let starts = std::iter::once(0).chain(self.entries.iter().map(|entry| entry.end));
         self.entries.iter().zip(starts).map(|(entry, start)| (entry, &self.bytes[start..entry.end]))
     }
 
-    /// Its messages become losses: there is no room for them. Channels stay.
+    /// Turns the page's messages into losses, because there is no room for them. Its channels stay.
     pub(crate) fn give_up(&mut self) {
         for entry in self.entries.drain(..) {
             *self.lost.entry(entry.channel).or_default() += 1;
@@ -104,12 +105,12 @@ impl Page {
         self.entries.is_empty() && self.definitions.is_empty() && self.lost.is_empty()
     }
 
-    /// Bytes that it takes up, about.
+    /// Returns the approximate size of the page in memory, bytes.
     pub(crate) fn len(&self) -> usize {
         self.bytes.len() + self.entries.len() * size_of::<Entry>()
     }
 
-    /// Empties the page for what comes next.
+    /// Empties the page for the next messages.
     pub(crate) fn renew(&mut self, first: usize) {
         self.first = first;
         self.definitions.clear();

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Reading a recording back.
+//! Reads a recording into memory.
 use crate::page::JSON;
 use crate::{ABOUT, ENDS, LOG, LOSSES, LOST, json};
 use indexmap::IndexMap;
@@ -16,33 +16,33 @@ use std::path::Path;
 #[derive(Clone, Debug)]
 pub struct Series {
     pub value_type: Type,
-    /// `svv` or `cell`.
+    /// Kind: `svv` or `cell`.
     pub kind: String,
     pub unit: String,
     pub numbers: Vec<u64>,
-    /// ns on the system's clock.
+    /// Times of the values, ns on the system's clock.
     pub times_ns: Vec<i64>,
-    /// The values, one after the other.
+    /// Values, one after another.
     pub bytes: Vec<u8>,
 }
 
-/// A part of a recording that cannot be read.
+/// An unreadable part of a recording.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct DamagedPart {
-    /// Its place in the file: the first byte, and the first one behind it.
+    /// First byte of the part in the file; `ends` is the first byte after it.
     pub begins: u64,
     pub ends: u64,
     pub what: String,
-    /// Times between which what is lost lies, ns on the system's clock, as far as the file says so.
+    /// Bounds on the times of the lost messages, ns on the system's clock, as far as the file contains them.
     pub from_ns: Option<i64>,
     pub to_ns: Option<i64>,
-    /// Number of messages that are lost, by channel; empty where none is, nothing where the file does not say it.
+    /// Number of lost messages by channel: empty if there are none, `None` if the file does not contain the numbers.
     pub lost: Option<BTreeMap<String, u64>>,
 }
 
 impl DamagedPart {
-    /// Lists damage in the order of the file, with the names of its channels.
+    /// Returns the damage in file order, with the names of the channels.
     pub(crate) fn all(mut found: Vec<Damage>, channels: &BTreeMap<u16, Channel>) -> Vec<DamagedPart> {
         found.sort_by_key(|damage| damage.bytes.start);
         found.into_iter().map(|damage| DamagedPart::of(damage, channels)).collect()
@@ -66,20 +66,21 @@ impl DamagedPart {
 /// A recording in memory.
 #[derive(Clone, Debug, Default)]
 pub struct Recording {
-    /// Series by SVV or cell, in the order in which they came to be recorded.
+    /// Series by SVV or cell, in the order in which their recording began.
     pub series: IndexMap<String, Series>,
     /// Messages of all other channels: (time, message).
     pub records: IndexMap<String, Vec<(i64, Json)>>,
     /// Metadata records, by name.
     pub metadata: BTreeMap<String, BTreeMap<String, String>>,
-    /// False where the file has no end: its recorder was killed, or the disk was full. Everything up to the last whole chunk is here.
+    /// False if the file has no end because its recorder was killed or the disk was full. The recording contains everything up to the
+    /// last complete chunk.
     pub complete: bool,
-    /// Parts of the file that cannot be read, in their order. Everything else is here.
+    /// Unreadable parts of the file, in order. The recording contains everything else.
     pub damage: Vec<DamagedPart>,
 }
 
 impl Recording {
-    /// Reads a file. Refused where it cannot be read or is none of ours.
+    /// Reads a file. Fails if it cannot be read or is not a recording of OpenGPAC.
     pub fn open(path: &Path) -> Result<Recording, Refusals> {
         let refused = |why: Unreadable| {
             let remedy = match why {
@@ -92,14 +93,14 @@ impl Recording {
         let file = File::open(path).map_err(|why| refused(why.into()))?;
         let mut recording = Recording::default();
         recording.take(IndexedFile::open(file).map_err(refused)?).map_err(refused)?;
-        // A damaged file may have lost the record that says so.
+        // A damaged file may have lost the record that identifies it.
         if !recording.metadata.contains_key(ABOUT) && (recording.damage.is_empty() || recording.series.is_empty()) {
             return Err(cannot_read(path, &"it was not made by OpenGPAC", OURS));
         }
         Ok(recording)
     }
 
-    /// Takes everything in a file that can be read.
+    /// Reads everything in a file that is readable.
     fn take(&mut self, mut file: IndexedFile) -> Result<(), Unreadable> {
         let mut damage = file.damage();
         for channel in file.channels.values() {
@@ -127,12 +128,12 @@ impl Recording {
         Ok(())
     }
 
-    /// Takes the messages of a chunk; the number of those of each channel that are none.
+    /// Reads the messages of a chunk; returns the number of invalid messages of each channel.
     fn put_all(&mut self, chunk: &Chunk, channels: &BTreeMap<u16, Channel>) -> BTreeMap<u16, usize> {
         let mut lost = BTreeMap::new();
         for (id, messages) in &chunk.messages {
             let channel = channels.get(id);
-            // What a replay reads.
+            // These messages are for a replay.
             if channel.is_some_and(|channel| channel.encoding != JSON) {
                 continue;
             }
@@ -162,7 +163,7 @@ impl Recording {
         }
     }
 
-    /// Takes a message; false where it is none of its channel.
+    /// Reads a message; returns false if it is not a valid message of its channel.
     fn put(&mut self, topic: &str, time_ns: i64, data: &[u8]) -> bool {
         let Ok(message) = serde_json::from_slice::<Json>(data) else { return false };
         if let Some(series) = self.series.get_mut(topic) {
@@ -179,7 +180,7 @@ impl Recording {
         true
     }
 
-    /// Entries of the log.
+    /// Returns the entries of the log.
     pub fn log(&self) -> impl Iterator<Item = &Json> {
         self.records.get(LOG).into_iter().flatten().map(|(_, entry)| entry)
     }
@@ -189,7 +190,7 @@ impl Recording {
         self.records.get(ENDS).into_iter().flatten().map(|(_, end)| end)
     }
 
-    /// Returns the number of messages that were lost, by channel. Of a file without an end: as far as it says so.
+    /// Returns the number of lost messages by channel; for a file without an end, only the losses that it contains.
     pub fn lost(&self) -> BTreeMap<String, u64> {
         if let Some(lost) = self.metadata.get(LOST) {
             return lost.iter().map(|(channel, count)| (channel.clone(), count.parse().unwrap_or(0))).collect();

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! A recording that is under way: the thread that drains, the thread that writes, and how both end.
+//! A recording in progress: the thread that drains, the thread that writes, and how both end.
 use crate::files::{Bounds, Files};
 use crate::folder::{Disk, Folder};
 use crate::left::{IDENTITY, left};
@@ -26,19 +26,20 @@ use supervisor::{Companion, End, Entry, System};
 #[derive(Clone, Debug, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Options {
-    /// Names of SVVs, `*` and `?` stand for any letters; those that are made later belong to it too. Of private cells: `INSTANCE:CELL`.
+    /// Names of SVVs, with `*` and `?` as wildcards; SVVs that are created later are included. Private cells are named `INSTANCE:CELL`.
     pub svvs: Vec<String>,
-    /// The private cells of all verb instances too.
+    /// Records the private cells of all verb instances too.
     pub cells: bool,
-    /// Everything that comes from outside too, so that the run can be run again. From before the first source is made, or refused.
+    /// Records all inputs from outside too, so that the run can be replayed. Must start before the first source is created, or is
+    /// refused.
     pub replay: bool,
-    /// Bytes of a file, about, from which on the next one begins; none: there is one file.
+    /// Approximate size in bytes from which on the next file is started; `None` for a single file.
     pub split_bytes: Option<u64>,
-    /// Files that stay where the recording is split, the oldest goes; none: all.
+    /// Number of files that are kept if the recording is split, the oldest being deleted; `None` for all.
     pub keep: Option<u32>,
-    /// Identity of the recording, by which its files are known to one that goes on behind them; none: nothing goes on behind them.
+    /// Identity by which a later recording that continues this one finds its files; `None` if it cannot be continued.
     pub identity: Option<String>,
-    /// Goes on behind the files of that path that are there; those of this identity count for `keep`.
+    /// Continues after the existing files of that path; those of this identity count towards `keep`.
     pub resumes: bool,
 }
 
@@ -48,29 +49,29 @@ impl Default for Options {
     }
 }
 
-/// State of a recording, or its end.
+/// State of a recording, also after its end.
 #[derive(Clone, Debug, Default, Serialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[cfg_attr(feature = "schema", schemars(rename = "RecordingSummary"))]
 pub struct Summary {
-    /// The file; of a recording that is split the first one.
+    /// Path of the file; if the recording is split, of the first one.
     pub path: PathBuf,
-    /// The files that are there, the oldest first; the last one is written.
+    /// Existing files, oldest first; the last one is being written.
     pub files: Vec<PathBuf>,
     pub running: bool,
-    /// Messages that were written, by channel; while it runs, in whole chunks.
+    /// Number of written messages by channel; while the recording runs, only those in complete chunks.
     pub counts: IndexMap<String, u64>,
-    /// Messages that could not be written, by channel, where there are any.
+    /// Number of messages by channel that could not be written; channels without losses are omitted.
     pub lost: IndexMap<String, u64>,
-    /// Bytes of the files that are there.
+    /// Total size of the existing files, bytes.
     pub bytes: u64,
-    /// Bytes that were free on their disk when it was written to last, where that is known.
+    /// Free space of their disk at the last write, bytes, if it is known.
     pub free_bytes: Option<u64>,
     /// Failure that ended the recording, if one did.
     pub failure: Option<String>,
 }
 
-/// A recording. Ends with [`Recorder::stop`], or with its system.
+/// A recording. It ends with [`Recorder::stop`], or with its system.
 pub struct Recorder {
     room: Arc<Room>,
     stops: Arc<AtomicBool>,
@@ -90,23 +91,24 @@ impl State {
     }
 }
 
-/// Between two looks at the sources.
+/// Period at which the sources are drained.
 const LOOK: Duration = Duration::from_millis(20);
-/// Time for which a chunk is filled, and which a process that is killed loses. Of a run that is to be run again these are the inputs that killed it.
+/// Time for which a chunk is filled, and therefore the time that is lost if the process is killed. In a recording for replay, these are
+/// the inputs that killed it.
 const CHUNK_MAX: Duration = Duration::from_secs(1);
 const CHUNK_MAX_REPLAY: Duration = Duration::from_millis(100);
 
 impl Recorder {
-    /// Begins to record into a new file at `path`; the recording belongs to the system from then on, and ends with it. Its number there.
-    /// Refused where the file cannot be made or there is one already, where its disk is full, where a name without `*` is of nothing, and
-    /// bounds that cannot be kept.
+    /// Starts recording to a new file at `path`, and returns the recording's number in the system, to which it belongs and with which it
+    /// ends. Refuses an existing file or one that cannot be created, a full disk, a name without `*` that does not exist, and bounds that
+    /// cannot be kept.
     pub fn start(system: &System, path: &Path, options: &Options) -> Result<(u64, Arc<Recorder>), Refusals> {
         let disk = if options.resumes { Disk::behind(path) } else { Disk::new(path) };
         let recorder = Recorder::start_in(system, Box::new(disk), path, options, ROOM)?;
         Ok((system.accompany(recorder.clone()), recorder))
     }
 
-    /// Starts the same into any folder, with `room` bytes for what waits for it, and without a place in the system.
+    /// Starts recording to any folder, with `room` bytes for pending pages, and without registering the recording in the system.
     pub fn start_in(system: &System, folder: Box<dyn Folder>, path: &Path, options: &Options, room: usize) -> Result<Arc<Recorder>, Refusals> {
         let bounds = Bounds { split: options.split_bytes, keep: options.keep };
         bounds.check(options.replay).map_err(|why| vec![why])?;
@@ -133,7 +135,7 @@ impl Recorder {
         }
     }
 
-    /// Starts the thread that drains and the one that writes. Errors: why there is no thread.
+    /// Starts the draining and the writing thread. Fails with the reason if a thread cannot be created.
     fn run(drain: Drain, files: Files, room: usize) -> Result<Arc<Recorder>, String> {
         let summary = Summary { path: files.path().clone(), files: files.paths(), free_bytes: files.free(), running: true, ..Summary::default() };
         let recorder = Recorder {
@@ -151,12 +153,12 @@ impl Recorder {
         Ok(Arc::new(recorder))
     }
 
-    /// Returns its state.
+    /// Returns the state of the recording.
     pub fn summary(&self) -> Summary {
         self.state.locked().clone()
     }
 
-    /// Ends it, and waits at most so long for that: `running` tells whether it has ended.
+    /// Ends the recording, and waits at most `patience` for that: `running` in the result is false if it has ended.
     pub fn stop_within(&self, patience: Duration) -> Summary {
         self.stops.store(true, Ordering::Release);
         let state = self.state.locked();
@@ -164,13 +166,14 @@ impl Recorder {
         let summary = waited.0.clone();
         drop(waited);
         if !summary.running {
-            // Both threads are at their ends. A thread keeps its stack until it is joined, and a recording stays known to its system.
+            // Both threads have finished. They are joined because a thread keeps its stack until then, and a recording stays registered
+            // in its system.
             self.join();
         }
         summary
     }
 
-    /// Ends it: what has come is written, then the end of the file. Twice is once.
+    /// Ends the recording: writes the pending messages, then the end of the file. Idempotent.
     pub fn stop(&self) -> Summary {
         self.stops.store(true, Ordering::Release);
         self.join();
@@ -179,7 +182,7 @@ impl Recorder {
 
     fn join(&self) {
         for thread in self.locked_threads().drain(..) {
-            // One that panicked has said so; the file ends with its last chunk.
+            // A thread that panicked has reported so; the file ends with its last chunk.
             let _ended = thread.join();
         }
     }
@@ -218,7 +221,7 @@ fn about(system: &System) -> BTreeMap<String, String> {
         ("system", system.name().to_owned()),
         ("version", env!("CARGO_PKG_VERSION").to_owned()),
         ("clock", clock.to_owned()),
-        // When the system's clock stood at 0: times of messages are of that clock.
+        // Time at which the system's clock was 0: times of messages are on that clock.
         ("epoch_unix_ns", epoch_ns.to_string()),
         ("begins_ns", system.now_ns().to_string()),
         ("configuration", text_of(&system.inventory())),
@@ -233,8 +236,8 @@ fn text_of(answer: &impl Serialize) -> String {
     serde_json::to_string(answer).expect("an answer of the supervisor has a JSON form")
 }
 
-/// Puts the present configuration into what is said of a recording; whether it has become another. A recording for a replay begins
-/// before there is any hardware. One that is taken apart at the end is told as it was.
+/// Updates the configuration in the description of a recording; returns true if it has grown. A recording for replay begins before any
+/// hardware exists. If the configuration is dismantled at the end, the description keeps the previous one.
 fn tell_more(system: &System, said: &mut BTreeMap<String, String>) -> bool {
     let now = about(system);
     let tells = |about: &BTreeMap<String, String>| about.get("configuration").map_or(0, String::len);
@@ -257,7 +260,7 @@ struct Drain {
 }
 
 impl Drain {
-    /// Taps what is to be recorded. Refused: a name is of nothing, or a replay can no longer begin.
+    /// Taps the recorded values. Fails if a name does not exist, or if it is too late to start a recording for replay.
     fn new(system: &System, options: &Options) -> Result<Drain, Refusals> {
         let values = Values::new(system.tap_all(&options.svvs, options.cells)?);
         values.tap.hold_time();
@@ -267,7 +270,7 @@ impl Drain {
         Ok(Drain { state: state::State::new(system.observer()), system: system.observer(), values, log, ends, timing, inputs })
     }
 
-    /// Fills pages until the recording is to stop. `begun`: another file has begun.
+    /// Fills pages until the recording has to stop. `begun` is true if another file has been started.
     fn run(mut self, room: &Room, stops: &AtomicBool, begun: &AtomicBool) {
         let mut page = Page::default();
         let mut channels = 0;
@@ -297,7 +300,7 @@ impl Drain {
                 self.values.tap.wait(LOOK);
                 continue;
             }
-            // A file that has begun meanwhile is told what is installed too.
+            // A file that was started meanwhile gets the installed definitions too.
             room.wait_written();
             if !begun.load(Ordering::Acquire) {
                 return room.close();
@@ -306,7 +309,7 @@ impl Drain {
     }
 }
 
-/// Writes until nothing more comes. A file that can no longer be written ends the recording.
+/// Writes pages until there are no more. If the file can no longer be written, the recording ends.
 struct Writer {
     room: Arc<Room>,
     stops: Arc<AtomicBool>,
@@ -347,7 +350,7 @@ impl Writer {
         self.state.ended.notify_all();
     }
 
-    /// Tells how the recording stands; why it fails, the first time.
+    /// Publishes the state of the recording; returns the reason for a failure, the first time.
     fn tell(&self, running: bool) -> Option<String> {
         let book = &self.files.book;
         let mut summary = self.state.locked();

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! A recording that is run again beside the system that runs, in a process of its own; and what its values say of a difference.
+//! Replays a recording beside the running system, in a separate process; and completes a difference with the recorded values.
 use crate::opened;
 use model::refusal::{Class, Refusal, Refusals};
 use replay::{Apart, DifferenceText, ReplayResult, Replaying, ShownSvv, elements};
@@ -8,17 +8,18 @@ use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, PoisonError};
 use supervisor::{Companion, System};
 
-/// A recording that is run again. Ends with [`Again::stop`], or with its system.
+/// A recording being replayed. It ends with [`Again::stop`], or with its system.
 pub struct Again {
     path: PathBuf,
     apart: Apart,
-    /// Difference that was found, with the recording's own values.
+    /// Difference that was found, completed with the recording's own values.
     found: Mutex<Option<ReplayResult>>,
 }
 
 impl Again {
-    /// Begins; its number in the system. The recording's own code modules run where the system has had them, or their digests are in `trust`.
-    /// `present`: with the modules of the same names that the system has now in their place. Refused where no process can be started.
+    /// Starts a replay; returns its number in the system. The recording's own code modules may run if the system has had them, or if
+    /// their digests are in `trust`. `present` replaces them by the system's present modules of the same names. Fails if the process
+    /// cannot be started.
     pub fn start(system: &System, path: &Path, mut trust: Vec<String>, present: bool) -> Result<u64, Refusals> {
         let archive = opened(path)?;
         let cannot = |why: String, remedy: &str| {
@@ -37,18 +38,18 @@ impl Again {
         Ok(system.accompany(Arc::new(Again { path: path.to_owned(), apart, found: Mutex::new(None) })))
     }
 
-    /// Returns its state.
+    /// Returns the state of the replay.
     pub fn standing(&self) -> Replaying {
         let standing = self.apart.standing();
         Replaying { found: standing.found.map(|found| self.told(found)), ..standing }
     }
 
-    /// Ends it where it is. Idempotent.
+    /// Stops the replay where it is. Idempotent.
     pub fn stop(&self) {
         self.apart.stop();
     }
 
-    /// Adds the value that differs, if only a digest is known: the recording has values of SVVs too.
+    /// Adds the differing value if only a digest is known: the recording contains values of SVVs too.
     fn told(&self, found: ReplayResult) -> ReplayResult {
         let mut known = self.found.lock().unwrap_or_else(PoisonError::into_inner);
         known
@@ -63,7 +64,7 @@ impl Again {
     }
 
     fn name(&self, difference: &mut DifferenceText) {
-        // A file that went away in the meantime says nothing more of the difference.
+        // If the file has been deleted in the meantime, nothing can be added.
         let Ok(archive) = opened(&self.path) else { return };
         let recorded = |shown: &ShownSvv| {
             let (bytes, _, time_ns) = archive.value_at(&shown.name, difference.time_ns).ok()??;

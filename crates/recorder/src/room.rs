@@ -1,16 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The room between who drains and who writes: pages in order, bounded in bytes.
+//! The room between the draining and the writing thread: an ordered queue of pages with bounded size.
 use crate::page::Page;
 use std::collections::VecDeque;
 use std::sync::{Condvar, Mutex, MutexGuard};
 
-/// Bytes of pages that may wait for the disk.
+/// Maximum size of the pages that wait for the disk, bytes.
 pub(crate) const ROOM: usize = 64 << 20;
 
 #[derive(Default)]
 struct WaitingPages {
     pages: VecDeque<Page>,
-    /// Pages that were written, whose memory is used again.
+    /// Written pages, whose memory is reused.
     empty: Vec<Page>,
     bytes: usize,
     closed: bool,
@@ -31,8 +31,8 @@ impl Room {
         self.waiting.lock().expect("nobody panics with the lock held")
     }
 
-    /// Hands a page to the writer. Where there is no room for it, it waits for room if it `may_wait`, else its messages become losses.
-    /// An empty page comes back.
+    /// Passes a page to the writer. If there is no room for it, it waits if `may_wait` is true; otherwise the page's messages become
+    /// losses. Returns an empty page.
     pub fn put(&self, mut page: Page, may_wait: bool) -> Page {
         let mut waiting = self.locked();
         if may_wait {
@@ -47,7 +47,7 @@ impl Room {
         waiting.empty.pop().unwrap_or_default()
     }
 
-    /// Returns the next page; none when the room is closed and empty.
+    /// Returns the next page, or `None` when the room is closed and empty.
     pub fn take(&self) -> Option<Page> {
         let waiting = self.locked();
         let mut waiting = self.turned.wait_while(waiting, |waiting| waiting.pages.is_empty() && !waiting.closed).expect("nobody panics with the lock held");
@@ -64,23 +64,23 @@ impl Room {
         self.turned.notify_all();
     }
 
-    /// Waits until all that was handed over is written.
+    /// Waits until all pages that were passed on have been written.
     pub fn wait_written(&self) {
         let waiting = self.locked();
         let _all = self.turned.wait_while(waiting, |waiting| waiting.bytes > 0 || !waiting.pages.is_empty()).expect("nobody panics with the lock held");
     }
 
-    /// Gives back the memory that was kept for pages to come.
+    /// Frees the memory that was kept for future pages.
     pub fn release(&self) {
         self.locked().empty = Vec::new();
     }
 
-    /// Closes the room: nothing more comes.
+    /// Closes the room: no more pages follow.
     pub fn close(&self) {
         self.locked().closed = true;
         self.turned.notify_all();
     }
 }
 
-/// Pages kept for their memory.
+/// Maximum number of empty pages that are kept for their memory.
 const EMPTY_MAX: usize = 4;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Recordings that were looked at lately: asking for a value a moment later does not open the file again.
+//! Recently used recordings: reading a value a moment later does not open the file again.
 use crate::Archive;
 use model::refusal::{Class, Refusal, Refusals};
 use serde::Serialize;
@@ -7,15 +7,16 @@ use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::UNIX_EPOCH;
 
-/// Recordings that stay open.
+/// Maximum number of recordings that stay open.
 const OPEN_MAX: usize = 4;
 
-/// Path, file, inode: another file of the same name is another recording.
+/// Path, inode and archive: another file of the same name is another recording.
 type OpenRecording = (PathBuf, u64, Arc<Archive>);
 
 static SHELF: Mutex<Vec<OpenRecording>> = Mutex::new(Vec::new());
 
-/// Returns the recording at a path, with everything that is in the file by now. Refused where it cannot be read or is none of ours.
+/// Returns the recording at a path, including everything that has been written to the file by now. Fails if it cannot be read or is not a
+/// recording of OpenGPAC.
 pub fn opened(path: &Path) -> Result<Arc<Archive>, Refusals> {
     let known = || SHELF.lock().unwrap_or_else(PoisonError::into_inner);
     let identity = std::fs::metadata(path).map_or(0, |about| std::os::unix::fs::MetadataExt::ino(&about));
@@ -36,15 +37,15 @@ pub fn opened(path: &Path) -> Result<Arc<Archive>, Refusals> {
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct RecordingFile {
-    /// Its plain name.
+    /// Plain name of the file.
     pub name: String,
-    /// Its size in bytes.
+    /// Size of the file, bytes.
     pub bytes: u64,
-    /// Time at which it was written last, s since 1970.
+    /// Time of the last write, s since 1970.
     pub written_unix_s: u64,
 }
 
-/// Returns the recordings in a folder, the newest first: plain files named `*.mcap`. Refused where the folder cannot be read.
+/// Returns the recordings in a folder, newest first: plain files named `*.mcap`. Fails if the folder cannot be read.
 pub fn recordings(folder: &Path) -> Result<Vec<RecordingFile>, Refusals> {
     let cannot = |why: std::io::Error| {
         let said = format!("cannot read the folder of recordings '{}': {why}", folder.display());
@@ -53,7 +54,7 @@ pub fn recordings(folder: &Path) -> Result<Vec<RecordingFile>, Refusals> {
     let mut found = Vec::new();
     for entry in std::fs::read_dir(folder).map_err(cannot)? {
         let entry = entry.map_err(cannot)?;
-        // One that goes meanwhile, and what is no file, is none.
+        // Entries that are not files, or have been deleted meanwhile, are skipped.
         let (Ok(name), Ok(about)) = (entry.file_name().into_string(), entry.metadata()) else { continue };
         if !about.is_file() || Path::new(&name).extension().is_none_or(|extension| extension != "mcap") {
             continue;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Sources of messages beside values: the log, end reports, statistics of the interrupt sources, and the inputs that a replay needs.
+//! Sources of messages in addition to values: the log, end reports, statistics of the interrupt sources, and the inputs for a replay.
 use crate::page::{ChannelId, Page};
 use crate::{ENDS, LOG};
 use model::refusal::Refusals;
@@ -8,9 +8,9 @@ use serde_json::{Value as Json, json};
 use std::collections::BTreeMap;
 use supervisor::{End, Entry, System};
 
-/// Source of messages. Drained every 20 ms or so by the recorder's thread, once more at the end.
+/// Source of messages. The recorder's thread drains it about every 20 ms, and once more at the end.
 pub(crate) trait Source: Send {
-    /// Appends what is new.
+    /// Appends the new messages.
     fn drain(&mut self, page: &mut Page);
 }
 
@@ -20,7 +20,7 @@ fn put_json(page: &mut Page, channel: ChannelId, time_s: f64, sequence: u64, mes
     page.put(channel, time_ns, sequence, |out| serde_json::to_writer(out, message).expect("a record of the supervisor has a JSON form"));
 }
 
-/// Records that the supervisor numbers and keeps for a while: entries of the log, end reports.
+/// Records that the supervisor numbers and keeps for a while, such as log entries and end reports.
 pub(crate) struct NumberedRecords<T> {
     system: System,
     next: u64,
@@ -28,12 +28,12 @@ pub(crate) struct NumberedRecords<T> {
     topic: &'static str,
     schema: (&'static str, Json),
     since: fn(&System, u64) -> Vec<T>,
-    /// Number, and when it was, in seconds.
+    /// Returns the number of a record, and its time in seconds.
     place: fn(&T) -> (u64, f64),
 }
 
 impl NumberedRecords<Entry> {
-    /// Returns the log: conditions, faults, transitions, starts, commands; from the present on.
+    /// Creates the source of the log: conditions, faults, transitions, starts, commands; from the present on.
     pub fn log(system: System) -> NumberedRecords<Entry> {
         let text = || json!({"type": "string"});
         let properties = json!({"sequence": {"type": "integer"}, "time_s": {"type": "number"}, "kind": text(), "about": text(), "text": text()});
@@ -43,7 +43,7 @@ impl NumberedRecords<Entry> {
 }
 
 impl NumberedRecords<End> {
-    /// Returns end reports, from the present on.
+    /// Creates the source of end reports, from the present on.
     pub fn ends(system: System) -> NumberedRecords<End> {
         let schema = ("opengpac.end", json!({"type": "object"}));
         NumberedRecords { system, next: 0, channel: None, topic: ENDS, schema, since: System::ends_since, place: |end| (end.number, end.report.time_s) }.begun()
@@ -56,7 +56,7 @@ impl<T> NumberedRecords<T> {
         self
     }
 
-    /// Returns the number of the next one.
+    /// Returns the number of the next record.
     pub fn next(&self) -> u64 {
         self.next
     }
@@ -75,7 +75,8 @@ impl<T: Serialize> Source for NumberedRecords<T> {
     }
 }
 
-/// Firings, jitter, durations and overruns of each interrupt source, once a second of the system's clock, or as often as it is looked at.
+/// Firings, jitter, durations and overruns of each interrupt source, once a second of the system's clock, or whenever it is drained if
+/// that is less often.
 pub(crate) struct Timing {
     system: System,
     next_ns: i64,
@@ -109,19 +110,19 @@ impl Source for Timing {
     }
 }
 
-/// Everything that came to the interrupt sources from outside, with the scripts: what a replay runs again.
+/// All inputs of the interrupt sources from outside, with the scripts: the input of a replay.
 pub(crate) struct Inputs {
     system: System,
     recording: replay::Recording,
     items: Vec<replay::Item>,
     channel: Option<ChannelId>,
-    /// Number of the next item: a reader sees by it where some were lost.
+    /// Number of the next item, by which a reader recognizes losses.
     next: u64,
     time_ns: i64,
 }
 
 impl Inputs {
-    /// Starts recording inputs. Refused where the system has interrupt sources already.
+    /// Starts recording inputs. Fails if the system has interrupt sources already.
     pub fn begin(system: &System) -> Result<Inputs, Refusals> {
         let recording = replay::Recording::begin(|names| system.record(names))?;
         Ok(Inputs { system: system.observer(), recording, items: Vec::new(), channel: None, next: 0, time_ns: system.now_ns() })

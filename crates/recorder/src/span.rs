@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Channels over a span, in columns: of each column its first, last, minimum and maximum, and exact sums over the span.
+//! Channels over a span, in columns: first, last, minimum and maximum of each column, and exact sums over the span.
 use crate::archive::{Archive, Index, Reading, Track, Values, unsigned};
 use crate::digest::{Digest, NONE, Samples, Sums, extremes};
 use crate::numbers;
@@ -10,25 +10,25 @@ use std::sync::Arc;
 /// One channel over a span.
 #[derive(Clone, Debug, Default)]
 pub struct Trace {
-    /// Samples of a span: the value stored last before it, and of each column the first, the last, and of each number the minimum and the
-    /// maximum: whole values with their own times.
+    /// Samples of a span: the last value stored before it, and the first, the last, and the minimum and maximum of each number in every
+    /// column. They are whole values with their own times.
     pub samples: Samples,
     /// Sums of each number, over all values of the span.
     pub sums: Vec<Sums>,
 }
 
-/// Channels over a span, or a part of it.
+/// Channels over a span, or over part of it.
 #[derive(Clone, Debug, Default)]
 pub struct Span {
     pub traces: Vec<Trace>,
-    /// Time at which to go on, where this is not all.
+    /// Position at which to continue if this is not all.
     pub next: Option<usize>,
 }
 
 impl Archive {
-    /// Returns some channels between two times, both included, in so many columns. Reads `chunks_max` chunks at the most that were not read before,
-    /// from `since` on, which is 0 or the `next` of the part before. A chunk that is shorter than a column belongs to the column in which it
-    /// begins. Refused for a name that is no SVV or cell of the recording.
+    /// Returns channels between two times, both included, in `columns` columns. Reads at most `chunks_max` chunks that are not cached,
+    /// from `since` on, which is 0 or the `next` of the previous part. A chunk that is shorter than a column belongs to the column in
+    /// which it begins. Fails for a name that is not an SVV or cell of the recording.
     pub fn span(&self, names: &[String], (from_ns, to_ns): (i64, i64), columns: usize, since: usize, chunks_max: usize) -> Result<Span, Refusals> {
         let index = self.index();
         let tracks: Vec<(&String, &Track, &Values)> = names.iter().map(|name| self.track(&index, name)).collect::<Result<_, _>>()?;
@@ -97,13 +97,13 @@ fn decoded(of: &Track, values: &Values, chunk: &Chunk) -> Samples {
     samples
 }
 
-/// A channel that is put into columns.
+/// A channel that is being divided into columns.
 struct Columns {
     size: usize,
     from: u64,
     width: u64,
     column: u64,
-    /// Values of the present column.
+    /// Values of the current column.
     open: Samples,
     done: Trace,
 }
@@ -114,7 +114,7 @@ impl Columns {
         Columns { size, from, width, column: 0, open: Samples::default(), done }
     }
 
-    /// Begins with a value before the span.
+    /// Starts with the value before the span.
     fn begin(&mut self, before: Option<Reading>, of: &Track) {
         let (Some((bytes, number, time_ns)), Some(values)) = (before, &of.values) else { return };
         self.done.samples.times_ns.push(time_ns);

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The state of the system, from which a reader shows a recording as the system itself is shown: definitions, statistics, alarms, shapes of devices.
+//! State of the system, from which a reader displays a recording like the system itself: definitions, statistics, alarms, shapes of
+//! devices.
 use crate::page::{ChannelId, Page};
 use crate::shapes::Shapes;
 use crate::{ALARMS, GEOMETRY, INSTALLED, STATISTICS};
@@ -9,17 +10,17 @@ use std::collections::BTreeMap;
 use supervisor::{Alarm, AlarmList, InstalledInstances, InstanceState, System};
 
 const SECOND_NS: i64 = 1_000_000_000;
-/// Interval at which the state is told where much happens; each event stands in the log.
+/// Minimum interval between records of the state when much happens; each event is in the log.
 const SOON_NS: i64 = 100_000_000;
 
-/// The state of the system: what is installed whenever that becomes another, statistics and alarms once a second and where the log has
-/// something new, the shape of a device once.
+/// The state of the system: the installed definitions whenever they change, statistics and alarms once a second and when the log has
+/// news, the shape of each device once.
 pub(crate) struct State {
     system: System,
     version: u64,
     structure: String,
     alarms: String,
-    /// Time of the last row of alarms; before the first one, of the beginning.
+    /// Time of the last record of alarms; before the first one, of the beginning.
     alarms_ns: i64,
     next_ns: i64,
     soon_ns: i64,
@@ -45,7 +46,7 @@ impl State {
         }
     }
 
-    /// Appends what has changed. `happened`: the log has something new.
+    /// Appends the changes. `happened` is true if the log has news.
     pub fn drain(&mut self, page: &mut Page, happened: bool) {
         self.happened |= happened;
         let now_ns = self.system.now_ns();
@@ -61,21 +62,21 @@ impl State {
         self.shapes(page, false);
     }
 
-    /// Tells everything again, because a file begins.
+    /// Schedules everything to be recorded again, because a new file begins.
     pub fn renew(&mut self) {
         (self.version, self.next_ns) = (0, self.system.now_ns());
         self.structure.clear();
         self.alarms.clear();
     }
 
-    /// Appends the shapes that are there by now; with `all` every one that was asked for.
+    /// Appends the shapes that are available by now; if `all` is true, every requested one.
     pub fn shapes(&mut self, page: &mut Page, all: bool) {
         for (device, asked_ns, geometry) in self.shapes.take(all) {
             self.put(page, &format!("{GEOMETRY}{device}"), asked_ns, &geometry);
         }
     }
 
-    /// Lists and states of instances come from the log, with their own times: only what else has changed is told.
+    /// Records changes other than those of lists and states of instances, which are taken from the log with their own times.
     fn installed(&mut self, page: &mut Page, now_ns: i64) {
         let installed = self.system.installed();
         let structure = text_of(&without_states(&installed));
@@ -93,7 +94,7 @@ impl State {
         let text = text_of(&alarms.current);
         if text != self.alarms {
             self.alarms = text;
-            // A look comes later than what it sees, under the virtual clock by seconds.
+            // An observation is later than the change that it observes, under the virtual clock by seconds.
             let changed_ns = changed_ns(&alarms).filter(|&ns| ns > self.alarms_ns && ns <= now_ns);
             self.alarms_ns = changed_ns.unwrap_or(now_ns);
             self.put(page, ALARMS, self.alarms_ns, &alarms);
@@ -108,7 +109,7 @@ impl State {
     }
 }
 
-/// Returns when an alarm came, returned or was acknowledged last.
+/// Returns the time at which an alarm last occurred, returned or was acknowledged.
 fn changed_ns(alarms: &AlarmList) -> Option<i64> {
     let times = |alarm: &Alarm| [Some(alarm.time_ns), alarm.returned_ns, alarm.acknowledged_ns];
     alarms.current.iter().chain(&alarms.history).flat_map(times).flatten().max()

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Values of SVVs and cells, each with its number and time.
 //!
-//! A block stores one value in a firing. The programming system may store any number of them while the clock stands, and a block may store in the
-//! same instant. Only the last of these is ever read by a block, so the others have no row: the newest value that no block stored is held back
-//! until the clock has passed it.
+//! A block stores one value per firing. The programming system may store any number of values while the clock stands still, and a block
+//! may store at the same instant. Blocks only ever read the last of these, so the others are not recorded: the newest value that was not
+//! stored by a block is held back until the clock has passed it.
 use crate::json;
 use crate::page::{ChannelId, Page};
 use model::types::{Scalar, Type};
@@ -24,7 +24,7 @@ struct Channel {
     held: Option<HeldValue>,
 }
 
-/// A value that no block stored and that the clock has not passed yet.
+/// A value that was not stored by a block and that the clock has not passed yet.
 struct HeldValue {
     time_ns: i64,
     number: u64,
@@ -36,7 +36,8 @@ impl Values {
         Values { tap, samples: Samples::default(), channels: Vec::new() }
     }
 
-    /// Appends what has come. `passed_ns`: a time before which nothing more is stored; values of the programming system from it on are held back.
+    /// Appends the new values. Nothing more is stored before `passed_ns`; values of the programming system from that time on are held
+    /// back.
     pub fn drain(&mut self, page: &mut Page, passed_ns: i64) {
         self.tap.take(&mut self.samples);
         let new = &self.tap.channels()[self.channels.len()..];
@@ -50,7 +51,7 @@ impl Values {
 
 impl Channel {
     fn new(of: &TapChannel, page: &mut Page) -> Channel {
-        // The type of a running SVV has been read before.
+        // The type of a running SVV has been parsed before.
         let value_type = Type::parse(&of.type_text, &Default::default()).unwrap_or(Type::Array(Box::new(Type::Scalar(Scalar::Uint8)), of.size));
         let kind = if of.name.contains(':') { "cell" } else { "svv" };
         let metadata = [("kind", kind), ("type", of.type_text.as_str()), ("unit", of.unit.as_str())];
@@ -77,7 +78,7 @@ impl Channel {
         }
     }
 
-    /// Appends the value that is held back, if the clock has passed it.
+    /// Appends the value that is held back if the clock has passed it.
     fn release(&mut self, page: &mut Page, passed_ns: i64) {
         if let Some(held) = self.held.take_if(|held| held.time_ns < passed_ns) {
             self.put(page, held.time_ns, held.number, &held.bytes);

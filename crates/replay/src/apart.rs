@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-//! A record that is run again in a process of its own, beside a system that runs: its code, its memory and its processor time are none of
-//! the process that controls. It is ended by ending the process.
+//! Replays a record in a separate process beside a running system: its code, memory and processor time are separate from those of the
+//! controlling process. Ending the process ends the replay.
 use crate::found::ReplayResult;
 use crate::run::{ReplayOptions, Run};
 use crate::trust::{Trust, modules_in};
@@ -17,11 +17,11 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::thread::JoinHandle;
 use std::time::Duration;
 
-/// The descriptor over which both talk.
+/// Name of the descriptor over which the two processes communicate.
 const LINK: &str = "replay";
-/// Time for which it runs before it tells how far it has come.
+/// Time for which it runs before it reports its progress.
 const SLICE: Duration = Duration::from_millis(100);
-/// Bound for the end of a process whose link is closed.
+/// Time limit for a process to end after its link has been closed.
 const GRACE: Duration = Duration::from_secs(2);
 
 /// Request to the process.
@@ -29,12 +29,12 @@ const GRACE: Duration = Duration::from_secs(2);
 struct Request {
     path: PathBuf,
     trust: Vec<String>,
-    /// Code modules in the place of recorded ones of the same names, where the record has such.
+    /// Code modules that replace recorded ones of the same names, if the record contains any.
     others: Vec<(String, Vec<u8>)>,
     python: String,
 }
 
-/// Words of the process, a line each.
+/// Messages of the process, one per line.
 #[derive(Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 enum ProcessMessage {
@@ -47,19 +47,19 @@ enum ProcessMessage {
 #[derive(Clone, Debug, Default, Serialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Replaying {
-    /// True while it goes on.
+    /// True while the replay runs.
     pub running: bool,
-    /// Firings that were run again.
+    /// Number of firings that were replayed.
     pub firings: u64,
-    /// Release of the last of them, ns on the recording's clock; null: there was none yet.
+    /// Release of the last replayed firing, ns on the recording's clock; null before the first.
     pub time_ns: Option<i64>,
-    /// Findings, once it is over.
+    /// Findings, after the end of the replay.
     pub found: Option<ReplayResult>,
-    /// Reason why it could not be run, or not to its end.
+    /// Reason why the replay could not be run, or not to its end.
     pub failure: Option<String>,
 }
 
-/// A replay in a process of its own. Dropping it ends the process.
+/// A replay in a separate process. Dropping it ends the process.
 pub struct Apart {
     child: Arc<Child>,
     standing: Arc<Mutex<Replaying>>,
@@ -68,11 +68,11 @@ pub struct Apart {
 }
 
 impl Apart {
-    /// Starts one. `command` comes to call [`serve`]; `trust`: digests of the code modules that may run; `others` stand in for modules of the
-    /// same names, where the record has such.
+    /// Starts a replay. `command` must lead to a call of [`serve`]; `trust` contains the digests of code modules that may run; `others`
+    /// replace modules of the same names, if the record contains any.
     ///
     /// # Errors
-    /// In words: the process cannot be started.
+    /// Fails with a message if the process cannot be started.
     pub fn start(command: Vec<OsString>, python: String, path: &Path, trust: Vec<String>, others: Vec<(String, Vec<u8>)>) -> Result<Apart, String> {
         let cannot = |why: std::io::Error| format!("no process can be started for a replay: {why}");
         let (ours, theirs) = UnixStream::pair().map_err(cannot)?;
@@ -85,17 +85,17 @@ impl Apart {
         Ok(Apart { child, standing, is_cancelled, listener: Mutex::new(Some(listener)) })
     }
 
-    /// Returns its state.
+    /// Returns the state of the replay.
     pub fn standing(&self) -> Replaying {
         locked(&self.standing).clone()
     }
 
-    /// Ends it where it is. Idempotent.
+    /// Stops the replay where it is. Idempotent.
     pub fn stop(&self) {
         self.is_cancelled.store(true, Ordering::Release);
         self.child.kill();
         let listener = self.listener.lock().unwrap_or_else(PoisonError::into_inner).take();
-        // It ends with the process; what it panicked with was told.
+        // The thread ends with the process; its panic has been reported.
         let _ended = listener.map(JoinHandle::join);
     }
 }
@@ -119,7 +119,7 @@ struct Listener {
 impl Listener {
     fn listen(self, mut link: UnixStream, request: &Request) {
         let bytes = postcard::to_allocvec(request).expect("every request can be written");
-        // A process that is gone already says so by the end of what it tells.
+        // If the process has already exited, the end of its messages shows it.
         let _asked = link.write_all(&bytes).and_then(|()| link.shutdown(Shutdown::Write));
         for line in BufReader::new(link).lines().map_while(Result::ok) {
             let Ok(said) = serde_json::from_str(&line) else { continue };
@@ -151,10 +151,10 @@ impl Listener {
     }
 }
 
-/// Runs the life of the process: it runs what it is asked for, and tells how far it has come and what was found.
+/// Runs the process: executes the requested replay, and reports its progress and its findings.
 ///
 /// # Errors
-/// In words: it was not started for this.
+/// Fails with a message if the process was not started for this purpose.
 pub fn serve() -> Result<(), String> {
     process_kit::stand_back();
     let mut link = UnixStream::from(inherited(LINK).map_err(|why| why.to_string())?);
@@ -165,11 +165,11 @@ pub fn serve() -> Result<(), String> {
         Err(why) => say(&mut link, &ProcessMessage::Refused(why)),
         Ok(found) => found.map_or(Ok(()), |found| say(&mut link, &ProcessMessage::Found(Box::new(found)))),
     }
-    // Nobody listens any more.
+    // The controlling process no longer listens.
     .or(Ok(()))
 }
 
-/// Returns none if nobody listens.
+/// Returns `None` if the controlling process does not listen.
 fn run(request: Request, link: &mut UnixStream) -> Result<Option<ReplayResult>, String> {
     let Request { path, trust, mut others, python } = request;
     if !others.is_empty() {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! A record run twice side by side, with the code that is in it and with other code: where they first differ.
+//! Runs a record twice side by side, with the recorded code and with other code, and finds the first difference.
 use crate::Codes;
 use crate::player::{Moment, Player, Svv, Unplayable};
 use crate::recording::Item;
@@ -8,25 +8,25 @@ use kernel::Occasion;
 /// The first difference between two runs of one record.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Difference {
-    /// Source in which it came.
+    /// Source in which the difference occurred.
     pub source: String,
-    /// Number of its firing.
+    /// Number of the source's firing.
     pub number: u64,
     /// Release of the firing, ns on the clock of the record.
     pub time_ns: i64,
-    /// True for what a script did between two firings (an `execute`, a start).
+    /// True if a script caused it between two firings (an `execute`, a start).
     pub between: bool,
-    /// Block, with its instance, and port; none where the source only went another way.
+    /// Block, with its instance, and port; `None` if only the path of the source differs.
     pub port: Option<(String, String)>,
-    /// SVV in which the port's value is stored; none of a private cell.
+    /// SVV in which the port's value is stored; `None` for a private cell.
     pub svv: Option<String>,
     /// C type of the port.
     pub type_text: String,
-    /// Values that the recorded code stores.
+    /// Value that the recorded code stores.
     pub recorded: Vec<u8>,
-    /// Values that the other code stores.
+    /// Value that the other code stores.
     pub replayed: Vec<u8>,
-    /// Difference in the way of the source, where there is one.
+    /// Difference in the path of the source, if there is one.
     pub how: Option<String>,
 }
 
@@ -37,15 +37,15 @@ pub struct Comparison {
 }
 
 impl Comparison {
-    /// Makes a comparison. `recorded`: the code of the record. `other`: the code to compare it with.
+    /// Creates a comparison between the code of the record, `recorded`, and `other`.
     pub fn new(recorded: Box<dyn Codes>, other: Box<dyn Codes>) -> Comparison {
         Comparison { before: Player::new(recorded), after: Player::new(other) }
     }
 
-    /// Plays the next item in both: the moment with the other code, and the difference, if there is one.
+    /// Plays the next item in both runs. Returns the moment with the other code, and the difference, if there is one.
     ///
     /// # Errors
-    /// As of [`Player::play`]; and where the code of the record does not give what is recorded.
+    /// Fails as [`Player::play`] does, and if the code of the record does not reproduce the recorded values.
     pub fn play(&mut self, item: &Item) -> Result<Option<(Moment, Option<Difference>)>, Unplayable> {
         let before = self.before.play(item)?;
         let after = self.after.play(item)?;
@@ -75,7 +75,7 @@ impl Comparison {
             Some((before, after)) => (Some((before.block, before.port)), before.type_text, before.bytes, after.bytes),
             None => (None, String::new(), Vec::new(), Vec::new()),
         };
-        // Of several SVVs that differ, the one that holds what this port has stored.
+        // Of several SVVs that differ, this is the one that holds the value of this port.
         let holds = |(before, after): &&(Svv, Svv)| before.name == after.name && before.bytes == recorded && after.bytes == replayed;
         let svv = others.iter().find(holds).map(|(before, _)| before.name.clone());
         Difference {

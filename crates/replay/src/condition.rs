@@ -2,10 +2,10 @@
 //! Conditions over SVVs: `force > 20`, `arm.joint1.sensed >= 0.5 and flange[2] < 0.1 or stop == 1`.
 use crate::player::{Player, Svv};
 
-/// A condition that a run is to stop at.
+/// A condition at which a run stops.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Condition {
-    /// One of these, all parts of it.
+    /// Alternatives; all parts of one of them must hold.
     any: Vec<Vec<Part>>,
 }
 
@@ -27,30 +27,31 @@ enum Relation {
     Other,
 }
 
-/// Longer ones first: `>=` is no `>`.
+/// Longer relations come first, so that `>=` is not read as `>`.
 const RELATIONS: [(&str, Relation); 6] =
     [(">=", Relation::AtLeast), ("<=", Relation::AtMost), ("==", Relation::Equal), ("!=", Relation::Other), (">", Relation::Above), ("<", Relation::Below)];
 
 impl Condition {
-    /// Reads one: comparisons of an SVV, or an element of it, with a number, joined by `and` and `or`; `and` binds closer.
+    /// Parses a condition: comparisons of an SVV, or an element of it, with a number, joined by `and` and `or`; `and` has the higher
+    /// precedence.
     ///
     /// # Errors
-    /// In words: what is not understood, and what is.
+    /// Fails with a message that quotes the unknown text and describes the syntax.
     pub fn read(text: &str) -> Result<Condition, String> {
         let words: Vec<&str> = text.split_whitespace().collect();
         let any = words.split(|word| *word == "or").map(|all| all.split(|word| *word == "and").map(|part| part_of(&part.join(" "), text)).collect());
         Ok(Condition { any: any.collect::<Result<_, _>>()? })
     }
 
-    /// Returns the SVVs that it asks for.
+    /// Returns the SVVs to which the condition refers.
     pub fn svvs(&self) -> impl Iterator<Item = &str> {
         self.any.iter().flatten().map(|part| part.svv.as_str())
     }
 
-    /// Returns whether it holds now; an SVV that is not there yet is like none.
+    /// Returns true if the condition holds now; an SVV that does not exist yet fails every comparison.
     ///
     /// # Errors
-    /// In words: an SVV that has no such element, or is no number.
+    /// Fails with a message if an SVV has no such element, or is not a number.
     pub fn holds(&self, player: &mut Player) -> Result<bool, String> {
         for all in &self.any {
             let mut holds = true;
@@ -101,7 +102,7 @@ impl Part {
 }
 
 impl Svv {
-    /// Its element as a number; none of structures, and beyond its end.
+    /// Returns an element as a number; `None` for structures, and beyond the end.
     pub fn number(&self, element: usize) -> Option<f64> {
         number(&self.type_text, &self.bytes, element)
     }

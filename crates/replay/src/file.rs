@@ -1,16 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Records as they lie in files: MCAP, the items one after the other on the channel [`TOPIC`], numbered from 0. The other channels of the
-//! file are the recorder's, which writes them all.
+//! Records in files: MCAP, with consecutive items on the channel [`TOPIC`], numbered from 0. The other channels of the file belong to the
+//! recorder, which writes them all.
 use crate::recording::Item;
 use mcap::{Record, Unreadable};
 use runtime::trace::Entry;
 use std::fs::File;
 use std::path::Path;
 
-/// The channel of a file that items are on.
+/// Channel of a file that contains the items.
 pub const TOPIC: &str = "/replay";
 
-/// Encoding of its messages: items as postcard writes them.
+/// Encoding of the channel's messages: items serialized by postcard.
 pub const ENCODING: &str = "opengpac.replay.1";
 
 /// Reads a record.
@@ -25,7 +25,7 @@ impl Reader {
     /// Opens a file.
     ///
     /// # Errors
-    /// In words: it is not there, or no MCAP file.
+    /// Fails with a message if the file does not exist or is not an MCAP file.
     pub fn open(path: &Path) -> Result<Reader, String> {
         let shown = path.display();
         let file = File::open(path).map_err(|why| format!("cannot open '{shown}': {why}"))?;
@@ -36,10 +36,11 @@ impl Reader {
         Ok(Reader { file, channel: None, next: 0 })
     }
 
-    /// Returns the next item; none at the end. Where items are missing, because the disk was too slow for them, one that says so.
+    /// Returns the next item, or `None` at the end. If items are missing because the disk was too slow, it returns an item that states
+    /// so.
     ///
     /// # Errors
-    /// In words: what of the file is damaged.
+    /// Fails with a message if the file is damaged.
     pub fn next_item(&mut self) -> Result<Option<Item>, String> {
         while let Some(record) = self.file.next_record().map_err(|why| unreadable(&why))? {
             match record {
@@ -55,12 +56,12 @@ impl Reader {
         Ok(None)
     }
 
-    /// Returns true if the file has a channel for replay, as far as it was read.
+    /// Returns true if the part of the file read so far has a channel for replay.
     pub fn has_items(&self) -> bool {
         self.channel.is_some()
     }
 
-    /// Returns true if it ended without saying so.
+    /// Returns true if the file ends without its end record.
     pub fn is_cut_off(&self) -> bool {
         self.file.is_cut_off()
     }

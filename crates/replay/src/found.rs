@@ -5,7 +5,7 @@ use crate::condition::number;
 use crate::player::Svv;
 use serde::{Deserialize, Serialize};
 
-/// Reason why a run went no further.
+/// Reason why a run stopped.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[cfg_attr(feature = "schema", schemars(rename = "ReplayStopped"))]
@@ -13,39 +13,39 @@ use serde::{Deserialize, Serialize};
 pub enum StopReason {
     /// The record has ended.
     End,
-    /// The condition that was asked for holds.
+    /// The requested condition holds.
     Condition,
-    /// The time that was asked for has come.
+    /// The requested time has been reached.
     Time,
-    /// A value is not as it was recorded.
+    /// A value differs from the recorded one.
     Difference,
-    /// The record does not have what follows.
+    /// The record does not contain the continuation.
     Unplayable,
 }
 
-/// Place at which a replay stopped, and its findings.
+/// Position at which a replay stopped, and its findings.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[cfg_attr(feature = "schema", schemars(rename = "ReplayFound"))]
 pub struct ReplayResult {
     pub stopped: StopReason,
-    /// Firings that were run again.
+    /// Number of firings that were replayed.
     pub firings: u64,
-    /// One number for all that happened so far: records of the same run have the same.
+    /// Fingerprint of the run so far: all records of the same run have the same one.
     pub fingerprint: String,
-    /// True where every value so far is that of the record, bit for bit.
+    /// True if every value so far equals that of the record, bit for bit.
     pub same: bool,
     /// Source of the last moment.
     pub source: String,
-    /// Number of its firing.
+    /// Number of the source's firing.
     pub number: u64,
-    /// Its release, ns.
+    /// Release of the firing, ns.
     pub time_ns: i64,
     /// The first difference.
     pub difference: Option<DifferenceText>,
-    /// Cause that keeps the record from being run on, and other notes.
+    /// Reason why the record cannot be continued, and other notes.
     pub message: String,
-    /// The SVVs that were asked for.
+    /// SVVs that were requested.
     pub svvs: Vec<ShownSvv>,
 }
 
@@ -54,29 +54,29 @@ pub struct ReplayResult {
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[cfg_attr(feature = "schema", schemars(rename = "ReplayDifference"))]
 pub struct DifferenceText {
-    /// Source.
+    /// Source in which it occurred.
     pub source: String,
     /// Number of the firing.
     pub number: u64,
-    /// Its release, ns.
+    /// Release of the firing, ns.
     pub time_ns: i64,
-    /// True if it came between two firings.
+    /// True if it occurred between two firings.
     pub between: bool,
-    /// Label of the block, with its instance; empty where it is not known.
+    /// Label of the block, with its instance; empty if unknown.
     pub block: String,
-    /// Port; empty where it is not known.
+    /// Port; empty if unknown.
     pub port: String,
-    /// The SVV in which it is stored; empty of a private cell, and where it is not known.
+    /// SVV in which the value is stored; empty for a private cell, and if unknown.
     pub svv: String,
     /// Type of the port.
     pub type_text: String,
-    /// The elements of the recorded value; hexadecimal digits of what has no numbers.
+    /// Elements of the recorded value; hexadecimal digits if it has no numbers.
     pub recorded: Vec<String>,
-    /// The same of the value now.
+    /// Elements of the present value, in the same form.
     pub replayed: Vec<String>,
-    /// Difference in the way that the source went, where there is one.
+    /// Difference in the path of the source, if there is one.
     pub how: String,
-    /// SVVs that blocks of the source store, with their values now, where the block is not known.
+    /// SVVs that blocks of the source store, with their present values, if the block is unknown.
     pub stored: Vec<ShownSvv>,
 }
 
@@ -85,13 +85,13 @@ pub struct DifferenceText {
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[cfg_attr(feature = "schema", schemars(rename = "ReplayShown"))]
 pub struct ShownSvv {
-    /// Its name.
+    /// Name.
     pub name: String,
-    /// Its C type.
+    /// C type.
     pub type_text: String,
-    /// Its unit.
+    /// Unit.
     pub unit: String,
-    /// Its elements.
+    /// Elements of the value.
     pub value: Vec<String>,
 }
 
@@ -121,7 +121,7 @@ impl DifferenceText {
     }
 }
 
-/// Returns the elements of a value as text that says every bit; hexadecimal digits of what has no numbers.
+/// Returns the elements of a value as text that represents every bit; hexadecimal digits if it has no numbers.
 pub fn elements(type_text: &str, bytes: &[u8]) -> Vec<String> {
     let numbers: Vec<String> = (0..).map_while(|element| number(type_text, bytes, element)).map(|number| format!("{number:?}")).collect();
     if numbers.is_empty() && !bytes.is_empty() {

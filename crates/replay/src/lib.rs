@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Running a recorded run again. A record has every script that was handed to a source and, of every source, what came to it from outside
-//! (`runtime::trace`), and the code of the blocks; so the same blocks compute the same values, bit for bit, under a clock that is the
-//! record's. Neither supervisor nor programming system is needed: what they decided is in the scripts.
+//! Replays a recorded run. A record contains every script that was passed to a source, all inputs of every source from outside
+//! (`runtime::trace`), and the code of the blocks; so the same blocks compute the same values, bit for bit, under the record's clock.
+//! Neither supervisor nor programming system is needed: their decisions are in the scripts.
 //!
-//! [`Recording`] gathers the items of a record while it is made, [`Player`] runs them again, [`Comparison`] runs them with other code
-//! beside the recorded one and names the first difference. [`Reader`] takes them out of a recording's file, [`Run`] is all of it for a command,
-//! [`Apart`] the same in a process of its own, beside a system that runs.
+//! [`Recording`] gathers the items of a record while it is made, [`Player`] replays them, and [`Comparison`] runs them with other code
+//! beside the recorded code and names the first difference. [`Reader`] reads items from a recording's file, [`Run`] combines all of it
+//! for a command, and [`Apart`] does the same in a separate process, beside a running system.
 mod apart;
 mod comparison;
 mod condition;

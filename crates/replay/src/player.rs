@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Runs the items of a record again, one after the other.
+//! Replays the items of a record one after another.
 use crate::recorded_script::{Codes, RecordedScript};
 use crate::recording::Item;
 use device::{Channel, Direction};
@@ -12,7 +12,7 @@ use runtime::{Change, PlayedSegment};
 use std::collections::HashMap;
 use std::sync::Arc;
 
-/// Reason why a record cannot be run on, in words.
+/// Reason why a record cannot be continued, as a message.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Unplayable(pub String);
 
@@ -24,10 +24,10 @@ impl std::fmt::Display for Unplayable {
 
 impl std::error::Error for Unplayable {}
 
-/// A segment of a source that was run again.
+/// A replayed segment of a source.
 #[derive(Clone, Debug)]
 pub struct Moment {
-    /// The source.
+    /// Source of the segment.
     pub source: SourceId,
     /// Occasion of the firing.
     pub occasion: Occasion,
@@ -35,22 +35,22 @@ pub struct Moment {
     pub number: u64,
     /// Its release, ns on the clock of the record.
     pub time_ns: i64,
-    /// True where every value that its blocks have stored is that of the record, bit for bit.
+    /// True if every value that the blocks of the source have stored equals that of the record, bit for bit.
     pub same: bool,
-    /// Difference from the recorded way of the source, in words, where there is one.
+    /// Difference from the recorded path of the source, as a message, if there is one.
     pub differs: Option<String>,
 }
 
 /// A state vector variable of the record, with its value.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Svv {
-    /// Its name.
+    /// Name.
     pub name: String,
-    /// Its C type.
+    /// C type.
     pub type_text: String,
-    /// Its unit, or empty.
+    /// Unit, or empty.
     pub unit: String,
-    /// Its value now.
+    /// Present value.
     pub bytes: Vec<u8>,
 }
 
@@ -62,7 +62,7 @@ struct SvvCell {
     cell: Option<Cell>,
 }
 
-/// Runs a record again.
+/// Replays a record.
 pub struct Player {
     host: Arc<Host>,
     ground: RecordedScript,
@@ -77,7 +77,7 @@ pub struct Player {
 }
 
 impl Player {
-    /// Makes a player. `codes`: the code of the blocks.
+    /// Creates a player. `codes` provides the code of the blocks.
     pub fn new(codes: Box<dyn Codes>) -> Player {
         let host = Arc::new(Host::playing());
         let ground = RecordedScript { codes, devices: HashMap::new(), host: host.clone() };
@@ -85,10 +85,10 @@ impl Player {
         Player { host, ground, reader: Reader::default(), scripts, sources, svvs, firings: 0, fingerprint: 0 }
     }
 
-    /// Plays the next item; returns what happened if that is a segment of a source.
+    /// Plays the next item; returns the outcome if it is a segment of a source.
     ///
     /// # Errors
-    /// The record ends here for the player, and why.
+    /// Fails with the reason if the player cannot continue the record.
     pub fn play(&mut self, item: &Item) -> Result<Option<Moment>, Unplayable> {
         let entry = match item {
             Item::Module { key, name, bytes } => {
@@ -144,7 +144,7 @@ impl Player {
         }
         let script = if let Occasion::Script(number) = stretch.occasion { self.scripts.remove(&number) } else { None };
         let PlayedSegment { digest, stopped, differs } = self.host.play(source, stretch, script);
-        // What kernels tell is for a supervisor; the record has what it made of it.
+        // Notifications from kernels are for a supervisor; the record contains its reactions.
         while let Some(event) = self.host.poll() {
             drop::<Event>(event);
         }
@@ -155,7 +155,7 @@ impl Player {
         Ok(Moment { source, occasion: stretch.occasion, number: stretch.number, time_ns: stretch.time_ns, same, differs })
     }
 
-    /// Adds the segment to the fingerprint: what happened, what came from outside, and what was computed.
+    /// Adds the segment to the fingerprint: events, inputs from outside, and computed values.
     fn mark(&mut self, source: SourceId, stretch: &Stretch) {
         let of = match stretch.occasion {
             Occasion::Firing => 1,
@@ -168,12 +168,12 @@ impl Player {
         self.fingerprint = bytes.fold(self.fingerprint ^ 0xcbf2_9ce4_8422_2325, |of, byte| (of ^ u64::from(byte)).wrapping_mul(0x0000_0100_0000_01b3));
     }
 
-    /// Returns one number for all that happened so far: records of the same run have the same.
+    /// Returns the fingerprint of the run so far: all records of the same run have the same one.
     pub fn fingerprint(&self) -> u64 {
         self.fingerprint
     }
 
-    /// Firings that were run again so far.
+    /// Returns the number of firings replayed so far.
     pub fn firings(&self) -> u64 {
         self.firings
     }
@@ -183,12 +183,12 @@ impl Player {
         self.sources.get(source.0 as usize).map_or("?", String::as_str)
     }
 
-    /// Values that the blocks of a source have stored, in the order of a firing.
+    /// Returns the values that the blocks of a source have stored, in the order of a firing.
     pub fn stored(&self, source: SourceId) -> Vec<Change> {
         self.host.stored(source)
     }
 
-    /// Returns the SVVs that blocks of a source store, with what they have stored, in the order of their names.
+    /// Returns the SVVs that blocks of a source store, with the stored values, in the order of their names.
     pub fn stored_svvs(&mut self, source: SourceId) -> Vec<Svv> {
         let mut found = Vec::new();
         for (name, places) in &mut self.svvs {
@@ -201,12 +201,13 @@ impl Player {
         found
     }
 
-    /// Names of the SVVs so far.
+    /// Returns the names of the SVVs so far.
     pub fn svvs(&self) -> impl Iterator<Item = &str> {
         self.svvs.keys().map(String::as_str)
     }
 
-    /// Returns an SVV with its value: if a block that runs stores it, there; none if no script has named it yet.
+    /// Returns an SVV with its value, taken from the running block that stores it if there is one; `None` if no script has named the SVV
+    /// yet.
     pub fn svv(&mut self, name: &str) -> Option<Svv> {
         let places = self.svvs.get_mut(name)?;
         for place in places.iter_mut().filter(|place| place.cell.is_none()) {
@@ -218,7 +219,7 @@ impl Player {
     }
 }
 
-/// Maximum bytes of a device's readings or commands.
+/// Maximum size of a device's readings or commands, bytes.
 const IMAGE_MAX: usize = 1 << 24;
 
 fn is_sound(channel: &Channel) -> bool {

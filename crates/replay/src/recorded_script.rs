@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Code of the record, and devices and connections that give what is recorded, for recorded scripts.
+//! Code of the record for recorded scripts, and devices and connections that reproduce the recorded values.
 use device::Channel;
 use interconnect::{Receiver, Sender};
 use kernel::{Device, Way};
@@ -17,7 +17,7 @@ pub trait Codes {
     /// Loads a module of the record.
     ///
     /// # Errors
-    /// In words: it cannot be loaded.
+    /// Fails with a message if the module cannot be loaded.
     fn load(&mut self, key: &str, name: &str, bytes: &[u8]) -> Result<(), String>;
 
     /// Returns the code of a block.
@@ -58,19 +58,19 @@ impl Ground for RecordedScript {
     }
 }
 
-/// The code of the record, but for modules that others stand in for.
+/// Code of the record, except for modules that are replaced by others.
 pub struct ExchangedCode {
     code: rtp::Code,
     others: HashMap<String, Vec<u8>>,
 }
 
 impl ExchangedCode {
-    /// Makes the code of the record.
+    /// Wraps the code of the record.
     pub fn new(code: rtp::Code) -> ExchangedCode {
         ExchangedCode { code, others: HashMap::new() }
     }
 
-    /// Puts the shared object `bytes` in the place of the record's module `name`.
+    /// Replaces the record's module `name` by the shared object `bytes`.
     pub fn exchange(&mut self, name: &str, bytes: Vec<u8>) {
         self.others.insert(name.to_owned(), bytes);
     }

@@ -1,56 +1,56 @@
 // SPDX-License-Identifier: Apache-2.0
-//! A record while it is made: what the kernels wrote down, and the code that it needs.
+//! A record in progress: the items that the kernels have written, and the code that they need.
 use rtp::Module;
 use runtime::trace::{CodeNames, Entry, Trace};
 use serde::{Deserialize, Serialize};
 use std::collections::HashMap;
 use std::sync::{Arc, Mutex};
 
-/// One item of a record. They are needed in the order in which they come.
+/// One item of a record. Items must be played in their order.
 #[derive(Debug, Serialize, Deserialize)]
 pub enum Item {
-    /// The code of blocks that come behind it.
+    /// Code of blocks that are used after it.
     Module {
-        /// Name by which scripts call it.
+        /// Key by which scripts refer to it.
         key: String,
-        /// Its name.
+        /// Name of the module.
         name: String,
-        /// The shared object.
+        /// Shared object.
         bytes: Vec<u8>,
     },
-    /// Item that a host wrote down.
+    /// Item that a host has written.
     Entry(Entry),
 }
 
 impl Item {
-    /// Returns it as bytes, as a record keeps it.
+    /// Serializes the item for a record.
     ///
     /// # Panics
-    /// Never: an item has nothing that cannot be written.
+    /// Never: all content of an item can be serialized.
     pub fn bytes(&self) -> Vec<u8> {
         postcard::to_allocvec(self).expect("every item can be written")
     }
 
-    /// Reads it from the bytes of a record.
+    /// Parses an item from the bytes of a record.
     ///
     /// # Errors
-    /// In words: they are none, or of another version.
+    /// Fails with a message if the bytes are not an item, or are of another version.
     pub fn of(bytes: &[u8]) -> Result<Item, String> {
         postcard::from_bytes(bytes).map_err(|why| format!("an item of the record cannot be read ({why}): it is damaged, or of another version of OpenGPAC"))
     }
 
-    /// Returns why the record cannot be run again from here on, if that is what it says.
+    /// Returns the reason why the record cannot be replayed beyond this item, if the item states one.
     pub fn broken(&self) -> Option<&str> {
         if let Item::Entry(Entry::Broken(why)) = self { Some(why) } else { None }
     }
 
-    /// Returns source and release of what happened, ns on the clock; none for what only prepares.
+    /// Returns the source and the release of the event, ns on the clock; `None` for an item that only prepares.
     pub fn time_ns(&self) -> Option<i64> {
         if let Item::Entry(Entry::Stretch(_, stretch)) = self { Some(stretch.time_ns) } else { None }
     }
 }
 
-/// The code that scripts have named, by key.
+/// Code that scripts have named, by key.
 type Modules = Arc<Mutex<HashMap<String, Code>>>;
 
 struct Code {
@@ -59,7 +59,7 @@ struct Code {
     is_taken: bool,
 }
 
-/// Gathers the items of a record that is being made. Dropping it ends the writing.
+/// Gathers the items of a record in progress. Dropping it ends the record.
 pub struct Recording {
     trace: Arc<Trace>,
     modules: Modules,
@@ -67,10 +67,10 @@ pub struct Recording {
 }
 
 impl Recording {
-    /// Begins a record: `begin` is given how code is called in it, and gives the trace of the host that is recorded.
+    /// Starts a record. `begin` receives the names by which the record refers to code, and returns the trace of the recorded host.
     ///
     /// # Errors
-    /// Those of `begin`.
+    /// Fails as `begin` does.
     pub fn begin<E>(begin: impl FnOnce(CodeNames) -> Result<Arc<Trace>, E>) -> Result<Recording, E> {
         let modules = Modules::default();
         let known = modules.clone();
@@ -84,16 +84,16 @@ impl Recording {
         Ok(Recording { trace: begin(names)?, modules, entries: Vec::new() })
     }
 
-    /// Takes what has come since the last call, in order. To be called often enough by one thread: what found no room is lost, and the record says
-    /// how much.
+    /// Takes the items since the last call, in order. One thread must call it often enough: items for which there is no room are lost,
+    /// and the record contains their number.
     pub fn take(&mut self, out: &mut Vec<Item>) {
         self.trace.take(&mut self.entries);
-        // The code of what has just been taken is known by now.
+        // The code of the items just taken is registered by now.
         if let Ok(mut modules) = self.modules.lock() {
             for (key, code) in modules.iter_mut().filter(|(_, code)| !code.is_taken) {
                 code.is_taken = true;
                 let bytes = std::mem::take(&mut code.bytes);
-                // The library comes with the player.
+                // The player brings the library itself.
                 if !bytes.is_empty() {
                     out.push(Item::Module { key: key.clone(), name: code.name.clone(), bytes });
                 }

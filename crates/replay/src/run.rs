@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! A file run again, as far as asked for, with what there is to say about it.
+//! Replays a file as far as requested, and reports the findings.
 use crate::comparison::{Comparison, Difference};
 use crate::condition::Condition;
 use crate::file::Reader;
@@ -15,17 +15,17 @@ use std::time::{Duration, Instant};
 #[derive(Clone, Debug, Default, serde::Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct ReplayOptions {
-    /// To stop where this holds.
+    /// Condition at which to stop.
     pub until: Option<String>,
-    /// To stop behind this time, ns on the clock of the record.
+    /// Time after which to stop, ns on the clock of the record.
     pub to_ns: Option<i64>,
-    /// Names of SVVs to tell at the end, `*` for anything.
+    /// Names of SVVs to report at the end, with `*` as a wildcard.
     pub show: Vec<String>,
-    /// Code modules in the place of recorded ones: (name of the module, shared object).
+    /// Code modules that replace recorded ones: (name of the module, shared object).
     pub with: Vec<(String, PathBuf)>,
-    /// Code modules that the file brings and that may run; none by itself.
+    /// Code modules in the file that may run; none by default.
     pub trust: Trust,
-    /// The interpreter that tries code modules in a process of its own.
+    /// Interpreter that tries code modules in a separate process.
     pub python: String,
 }
 
@@ -34,7 +34,7 @@ enum Runner {
     Two(Box<Comparison>),
 }
 
-/// A file that is being run again.
+/// A file being replayed.
 pub struct Run {
     path: PathBuf,
     reader: Reader,
@@ -50,7 +50,8 @@ impl Run {
     /// Opens a record.
     ///
     /// # Errors
-    /// In words: the file, the condition or a module cannot be read, or the file brings code that is not trusted. Nothing of it has run.
+    /// Fails with a message if the file, the condition or a module cannot be read, or if the file contains code that is not
+    /// trusted. No code of the file has run.
     pub fn open(path: &Path, asked: ReplayOptions) -> Result<Run, String> {
         let read = |(name, file): &(String, PathBuf)| {
             let bytes = std::fs::read(file).map_err(|why| format!("cannot read module '{}': {why}", file.display()))?;
@@ -60,7 +61,7 @@ impl Run {
         Run::with_code(path, asked, others)
     }
 
-    /// Runs with code modules that are in memory: (name, shared object) in the place of recorded ones.
+    /// Opens a record with code modules from memory, (name, shared object), that replace recorded ones.
     pub(crate) fn with_code(path: &Path, asked: ReplayOptions, others: Vec<(String, Vec<u8>)>) -> Result<Run, String> {
         asked.trust.check_file(path)?;
         let until = asked.until.as_deref().map(Condition::read).transpose()?;
@@ -77,10 +78,10 @@ impl Run {
         Ok(Run { path: path.to_owned(), reader: Reader::open(path)?, runner, until, asked, last: None, modules: Vec::new() })
     }
 
-    /// Goes on for `slice` of real time at most; what was found, where it is over.
+    /// Continues for at most `slice` of real time; returns the findings when the run has ended.
     ///
     /// # Errors
-    /// In words: the file is damaged, or the condition asks for what there is not.
+    /// Fails with a message if the file is damaged, or if the condition refers to something that does not exist.
     pub fn some(&mut self, slice: Duration) -> Result<Option<ReplayResult>, String> {
         let begun = Instant::now();
         let mut steps = 0u32;
@@ -115,7 +116,7 @@ impl Run {
         }
     }
 
-    /// Progress: release of the last moment, ns, and firings so far.
+    /// Returns the progress: release of the last moment, ns, and number of firings so far.
     pub fn progress(&mut self) -> (Option<i64>, u64) {
         (self.last.as_ref().map(|(_, _, time_ns)| *time_ns), self.player().firings())
     }
@@ -161,7 +162,7 @@ impl Run {
         }
     }
 
-    /// Tells a difference of the recorded code itself: there is nothing to compare with but a digest.
+    /// Describes a difference of the recorded code itself, which can be compared with a digest only.
     fn unnamed(&mut self, moment: &Moment) -> DifferenceText {
         let how = moment.differs.clone().unwrap_or_else(|| {
             "the code of the record gives other values here than when it was recorded: another version of the library, or a block that is not a function of its inputs".to_owned()
@@ -203,7 +204,7 @@ fn probe(python: &str) -> Vec<std::ffi::OsString> {
     }
 }
 
-/// Returns true if `name` is as `pattern` says, in which `*` stands for anything.
+/// Returns true if `name` matches `pattern`, in which `*` is a wildcard.
 fn is_like(name: &str, pattern: &str) -> bool {
     match pattern.split_once('*') {
         None => name == pattern,

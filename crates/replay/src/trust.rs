@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Native code out of a file: a record brings the code modules of its blocks, and to run it again is to run them. Nobody's file is trusted for being
-//! there: the user says so, of all its modules or of those with these digests.
+//! Trust in native code from a file: a record contains the code modules of its blocks, and replaying it means running them. No file is
+//! trusted just because it exists: the user declares trust in all its modules, or in those with certain digests.
 use crate::file::Reader;
 use crate::recording::Item;
 use serde::{Deserialize, Serialize};
@@ -10,9 +10,9 @@ use std::path::Path;
 #[derive(Clone, Debug, PartialEq, Eq, Deserialize)]
 #[serde(untagged)]
 pub enum Trust {
-    /// All modules, or none.
+    /// Trusts all modules, or none.
     Said(bool),
-    /// Modules with these digests.
+    /// Trusts modules with these digests.
     Of(Vec<String>),
 }
 
@@ -25,11 +25,11 @@ impl Default for Trust {
 /// A code module in a file.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct CodeFile {
-    /// Its name.
+    /// Name.
     pub name: String,
-    /// Bytes of the shared object.
+    /// Size of the shared object, bytes.
     pub len: usize,
-    /// SHA-256 of it, in hexadecimal digits.
+    /// SHA-256 of the shared object, in hexadecimal digits.
     pub sha256: String,
 }
 
@@ -39,14 +39,14 @@ impl CodeFile {
     }
 }
 
-/// Returns the code modules that a file brings, as far as it can be read. Nothing of them runs.
+/// Returns the code modules in a file, as far as it can be read. None of them runs.
 ///
 /// # Errors
-/// In words: the file is not there, or is none.
+/// Fails with a message if the file does not exist or is not a record.
 pub fn modules_in(path: &Path) -> Result<Vec<CodeFile>, String> {
     let mut reader = Reader::open(path)?;
     let mut found: Vec<CodeFile> = Vec::new();
-    // What comes behind a damage is not replayed either.
+    // Items after a damaged part are not replayed either.
     while let Ok(Some(item)) = reader.next_item() {
         if let Item::Module { name, bytes, .. } = item {
             let one = CodeFile::of(&name, &bytes);
@@ -59,7 +59,7 @@ pub fn modules_in(path: &Path) -> Result<Vec<CodeFile>, String> {
 }
 
 impl Trust {
-    /// Errors: the file brings what is not trusted, in words.
+    /// Fails with a message if the file contains modules that are not trusted.
     pub(crate) fn check_file(&self, path: &Path) -> Result<(), String> {
         if *self == Trust::Said(true) {
             return Ok(());
@@ -68,7 +68,7 @@ impl Trust {
         if strange.is_empty() { Ok(()) } else { Err(refusal(&path.display().to_string(), &strange)) }
     }
 
-    /// Checks the same of one module that is about to be loaded: the file may be another one than that which was looked at.
+    /// Checks one module that is about to be loaded: the file may differ from the one that was checked before.
     pub(crate) fn check(&self, path: &Path, name: &str, bytes: &[u8]) -> Result<(), String> {
         if *self == Trust::Said(true) {
             return Ok(());

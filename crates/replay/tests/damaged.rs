@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Records that are damaged in ways that no checksum shows, as the maker of a file can: they are run as far as they make sense, and refused with words.
-//! Nothing panics, neither on the way nor when all is let go.
+//! Records damaged in ways that no checksum detects, as the maker of a file can do: they run as far as they make sense, and are refused
+//! with an explanation. Nothing panics, neither during replay nor on drop.
 //!
-//! The bytes of scripts stay as they are, and are lost, repeated and swapped only: a script says which cells of a block's memory are written, and
-//! that of somebody who means harm can have it write anywhere (docs/replay.md). That any bytes of it are read without harm is shown by the target
-//! `scripts` of crates/fuzz-targets.
+//! The bytes of scripts stay intact, and are only lost, repeated and swapped: a script states which cells of a block's memory are
+//! written, so a malicious one can write anywhere (docs/replay.md). The target `scripts` of crates/fuzz-targets shows that arbitrary
+//! script bytes are read safely.
 #[path = "../../supervisor/tests/common/mod.rs"]
 mod common;
 mod support;
@@ -17,12 +17,12 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use supervisor::Limits;
 use support::*;
 
-/// Number of records; more where the variable says so.
+/// Returns the number of records; the environment variable can raise it.
 fn count() -> u64 {
     std::env::var("OPENGPAC_DAMAGED").ok().and_then(|count| count.parse().ok()).unwrap_or(1_000)
 }
 
-/// A run with everything in it.
+/// Returns a run with every kind of item.
 fn whole() -> Vec<Vec<u8>> {
     let (rig, mut recording) = recorded(ClockKind::Virtual { seed: 1 }, Link::Memory);
     rig.svvs(&["x", "y"]);
@@ -72,7 +72,7 @@ fn damaged(whole: &[Vec<u8>], seed: u64) -> Vec<Vec<u8>> {
     items
 }
 
-/// Runs it as far as it goes, and lets it go.
+/// Plays a record as far as possible, and drops it.
 fn play_on(items: &[Vec<u8>]) {
     let mut player = player();
     for bytes in items {

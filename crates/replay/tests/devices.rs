@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Readings of devices come from the record: nothing of a plant is needed to run a servo again, nor for a device that is lost.
+//! Readings of devices come from the record: no plant is needed to rerun a servo, or a lost device.
 #[path = "../../supervisor/tests/common/mod.rs"]
 mod common;
 mod support;
@@ -11,7 +11,7 @@ use std::time::Duration;
 use supervisor::{DeviceRequest, WaitResult};
 use support::*;
 
-/// A servo on a loopback device that is pushed for 20 ms.
+/// Records a servo on a loopback device that is pushed for 20 ms.
 fn pushed(options: Json) -> (Vec<Item>, f64) {
     let (rig, mut recording) = recorded(ClockKind::Virtual { seed: 5 }, Link::Memory);
     let mut all = json!({"parts": ["j1"], "initial": [0.5]});

@@ -1,16 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
-//! A record as it lies in a file: what is there is read, what is missing is said.
+//! Records in files: present items are read, missing ones are reported.
 use mcap::Writer;
 use replay::{ENCODING, Item, Reader, TOPIC};
 use runtime::trace::Entry;
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 
-/// A file that goes with this.
+/// A file that is deleted with this value.
 struct Scratch(PathBuf);
 
 impl Scratch {
-    /// Of items with these numbers, among messages of another channel, each ten in a chunk.
+    /// Writes items with these numbers, among messages of another channel, ten in each chunk.
     fn new(name: &str, numbers: impl IntoIterator<Item = u32>) -> Scratch {
         let mut file = Writer::new(Vec::new(), "test").unwrap();
         let other = file.channel("/log", "json", None, &BTreeMap::new()).unwrap();
@@ -29,7 +29,7 @@ impl Scratch {
         Scratch(path)
     }
 
-    /// The numbers of the items, a text where some are missing, and whether the file is cut off.
+    /// Returns the numbers of the items, a text for each gap, and whether the file is truncated.
     fn read(&self) -> Result<(Vec<Result<u32, String>>, bool), String> {
         let mut reader = Reader::open(&self.0)?;
         let mut found = Vec::new();

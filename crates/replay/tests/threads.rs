@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Real threads under the monotonic clock: what they did is run again, bit for bit.
+//! Checks that a run of real threads under the monotonic clock is replayed bit for bit.
 #[path = "../../supervisor/tests/common/mod.rs"]
 mod common;
 mod support;

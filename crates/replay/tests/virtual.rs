@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Whatever a programming system does, under the virtual clock with sources that preempt each other: recorded twice it is the same record,
-//! and run again it gives the same values, bit for bit.
+//! Checks arbitrary calls under the virtual clock, with sources that preempt each other: recording twice gives the same record, and
+//! replaying it gives the same values, bit for bit.
 #[path = "../../supervisor/tests/common/mod.rs"]
 mod common;
 mod support;
@@ -42,7 +42,7 @@ fn call() -> impl Strategy<Value = Call> {
 const PLACES: [&[&str]; 3] =
     [&["*@rtp0.fast"], &["a@rtp0.fast", "p@rtp1.soft", "b@rtp1.other", "bad@rtp1.other"], &["a@rtp0.slow", "p@rtp0.slow", "b@rtp0.fast", "bad@rtp1.other"]];
 
-/// A run of these calls: its record, and the numbers of firings of it.
+/// Runs these calls; returns the record.
 fn run(link: Link, seed: u64, calls: &[Call]) -> Vec<Item> {
     let (rig, mut recording) = recorded(ClockKind::Virtual { seed }, link);
     rig.svvs(&["x", "y"]);
@@ -51,7 +51,7 @@ fn run(link: Link, seed: u64, calls: &[Call]) -> Vec<Item> {
     let mut items = Vec::new();
     for call in calls {
         let pick = |which: usize| made[which % made.len()];
-        // Refusals are part of it: they leave nothing behind.
+        // Refusals are included: they leave nothing behind.
         let _refused = match *call {
             Call::Start { which, limit } => rig.try_start(pick(which), json!({"limit": f64::from(limit)}), Limits::default()),
             Call::Suspend(which) => rig.system.suspend(pick(which)),

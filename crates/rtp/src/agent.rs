@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The processor's own side: it does what it is told.
+//! Processor side: carries out orders of the commander.
 use crate::heart;
 use crate::protocol::{Answer, News, Order, VERSION, frame, opened};
 use crate::script_context::Grounds;
@@ -19,30 +19,30 @@ use std::sync::{Arc, Mutex};
 use std::thread::JoinHandle;
 use std::time::Duration;
 
-/// Serves one commander.
+/// Agent that serves one commander.
 pub(crate) struct Agent {
     pub shared: Arc<ProcessorState>,
-    /// Sender of events, and the heart.
+    /// Sender of events, and heartbeat thread.
     pub threads: Vec<JoinHandle<()>>,
     pub ground: Grounds,
-    /// While it is set, every write of a device is the safe one.
+    /// While set, every write of a device is the safe one.
     pub stop: Arc<AtomicBool>,
     pub farewells: HashMap<(u64, SourceId), Option<Parcel>>,
-    /// True if something goes on without a commander.
+    /// True if something continues without a commander.
     pub goes_on: bool,
     pub patience: Duration,
-    /// Sources of the system so far, here or not.
+    /// Number of sources of the system so far, local or not.
     count: u32,
-    /// Remote sources that channels here raise.
+    /// Remote sources that local channels raise.
     passed: HashSet<SourceId>,
     /// Options with which each device was opened, and its driver's description of itself.
     opened: HashMap<String, Opening>,
-    /// Tables that are in force in each source, or will be.
+    /// Tables in force in each source, or about to be.
     pub held: BTreeMap<SourceId, Holding>,
     pub terms: Arc<Terms>,
-    /// Processes that run here already and that this commander is to take over.
+    /// Processes already running here that this commander is to take over.
     pub before: Option<Box<Agent>>,
-    /// Supervisor that knocked when the link was about to be gone.
+    /// Supervisor that connected when the link was about to break.
     pub caller: Option<Box<dyn Caller>>,
 }
 
@@ -52,18 +52,18 @@ struct Opening {
     description: String,
 }
 
-/// End of the service of one commander.
+/// Cause of the end of the service of one commander.
 pub(crate) enum ServiceEnd {
-    /// The commander closed, as it said.
+    /// The commander closed the service.
     Closed,
-    /// The commander is gone without a word.
+    /// The commander disconnected without notice.
     Gone,
-    /// The commander asked for something that cannot be carried out.
+    /// The commander sent an order that cannot be carried out.
     Broken(String),
 }
 
 impl Agent {
-    /// Makes the agent of a commander that greets over `link`. `before`: what runs here already.
+    /// Makes the agent of a commander that connects over `link`. `before`: the agent of processes already running here.
     pub fn hired(admitted: AdmittedSupervisor, terms: &Arc<Terms>, before: Option<Box<Agent>>) -> Result<Agent, (String, Option<Box<Agent>>)> {
         let AdmittedSupervisor { link, reaches, black_box, is_unguarded } = admitted;
         if let (true, Some(before)) = (is_unguarded, &before) {
@@ -119,11 +119,11 @@ impl Agent {
         })
     }
 
-    /// Serves until the other side closes it, is gone or says nothing for too long; turns away what connects meanwhile.
+    /// Serves until the other side closes, disconnects or is silent for too long; rejects new connections meanwhile.
     pub fn run(&mut self, door: &mut Option<Box<dyn Door>>) -> ServiceEnd {
         let mut silence = Silence::begins();
         loop {
-            // Who knocks just when the link breaks is not turned away.
+            // A supervisor that connects just as the link breaks is not rejected.
             let limit = if self.caller.is_some() { Duration::ZERO } else { LOOK };
             let received = self.shared.link.receive(limit);
             silence.looked(matches!(received, Ok(Some(_))));
@@ -155,7 +155,7 @@ impl Agent {
     }
 
     fn say(&self, news: &News) {
-        // If the link is broken, the next `receive` says so.
+        // If the link is broken, the next `receive` reports it.
         let _heard = self.shared.link.send(&frame(news));
     }
 
@@ -163,7 +163,7 @@ impl Agent {
         self.say(&News::Answer { ticket, answer });
     }
 
-    /// Does what it is told; true where that was to end.
+    /// Carries out an order; returns true if it was to end.
     fn obey(&mut self, order: Order) -> Result<bool, String> {
         match order {
             Order::Greet { .. } => return Err("a second greeting".to_owned()),
@@ -197,7 +197,7 @@ impl Agent {
                 self.opened.remove(&device);
                 locked(&self.shared.besides).remove(&device);
                 let shut = locked(&self.shared.devices).remove(&device);
-                // One that is not taken over yet stays where it runs.
+                // A device not taken over yet stays where it runs.
                 if let Some(device) = shut.filter(|device| !self.is_before(device.name())) {
                     (self.terms.device)(&device, false);
                 }
@@ -233,7 +233,7 @@ impl Agent {
         Ok(false)
     }
 
-    /// Returns a source that runs here, by its number.
+    /// Returns the number of a source that runs here; fails for others.
     fn mine(&self, source: SourceId) -> Result<SourceId, String> {
         if locked(&self.shared.sources).contains(&source) { Ok(source) } else { Err(format!("source {} does not run here", source.0)) }
     }
@@ -266,14 +266,14 @@ impl Agent {
         Ok(())
     }
 
-    /// Passes on to the commander the remote sources that a channel here raises.
+    /// Reports the remote sources that local channels raise to the commander.
     fn pass_on(&mut self) -> Result<(), String> {
         let raised: Vec<SourceId> =
             locked(&self.shared.reader).raised().filter(|source| !self.passed.contains(source) && self.mine(*source).is_err()).collect();
         for source in raised.into_iter().filter(|source| source.0 < self.count) {
             let link = self.shared.link.clone();
             let request = move || {
-                // If the link is broken, the next `receive` says so.
+                // If the link is broken, the next `receive` reports it.
                 let _heard = link.send(&frame(&News::Raised { source }));
             };
             self.shared.host.pass_on(source, Box::new(request)).map_err(|why| format!("a thread cannot be started: {why}"))?;
@@ -306,7 +306,7 @@ impl Agent {
         Ok(Answer::Opened { channels, description })
     }
 
-    /// Carries out a service of a driver on a thread of its own: it may last, and orders go on meanwhile.
+    /// Carries out a service of a driver on a separate thread: it may take long, and orders are processed meanwhile.
     fn serve(&self, ticket: u64, device: &str, service: String, arguments: String) {
         let Some(beside) = locked(&self.shared.besides).get(device).cloned() else {
             return self.answer(ticket, Answer::Refused(format!("device '{device}' is not open there")));
@@ -317,7 +317,7 @@ impl Agent {
                 .map_err(|why| ServiceError::Arguments(format!("the arguments of service '{service}' are no JSON: {why}")))
                 .and_then(|arguments| beside.serve(&service, &arguments, &|| stop.load(Ordering::Acquire)));
             let answer = Answer::Served(served.map(|answer| answer.to_string()));
-            // If the link is broken, the next `receive` says so.
+            // If the link is broken, the next `receive` reports it.
             let _heard = link.send(&frame(&News::Answer { ticket, answer }));
         };
         if let Err(why) = std::thread::Builder::new().name("service".into()).spawn(carry_out) {
@@ -325,12 +325,12 @@ impl Agent {
         }
     }
 
-    /// Returns whether a device of that name still belongs to the processes that ran here before.
+    /// Returns true if a device of that name still belongs to the processes that ran here before.
     fn is_before(&self, name: &str) -> bool {
         self.before.as_ref().is_some_and(|before| before.opened.contains_key(name))
     }
 
-    /// Opens the heir of the device of that name that runs here already. Errors: it is another one, in words.
+    /// Opens the heir of the device of that name that already runs here. Fails with a message if it is a different device.
     fn open_heir(&self, name: &str, kind: &str, options: &serde_json::Value) -> Result<Option<(Arc<Device>, String, Beside)>, String> {
         let Some(before) = &self.before else { return Ok(None) };
         let device = locked(&before.shared.devices).get(name).cloned();

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The code that there is in a place: of the library, and of modules that were sent.
+//! Code available in a processor: the library, and modules sent to it.
 use crate::module::{LIBRARY, Module};
 use modules::{LoadOptions, Probe};
 use opengpac::abi::Descriptor;
@@ -19,7 +19,7 @@ pub struct Code {
 }
 
 impl Code {
-    /// Makes the code with the library. `probe`: what tries modules before they are loaded.
+    /// Makes the code with the library. `probe`: tries modules before they are loaded.
     pub fn new(probe: Probe) -> Code {
         let types: Vec<TypeFace> = library::types().iter().filter_map(|of| TypeFace::read(of).ok()).collect();
         let faces: Vec<BlockFace> = library::blocks().iter().filter_map(|of| BlockFace::read(of, &types).ok()).collect();
@@ -28,7 +28,7 @@ impl Code {
         code
     }
 
-    /// Loads a module from its bytes. Errors: what is wrong with it, in words.
+    /// Loads a module from its bytes. Fails with a description if it is faulty.
     pub fn load(&mut self, key: &str, name: &str, bytes: &[u8]) -> Result<(), String> {
         let module = Module::new(name, bytes.into());
         if module.key() != key {
@@ -40,7 +40,7 @@ impl Code {
         self.enter_bytes(key, module)
     }
 
-    /// Blocks of the shared object `bytes` in the place of those that are known under `key`. Errors: what is wrong with it, in words.
+    /// Replaces the blocks registered under `key` by those of the shared object `bytes`. Fails with a description if it is faulty.
     pub fn replace(&mut self, key: &str, name: &str, bytes: &[u8]) -> Result<(), String> {
         self.enter_bytes(key, Module::new(name, bytes.into()))
     }
@@ -53,14 +53,14 @@ impl Code {
         Ok(())
     }
 
-    /// Blocks that are loaded already.
+    /// Registers blocks that are already loaded.
     pub fn enter(&mut self, key: &str, faces: &[BlockFace], keeper: &Keeper) {
         for face in faces {
             self.known.insert(CodeName { module: key.to_owned(), block: face.name.clone() }, (face.descriptor, keeper.clone()));
         }
     }
 
-    /// Returns the code of a block, and what keeps it loaded.
+    /// Returns the code of a block, and the owner that keeps it loaded.
     pub fn find(&self, name: &CodeName) -> Option<(&'static Descriptor, Keeper)> {
         self.known.get(name).cloned()
     }

@@ -1,10 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The heart of what runs in a process: it beats as long as the sources here serve, on a thread of its own that waits for no socket, lock of a
-//! writer or disk. Whether anybody hears what is told is nothing to it. A remote processor has one, and a program whose processors are
-//! threads.
+//! Heartbeat of a process: it beats as long as the local sources serve, on a thread of its own that never waits for sockets, locks of
+//! writers or disks, whether or not anybody listens. A remote processor has one, and so does a program whose processors are threads.
 //!
-//! It runs above every kernel where the rights are given, so that a process whose kernels fire does not look frozen when something else, here
-//! or in another program, takes the cores from ordinary threads for half a second.
+//! It runs above every kernel if the rights are granted, so that a process whose kernels fire does not appear frozen when other threads,
+//! here or in another program, occupy the cores for half a second.
 use crate::service::Terms;
 use crate::shared::{ProcessorState, locked};
 use kernel::SourceId;
@@ -13,15 +12,16 @@ use std::collections::HashMap;
 use std::sync::atomic::Ordering;
 use std::time::Duration;
 
-/// Between two beats.
+/// Time between two beats.
 pub const BEAT: Duration = Duration::from_millis(20);
 
-/// A timer that has not fired for so long, and for so many of its periods, does not serve: a machine may be held up for half a second.
+/// Time, along with a number of periods, without a firing after which a timer no longer serves: a machine may be held up for half a
+/// second.
 const STUCK_NS: i64 = 1_000_000_000;
 const STUCK_PERIODS: i64 = 10;
 
-/// Runs the heart of a processor until that ends. If neither the guard nor the supervisor watches it, every output is safe from the next
-/// firing on, and the heart stops.
+/// Runs the heart of a processor until the processor ends. If neither the guard nor the supervisor watches it, every output is safe from
+/// the next firing, and the heart stops.
 pub(crate) fn run(shared: &ProcessorState, terms: &Terms) {
     runtime::take_for_heart();
     let mut firings = Firings::default();
@@ -36,19 +36,19 @@ pub(crate) fn run(shared: &ProcessorState, terms: &Terms) {
             (terms.beat)(firings.stuck(&shared.host, &sources));
         }
         if (terms.rests)(BEAT) {
-            // Its link breaks only when its memory has been put away.
+            // Its link breaks only after its memory has been discarded.
             shared.link.close();
         }
     }
 }
 
-/// Firings of each timer, and when there was a new one last.
+/// Number of firings of each timer, and the time of the latest new one.
 #[derive(Default)]
 pub struct Firings(HashMap<SourceId, (u64, i64)>);
 
 impl Firings {
-    /// Returns the index among these of the first timer that no longer fires; none while all serve. One that a fault stopped has said so, and
-    /// counts as serving.
+    /// Returns the index of the first of these timers that no longer fires; `None` while all serve. A timer that a fault stopped has been
+    /// reported, and counts as serving.
     pub fn stuck(&mut self, host: &Host, sources: &[SourceId]) -> Option<usize> {
         let now_ns = host.now_ns();
         let mut stuck = None;

@@ -1,16 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
-//! A real-time processor in a process of its own, on this host or on another one.
+//! A real-time processor in a process of its own, on this host or another one.
 //!
-//! The side that commands has a [`Processor`]: to its host a [`runtime::Remote`], which runs sources like any other. The side that runs
-//! is [`serve`]: a host of its own, with its kernels, devices and code, that does what comes over the [`interconnect::Link`]. What
-//! travels is in [`protocol`]; scripts and tables in [`runtime::encoding`].
+//! The commanding side has a [`Processor`]: a [`runtime::Remote`] to its host, which runs sources like any other. The running side is
+//! [`serve`]: a separate host, with its own kernels, devices and code, that carries out orders from the [`interconnect::Link`]. The
+//! messages are defined in [`protocol`]; scripts and tables are encoded by [`runtime::encoding`].
 //!
 //! | thread of the processor | does |
 //! |---|---|
-//! | the one that calls `serve` | takes what comes: scripts, questions, modules, devices |
-//! | `tells` | sends events as they are made, and every 20 ms how sources, connections and devices stand |
-//! | `heart` | beats for the guard while the sources serve; it never waits |
-//! | one a source | its kernel |
+//! | caller of `serve` | processes orders: scripts, questions, modules, devices |
+//! | `tells` | sends events as they are made, and every 20 ms the state of sources, connections and devices |
+//! | `heart` | beats for the guard while the sources serve; never waits |
+//! | one per source | its kernel |
 //!
 //! It knows no verb, no supervisor and no Python.
 mod agent;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Code modules as they travel.
+//! Code modules, as sent to processors.
 use runtime::encoding::CodeName;
 use sha2::{Digest, Sha256};
 use std::any::Any;
@@ -7,10 +7,10 @@ use std::collections::hash_map::DefaultHasher;
 use std::hash::{Hash, Hasher};
 use std::sync::Arc;
 
-/// Key of the blocks that come with every processor.
+/// Key of the blocks that are built into every processor.
 pub(crate) const LIBRARY: &str = "library";
 
-/// A code module that can be sent to a remote processor. A block keeps it as what holds its code loaded.
+/// A code module that can be sent to a remote processor. A block keeps it as the owner of its code.
 pub struct Module {
     key: String,
     name: String,
@@ -18,12 +18,12 @@ pub struct Module {
 }
 
 impl Module {
-    /// Makes the library, which every processor has.
+    /// Makes the entry of the library, which every processor has.
     pub fn library() -> Module {
         Module { key: LIBRARY.to_owned(), name: LIBRARY.to_owned(), bytes: Arc::default() }
     }
 
-    /// Makes a module of a shared object. Two of the same bytes are one.
+    /// Makes a module of a shared object. Two with the same bytes are identical.
     pub fn new(name: &str, bytes: Arc<[u8]>) -> Module {
         let mut hasher = DefaultHasher::new();
         bytes.hash(&mut hasher);
@@ -35,7 +35,7 @@ impl Module {
         &self.key
     }
 
-    /// Returns the name for people.
+    /// Returns the human-readable name.
     pub fn name(&self) -> &str {
         &self.name
     }
@@ -45,23 +45,23 @@ impl Module {
         &self.bytes
     }
 
-    /// Returns SHA-256 of the shared object, in hexadecimal digits.
+    /// Returns the SHA-256 of the shared object, in hexadecimal digits.
     pub fn sha256(&self) -> String {
         sha256(&self.bytes)
     }
 
-    /// Returns the module that keeps a block's code, if it is one that can be sent.
+    /// Returns the module that keeps a block's code, if it can be sent.
     pub fn of(keeper: &Arc<dyn Any + Send + Sync>) -> Option<&Module> {
         keeper.downcast_ref()
     }
 }
 
-/// Returns SHA-256 of a shared object, in hexadecimal digits: what says which code it is.
+/// Returns the SHA-256 of a shared object, in hexadecimal digits, which identifies the code.
 pub fn sha256(bytes: &[u8]) -> String {
     Sha256::digest(bytes).iter().map(|byte| format!("{byte:02x}")).collect()
 }
 
-/// Returns the name of a block's code, where it can be sent.
+/// Returns the name of a block's code, if it can be sent.
 pub fn name_of(block: &kernel::Block) -> Option<CodeName> {
     let module = Module::of(block.module())?;
     Some(CodeName { module: module.key.clone(), block: block.code_name().to_owned() })

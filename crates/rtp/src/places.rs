@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Sources of remote processors: processes of this host, and other hosts.
+//! Providers of remote processors: processes of this host, and other hosts.
 use device::SafeHandle;
 use interconnect::{Ends, Link};
 use std::ffi::OsString;
@@ -12,37 +12,38 @@ pub const NO_HOSTS: &str = "this build has no links between hosts: `make setup-h
 /// Carrier of the connections between this process and a processor.
 pub type Near = Box<dyn Ends>;
 
-/// Starts processors in processes of this host, and finds those that joined from others. Given to a system by its maker.
+/// Starts processors in processes of this host, and finds those that joined from other hosts. Passed to a system by its maker.
 pub trait Places: Send + Sync {
-    /// Sets the receiver of notes for people: their subject, and what happened. Called once, before the first process.
+    /// Sets the receiver of notes for people: their subject, and the event. Called once, before the first process.
     fn tell_to(&self, _tell: Tell) {}
 
-    /// Starts a process of this host for processors: `name` is that of the only one, or what those that share it call it.
+    /// Starts a process of this host for processors: `name` is that of its only processor, or the common name if several share it.
     ///
     /// # Errors
-    /// Returns why it cannot start, in words.
+    /// Fails with a message if it cannot start.
     fn process(&self, name: &str, bounds: &Bounds) -> Result<StartedProcessor, String>;
 
-    /// Guards this process itself, for a processor that is threads of it; `lost_after`: how long it may stand still, where that was configured.
+    /// Guards this process itself, for a processor that consists of its threads; `lost_after`: maximum standstill, if configured.
     ///
     /// # Errors
-    /// There is no guard, in words.
+    /// Fails with a message if there is no guard.
     fn this(&self, _processor: &str, _lost_after: Option<Duration>) -> Result<Box<dyn ProcessorHold>, String> {
         Err("this system was made without a guard".to_owned())
     }
 
-    /// Lets other hosts join; `options`: JSON. `epoch_ns`: of the system, on CLOCK_MONOTONIC.
+    /// Allows other hosts to join; `options`: JSON. `epoch_ns`: of the system, on CLOCK_MONOTONIC.
     ///
     /// # Errors
-    /// In words: the address is taken, or not secured as it needs.
+    /// Fails with a message if the address is in use, or not secured as required.
     fn listen(&self, _options: &str, _epoch_ns: i64) -> Result<(), String> {
         Err(NO_HOSTS.to_owned())
     }
 
-    /// Closes: nothing of what was started for the system stays.
+    /// Closes everything that was started for the system.
     fn close(&self) {}
 
-    /// Returns the command line of a process that runs a recording again, and the interpreter that tries its modules; none if there is none.
+    /// Returns the command line of a process that replays a recording, and the interpreter that tries its modules; `None` if there is
+    /// none.
     fn replay(&self) -> Option<(Vec<OsString>, OsString)> {
         None
     }
@@ -50,30 +51,31 @@ pub trait Places: Send + Sync {
     /// Returns a host that has joined, for a processor.
     ///
     /// # Errors
-    /// None of that name has joined, in words.
+    /// Fails with a message if no host of that name has joined.
     fn host(&self, host: &str, processor: &str) -> Result<StartedProcessor, String>;
 }
 
-/// Gives the guard what makes a device safe, instead of what it had for it, and waits until it has that; nothing: the device was closed.
+/// Replaces the handles with which the guard makes a device safe, and waits until the guard has them; an empty list if the device was
+/// closed.
 pub type Holder = Box<dyn Fn(&str, &[SafeHandle]) -> Result<(), String> + Send + Sync>;
 
 /// A processor of this process, guarded until this is dropped.
 pub trait ProcessorHold: Send + Sync {
-    /// Returns the holder that gives it handles; it may outlive this.
+    /// Returns the function that passes handles to the guard; it may outlive this.
     fn holder(&self) -> Holder;
 
-    /// Notes that the kernels here serve. Never waits.
+    /// Reports that the local kernels serve. Never waits.
     fn beat(&self);
 }
 
-/// Bounds for the silence of each side of a remote processor.
+/// Maximum silence of each side of a remote processor.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Bounds {
-    /// Time after which a processor in a process of this host is ended if its heart stands still; none: as long as its guard finds right.
+    /// Time after which a processor in a process of this host is ended if its heart stands still; `None`: the guard decides.
     pub lost_after: Option<Duration>,
-    /// Time for which a process that goes on without its commander waits for a supervisor that takes it over.
+    /// Time for which a process that continues without its commander waits for a supervisor to take it over.
     pub patience: Duration,
-    /// Time after which its commander, if it only stands still, counts as gone.
+    /// Time after which a commander that merely stands still counts as disconnected.
     pub silence: Duration,
 }
 
@@ -83,44 +85,44 @@ impl Default for Bounds {
     }
 }
 
-/// Tells people: kind, about what, text.
+/// Reports to people: kind, subject, text.
 pub type Tell = Box<dyn Fn(&'static str, &str, String) + Send + Sync>;
 
-/// A processor that runs and has not been greeted yet.
+/// A processor that runs but has not been greeted yet.
 pub struct StartedProcessor {
     /// To it.
     pub link: Arc<dyn Link>,
     /// Carrier of the connections between this process and the processor.
     pub near: Near,
-    /// Its process.
+    /// Process of the processor.
     pub running: Arc<dyn ProcessorProcess>,
-    /// Time without a word after which it is lost.
+    /// Time without a message after which it is lost.
     pub silence: Duration,
-    /// True if it ran before, without a supervisor, and is about to be taken over.
+    /// True if it was already running without a supervisor, and is about to be taken over.
     pub is_adopted: bool,
 }
 
 /// The process of a processor.
 pub trait ProcessorProcess: Send + Sync {
-    /// Returns the cause of its end in words: `was killed by signal 9 (SIGKILL)`. May wait a moment for its end to be known.
+    /// Returns a description of the cause of its end: `was killed by signal 9 (SIGKILL)`. May wait briefly until the end is known.
     fn cause(&self) -> String;
 
-    /// Returns the step that source `place`, by the order in which the sources there were made, ran when it was looked at; none if none did.
+    /// Returns the step that source `place`, in the order of creation of the sources there, was running when last seen; `None` if none.
     fn step(&self, _place: usize) -> Option<u32> {
         None
     }
 
-    /// Returns the place, by the same order, of the timer that kept its heart from beating when that was looked at; none if none did.
+    /// Returns the index, in the same order, of the timer that kept its heart from beating when last seen; `None` if none.
     fn stuck(&self) -> Option<usize> {
         None
     }
 
-    /// Notes that it is about to be told to end.
+    /// Announces that it is about to be asked to end.
     fn ending(&self) {}
 
-    /// Notes that it was adopted, and belongs to this side.
+    /// Announces that it was adopted, and now belongs to this side.
     fn taken_over(&self) {}
 
-    /// Waits for its end, and ends it where it takes too long. Nothing of it is left.
+    /// Waits for it to end, and kills it if that takes too long. Nothing of it is left.
     fn end(&self);
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The commanding side: a remote processor, as a host here sees it.
+//! Commanding side: a remote processor, as a local host sees it.
 mod hears;
 mod remote;
 
@@ -20,16 +20,16 @@ use std::sync::mpsc::{Receiver as Frames, RecvTimeoutError, Sender as Outbox, ch
 use std::sync::{Arc, Condvar, Mutex, Weak};
 use std::time::Duration;
 
-/// A device that was opened there: its channels, and what the driver says of itself (JSON).
+/// A device opened there: its channels, and the driver's description of itself (JSON).
 #[derive(Debug)]
 pub struct OpenedDevice {
-    /// Channels by index, as everywhere.
+    /// Channels, by index.
     pub channels: Vec<Channel>,
-    /// JSON text.
+    /// Description as JSON text.
     pub description: String,
 }
 
-/// A process with the sources of a processor, or of several. It outlives that process: after a loss another one may take its place.
+/// A process with the sources of one or several processors. It outlives that process: after a loss another one may replace it.
 pub struct Processor {
     name: String,
     bounds: Bounds,
@@ -45,22 +45,22 @@ pub struct Processor {
     /// Counters of the devices' drivers.
     counted: Mutex<HashMap<String, DriverCounters>>,
     is_up: AtomicBool,
-    /// Its loss is being told.
+    /// Set while its loss is being reported.
     is_leaving: AtomicBool,
-    /// Cause of its last loss, in words.
+    /// Human-readable cause of its last loss.
     lost: Mutex<Option<String>>,
-    /// Bound for its silence.
+    /// Maximum silence of the processor.
     silence_ms: AtomicU64,
     running: Mutex<Option<Arc<dyn ProcessorProcess>>>,
-    /// Blocks of the steps of the table of each source there.
+    /// Blocks of the steps in the table of each source there.
     tables: Mutex<HashMap<SourceId, Vec<Option<BlockId>>>>,
     closing: AtomicBool,
-    /// Processes run there that this side has not taken over yet.
+    /// True if processes run there that this side has not taken over yet.
     is_adopted: AtomicBool,
     host: Mutex<Weak<Host>>,
 }
 
-/// Message to the processor.
+/// Connection for messages to the processor.
 #[derive(Default)]
 struct Wire {
     outbox: Option<Outbox<Vec<u8>>>,
@@ -70,21 +70,21 @@ struct Wire {
     last: u64,
 }
 
-/// Bound for the answer to a question: opening a device or trying a module takes its time, taking a process none.
+/// Timeout of answers: opening a device or trying a module takes time, taking a process none.
 const ANSWER: Duration = Duration::from_secs(30);
-/// A service may move a machine: who waits for it decides for how long.
+/// Timeout of services, which may move a machine: the waiting client decides for how long.
 const SERVICE: Duration = Duration::from_secs(24 * 3600);
 const TAKE: Duration = Duration::from_secs(2);
 
-/// Time without another message after which this side says that it is there.
+/// Time without another message after which this side sends a sign of life.
 const ALIVE: Duration = Duration::from_millis(500);
 
-/// Between two looks at whether it is silent.
+/// Poll period for silence.
 const LOOK: Duration = Duration::from_millis(50);
 
 impl Processor {
-    /// Makes a processor that is not there yet, by the name of the process, on another host that of the processor. `host_name`: where it runs, none
-    /// on this host.
+    /// Makes a processor without a process yet, named after the process or, on another host, after the processor. `host_name`: host where
+    /// it runs, `None` for this one.
     pub fn new(name: &str, host_name: Option<&str>, bounds: Bounds) -> Arc<Processor> {
         Arc::new(Processor {
             name: name.to_owned(),
@@ -111,12 +111,12 @@ impl Processor {
         })
     }
 
-    /// Its name.
+    /// Returns the name.
     pub fn name(&self) -> &str {
         &self.name
     }
 
-    /// Bounds for the silence of each side.
+    /// Returns the maximum silence of each side.
     pub fn bounds(&self) -> &Bounds {
         &self.bounds
     }
@@ -126,7 +126,7 @@ impl Processor {
         self.is_up.load(Ordering::Acquire)
     }
 
-    /// Returns whether it needs a new process. A caller that has just been told of its loss waits here until that is complete.
+    /// Returns true if it needs a new process. A caller that has just been notified of its loss waits here until the loss is complete.
     pub fn is_down(&self) -> bool {
         let mut answers = locked(&self.answers);
         while self.is_leaving.load(Ordering::Acquire) {
@@ -135,11 +135,11 @@ impl Processor {
         !self.is_up()
     }
 
-    /// Greets a process that was started for it, and tells it which sources the system has. After a loss a new process takes the place of
-    /// the old one so.
+    /// Greets a process that was started for it, and sends it the sources of the system. After a loss, this replaces the old process by a
+    /// new one.
     ///
     /// # Errors
-    /// In words: no answer, another version.
+    /// Fails with a message if there is no answer or the version differs.
     pub fn attach(self: &Arc<Self>, host: &Arc<Host>, system: &str, started: StartedProcessor) -> Result<(), String> {
         let StartedProcessor { link, near, running, silence, is_adopted } = started;
         let greeting = Order::Greet { version: VERSION, abi: ABI_VERSION, system: system.to_owned(), processor: self.name.clone(), epoch_ns: host.epoch_ns() };
@@ -158,7 +158,7 @@ impl Processor {
         }
         (*locked(&self.near), *locked(&self.running)) = (Some(near), Some(running));
         self.is_adopted.store(is_adopted, Ordering::Release);
-        // A process that only stands still is its guard's to judge.
+        // Judging a process that merely stands still is up to its guard.
         let silence = silence.max(self.bounds.lost_after.unwrap_or_default());
         self.silence_ms.store(silence.as_millis() as u64, Ordering::Relaxed);
         *locked(&self.host) = Arc::downgrade(host);
@@ -175,7 +175,7 @@ impl Processor {
         sources.into_iter().try_for_each(|(_, spec, here)| self.tell_source(spec, here))
     }
 
-    /// Expects a source that the system has already: it is told of when a process is there.
+    /// Registers a source that the system has already, to be sent once there is a process.
     pub fn expect_source(&self, source: SourceId, spec: &SourceSpec, here: bool) {
         locked(&self.sources).push((source, spec.clone(), here));
     }
@@ -183,7 +183,7 @@ impl Processor {
     /// Adds the next source of the system; `here`: it runs there.
     ///
     /// # Errors
-    /// In words: it cannot be started, or it does not answer.
+    /// Fails with a message if it cannot be started, or there is no answer.
     pub fn add_source(&self, source: SourceId, spec: &SourceSpec, here: bool) -> Result<(), String> {
         locked(&self.sources).push((source, spec.clone(), here));
         self.tell_source(spec.clone(), here)
@@ -196,10 +196,10 @@ impl Processor {
         }
     }
 
-    /// Makes sure that a module's code is there.
+    /// Ensures that the processor has a module's code.
     ///
     /// # Errors
-    /// In words: it is of another architecture, damaged, or it does not answer.
+    /// Fails with a message if the module is for another architecture or damaged, or there is no answer.
     pub fn ensure(&self, module: &Module) -> Result<(), String> {
         let key = module.key().to_owned();
         if key == module::LIBRARY || locked(&self.wire).modules.contains(&key) {
@@ -218,7 +218,7 @@ impl Processor {
     /// Opens a device there.
     ///
     /// # Errors
-    /// In words: what the driver says, or it does not answer.
+    /// Fails with the driver's message, or if there is no answer.
     pub fn open(&self, device: &str, kind: &str, options: &str) -> Result<OpenedDevice, String> {
         let (device, kind, options) = (device.to_owned(), kind.to_owned(), options.to_owned());
         match self.ask(ANSWER, |ticket| Order::Open { ticket, device, kind, options })? {
@@ -228,10 +228,10 @@ impl Processor {
         }
     }
 
-    /// Carries out a service of a driver there; arguments and answer are JSON. It lasts as long as the driver takes.
+    /// Carries out a service of a driver there; arguments and answer are JSON. Takes as long as the driver does.
     ///
     /// # Errors
-    /// Why it was not carried out, or it does not answer.
+    /// Fails with the reason if it was not carried out, or if there is no answer.
     pub fn service(&self, device: &str, service: &str, arguments: &str) -> Result<String, ServiceError> {
         let (device, service, arguments) = (device.to_owned(), service.to_owned(), arguments.to_owned());
         match self.ask(SERVICE, |ticket| Order::Service { ticket, device, service, arguments }) {
@@ -241,15 +241,15 @@ impl Processor {
         }
     }
 
-    /// Returns the counters of a device's driver there, by name, as they were told last.
+    /// Returns the counters of a device's driver there, by name, as last reported.
     pub fn counted(&self, device: &str) -> Vec<(String, u64)> {
         locked(&self.counted).get(device).cloned().unwrap_or_default()
     }
 
-    /// Returns the device, as tables here have it.
+    /// Returns the device for use in local tables.
     ///
     /// # Errors
-    /// Channels that do not fit together, in words.
+    /// Fails with a message if the channels are inconsistent.
     pub fn device(self: &Arc<Self>, name: &str, channels: Vec<Channel>) -> Result<Arc<Device>, String> {
         let (this, device) = (Arc::downgrade(self), name.to_owned());
         let calls = Box::new(move |call| {
@@ -262,15 +262,16 @@ impl Processor {
         Ok(made)
     }
 
-    /// Returns whether processes run there that an earlier supervisor has left and that have not been taken over.
+    /// Returns true if processes of an earlier supervisor run there that have not been taken over.
     pub fn is_adopted(&self) -> bool {
         self.is_adopted.load(Ordering::Acquire)
     }
 
-    /// Takes over the processes that ran there without a supervisor: they go on in the sources that this side has made since. None where there were none.
+    /// Takes over the processes that ran there without a supervisor: they continue in the sources that this side has made since. Returns
+    /// `None` if there were none.
     ///
     /// # Errors
-    /// In words: it must not go on, or it does not answer.
+    /// Fails with a message if they must not continue, or there is no answer.
     pub fn take_over(&self) -> Result<Option<TakenOver>, String> {
         if !self.is_adopted() {
             return Ok(None);
@@ -288,15 +289,15 @@ impl Processor {
         }
     }
 
-    /// Closes a device there, behind what was submitted before.
+    /// Closes a device there, after previously submitted work.
     pub fn shut(&self, device: &str) {
         locked(&self.devices).remove(device);
         locked(&self.counted).remove(device);
         self.send(&Order::Shut { device: device.to_owned() });
     }
 
-    /// Says what becomes of a process in a source there if its supervisor is gone: it goes on (`Some(None)`), a script is carried out, or
-    /// nothing happens.
+    /// Sets what happens to a process in a source there if its supervisor disconnects: it continues (`Some(None)`), a script is carried
+    /// out, or nothing happens.
     pub fn farewell(&self, process: u64, source: SourceId, script: Option<Option<&Script>>) {
         let mut wire = locked(&self.wire);
         let order = match script {
@@ -309,7 +310,7 @@ impl Processor {
         wire.send(&order);
     }
 
-    /// Sets how long this side may be silent, and how long the processor goes on without it.
+    /// Sends the maximum silence of this side, and the time for which the processor continues without it.
     fn patience(&self) {
         let ms = |limit: Duration| u64::try_from(limit.as_millis()).unwrap_or(u64::MAX);
         self.send(&Order::Patience { ms: ms(self.bounds.patience), silence_ms: ms(self.bounds.silence), standstill_ms: self.bounds.lost_after.map(ms) });
@@ -319,7 +320,7 @@ impl Processor {
         locked(&self.wire).send(order);
     }
 
-    /// Returns the refusal that says that it is not there, and why.
+    /// Returns the refusal that states that it is not connected, and why.
     fn gone(&self) -> String {
         match locked(&self.lost).as_ref() {
             Some(why) => format!("'{}' is lost: {why}", self.name),
@@ -359,13 +360,13 @@ impl Processor {
 impl Wire {
     fn send(&mut self, order: &Order) {
         if let Some(outbox) = &self.outbox {
-            // Where the other side is gone, who hears it says so.
+            // If the other side has disconnected, the receiving thread reports it.
             let _sent = outbox.send(frame(order));
         }
     }
 }
 
-/// Sends what there is, and a sign of life where there is nothing, until this side or the other one ends it.
+/// Sends pending frames, and signs of life if there are none, until either side ends it.
 fn send_all(frames: &Frames<Vec<u8>>, link: &dyn Link) {
     loop {
         let next = match frames.recv_timeout(ALIVE) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Messages between a commander and its processor: frames of `postcard`, one value each.
+//! Messages between a commander and its processor: `postcard` frames, one value each.
 use device::{Channel, ServiceError};
 use kernel::{BlockId, BlockTimes, DeviceCall, SourceId, SourceSpec, Statistics, TakeResult};
 use runtime::DeviceState;
@@ -7,15 +7,15 @@ use runtime::encoding::{EventAs, Parcel};
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 
-/// Both sides speak the same version, or they part with words.
+/// Version of the protocol; sides with different versions disconnect with a message.
 pub const VERSION: u32 = 6;
 
-/// To the processor.
+/// Order to the processor.
 #[derive(Debug, Serialize, Deserialize)]
 pub enum Order {
-    /// First. `now_ns`: what the clock of the system shows as this is sent.
+    /// First message. `now_ns`: the time on the system's clock when it is sent.
     Greet { version: u32, abi: u32, system: String, processor: String, epoch_ns: i64 },
-    /// The next source of the system, here or remote: they are called by their order.
+    /// The next source of the system, local or remote; sources are numbered in this order.
     Source { ticket: u64, spec: SourceSpec, here: bool },
     /// A script for a source.
     Work { source: SourceId, submission: u64, parcel: Parcel },
@@ -25,42 +25,43 @@ pub enum Order {
     Restart { source: SourceId },
     /// Takes a process from the kernels.
     Take { ticket: u64, process: u64, generation: u32, insist: bool },
-    /// A process that reaches over several places is in this stage.
+    /// A process spread over several locations has entered this stage.
     Enter { process: u64, stage: u16, generation: u32 },
     /// A code module: its key, name and bytes.
     Module { ticket: u64, key: String, name: String, bytes: Vec<u8> },
     /// Opens a device; `options`: JSON.
     Open { ticket: u64, device: String, kind: String, options: String },
-    /// A service of a driver; `arguments`: JSON. Its answer may last.
+    /// Requests a service of a driver; `arguments`: JSON. The answer may take long.
     Service { ticket: u64, device: String, service: String, arguments: String },
-    /// Closes it, once no table has it.
+    /// Closes a device, once no table has it.
     Shut { device: String },
-    /// Asks something of a device.
+    /// Makes a call on a device.
     Device { device: String, call: DeviceCall },
     /// Sets or clears the flag of the emergency stop.
     Stop { set: bool },
-    /// Says what becomes of a process in a source if its supervisor is gone: it goes on, or this script is carried out. From the start of a verb
-    /// instance to its end.
+    /// Sets what happens to a process in a source if its supervisor disconnects: it continues, or this script is carried out. Valid from
+    /// the start of a verb instance to its end.
     Farewell { process: u64, source: SourceId, parcel: Option<Parcel> },
-    /// Its end.
+    /// Ends the farewell of a process in a source.
     NoFarewell { process: u64, source: SourceId },
-    /// The commander lives: sent where it has nothing else to send.
+    /// Sign of life of the commander, sent if it has nothing else to send.
     Alive,
-    /// Bounds for the commander's silence (`silence_ms`), and for how long the processes that go on then wait for the next
-    /// commander (`ms`). `standstill_ms`: how long the timers there may stand still, where that was said.
+    /// Maximum silence of the commander (`silence_ms`), and the time for which continuing processes then wait for the next commander
+    /// (`ms`). `standstill_ms`: maximum standstill of the timers there, if set.
     Patience { ms: u64, silence_ms: u64, standstill_ms: Option<u64> },
-    /// The end: devices safe, everything closed; of one that has taken nothing over, what runs goes on.
+    /// Ends the service: devices are made safe, and everything is closed. If the commander has taken nothing over, running processes
+    /// continue.
     Close,
-    /// Lets the processes that ran there without a supervisor go on in the sources that this side has made since.
+    /// Continues the processes that ran there without a supervisor in the sources that this side has made since.
     TakeOver { ticket: u64 },
-    /// Takes the times of the blocks of a source for so long.
+    /// Measures the durations of the blocks of a source for this time.
     Probe { source: SourceId, for_ns: u64 },
 }
 
 /// Message from the processor.
 #[derive(Debug, Serialize, Deserialize)]
 pub enum News {
-    /// Answer to the greeting. `refused`: why it does not serve.
+    /// Answer to the greeting. `refused`: reason for not serving.
     Welcome { version: u32, abi: u32, target: String, pid: u32, refused: Option<String> },
     /// Answer to the order with this ticket.
     Answer { ticket: u64, answer: Answer },
@@ -70,11 +71,11 @@ pub enum News {
     Raised { source: SourceId },
     /// State of the processor.
     Beat(Beat),
-    /// An order that cannot be carried out: the two sides disagree.
+    /// An order could not be carried out: the two sides disagree.
     Broken { message: String },
 }
 
-/// To an order with a ticket.
+/// Answer to an order with a ticket.
 #[derive(Debug, Serialize, Deserialize)]
 pub enum Answer {
     Done,
@@ -92,37 +93,37 @@ pub enum Answer {
 /// Result of a take-over.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct TakenOver {
-    /// Blocks that go on, by label.
+    /// Blocks that continue, by label.
     pub carried: Vec<String>,
-    /// Blocks that begin again, by label, each with the reason in words.
+    /// Blocks that restart, by label, each with a human-readable reason.
     pub anew: Vec<(String, String)>,
-    /// Blocks that ran and were not started again: they have ended.
+    /// Blocks that ran and were not started again, and so have ended.
     pub ended: Vec<String>,
-    /// Longest time from the last write of a device before to its first write after, ns. None where none was written.
+    /// Maximum time from the last write of a device before the takeover to its first write after it, ns. `None` if none was written.
     pub gap_ns: Option<i64>,
 }
 
 /// Counters of a driver, by name.
 pub type DriverCounters = Vec<(String, u64)>;
 
-/// A row of a ring: how many before it were lost, number, time, bytes.
+/// A row of a ring: number of rows lost before it, number, time, bytes.
 pub type RowAs = (u64, u64, i64, Vec<u8>);
 
 /// State of a processor.
 #[derive(Debug, Default, Serialize, Deserialize)]
 pub struct Beat {
-    /// Its own clock, ns since the epoch of the system.
+    /// Time on its own clock, ns since the epoch of the system.
     pub now_ns: i64,
     pub sources: Vec<(SourceId, Statistics)>,
-    /// Durations of the blocks that were visited since.
+    /// Durations of the blocks sampled since the last beat.
     pub blocks: Vec<(BlockId, BlockTimes)>,
-    /// Inbound connections: what was brought last, and since when a ratio value is late.
+    /// Inbound connections: release time of the last latched publication, and time since which a ratio value has been late.
     pub inbounds: Vec<(u64, Option<i64>, Option<i64>)>,
     pub devices: Vec<(String, DeviceState)>,
     /// Counters of the devices' drivers, by name.
     pub counted: Vec<(String, DriverCounters)>,
-    /// New rows of each ring, those of older rings first. Where more were written than it holds, those that it holds: as many as a
-    /// ring on the commanding side has.
+    /// New rows of each ring, older rings first. If more were written than the ring holds, the ones that it holds, as many as a ring on
+    /// the commanding side.
     pub rows: Vec<(u64, Vec<RowAs>)>,
 }
 
@@ -131,7 +132,7 @@ pub fn frame(of: &impl Serialize) -> Vec<u8> {
     postcard::to_stdvec(of).expect("frames are plain values, which all have bytes")
 }
 
-/// Decodes a frame. Errors: bytes that are no frame, in words.
+/// Decodes a frame. Fails with a message if the bytes are not a frame.
 pub fn opened<T: DeserializeOwned>(frame: &[u8]) -> Result<T, String> {
     postcard::from_bytes(frame).map_err(|why| format!("this is no frame of version {VERSION}: {why}"))
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! A lost device is opened again where it runs: tables and claims stay as they are.
+//! Reopening of a lost device where it runs: tables and claims are kept.
 use crate::agent::Agent;
 use crate::protocol::Answer;
 use crate::serve::BOUNDARY;
@@ -11,11 +11,11 @@ use std::sync::Arc;
 use std::sync::atomic::Ordering;
 
 impl Agent {
-    /// Errors: what the driver says, in words; then it is lost as before.
+    /// Reopens a device. Fails with the driver's message; the device is then still lost.
     pub(crate) fn reopen(&mut self, device: &Arc<Device>, kind: &str, options: &serde_json::Value) -> Result<Answer, String> {
         let (retired, before) = Renewal::retire(device);
         self.renew(device, retired)?;
-        // A machine is often open to one driver at a time: the old one is closed first.
+        // Many machines accept only one driver at a time, so the old one is closed first.
         before.close();
         let (driver, description) = drivers::open(kind, options).map_err(|why| why.to_string())?;
         let beside = device::Beside::of(kind, &*driver);

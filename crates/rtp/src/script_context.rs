@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Code, devices and connections that scripts refer to where they run.
+//! Code, devices and connections to which scripts refer where they run.
 use crate::code::Code;
 use crate::service::Reaches;
 use crate::shared::{Devices, locked};
@@ -21,7 +21,7 @@ pub(crate) struct Grounds {
     code: Code,
     devices: Arc<Devices>,
     reaches: Reaches,
-    /// The other ends of connections within this process.
+    /// Other ends of connections within this process.
     senders: HashMap<u64, Box<dyn Sender>>,
     receivers: HashMap<u64, Box<dyn Receiver>>,
     host: Arc<Host>,
@@ -32,7 +32,7 @@ impl Grounds {
         Grounds { code: Code::new(probe), devices, reaches, senders: HashMap::new(), receivers: HashMap::new(), host }
     }
 
-    /// Loads a module from its bytes. Errors: what is wrong with it, in words.
+    /// Loads a module from its bytes. Fails with a description if it is faulty.
     pub fn load(&mut self, key: &str, name: &str, bytes: &[u8]) -> Result<(), String> {
         self.code.load(key, name, bytes)
     }
@@ -45,7 +45,7 @@ impl Grounds {
         ends.as_mut().ok_or_else(|| format!("this processor has no connection to {what}"))
     }
 
-    /// Tells of connections whose memory another process has written over.
+    /// Reports connections whose memory another process has overwritten.
     pub fn tell_lost(&mut self) {
         let lost: Vec<LostConnection> = [&mut self.reaches.host, &mut self.reaches.network].into_iter().flatten().flat_map(|ends| ends.lost()).collect();
         lost.into_iter().for_each(|lost| self.host.tell(unconnected(lost)));
@@ -56,7 +56,7 @@ impl Grounds {
     }
 }
 
-/// Returns the message for a connection that is lost.
+/// Returns the event for a lost connection.
 pub(crate) fn unconnected(LostConnection { writer, reader, message }: LostConnection) -> Event {
     Event::Unconnected { writer: SourceId(writer), reader: SourceId(reader), message }
 }

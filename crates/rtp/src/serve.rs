@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The life of a processor: one after the other commands it, and between them it goes on for a while.
+//! Life of a processor: it serves successive commanders, and continues for a limited time between them.
 use crate::agent::{Agent, ServiceEnd};
 use crate::service::{AdmittedSupervisor, Caller, Door, Service};
 use crate::shared::{LOOK, locked};
@@ -12,11 +12,11 @@ use std::time::Duration;
 /// Exit status of a process that lost its commander.
 const LEFT: i32 = 3;
 
-/// Serves until the other side closes it, or is gone and what runs here has had its farewell: then devices are safe and everything is
-/// closed. Another supervisor may take it over before that.
+/// Serves until the other side closes, or disconnects and the running processes have had their farewell; then devices are safe and
+/// everything is closed. Another supervisor may take over before that.
 ///
 /// # Errors
-/// In words: no greeting, another version, orders that cannot be understood.
+/// Fails with a message if there is no greeting, the version differs, or orders cannot be decoded.
 pub fn serve(link: &Arc<dyn Link>, service: Service) -> Result<(), String> {
     let Service { reaches, black_box, mut door, terms } = service;
     let terms = Arc::new(terms);
@@ -25,7 +25,7 @@ pub fn serve(link: &Arc<dyn Link>, service: Service) -> Result<(), String> {
     let mut ended = agent.run(&mut door);
     loop {
         if let Some(before) = agent.before.take() {
-            // It has taken nothing over: what ran before goes on.
+            // The commander has taken nothing over, so earlier processes continue.
             let caller = agent.caller.take();
             agent.dismiss();
             (agent, ended) = (*before, ServiceEnd::Gone);
@@ -35,7 +35,7 @@ pub fn serve(link: &Arc<dyn Link>, service: Service) -> Result<(), String> {
             agent.dismiss();
             return Ok(());
         }
-        // Who commands and only stands still is to see that it has lost what it commanded.
+        // A commander that merely stood still must notice that it has lost its processor.
         agent.shared.link.close();
         agent.bid();
         match succeeded(agent, &mut door) {
@@ -46,7 +46,7 @@ pub fn serve(link: &Arc<dyn Link>, service: Service) -> Result<(), String> {
     }
 }
 
-/// Waits for a supervisor that takes command of what goes on. Errors: none came within its patience.
+/// Waits for a supervisor that takes command of the continuing processes. Fails if none arrives within the patience.
 fn succeeded(mut agent: Agent, door: &mut Option<Box<dyn Door>>) -> Result<Agent, Box<Agent>> {
     let mut silence = Silence::begins();
     while agent.goes_on {
@@ -76,18 +76,18 @@ fn succeeded(mut agent: Agent, door: &mut Option<Box<dyn Door>>) -> Result<Agent
     Err(Box::new(agent))
 }
 
-/// Greets a supervisor. Errors: it is gone again, and what runs goes on.
+/// Admits a supervisor. Fails if it has disconnected again; running processes continue.
 fn admitted(agent: Agent, caller: Box<dyn Caller>) -> Result<Agent, Box<Agent>> {
     let terms = agent.terms.clone();
     let Ok(admitted) = caller.admit() else { return Err(Box::new(agent)) };
-    // The other end has been told why, or is gone.
+    // The other end has been given the reason, or has disconnected.
     Agent::hired(admitted, &terms, Some(Box::new(agent))).map_err(|(_, before)| before.expect("it was given"))
 }
 
-/// Ends without a commander.
+/// Ends the processor without a commander.
 fn leave(agent: Agent, ended: ServiceEnd, door: Option<Box<dyn Door>>) -> Result<(), String> {
     if agent.terms.leaves && matches!(ended, ServiceEnd::Gone) {
-        // Every output is safe before it goes.
+        // Every output is safe before it is dropped.
         agent.stop.store(true, Ordering::Release);
         drop(door);
         std::thread::sleep(LOOK);
@@ -98,7 +98,8 @@ fn leave(agent: Agent, ended: ServiceEnd, door: Option<Box<dyn Door>>) -> Result
 }
 
 impl Agent {
-    /// Bids farewell to each process, as the supervisor is gone; what has no farewell goes on as long as the patience lasts.
+    /// Carries out the farewell of each process after the supervisor has disconnected; processes without one continue until the patience
+    /// runs out.
     fn bid(&mut self) {
         for ((process, source), parcel) in std::mem::take(&mut self.farewells) {
             let Some(parcel) = parcel else {
@@ -106,7 +107,7 @@ impl Agent {
                 continue;
             };
             let mut reader = locked(&self.shared.reader);
-            // What cannot be understood was so when it came: then everything is made safe at the end.
+            // A farewell that cannot be decoded could not be when it arrived; everything is then made safe at the end.
             let Ok(script) = reader.open(0, parcel, &mut self.ground) else { continue };
             if let Some(process) = reader.process_of(process) {
                 process.take(process.now().0, true);
@@ -115,23 +116,23 @@ impl Agent {
         }
     }
 
-    /// Ends what it made: devices are safe and closed, but those that it has not taken over.
+    /// Ends everything that it made: devices are made safe and closed, except those that it has not taken over.
     fn dismiss(mut self) {
         self.hush();
         self.shared.host.close();
         self.shared.link.close();
     }
 
-    /// Hushes it: nothing more is told.
+    /// Silences the agent: it reports nothing further.
     pub fn hush(&mut self) {
         self.shared.ends.store(true, Ordering::Release);
         self.shared.host.unpark();
         for thread in self.threads.drain(..) {
-            // One that panicked has said so.
+            // A thread that panicked has reported it.
             let _joined = thread.join();
         }
     }
 }
 
-/// Bound for work that each source of a processor does between two firings.
+/// Timeout of work that each source of a processor does between two firings.
 pub(crate) const BOUNDARY: Duration = Duration::from_secs(2);

@@ -1,77 +1,80 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Services that a process gives to its processor.
+//! Services that a process provides to its processor.
 use interconnect::{Ends, Link};
 use kernel::Device;
 use modules::Probe;
 use std::sync::Arc;
 use std::time::Duration;
 
-/// Carrier of connections out of the process.
+/// Carriers of connections out of the process.
 #[derive(Default)]
 pub struct Reaches {
-    /// To other processes of this host.
+    /// Carrier to other processes of this host.
     pub host: Option<Box<dyn Ends>>,
-    /// To other hosts.
+    /// Carrier to other hosts.
     pub network: Option<Box<dyn Ends>>,
 }
 
-/// Told of a device that was opened (`true`) or is closed.
+/// Called with a device that was opened (`true`) or is closed.
 pub type OnDevice = Arc<dyn Fn(&Device, bool) + Send + Sync>;
 
-/// Called every 20 ms with how long those who watch this process may stand still: whether both, the guard and the supervisor, have done so for
-/// longer.
+/// Called every 20 ms with the maximum standstill of those who watch this process; returns whether both guard and supervisor have
+/// exceeded it.
 pub type UnwatchedCheck = Arc<dyn Fn(Duration) -> bool + Send + Sync>;
 
-/// Called every 20 ms with the index of the timer, by the order in which the sources here were made, that no longer fires; none while all serve.
+/// Called every 20 ms with the index, in the order of creation of the local sources, of the timer that no longer fires; `None` while all
+/// serve.
 pub type Beats = Arc<dyn Fn(Option<usize>) + Send + Sync>;
 
-/// Rests for so long; true: the commander is dying, and will say nothing more.
+/// Sleeps for the given time; returns true if the commander is dying and will send nothing more.
 pub type Rests = Arc<dyn Fn(Duration) -> bool + Send + Sync>;
 
-/// Services that a process gives to its processor.
+/// Services that a process provides to its processor.
 pub struct Service {
-    /// Carrier of connections out of the process.
+    /// Carriers of connections out of the process.
     pub reaches: Reaches,
-    /// Memory in which sources say which block runs, and its size in bytes: zero, on a cache line, for as long as the process lives.
+    /// Memory in which sources record the running block, and its size in bytes: zeroed, on a cache line, valid as long as the process
+    /// lives.
     pub black_box: Option<BlackBox>,
-    /// Address where a new supervisor knocks, for a process that goes on without one for a while; none: it cannot be taken over.
+    /// Address at which a new supervisor connects, for a process that continues without one for a while; `None` if it cannot be taken
+    /// over.
     pub door: Option<Box<dyn Door>>,
-    /// The supervisor that commands it.
+    /// Terms under which supervisors command it.
     pub terms: Terms,
 }
 
-/// State that is the same for all commanders of a processor, one after the other.
+/// State shared by the successive commanders of a processor.
 pub struct Terms {
-    /// Tries code modules in a process of their own.
+    /// Tries code modules in a separate process.
     pub probe: Probe,
-    /// The epoch of the system on this host's CLOCK_MONOTONIC, of that on the commanding host's.
+    /// Converts the system's epoch from the commanding host's CLOCK_MONOTONIC to this host's.
     pub epoch: Arc<dyn Fn(i64) -> i64 + Send + Sync>,
-    /// Told of each device that is opened (`true`) or closed.
+    /// Called with each device that is opened (`true`) or closed.
     pub device: OnDevice,
-    /// Word of the heart.
+    /// Called by the heart at each beat.
     pub beat: Beats,
-    /// Returns whether guard and supervisor both stand still; false where nobody needs to watch it.
+    /// Returns true if guard and supervisor both stand still; false if nobody needs to watch the process.
     pub unwatched: UnwatchedCheck,
-    /// Rests between two beats of the heart.
+    /// Sleeps between two beats of the heart.
     pub rests: Rests,
-    /// Ends the process where the supervisor is gone without a word, with its outputs safe and its devices open: what outlives it is
-    /// found as it was by a supervisor that comes back. For a process that has nothing else to do.
+    /// True if the process exits when the supervisor disconnects without notice, with its outputs safe and its devices open, so that a
+    /// returning supervisor finds external state as it was. For a process that has no other purpose.
     pub leaves: bool,
 }
 
-/// Memory where sources say which block runs: zero, on a cache line, for as long as the process lives.
+/// Memory in which sources record the running block: zeroed, on a cache line, valid as long as the process lives.
 #[derive(Clone, Copy)]
 pub struct BlackBox {
-    /// Its first byte.
+    /// Address of the first byte.
     pub memory: *mut u8,
-    /// Bytes.
+    /// Length in bytes.
     pub len: usize,
 }
 
 // SAFETY: an address that the one who serves hands to its host.
 unsafe impl Send for BlackBox {}
 
-/// Rests, for places where the death of the commander shows only by its broken link.
+/// Sleeps; for environments in which the death of the commander shows only by its broken link.
 fn rest(span: Duration) -> bool {
     std::thread::sleep(span);
     false
@@ -92,32 +95,32 @@ impl Terms {
     }
 }
 
-/// Door at which a supervisor that wants to command this processor announces itself.
+/// Door at which a new supervisor asks to command this processor.
 pub trait Door: Send {
-    /// Returns the supervisor that knocks, after waiting for at most `limit`.
+    /// Returns the next supervisor that connects, after waiting for at most `limit`.
     fn wait(&mut self, limit: Duration) -> Option<Box<dyn Caller>>;
 }
 
-/// A supervisor that wants to command this processor.
+/// A supervisor that asks to command this processor.
 pub trait Caller: Send {
-    /// Turns it away; `why`: in words.
+    /// Rejects the supervisor; `why`: human-readable reason.
     fn refuse(self: Box<Self>, why: &str);
 
-    /// Lets it in.
+    /// Admits the supervisor.
     ///
     /// # Errors
-    /// In words: it is gone, or of another version.
+    /// Fails with a message if it has disconnected, or has another version.
     fn admit(self: Box<Self>) -> Result<AdmittedSupervisor, String>;
 }
 
-/// Supervisor that was let in: it greets next.
+/// An admitted supervisor, whose greeting follows.
 pub struct AdmittedSupervisor {
     /// To it.
     pub link: Arc<dyn Link>,
-    /// Carrier of the connections of its system.
+    /// Carriers of the connections of its system.
     pub reaches: Reaches,
-    /// Memory in which its sources say which block runs.
+    /// Memory in which its sources record the running block.
     pub black_box: Option<BlackBox>,
-    /// The guard before is gone: devices are to be told of again.
+    /// True if the previous guard has exited, so that devices must be registered again.
     pub is_unguarded: bool,
 }

@@ -10,7 +10,7 @@ use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard};
 use std::time::Duration;
 
-/// The devices that were opened here, by name.
+/// Devices that were opened here, by name.
 pub(crate) type Devices = Mutex<BTreeMap<String, Arc<Device>>>;
 
 /// State that the threads of a processor share.
@@ -19,28 +19,28 @@ pub(crate) struct ProcessorState {
     pub link: Arc<dyn Link>,
     pub reader: Mutex<Reader>,
     pub devices: Arc<Devices>,
-    /// Services and counters of their drivers.
+    /// Services and counters of the devices' drivers.
     pub besides: Mutex<BTreeMap<String, Beside>>,
     /// Sources that run here.
     pub sources: Mutex<Vec<SourceId>>,
-    /// The sources that run here are why the process is there: its heart beats by them.
+    /// True if the local sources are the purpose of the process, and its heart beats for them.
     pub leads: AtomicBool,
     pub ends: AtomicBool,
-    /// While it is set, every write of a device is the safe one.
+    /// While set, every write of a device is the safe one.
     pub stop: Arc<AtomicBool>,
-    /// Bound for the commander's silence, ms; 0: none.
+    /// Maximum silence of the commander, ms; 0: unlimited.
     pub silence_ms: AtomicU64,
 }
 
 impl ProcessorState {
-    /// Returns whether the commander has been silent for too long.
+    /// Returns true if the commander has been silent for too long.
     pub fn is_over(&self, silence: Duration) -> bool {
         let limit_ms = self.silence_ms.load(Ordering::Acquire);
         limit_ms != 0 && silence > Duration::from_millis(limit_ms)
     }
 }
 
-/// Time for which it waits for a frame before it looks around.
+/// Maximum wait for a frame before other checks.
 pub(crate) const LOOK: Duration = Duration::from_millis(100);
 
 pub(crate) fn locked<T>(of: &Mutex<T>) -> MutexGuard<'_, T> {

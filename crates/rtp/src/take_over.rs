@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Take-over: processes that ran without a supervisor go on in the sources that a new one has made beside them.
+//! Take-over: processes that ran without a supervisor continue in the sources that a new one has made in addition.
 use crate::agent::Agent;
 use crate::protocol::TakenOver;
 use crate::serve::BOUNDARY;
@@ -11,12 +11,13 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
-/// Bound for the first write to a device, and the time between two looks at it.
+/// Timeout of the first write to a device, and the poll period.
 const FIRST_WRITE: Duration = Duration::from_secs(1);
 const LOOK: Duration = Duration::from_micros(200);
 
 impl Agent {
-    /// Ends what ran here before, and goes on where it stopped. Errors: there is nothing, or it must not go on, in words; then nothing has changed.
+    /// Ends the processes that ran here before, and continues where they stopped. Fails with a message, without changing anything, if
+    /// there are none or they must not continue.
     pub(crate) fn take_over(&mut self) -> Result<TakenOver, String> {
         let Some(before) = &self.before else { return Err("nothing runs there that was not started by this system".to_owned()) };
         if before.stop.load(Ordering::Acquire) && !self.stop.load(Ordering::Acquire) {
@@ -34,7 +35,7 @@ impl Agent {
         }
         let present: HashSet<&str> = self.held.values().flat_map(Holding::labels).collect();
         report.ended = held.iter().flat_map(Holding::labels).filter(|label| !present.contains(label)).map(str::to_owned).collect();
-        // From here on nothing is put off: the outputs hold what was written last.
+        // From here there must be no delay: the outputs hold the last written values.
         let mut before = self.before.take().expect("it is there: seen above");
         self.shared.leads.store(true, Ordering::Release);
         before.shared.host.leave();
@@ -51,7 +52,7 @@ impl Agent {
         if is_done { Ok(report) } else { Err(format!("its sources did not take it over within {} s: is its processor overloaded?", BOUNDARY.as_secs())) }
     }
 
-    /// Devices that no source of this system has: there is no kernel to do it.
+    /// Takes over devices that no source of this system has, without a kernel.
     fn take_over_idle(&self, ahead_ns: i64) {
         let is_held = |device: &Arc<Device>| self.held.values().flat_map(Holding::devices).any(|held| Arc::ptr_eq(held, device));
         for device in locked(&self.shared.devices).values().filter(|device| !is_held(device)) {
@@ -60,7 +61,7 @@ impl Agent {
         }
     }
 
-    /// Ends the take-over: devices that were not taken over are safe when the last who holds them lets go.
+    /// Ends the take-over: devices that were not taken over are made safe when their last holder drops them.
     fn forget(&self, before: &mut Agent) {
         before.hush();
         before.held.clear();
@@ -73,7 +74,7 @@ impl Agent {
         }
     }
 
-    /// Returns the longest time for which a device was not written.
+    /// Returns the maximum time for which a device was not written.
     fn gap_ns(&self) -> Option<i64> {
         let devices: Vec<Arc<Device>> = self.held.values().flat_map(Holding::devices).cloned().collect();
         holds_within(FIRST_WRITE, || devices.iter().all(|device| device.seen().gap_ns().is_some()));
@@ -81,7 +82,7 @@ impl Agent {
     }
 }
 
-/// Returns whether the condition holds before the limit has passed.
+/// Returns true if the condition becomes true within the limit.
 pub(crate) fn holds_within(limit: Duration, holds: impl Fn() -> bool) -> bool {
     let until = Instant::now() + limit;
     loop {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Tells the commander the events of a processor as they come, and its state.
+//! Reports of a processor to its commander: events as they occur, and its state.
 use crate::protocol::{Beat, DriverCounters, News, RowAs, frame};
 use crate::shared::{ProcessorState, locked};
 use interconnect::{Row, RowsReader};
@@ -9,17 +9,17 @@ use runtime::encoding::EventAs;
 use std::collections::HashMap;
 use std::sync::atomic::Ordering;
 
-/// Between two beats, ns.
+/// Time between two beats, ns.
 pub(crate) const BEAT_NS: i64 = 20_000_000;
 
-/// Beats from one that tells counters and histograms to the next.
+/// Number of beats between two reports of counters and histograms.
 const STATISTICS_EVERY: u64 = 5;
 
-/// Events and rows in one frame: what is more goes with the next.
+/// Maximum number of events and rows in one frame; the rest follow in the next one.
 const EVENTS_MAX: usize = 256;
 const ROWS_MAX: usize = 4096;
 
-/// Runs until the processor ends. A side that does not read holds this up, and nothing else.
+/// Runs until the processor ends. A side that does not read blocks only this thread.
 pub(crate) fn run(shared: &ProcessorState) {
     let mut beats = Beats::default();
     let mut next_ns = shared.host.now_ns();
@@ -40,7 +40,7 @@ pub(crate) fn run(shared: &ProcessorState) {
     }
 }
 
-/// Sends what kernels told; false where there was nothing.
+/// Sends the events of kernels; returns false if there were none.
 fn tell_events(shared: &ProcessorState, beats: &mut Beats) -> bool {
     let mut events = Vec::new();
     let mut looks = false;
@@ -53,12 +53,12 @@ fn tell_events(shared: &ProcessorState, beats: &mut Beats) -> bool {
     if events.is_empty() {
         return false;
     }
-    // What histories hold is there before what is said of it.
+    // Rows of histories are sent before the events that refer to them.
     let rows = beats.all_rows(shared);
     if !rows.is_empty() {
         let _heard = shared.link.send(&frame(&News::Beat(Beat { now_ns: shared.host.now_ns(), rows, ..Beat::default() })));
     }
-    // How the devices stand comes with what is said of them.
+    // The state of devices is sent with the events that refer to it.
     let devices = if looks { states(shared) } else { Vec::new() };
     let _heard = shared.link.send(&frame(&News::Events { events, devices }));
     true
@@ -73,15 +73,15 @@ fn counted(shared: &ProcessorState) -> Vec<(String, DriverCounters)> {
     counted.into_iter().filter(|(_, counted)| !counted.is_empty()).collect()
 }
 
-/// State that was told last: only changes are told again.
+/// State last reported; only changes are sent.
 #[derive(Default)]
 struct Beats {
     count: u64,
     devices: HashMap<String, DeviceState>,
     inbounds: HashMap<u64, (Option<i64>, Option<i64>)>,
-    /// Number of visited invocations of each block.
+    /// Number of sampled invocations of each block.
     blocks: HashMap<BlockId, u64>,
-    /// Rows taken of each ring.
+    /// Number of rows taken of each ring.
     taken: HashMap<u64, u64>,
 }
 
@@ -104,7 +104,7 @@ impl Beats {
         beat
     }
 
-    /// Returns the durations of the blocks that the probe has visited since they were told last.
+    /// Returns the durations of the blocks that the probe has sampled since the last report.
     fn block_times(&mut self, shared: &ProcessorState) -> Vec<(BlockId, BlockTimes)> {
         let times: HashMap<BlockId, BlockTimes> = locked(&shared.reader).blocks().map(|block| (block.id(), block.block_times())).collect();
         self.blocks.retain(|block, _| times.contains_key(block));
@@ -116,8 +116,8 @@ impl Beats {
     fn all_rows(&mut self, shared: &ProcessorState) -> Vec<(u64, Vec<RowAs>)> {
         let mut rings: Vec<_> = locked(&shared.reader).rings().collect();
         self.taken.retain(|number, _| rings.iter().any(|(known, _)| known == number));
-        // A source goes on from an older ring to a newer one. Who sees a row of the newer one counts on having all of the older one: so how
-        // far each goes is looked up at the newest first, and told from the oldest on.
+        // A source continues from an older ring to a newer one, and a reader of a row of the newer one expects to have all of the older
+        // one. The ends are therefore read from the newest ring first, and the rows are sent from the oldest.
         rings.sort_by_key(|(number, _)| *number);
         let ends: Vec<u64> = rings.iter().rev().map(|(_, ring)| ring.written()).collect();
         let mut all = Vec::new();

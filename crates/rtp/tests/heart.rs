@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The heart of a processor beats whatever becomes of who commands it; one that says nothing for too long is lost.
+//! The heart of a processor beats whatever happens to its commander; a processor that is silent for too long is lost.
 use interconnect::{Link, LinkClosed};
 use modules::Probe;
 use opengpac::abi::ABI;
@@ -11,10 +11,10 @@ use std::sync::mpsc::channel;
 use std::sync::{Arc, Condvar, Mutex};
 use std::time::Duration;
 
-/// A net for a machine that is busy, not a measure.
+/// Safety limit for a busy machine, not a measure.
 const NET: Duration = Duration::from_secs(300);
 
-/// A commander that has said a few things, and then stands still: nothing that is sent to it is taken, but the first frame.
+/// A commander that sends a few frames and then stalls: only the first frame sent to it is accepted.
 struct Still {
     said: Mutex<VecDeque<Vec<u8>>>,
     state: Mutex<State>,
@@ -72,7 +72,7 @@ fn a_side_that_takes_nothing_does_not_stop_the_heart() {
         rtp::serve(
             &commands,
             Service::new(terms(move |_| {
-                // The counter may have seen enough.
+                // The counter may already have stopped listening.
                 let _counted = beats.send(());
             })),
         )
@@ -108,7 +108,7 @@ fn a_process_that_nobody_watches_any_more_stops_its_heart() {
         true
     };
     let serving = std::thread::spawn(move || rtp::serve(&commands, Service::new(Terms { unwatched: Arc::new(unwatched), ..terms(beat) })));
-    // It may beat until it is known how long who watches may stand still.
+    // The processor may beat until it knows how long its watcher may stall.
     while said.recv_timeout(NET).expect("it is asked") == "beat" {}
     link.close();
     serving.join().unwrap().unwrap();

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The one clock of a real-time system: monotonic, or virtual.
+//! Clock of a real-time system: monotonic or virtual.
 
 /// Clock of a host.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ClockKind {
     /// CLOCK_MONOTONIC; every source is a thread.
     Monotonic,
-    /// Time moves only by `Host::fire_next`; the whole system runs in the caller's thread, ordered by time, priority, RTP,
-    /// source, request number. `seed` chooses preemptions.
+    /// Time advances only by `Host::fire_next`; the whole system runs in the caller's thread, ordered by time, priority, RTP, source,
+    /// request number. `seed` chooses preemptions.
     Virtual { seed: u64 },
 }
 

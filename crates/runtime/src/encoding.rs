@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Scripts and tables as bytes: what a host hands to a kernel in another process or on another host.
+//! Encoding of scripts and tables that a host sends to a kernel in another process or on another host.
 //!
-//! The supervisor builds tables and scripts of blocks, cells and connections as for a source of its own; these objects are only kept
-//! there. [`Writer`] gives each of them a number when a script names it for the first time, and describes it once; [`Reader`] makes it
-//! where the source runs. What is no longer referenced is dropped on both sides. Memory is sent as it is before anything
-//! runs; addresses never travel: each side has its own.
+//! The supervisor builds tables and scripts of blocks, cells and connections as for a local source, but here these objects are only kept.
+//! [`Writer`] assigns a number to each when a script names it for the first time, and describes it once; [`Reader`] makes it where the
+//! source runs. Objects that are no longer referenced are dropped on both sides. Memory is sent as it is before anything runs; addresses
+//! are never sent, since each side has its own.
 //!
-//! Whatever the bytes are, [`Reader`] makes an error of what does not fit together, and touches nothing outside what it made.
+//! Whatever the bytes are, [`Reader`] returns an error for inconsistent ones, and accesses only objects that it made.
 mod read;
 mod write;
 
@@ -18,16 +18,16 @@ use kernel::edge::Number;
 use kernel::{BlockId, Event, Reach, SourceId};
 use serde::{Deserialize, Serialize};
 
-/// Where a cell lies: number of its extent, offset, length.
+/// Position of a cell: number of its extent, offset, length.
 #[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 pub struct CellAt(u64, u64, u64);
 
-/// A code module's block, as both sides know it: the module's key, the block's name.
+/// A code module's block, as both sides identify it: the module's key, the block's name.
 #[derive(Clone, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 pub struct CodeName {
     /// `library`, or the hash of a code module.
     pub module: String,
-    /// Name of the block in it.
+    /// Name of the block in the module.
     pub block: String,
 }
 
@@ -47,7 +47,7 @@ struct MemberAs {
     ratio: u32,
 }
 
-/// Name of a connection, and its properties.
+/// Number and properties of a connection.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 struct WayAs {
     number: u64,
@@ -94,7 +94,7 @@ enum ResponseAs {
     Remember,
 }
 
-/// An object that the other side makes, with its number there.
+/// An object that the other side makes, with its number on that side.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 enum RemoteObject {
     Extent {
@@ -143,7 +143,7 @@ enum RemoteObject {
         row_len: u64,
         depth: u64,
     },
-    /// A device that was opened there under this name, and numbers for its readings and commands.
+    /// A device opened under this name on the other side, and numbers for its readings and commands.
     Device {
         number: u64,
         name: String,
@@ -180,7 +180,7 @@ struct AppendAs {
 
 #[derive(Clone, Debug, Serialize, Deserialize)]
 struct TableAs {
-    /// (what, activation, process, drivers).
+    /// Steps as (work, activation, process, drivers).
     steps: Vec<(StepAs, u64, u64, Vec<u32>)>,
     inbound: Vec<u64>,
     outbound: Vec<u64>,
@@ -195,7 +195,7 @@ struct StampedAs {
     block: u64,
     ratio: u32,
     stamp: CellAt,
-    /// The value, and its ring.
+    /// Value, and its ring.
     history: Option<(CellAt, u64)>,
 }
 
@@ -228,14 +228,14 @@ enum OpAs {
     Look { device: u64 },
 }
 
-/// A script on its way, with everything that it names for the first time.
+/// A script in transit, with everything that it names for the first time.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub struct Parcel {
     made: Vec<RemoteObject>,
     ops: Vec<OpAs>,
 }
 
-/// An event on its way back. The script of a `Done` is named by `submission`.
+/// An event in transit back. `submission` identifies the script of a `Done`.
 #[derive(Debug, Serialize, Deserialize)]
 pub enum EventAs {
     Done { source: SourceId, submission: u64, firing: u64, time_ns: i64, captured: Vec<u8> },
@@ -243,8 +243,8 @@ pub enum EventAs {
 }
 
 impl EventAs {
-    /// Encodes an event there; the script of an acknowledgement is known by the number that it has there. None for what only a host tells
-    /// itself.
+    /// Encodes an event of the other side; the script of an acknowledgement is identified by its number there. Returns `None` for events
+    /// that only a host creates itself.
     pub fn of(event: Event) -> Option<EventAs> {
         match event {
             Event::Done { source, script, firing, time_ns, captured } => Some(EventAs::Done { source, submission: script.id, firing, time_ns, captured }),
@@ -253,9 +253,8 @@ impl EventAs {
         }
     }
 
-    /// Decodes it as an event here; `script` gives the script that was submitted under a number. None for an acknowledgement of one that was never
-    /// submitted,
-    /// and for what only a host tells itself.
+    /// Decodes an event on this side; `script` returns the script submitted under a number. Returns `None` for an acknowledgement of a
+    /// script that was never submitted, and for events that only a host creates itself.
     pub fn event(self, script: impl FnOnce(u64) -> Option<Box<kernel::Script>>) -> Option<Event> {
         match self {
             EventAs::Done { source, submission, firing, time_ns, captured } => {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Groups of blocks that can be fused: those of C sources that stand behind each other in a table, where one reads what another has just stored.
+//! Groups of blocks that can be fused: adjacent blocks of C sources in a table, where one reads the value that another has just stored.
 use kernel::{Block, Cell};
 use modules::fused::{FUSED_MAX, Member, Wire, fit};
 use opengpac::abi::{Item, flag, kind, mode};
@@ -7,7 +7,7 @@ use std::collections::HashMap;
 use std::ops::Range;
 use std::sync::Arc;
 
-/// Blocks that can be fused, as a range of those that were asked about.
+/// Blocks that can be fused, as a range of the blocks passed in.
 pub struct Group {
     pub blocks: Range<usize>,
     pub members: Vec<Member>,
@@ -30,7 +30,7 @@ fn is_fit(block: &Arc<Block>) -> bool {
     fit(block.descriptor()).is_ok()
 }
 
-/// Returns the group from the first block whose value another one reads to the last that reads one; the others gain nothing.
+/// Returns the group from the first block whose value another one reads to the last one that reads such a value; the others gain nothing.
 fn group(blocks: &[&Arc<Block>]) -> Option<Group> {
     let mut stored: HashMap<CellSpan, (usize, usize)> = HashMap::new();
     let mut members: Vec<Member> = Vec::with_capacity(blocks.len());
@@ -38,7 +38,7 @@ fn group(blocks: &[&Arc<Block>]) -> Option<Group> {
         let read = bound(block).filter(|(_, item, _)| item.kind == kind::INPUT && item.flags & (flag::SIZED | flag::HISTORY) == 0);
         let wires = read.filter_map(|(input, item, cell)| stored.get(&place(item, cell)).map(|&(from, output)| Wire { input, from, output })).collect();
         members.push(Member { descriptor: block.descriptor(), wires });
-        // A ratio output stores now and then.
+        // A ratio output is not stored at every invocation.
         let is_whole = |item: &Item| item.mode != mode::RATIO && item.flags & flag::SIZED == 0;
         let writes = bound(block).filter(|(_, item, _)| item.kind == kind::OUTPUT);
         for (output, item, cell) in writes {
@@ -56,7 +56,7 @@ fn group(blocks: &[&Arc<Block>]) -> Option<Group> {
     Some(Group { blocks: first..last + 1, members })
 }
 
-/// Where a value lies, and how long it is.
+/// Offset and length of a value.
 type CellSpan = (usize, u32);
 
 fn place(item: &Item, cell: &Cell) -> CellSpan {

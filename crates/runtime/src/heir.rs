@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 //! A device that one host runs and another one is about to take over, in one process.
 //!
-//! The heir has images of its own: it sees what the device read last, and what blocks store for it has no effect. When the host that
-//! runs the device has ended, the heir's own source takes over driver and last outputs between two firings, and nothing was made safe
-//! in between.
+//! The heir has its own images: it sees the last readings of the device, and values that blocks store for it have no effect. When the
+//! host that runs the device has ended, the heir's source takes over driver and last outputs between two firings, without an intermediate
+//! safe state.
 use crate::remote_device;
 use device::{DeviceError, Driver, SafeHandle};
 use interconnect::{Carrier, ConnectionSpec, Memory, Receiver};
@@ -11,10 +11,10 @@ use kernel::{Device, Service, View};
 use std::mem;
 use std::sync::Arc;
 
-/// View that an heir has of the device that it is to take over.
+/// View that an heir has of the device that it will take over.
 struct Looks {
     of: Arc<Device>,
-    /// Empty while it goes back.
+    /// Empty while the view is being returned.
     view: Option<Box<dyn Receiver>>,
 }
 
@@ -46,10 +46,10 @@ impl Drop for Looks {
     }
 }
 
-/// Opens a device so that an heir can see what it reads: with each reading goes one copy of it.
+/// Opens a device so that an heir can see its readings, at the cost of one copy per reading.
 ///
 /// # Errors
-/// As of [`Device::open`].
+/// As for [`Device::open`].
 pub fn open_seen(name: &str, driver: Box<dyn Driver>, now_ns: i64) -> Result<Arc<Device>, DeviceError> {
     let mut device = Device::open(name, driver, now_ns)?;
     show(Arc::get_mut(&mut device).expect("nobody else has it yet"));
@@ -63,11 +63,11 @@ fn show(device: &mut Device) {
     *device.seen().view.lock().expect("nobody panics with the lock held") = Some(receiver);
 }
 
-/// Makes the heir of `of`: it reads what that reads, and writes nothing until [`Op::Inherit`](kernel::Op::Inherit). Where it is
-/// dropped before that, nothing has been.
+/// Makes the heir of `of`: it sees the same readings, and writes nothing until [`Op::Inherit`](kernel::Op::Inherit). Dropping it before
+/// has no effect on `of`.
 ///
 /// # Errors
-/// In words: the device is not opened by [`open_seen`], or has an heir already.
+/// Fails with a message if the device was not opened by [`open_seen`], or has an heir already.
 pub fn heir(of: &Arc<Device>) -> Result<Arc<Device>, DeviceError> {
     let refuse = |why: &str| DeviceError { message: format!("device '{}' cannot be taken over: {why}", of.name()) };
     let mut device = remote_device::recorded(of.name(), of.channels().to_vec())?;
@@ -85,11 +85,11 @@ pub fn heir(of: &Arc<Device>) -> Result<Arc<Device>, DeviceError> {
     Ok(device)
 }
 
-/// Lets `heir` take over driver and last outputs of the device that it is heir of; does nothing if it is none. `ahead_ns`: how much the clock of the
-/// host before was ahead of this one's. What it gives is to be freed off the real-time path.
+/// Makes `heir` take over driver and last outputs of its device; does nothing if it is not an heir. `ahead_ns`: lead of the previous
+/// host's clock over this one's. The returned view must be freed off the real-time path.
 ///
 /// # Safety
-/// Called by the kernel of its source alone, when the host of the device before has ended.
+/// Called only by the kernel of its source, after the host of the previous device has ended.
 pub(crate) unsafe fn inherit(heir: &Device, ahead_ns: i64) -> Option<Box<dyn View>> {
     // SAFETY: the caller is the one that touches it.
     let service = unsafe { heir.service() };

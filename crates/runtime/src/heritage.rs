@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Heritage of a host's sources from those of one that ran before in this process: each block goes on where another one stopped.
-//! Paired off the real-time path, by label and face; carried out between two firings by [`Op::Inherit`](kernel::Op::Inherit).
+//! Heritage: sources of a host continue from those of a previous host in this process, each block from the state in which its predecessor
+//! stopped. Blocks are paired off the real-time path, by label and face; the heritage is carried out between two firings by
+//! [`Op::Inherit`](kernel::Op::Inherit).
 use crate::heir;
 use kernel::phase::CountedInvocations;
 use kernel::{Activation, Block, Cell, Device, Inheritance, Process, SourceId, Table, View};
@@ -11,7 +12,7 @@ use std::ptr;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex};
 
-/// State in force of a source's table.
+/// State in force of a source's table, to be inherited.
 #[derive(Clone)]
 pub struct Holding {
     source: SourceId,
@@ -27,7 +28,7 @@ struct HeldBlock {
 }
 
 impl Holding {
-    /// Returns the state in force of `table` once it is that of `source`.
+    /// Returns the state that `table` has when it is in force in `source`.
     pub fn of(table: &Table, source: SourceId) -> Holding {
         let held = |step: &kernel::table::ColdStep| {
             let (process, activation) = (table.processes[step.process as usize].clone(), table.activations[step.slot as usize].clone());
@@ -36,12 +37,12 @@ impl Holding {
         Holding { source, blocks: table.steps.iter().filter_map(held).collect(), devices: table.devices.clone() }
     }
 
-    /// Returns the labels of its blocks.
+    /// Returns the labels of the blocks.
     pub fn labels(&self) -> impl Iterator<Item = &str> {
         self.blocks.iter().map(|held| held.block.name())
     }
 
-    /// Its devices.
+    /// Returns the devices.
     pub fn devices(&self) -> &[Arc<Device>] {
         &self.devices
     }
@@ -50,11 +51,11 @@ impl Holding {
 /// Heritage of one source.
 pub struct Heritage {
     passes: Vec<Pass>,
-    /// The verb instances of its blocks, each with that before and the source where it ran.
+    /// Verb instances of its blocks, each with its predecessor and the source where that ran.
     times: Vec<(Arc<Process>, Arc<Process>, SourceId)>,
     devices: Vec<Arc<Device>>,
     ahead_ns: i64,
-    /// Views that another thread is to free. Never locked: a script is shared, this is not.
+    /// Views to be freed by another thread. The mutex is never contended: scripts are shared, this is not.
     left: Mutex<Vec<Box<dyn View>>>,
     is_done: Arc<AtomicBool>,
 }
@@ -63,23 +64,22 @@ struct Pass {
     to: Arc<Block>,
     from: Arc<Block>,
     copies: Vec<(Cell, Cell)>,
-    /// Activation, if the block is the first of it that goes on.
+    /// Activation, if the block is its first one that is carried over.
     activation: Option<Arc<Activation>>,
 }
 
-/// Blocks of a source that go on, and those that begin again, with the reason.
+/// Blocks of a source that are carried over, and those that restart, with the reason.
 #[derive(Debug, Default)]
 pub struct CarriedBlocks {
-    /// Labels.
+    /// Labels of blocks that are carried over.
     pub carried: Vec<String>,
-    /// Labels, each with the reason in words.
+    /// Labels of blocks that restart, each with a human-readable reason.
     pub anew: Vec<(String, String)>,
 }
 
 impl Heritage {
-    /// Returns what the source of `to` takes over from sources that have ended when it is carried out. `ahead_ns`: how much the clock of their host
-    /// is
-    /// ahead of that of this one.
+    /// Returns the heritage that the source of `to` takes over from ended sources. `ahead_ns`: lead of their host's clock over this
+    /// one's.
     pub fn between(to: &Holding, before: &[Holding], ahead_ns: i64) -> (Heritage, CarriedBlocks) {
         let known: HashMap<&str, (&HeldBlock, SourceId)> =
             before.iter().flat_map(|holding| holding.blocks.iter().map(|held| (held.block.name(), (held, holding.source)))).collect();
@@ -109,15 +109,15 @@ impl Heritage {
         (Heritage { passes, times, devices: to.devices.clone(), ahead_ns, left, is_done: Arc::default() }, passed)
     }
 
-    /// Returns the flag that is set when it has been carried out.
+    /// Returns the flag that is set once the heritage has been carried out.
     pub fn is_done(&self) -> Arc<AtomicBool> {
         self.is_done.clone()
     }
 
-    /// Carries it out where no source has the devices, so that no other thread touches them.
+    /// Carries out the inheritance of a device that no source has, so that no other thread accesses it.
     ///
     /// # Safety
-    /// No kernel has `device` in its table, and the host of the device before has ended.
+    /// No kernel has `device` in its table, and the host of the previous device has ended.
     pub unsafe fn alone(device: &Device, ahead_ns: i64) {
         // SAFETY: the caller's word.
         drop(unsafe { heir::inherit(device, ahead_ns) });
@@ -157,8 +157,8 @@ impl Inheritance for Heritage {
     }
 }
 
-/// Returns the copies that make `to` go on where `from` stopped: parameters, states, outputs and what its items are bound to. Errors: where the two
-/// faces differ, how, in words.
+/// Returns the copies that make `to` continue where `from` stopped: parameters, states, outputs and the bound cells. Fails with a
+/// description if the two faces differ.
 fn copies(to: &Block, from: &Block) -> Result<Vec<(Cell, Cell)>, String> {
     let (items, others) = (to.items(), from.items());
     if items.len() != others.len() {

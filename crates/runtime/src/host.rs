@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The kernels of one process: a thread for each interrupt source, or all of them under the virtual clock.
+//! Kernels of one process: a thread for each interrupt source, or a single one for all under the virtual clock.
 mod looking;
 mod play;
 mod remote;
@@ -37,23 +37,23 @@ pub struct Host {
     sources: RwLock<Vec<Arc<Source>>>,
     pub(crate) shared: Arc<HostState>,
     remote_sources: RemoteSources,
-    /// The record that is made of it.
+    /// Record made of the host.
     trace: OnceLock<Arc<Trace>>,
-    /// True if it does again what is recorded.
+    /// True if the host replays a record.
     plays: AtomicBool,
     /// Tapes of sources that are recorded or played.
     tapes: Mutex<HashMap<SourceId, Arc<SourceTape>>>,
-    /// Memory in which the next sources note which block runs.
+    /// Memory in which sources added from now record the running step.
     black_box: Mutex<Option<BlackBox>>,
-    /// Monotonic: when the host was made. It is zero under the virtual clock.
+    /// Monotonic: time at which the host was made; zero under the virtual clock.
     pub(crate) epoch_ns: i64,
-    /// Virtual: now.
+    /// Virtual: current time.
     now_ns: AtomicI64,
     /// Virtual: the executor, used by one thread at a time.
     executor: Option<Mutex<Virtual>>,
     watchdog: Arc<Watchdog>,
     threads: Mutex<Vec<RunningThread>>,
-    /// Rings of the supervisor's bell when `poll` found nothing last.
+    /// Number of rings of the supervisor's bell when `poll` last found nothing.
     polled: AtomicU32,
     closed: AtomicBool,
 }
@@ -63,13 +63,13 @@ unsafe impl Sync for Host {}
 // SAFETY: as for `Sync`.
 unsafe impl Send for Host {}
 
-/// A thread of the host, and the source that it serves, where it serves one.
+/// A thread of the host, and the source that it serves, if any.
 type RunningThread = (Option<Arc<Source>>, JoinHandle<()>);
 
-/// Memory for containments that others read.
+/// Memory for containments that other processes read.
 struct BlackBox {
     memory: *mut u8,
-    /// Places from there on.
+    /// Number of remaining slots.
     left: usize,
 }
 
@@ -87,15 +87,14 @@ impl BlackBox {
 const BUDGET_MIN_NS: i64 = 100_000_000;
 
 impl Host {
-    /// Makes a host without sources. `carrier`: what carries connections. Installs the fault handlers (once a process; earlier handlers are called
-    /// for what is not ours).
+    /// Makes a host without sources. `carrier`: carrier of its connections. Installs the fault handlers (once per process; faults outside
+    /// block code are forwarded to earlier handlers).
     pub fn new(clock: ClockKind, carrier: Box<dyn Carrier>) -> Host {
         Host::since(clock, carrier, monotonic_ns())
     }
 
-    /// Makes a host with an epoch of its own, ns of CLOCK_MONOTONIC: that of the host whose sources some of these are. Under the virtual clock the
-    /// epoch
-    /// has no effect.
+    /// Makes a host with a given epoch, ns of CLOCK_MONOTONIC: that of the host to which some of these sources belong. The epoch has no
+    /// effect under the virtual clock.
     pub fn since(clock: ClockKind, carrier: Box<dyn Carrier>, epoch_ns: i64) -> Host {
         containment::install();
         let (epoch_ns, executor) = match clock {
@@ -122,32 +121,32 @@ impl Host {
         };
         let watchdog = host.watchdog.clone();
         let thread = std::thread::Builder::new().name("watchdog".into()).spawn(move || watchdog.run());
-        // Without it only endless loops are not contained.
+        // Without this thread, only endless loops are not contained.
         host.threads().extend(thread.map(|thread| (None, thread)));
         host
     }
 
-    /// Starts a record, so that the run can be run again. `names`: how code is called there. None where there are sources already,
-    /// or a record.
+    /// Starts a record for later replay. `names`: names of code in the replaying process. Returns `None` if there are sources already, or
+    /// a record.
     pub fn record(&self, names: CodeNames) -> Option<Arc<Trace>> {
         let sources = self.sources();
         let trace = Arc::new(Trace::new(names));
         (sources.is_empty() && self.trace.set(trace.clone()).is_ok()).then_some(trace)
     }
 
-    /// Makes a host under the virtual clock whose sources do what is recorded of others: [`Host::play`].
+    /// Makes a host under the virtual clock whose sources replay records of others: see [`Host::play`].
     pub fn playing() -> Host {
         let host = Host::new(ClockKind::Virtual { seed: 0 }, Box::new(interconnect::Memory));
         host.plays.store(true, Ordering::Release);
         host
     }
 
-    /// Returns the record that is made of it.
+    /// Returns the record made of the host.
     pub fn trace(&self) -> Option<&Arc<Trace>> {
         self.trace.get()
     }
 
-    /// Makes a source with an empty table; a monotonic one starts its thread. Fails if the thread cannot be made.
+    /// Makes a source with an empty table; under the monotonic clock, starts its thread. Fails if the thread cannot be made.
     pub fn add_source(&self, spec: SourceSpec) -> std::io::Result<SourceId> {
         let mut sources = self.sources.write().expect("nobody panics with the lock held");
         let id = SourceId(sources.len() as u32);
@@ -172,7 +171,7 @@ impl Host {
                 let name = source.spec.name.chars().take(15).collect();
                 let thread = std::thread::Builder::new().name(name).spawn(move || thread::run(kernel, epoch_ns, &ready))?;
                 self.threads().push((Some(source.clone()), thread));
-                // Its rights are known when this returns; a thread that ended at once has dropped its end.
+                // The source's rights are known when this returns; a thread that ended immediately has dropped its end.
                 let _ready = is_ready.recv();
             }
         }
@@ -182,17 +181,17 @@ impl Host {
         Ok(id)
     }
 
-    /// Sets the time for which timers of this host may stand still before what they command is made safe, and lost: 2 s by default. Of several bounds
-    /// the longest holds.
+    /// Sets the time for which timers of this host may stand still before the outputs they command are made safe, and lost; default 2 s.
+    /// The longest of several bounds applies.
     pub fn allow_standstill(&self, bound: Duration) {
         self.shared.allow_standstill(i64::try_from(bound.as_nanos()).unwrap_or(i64::MAX));
     }
 
-    /// Makes new sources note in `memory` which step runs, one behind the other in the order in which they are made, each in [`BLACK_BOX_LEN`]
-    /// bytes: so that it can be read when this process is gone. Sources that find no room there keep it in memory of their own.
+    /// Makes new sources record the running step in `memory`, in slots of [`BLACK_BOX_LEN`] bytes in order of creation, which can be read
+    /// after this process has exited. Sources that find no room there use memory of their own.
     ///
     /// # Safety
-    /// The memory is zero, starts on a cache line, stays as long as the process, and nothing else writes there.
+    /// The memory is zero, starts on a cache line, exists as long as the process, and nothing else writes there.
     pub unsafe fn set_black_box(&self, memory: *mut u8, len: usize) {
         *self.black_box.lock().expect("nobody panics with the lock held") = Some(BlackBox { memory, left: len / BLACK_BOX_LEN });
     }
@@ -206,7 +205,7 @@ impl Host {
         Some(next)
     }
 
-    /// Keeps the place of a remote source.
+    /// Reserves the number of a remote source.
     pub(crate) fn reserve(&self, spec: SourceSpec) -> SourceId {
         let mut sources = self.sources.write().expect("nobody panics with the lock held");
         let id = SourceId(sources.len() as u32);
@@ -223,8 +222,8 @@ impl Host {
         self.executor().with_kernel(source.0 as usize, then)
     }
 
-    /// Returns true, under the virtual clock, if so much is requested at this instant that one request more is refused. It is never true under the
-    /// monotonic clock.
+    /// Returns true, under the virtual clock, if the next request at this instant would be refused; always false under the monotonic
+    /// clock.
     pub fn is_full(&self) -> bool {
         self.executor.as_ref().is_some_and(|executor| executor.lock().expect("nobody panics with the lock held").is_full())
     }
@@ -239,12 +238,12 @@ impl Host {
         source.bell().wake();
     }
 
-    /// Returns true if time is a number that `fire_next` and `set_now` move.
+    /// Returns true if time is a number that `fire_next` and `set_now` advance.
     pub fn is_virtual(&self) -> bool {
         self.executor.is_some()
     }
 
-    /// Returns ns on the clock since the host's epoch; the first release of a timer of period T is at T.
+    /// Returns the time on the clock since the host's epoch, ns; the first release of a timer of period T is at T.
     pub fn now_ns(&self) -> i64 {
         match self.executor {
             Some(_) => self.now_ns.load(Ordering::Relaxed),
@@ -252,7 +251,7 @@ impl Host {
         }
     }
 
-    /// Restarts a source that a fault stopped (after its devices are safe and its blocks gone).
+    /// Restarts a source that a fault stopped (after its devices are safe and its blocks are removed).
     pub fn restart(&self, source: SourceId) {
         if let Some(remote) = self.remote(source) {
             return remote.restart(source);
@@ -265,12 +264,13 @@ impl Host {
         }
     }
 
-    /// Stops all sources, brings devices to their safe state, joins the threads.
+    /// Stops all sources, brings devices to their safe state, and joins the threads.
     pub fn close(&self) {
         self.end(false);
     }
 
-    /// Stops all sources and joins the threads; the devices stay as they are, for an heir. A device without another holder is made safe and closed.
+    /// Stops all sources and joins the threads; leaves the devices as they are, for an heir. A device without another holder is made safe
+    /// and closed.
     pub fn leave(&self) {
         self.end(true);
     }
@@ -286,17 +286,18 @@ impl Host {
             source.bell().ring();
         }
         if let Some(executor) = &self.executor {
-            // Also where a firing has panicked: this may be called by a destructor on its way, where a second panic ends the process.
+            // Also after a panic in a firing: a destructor may call this during unwinding, where a second panic would abort the process.
             executor.lock().unwrap_or_else(PoisonError::into_inner).close();
         }
         let (of_sources, others): (Vec<_>, Vec<_>) = std::mem::take(&mut *self.threads()).into_iter().partition(|(source, _)| source.is_some());
         of_sources.into_iter().for_each(|(source, thread)| join(source.as_deref(), thread));
-        // It watched to the end: a block that does not return must not keep its thread.
+        // The watchdog runs until here, so that a block that does not return cannot keep its thread.
         self.watchdog.close();
         others.into_iter().for_each(|(source, thread)| join(source.as_deref(), thread));
     }
 
-    /// Lets go of what carries these connections, which others may hold for longer than the host runs. Of a host that is closed; else nothing.
+    /// Drops the carriers of these connections, which others may hold for longer than the host runs. Does nothing unless the host is
+    /// closed.
     pub fn sever<'a>(&self, inbounds: impl IntoIterator<Item = &'a Inbound>, outbounds: impl IntoIterator<Item = &'a Outbound>) {
         if !self.closed.load(Ordering::Acquire) || !self.threads().is_empty() {
             return;
@@ -307,7 +308,7 @@ impl Host {
         outbounds.into_iter().for_each(|outbound| unsafe { outbound.sever() });
     }
 
-    /// Lets what is under way arrive, and raises who waits for it.
+    /// Delivers everything in transit, and raises the sources that wait for it.
     fn deliver(&self, now_ns: i64) {
         self.now_ns.fetch_max(now_ns, Ordering::Relaxed);
         let sources = self.sources();
@@ -328,7 +329,7 @@ impl Host {
         self.tapes.lock().expect("nobody panics with the lock held").get(&source).cloned()
     }
 
-    /// Keeps a thread, to be joined when the host is closed.
+    /// Keeps a thread to join it when the host is closed.
     pub(crate) fn keep_thread(&self, thread: JoinHandle<()>) {
         self.threads().push((None, thread));
     }
@@ -346,7 +347,7 @@ impl Host {
     }
 }
 
-/// Waits for a thread to end, but for one that never will. One that panicked has said so; the others are joined all the same.
+/// Waits for a thread to end, unless it never will. A thread that panicked has reported it; the others are still joined.
 fn join(source: Option<&Source>, thread: JoinHandle<()>) {
     let Some(source) = source else { return drop(thread.join()) };
     while !thread.is_finished() {
@@ -358,7 +359,7 @@ fn join(source: Option<&Source>, thread: JoinHandle<()>) {
     drop(thread.join());
 }
 
-/// Period at which it looks whether a thread has ended.
+/// Poll period for the end of a thread.
 const JOIN_LOOKS: std::time::Duration = std::time::Duration::from_micros(200);
 
 impl Drop for Host {

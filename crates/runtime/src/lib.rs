@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The floors above the kernel: hosts, threads and clocks that drive it, remote sources and what relays between them, records of a run, and
-//! the handover from one host to the next.
+//! Layers above the kernel: hosts, the threads and clocks that drive the kernel, remote sources and relays between them, records of a
+//! run, and the handover from one host to the next.
 //!
-//! A [`Host`] has the kernels of one process: a `thread` for each source under the monotonic clock, or one `virtual_clock` for all of them.
-//! `remote_sources` is what it knows of sources in other processes and on other hosts, `spread` serves processes that span several, `encoding` how scripts travel there, `trace` the record of a run,
-//! `heritage` what a host takes over from the one before it.
+//! A [`Host`] contains the kernels of one process: a `thread` for each source under the monotonic clock, or one `virtual_clock` for all
+//! of them. `remote_sources` represents sources in other processes and on other hosts, `spread` serves processes that span several,
+//! `encoding` encodes scripts sent there, `trace` records a run, and `heritage` lets a host take over from the previous one.
 mod clock;
 pub mod encoding;
 mod groups;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Locks of threads that do not panic while they hold one.
+//! Locks whose holders never panic.
 use std::sync::{Mutex, MutexGuard};
 
 pub(crate) fn locked<T>(of: &Mutex<T>) -> MutexGuard<'_, T> {

@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Connections between a process of this host and another host. Neither of them reaches the other, but this process reaches both: a thread
-//! of it takes what comes from the one and gives it to the other.
+//! Connections between a process of this host and another host. The two cannot reach each other, but this process reaches both: one of
+//! its threads forwards values from one to the other.
 //!
 //! | | writing source | relay | reading source |
 //! |---|---|---|---|
 //! | may block another | never | never | never |
-//! | if the relay is held up | goes on; `Full` when the queue to the relay is | | goes on with what it has |
-//! | if an end finds no room | | the row stays in the queue before it, and is tried again | |
+//! | if the relay is held up | continues; `Full` when the queue to the relay is full | | continues with its present values |
+//! | if an end finds no room | | the row stays in the previous queue, and is retried | |
 //!
-//! A publication keeps its number and its time, so its age is known at the reader as over any other way.
+//! A publication keeps its number and its time, so the reader knows its age as over any other path.
 use crate::locked::locked;
 use crate::remote::Remote;
 use crate::rights;
@@ -23,16 +23,17 @@ use std::thread::JoinHandle;
 /// Period at which it polls for groups, whose arrival is not signalled, and for rows that found no room, ns.
 const LOOK_NS: i64 = 1_000_000;
 
-/// Priority behind every source and before ordinary programs, if the right is given.
+/// Priority below every source and above ordinary programs, if the right is granted.
 const PRIORITY: u8 = 1;
-/// Rows of one connection that are handed on before the others have their turn: its writer may be a process that never ends.
+/// Maximum number of rows of one connection forwarded before the others have their turn, since its writer may be a process that never
+/// stops.
 const ROWS_MAX: usize = 4096;
 
 /// The relays of a host.
 #[derive(Default)]
 pub(crate) struct Relays(Mutex<Option<Arc<Thread>>>);
 
-/// State that the thread shares with those that connect.
+/// State that the relay thread shares with threads that connect.
 #[derive(Default)]
 pub(crate) struct Thread {
     bell: Bell,
@@ -40,7 +41,7 @@ pub(crate) struct Thread {
     closing: AtomicBool,
 }
 
-/// Held where the ends of a connection would be that is relayed: while one of them is there, its values are handed on.
+/// Held in place of the ends of a relayed connection: while one of them exists, its values are forwarded.
 pub(crate) struct RelayDemand(Arc<Thread>);
 
 impl Drop for RelayDemand {
@@ -57,11 +58,11 @@ struct Relay {
 }
 
 impl Relays {
-    /// Hands on what `from` publishes over `way` to `to`, as long as what is returned is held. `epoch_ns`: of the host; `keep_thread`: joins the
-    /// thread when the host is closed.
+    /// Forwards publications of `from` over `way` to `to`, as long as the returned values are held. `epoch_ns`: of the host;
+    /// `keep_thread`: joins the thread when the host is closed.
     ///
     /// # Errors
-    /// One of the two cannot be reached, or the thread cannot be made.
+    /// Fails if one of the two cannot be reached, or the thread cannot be made.
     pub(crate) fn relay(
         &self,
         way: &Way,
@@ -86,7 +87,7 @@ impl Relays {
         Ok(wanted)
     }
 
-    /// Returns the thread, which is started with the first relay.
+    /// Returns the relay thread, which is started with the first relay.
     fn relaying(&self, epoch_ns: i64, keep_thread: impl FnOnce(JoinHandle<()>)) -> Result<Arc<Thread>, EndError> {
         let mut started = locked(&self.0);
         if let Some(thread) = started.as_ref() {
@@ -110,7 +111,7 @@ impl Relays {
 
 impl Thread {
     fn run(&self, epoch_ns: i64) {
-        // Without the right it works all the same, only later.
+        // It also works without the right, only later.
         let _given = process_kit::limit_real_time() && rights::prioritise(PRIORITY);
         while !self.closing.load(Ordering::Acquire) {
             let seen = self.bell.rings();
@@ -127,7 +128,7 @@ impl Thread {
 }
 
 impl Relay {
-    /// Hands on what has come; true where it has to be looked at again soon.
+    /// Forwards everything that has arrived; returns true if it must poll again soon.
     fn hand_on(&mut self, now_ns: i64) -> bool {
         if let Some(header) = self.receiver.latch(now_ns) {
             self.sender.group().copy_from_slice(self.receiver.group());

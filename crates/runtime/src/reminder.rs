@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Reminder of the supervisor: what a source told while a caller attends in the supervisor's place ([`Host::attend`](crate::Host::attend))
-//! waits for that caller, which has no priority; the source, which has one, reminds the supervisor if the caller has not come to look.
+//! Reminder of the supervisor: reports of a source while a caller attends in the supervisor's place
+//! ([`Host::attend`](crate::Host::attend)) wait for that caller, which has no real-time priority. The source, which has one, reminds the
+//! supervisor if the caller does not poll in time.
 use kernel::bell::Bell;
 
-/// Time that the caller has, ns.
+/// Time that the caller is given, ns.
 const REMIND_NS: i64 = 1_000_000;
 
 /// Reminder of one source.
@@ -13,7 +14,8 @@ pub(crate) struct Reminder {
 }
 
 impl Reminder {
-    /// Reminds where that is due. Returns when it has to look again, ns of the host's clock; none where nothing is owed. Real-time safe.
+    /// Reminds the supervisor if that is due. Returns the time of the next check, ns of the host's clock; `None` if no reminder is owed.
+    /// Real-time safe.
     pub fn look(&mut self, supervisor: &Bell, now_ns: i64) -> Option<i64> {
         if !supervisor.is_owed() {
             self.since_ns = None;

@@ -1,16 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Remote sources: in another process of this host, or on another one. The host here keeps them by number like its own; what runs them
-//! stands behind [`Remote`].
+//! Remote sources, in another process of this host or on another host. The local host numbers them like its own; their host is accessed
+//! through [`Remote`].
 //!
-//! A verb instance whose sources all lie in one place has its word there: kernels react to its conditions in the same firing,
-//! as everywhere, and who takes it asks there. The word of one whose sources lie in several places is here; remote kernels only tell
-//! what was reported, and it is served when that arrives.
+//! A verb instance whose sources all run in one processor process has its word there: kernels react to its conditions in the same firing,
+//! as usual, and the supervisor sends a request to take it. The word of an instance spread over several is kept here; remote kernels only
+//! report conditions, which are served on arrival.
 use interconnect::{ConnectionSpec, EndError, Receiver, Sender};
 use kernel::{BlockId, BlockTimes, RemoteWord, Script, SourceId, Statistics};
 
-/// Host of remote sources. All calls come from ordinary threads; none waits longer than the link to it lives.
+/// Host of remote sources. All calls are made by ordinary threads; none waits longer than the link to it lives.
 pub trait Remote: RemoteWord {
-    /// Hands a script to a source there. Its acknowledgement comes back by [`Host::tell`](crate::Host::tell).
+    /// Submits a script to a source there. Its acknowledgement is returned through [`Host::tell`](crate::Host::tell).
     fn submit(&self, source: SourceId, script: Box<Script>);
 
     /// Requests a firing of a software source there.
@@ -19,36 +19,36 @@ pub trait Remote: RemoteWord {
     /// Restarts a source there that a fault stopped.
     fn restart(&self, source: SourceId);
 
-    /// Counters and histograms of a source, as it told last.
+    /// Returns the counters and histograms of a source, as last reported.
     fn statistics(&self, source: SourceId) -> Statistics;
 
-    /// Probes there, as [`Host::probe`](crate::Host::probe) does here.
+    /// Probes a source there, as [`Host::probe`](crate::Host::probe) does here.
     fn probe(&self, source: SourceId, for_ns: u64);
 
-    /// Returns the durations of the invocations of a block there, as it told last.
+    /// Returns the durations of the invocations of a block there, as last reported.
     fn block_times(&self, block: BlockId) -> BlockTimes;
 
-    /// Enters a stage of a process whose sources lie in several places: later reports there belong to it.
+    /// Enters a stage of a process whose sources are in several locations: later reports from there refer to it.
     fn enter(&self, process: u64, stage: u16, generation: u32);
 
     /// Sets or clears the flag that every write of a device there obeys.
     fn stop(&self, set: bool);
 
-    /// Returns the host on which it runs; none if that is this one.
+    /// Returns the host on which it runs; `None` for this one.
     fn host(&self) -> Option<&str>;
 
-    /// Returns the writing end here of a connection to it.
+    /// Returns the local writing end of a connection to it.
     ///
     /// # Errors
-    /// What keeps it from being made.
+    /// Fails if the end cannot be made.
     fn sender(&self, number: u64, spec: &ConnectionSpec) -> Result<Box<dyn Sender>, EndError>;
 
-    /// Returns the reading end here of a connection from it.
+    /// Returns the local reading end of a connection from it.
     ///
     /// # Errors
     /// As for `sender`.
     fn receiver(&self, number: u64, spec: &ConnectionSpec, raise: Box<dyn Fn() + Send + Sync>) -> Result<Box<dyn Receiver>, EndError>;
 
-    /// Ends it: its sources stop, its devices are safe.
+    /// Closes the remote host: its sources stop, its devices are safe.
     fn close(&self);
 }

@@ -1,18 +1,18 @@
 // SPDX-License-Identifier: Apache-2.0
-//! A remote device: its processor is asked by [`DeviceCall`] and tells by [`DeviceState`].
+//! Remote devices: [`DeviceCall`] sends requests to the processor, and [`DeviceState`] is its report.
 use device::{Channel, DeviceError, Driver};
 use kernel::{Device, DeviceCall};
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
 
-/// State of a device, as its processor tells it.
+/// State of a device, as its processor reports it.
 #[derive(Clone, Debug, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 pub struct DeviceState {
-    /// True if it failed.
+    /// True if the device failed.
     pub lost: bool,
-    /// State of each channel: it asks; it asked since the last `forget`; how often its slew limit acted.
+    /// State of each channel: whether it requests; whether it has requested since the last `forget`; how often its slew limit acted.
     pub channels: Vec<(bool, bool, u64)>,
-    /// Calls of `forget` that it has seen.
+    /// Number of `forget` calls that it has processed.
     pub forgotten: u64,
 }
 
@@ -27,7 +27,7 @@ impl DeviceState {
     pub fn report(&self, device: &Device) {
         let standing = device.standing();
         standing.lost.store(self.lost, Ordering::Release);
-        // What was asked before the last `forget` is forgotten.
+        // Requests reported before the last `forget` are ignored.
         let is_new = self.forgotten == standing.forgotten.load(Ordering::Acquire);
         for ((asking, limited), (now, once, count)) in standing.asking.iter().zip(&standing.limited).zip(&self.channels) {
             asking.now.store(*now, Ordering::Release);
@@ -39,25 +39,25 @@ impl DeviceState {
     }
 }
 
-/// Makes a remote device, with these channels. `calls` asks its processor.
+/// Makes a remote device with these channels. `calls` sends requests to its processor.
 ///
 /// # Errors
-/// None: as of [`Device::open`].
+/// None in practice; those of [`Device::open`].
 pub fn open(name: &str, channels: Vec<Channel>, calls: Box<dyn Fn(DeviceCall) + Send + Sync>) -> Result<Arc<Device>, DeviceError> {
     let device = recorded(name, channels)?;
     device.ask_through(calls);
     Ok(device)
 }
 
-/// Makes a device of a record, with these channels: what it reads comes from there.
+/// Makes a device of a record with these channels, which reads the recorded values.
 ///
 /// # Errors
-/// None: as of [`Device::open`].
+/// None in practice; those of [`Device::open`].
 pub fn recorded(name: &str, channels: Vec<Channel>) -> Result<Arc<Device>, DeviceError> {
     Device::open(name, Box::new(UnreachedDriver(channels)), 0)
 }
 
-/// Notes that a remote device has been opened again: nothing is known of it, and it is asked again for what it was asked for before.
+/// Records that a remote device has been reopened: its state is unknown, and its earlier requests are sent again.
 pub fn renew(device: &Device) {
     let standing = device.standing();
     standing.lost.store(false, Ordering::Release);
@@ -70,7 +70,7 @@ pub fn renew(device: &Device) {
     }
 }
 
-/// The driver of a device that nothing here reaches: it does nothing.
+/// Driver of a device that cannot be accessed from here; does nothing.
 pub(crate) struct UnreachedDriver(pub(crate) Vec<Channel>);
 
 impl Driver for UnreachedDriver {

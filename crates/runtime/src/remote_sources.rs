@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Remote sources of a host: who runs them, the processes that span several places, and the events that came from there.
+//! Remote sources of a host: their hosts, the processes spread over several locations, and events received from there.
 use crate::locked::locked;
 use crate::relay::Relays;
 use crate::remote::Remote;
@@ -8,29 +8,29 @@ use std::collections::{HashMap, VecDeque};
 use std::sync::atomic::{AtomicBool, AtomicU64, AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex, RwLock, Weak};
 
-/// Remote sources, and what is to be told of them.
+/// Remote sources, with their pending events.
 #[derive(Default)]
 pub(crate) struct RemoteSources {
     by_source: RwLock<HashMap<SourceId, Arc<dyn Remote>>>,
     is_any: AtomicBool,
-    /// Number of the last connection that reaches there.
+    /// Number of the last connection to a remote source.
     last_way: AtomicU64,
-    /// Processes with sources there.
+    /// Processes with remote sources.
     processes: Mutex<HashMap<u64, Reaching>>,
-    /// Number of them that were referenced at the last search.
+    /// Number of processes that were referenced at the last search.
     held: AtomicUsize,
-    /// Events that came from there: (order among the events of the host, event).
+    /// Events received from remote sources: (order among the events of the host, event).
     told: Mutex<VecDeque<(u64, Event)>>,
-    /// Events that are told before everything else, because they belong before an event that was taken already.
+    /// Events to be returned first, because they belong before an event that was taken already.
     first: Mutex<VecDeque<Event>>,
-    /// Connections from place to place that go through here.
+    /// Connections between remote processors that pass through here.
     pub(crate) relays: Relays,
 }
 
 /// A process with remote sources.
 struct Reaching {
     process: Weak<Process>,
-    /// Hosts of a process that is spread: their kernels tell what comes, and know which stage it belongs to.
+    /// Hosts of a spread process: their kernels report its conditions, and track its stage.
     places: Vec<Arc<dyn Remote>>,
 }
 
@@ -43,7 +43,7 @@ impl RemoteSources {
         if self.is_any() { locked(&self.first).pop_front() } else { None }
     }
 
-    /// Takes an event of remote sources that came before the event `serial` was made here.
+    /// Takes an event of remote sources that arrived before the local event `serial`.
     pub(crate) fn take_told(&self, serial: Option<u64>) -> Option<Event> {
         if !self.is_any() {
             return None;
@@ -58,13 +58,13 @@ impl RemoteSources {
         all.iter().enumerate().filter(|(index, remote)| !all[..*index].iter().any(|other| Arc::ptr_eq(other, remote))).for_each(|(_, remote)| remote.close());
     }
 
-    /// Notes that `remote` runs this source.
+    /// Registers `remote` as the host of this source.
     pub(crate) fn enter(&self, source: SourceId, remote: Arc<dyn Remote>) {
         self.by_source.write().expect("nobody panics with the lock held").insert(source, remote);
         self.is_any.store(true, Ordering::Release);
     }
 
-    /// Returns the host of a source; none if that is this host.
+    /// Returns the host of a source; `None` for local sources.
     pub(crate) fn of(&self, source: SourceId) -> Option<Arc<dyn Remote>> {
         if !self.is_any() {
             return None;
@@ -72,12 +72,12 @@ impl RemoteSources {
         self.by_source.read().expect("nobody panics with the lock held").get(&source).cloned()
     }
 
-    /// Returns the number of a new connection that leads to a remote source.
+    /// Returns the number of a new connection to a remote source.
     pub(crate) fn next_way(&self) -> u64 {
         self.last_way.fetch_add(1, Ordering::Relaxed) + 1
     }
 
-    /// Notes an event that came from a remote source; `serial`: its order among the events of the host.
+    /// Records an event of a remote source; `serial`: its order among the events of the host.
     pub(crate) fn told(&self, serial: u64, event: Event) {
         self.is_any.store(true, Ordering::Release);
         locked(&self.told).push_back((serial, event));
@@ -88,7 +88,7 @@ impl RemoteSources {
         self.by_source.read().expect("nobody panics with the lock held").values().for_each(|remote| remote.stop(set));
     }
 
-    /// Makes a process with steps in `sources`. See [`Process::new`]. Where they all lie in one remote place its word is there.
+    /// Makes a process with steps in `sources`. See [`Process::new`]. If they all run in one remote processor process, the word is there.
     pub(crate) fn new_process(&self, id: u64, created: u64, sources: &[SourceId]) -> Arc<Process> {
         let mut places: Vec<Option<Arc<dyn Remote>>> = Vec::new();
         for remote in sources.iter().map(|source| self.of(*source)) {
@@ -111,7 +111,7 @@ impl RemoteSources {
         process
     }
 
-    /// Adds events that are told before everything else, because they belong before an event that was taken already.
+    /// Adds events to be returned first, because they belong before an event that was taken already.
     pub(crate) fn tell_first(&self, events: impl IntoIterator<Item = Event>) {
         locked(&self.first).extend(events);
     }
@@ -120,16 +120,16 @@ impl RemoteSources {
         locked(&self.processes).get(&id)?.process.upgrade()
     }
 
-    /// Returns the hosts whose kernels serve a process that is spread.
+    /// Returns the hosts whose kernels serve a spread process.
     pub(crate) fn places(&self, id: u64) -> Vec<Arc<dyn Remote>> {
         locked(&self.processes).get(&id).map(|reaching| reaching.places.clone()).unwrap_or_default()
     }
 }
 
-/// Below this number of processes it does not search for unreferenced ones.
+/// Number of processes below which it does not search for unreferenced ones.
 const PROCESSES_MIN: usize = 256;
 
-/// Returns true if both are one place.
+/// Returns true if both are the same host.
 pub(crate) fn is_same(one: &Option<Arc<dyn Remote>>, other: &Option<Arc<dyn Remote>>) -> bool {
     match (one, other) {
         (Some(one), Some(other)) => Arc::ptr_eq(one, other),

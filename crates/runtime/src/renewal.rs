@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-//! A lost device that is opened again: another driver takes the place of the one that failed, between two firings. Cells, claims and
-//! tables stay as they are.
+//! Reopening of a lost device: another driver replaces the one that failed, between two firings. Cells, claims and tables are kept.
 //!
-//! A machine is often opened by one driver at a time, so this takes two steps: the old driver is given back, and closed by the thread that gets it;
-//! then the new one, opened meanwhile off the real-time path, is put in.
+//! Many machines accept only one driver at a time, so this takes two steps: the old driver is handed out, and closed by the receiving
+//! thread; then the new one, opened meanwhile off the real-time path, is installed.
 use crate::remote_device;
 use device::Direction;
 use kernel::{Device, Reopening};
@@ -11,24 +10,24 @@ use std::mem;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-/// One of the two steps.
+/// One step of a renewal.
 pub struct Renewal {
     device: Arc<Device>,
-    /// The device whose driver it gets, and which gets its own in return. None where a record is played.
+    /// Device whose driver it receives in exchange for its own. `None` if a record is played.
     by: Option<Arc<Device>>,
-    /// The device is no longer lost.
+    /// True if the device is no longer lost.
     is_open: bool,
     is_done: Arc<AtomicBool>,
 }
 
-/// The driver that a device had.
+/// Previous driver of a device.
 pub struct RetiredDriver {
     holder: Arc<Device>,
     is_done: Arc<AtomicBool>,
 }
 
 impl RetiredDriver {
-    /// Closes it, off the real-time path; nothing where it has not been given back.
+    /// Closes the driver, off the real-time path; does nothing if it has not been handed out.
     pub fn close(self) {
         if self.is_done.load(Ordering::Acquire) {
             // SAFETY: no kernel has the holder in a table, and the one that put the driver there is through with it.
@@ -38,7 +37,7 @@ impl RetiredDriver {
 }
 
 impl Renewal {
-    /// Retires the driver of a lost device: nothing takes its place so far.
+    /// Retires the driver of a lost device, without a replacement yet.
     pub fn retire(device: &Arc<Device>) -> (Renewal, RetiredDriver) {
         let empty = remote_device::recorded(device.name(), device.channels().to_vec()).expect("a driver that does nothing opens");
         let is_done = Arc::<AtomicBool>::default();
@@ -46,10 +45,10 @@ impl Renewal {
         (Renewal { device: device.clone(), by: Some(empty), is_open: false, is_done }, retired)
     }
 
-    /// Lets the driver of `fresh`, which must have no other user, serve the device.
+    /// Installs the driver of `fresh`, which must have no other user, in the device.
     ///
     /// # Errors
-    /// Its channels are others, in words.
+    /// Fails with a message if its channels differ.
     pub fn open(device: &Arc<Device>, fresh: Arc<Device>) -> Result<Renewal, String> {
         let face = |of: &Device| of.channels().iter().map(|c| (c.name.clone(), c.direction, c.type_text.clone(), c.offset, c.len)).collect::<Vec<_>>();
         if face(device) != face(&fresh) {
@@ -59,17 +58,17 @@ impl Renewal {
         Ok(Renewal { device: device.clone(), by: Some(fresh), is_open: true, is_done: Arc::default() })
     }
 
-    /// Makes the renewal of a device of a record that is played: what is read comes from there.
+    /// Makes the renewal of a device of a record that is played; its readings come from the record.
     pub fn recorded(device: Arc<Device>, is_open: bool) -> Renewal {
         Renewal { device, by: None, is_open, is_done: Arc::default() }
     }
 
-    /// Returns the flag that is set when it has been carried out.
+    /// Returns the flag that is set once the renewal has been carried out.
     pub fn is_done(&self) -> Arc<AtomicBool> {
         self.is_done.clone()
     }
 
-    /// Carries it out where no source has the device.
+    /// Carries out the renewal of a device that no source has.
     ///
     /// # Safety
     /// No kernel has the device in its table.

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Rights that a source's thread asks of the operating system: priority, core, locked memory. Where something is not given, the source
-//! works all the same, only later; what was not given is said in one line.
+//! Rights that a source's thread requests from the operating system: priority, core, locked memory. Without them the source still works,
+//! only later; rights not granted are reported in one line.
 use kernel::SourceSpec;
 use process_kit::{limit_real_time, may_lock_all};
 use std::sync::OnceLock;
 
-/// Takes what is given to the calling thread. Says what is not, and whether it runs at a real-time priority.
+/// Requests the rights for the calling thread. Returns those not granted, and whether it runs at a real-time priority.
 pub(crate) fn take(spec: &SourceSpec) -> (Vec<String>, bool) {
     let mut missing = Vec::new();
     // SAFETY: sets the timer slack of this thread.
@@ -25,7 +25,7 @@ pub(crate) fn take(spec: &SourceSpec) -> (Vec<String>, bool) {
     (missing, real_time)
 }
 
-/// Gives the calling thread, which serves what kernels tell, `priority` and `core`, if they are given. Says what is not.
+/// Sets `priority` and `core` of the calling thread, which serves reports of kernels, if granted. Returns the rights not granted.
 pub fn take_for_supervisor(priority: u8, core: Option<usize>) -> Vec<String> {
     let mut missing = Vec::new();
     // SAFETY: sets the timer slack of this thread.
@@ -41,21 +41,21 @@ pub fn take_for_supervisor(priority: u8, core: Option<usize>) -> Vec<String> {
     missing
 }
 
-/// Raises the calling thread, which says that kernels serve, above every kernel, if that is given: none of them holds it up, nor what else
-/// runs at a real-time priority.
+/// Raises the calling thread, which reports that kernels serve, above every kernel, if granted, so that neither kernels nor other
+/// real-time programs hold it up.
 pub fn take_for_heart() {
     const PRIORITY: u8 = 98;
     let _given = limit_real_time() && prioritise(PRIORITY);
 }
 
-/// Keeps all memory of the process in place.
+/// Locks all memory of the process.
 fn lock_memory() -> bool {
     static LOCKED: OnceLock<bool> = OnceLock::new();
     // SAFETY: asks for locked memory, which is the process's own.
     *LOCKED.get_or_init(|| may_lock_all() && unsafe { libc::mlockall(libc::MCL_CURRENT | libc::MCL_FUTURE | MCL_ONFAULT) } == 0)
 }
 
-/// Lock a page when it is touched first, so that large reservations cost nothing; images are touched when they are made.
+/// Locks a page when it is first touched, so that large reservations cost nothing; images are touched when they are made.
 const MCL_ONFAULT: i32 = 4;
 
 fn pin(core: usize) -> bool {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! A block's entry called outside every firing, as a trial does, under the containment that firings have.
+//! Calls of a block's entry outside any firing, as in a trial, under the same containment as in firings.
 use crate::waiting::waits_for_a_core;
 use kernel::clock::monotonic_ns;
 use kernel::containment::Call;
@@ -14,28 +14,28 @@ use std::sync::mpsc::{RecvTimeoutError, Sender, channel};
 use std::thread::JoinHandle;
 use std::time::Duration;
 
-/// Period at which its watchdog looks.
+/// Poll period of the watchdog.
 const LOOK_EVERY: Duration = Duration::from_millis(10);
 
-/// Time of one call: that of a firing under the virtual clock.
+/// Time budget of one call: that of a firing under the virtual clock.
 const BUDGET_NS: i64 = crate::clock::BUDGET_VIRTUAL_NS;
 
-/// Calls of entries that a signal or a spent budget ends, not the process. Not for the real-time path.
+/// Calls entries such that a signal or an exceeded budget ends the call rather than the process. Not for the real-time path.
 pub struct Sandbox {
     containment: Arc<Containment>,
-    /// Dropped, it ends the watchdog.
+    /// Ends the watchdog when dropped.
     watches: Option<Sender<()>>,
     watchdog: Option<JoinHandle<()>>,
 }
 
 impl Sandbox {
-    /// Installs the handlers and starts the watchdog; without one, where no thread can be made, an endless loop stays one.
+    /// Installs the handlers and starts the watchdog. If no thread can be made, endless loops are not ended.
     pub fn new() -> Sandbox {
         Sandbox::with_budget(BUDGET_NS)
     }
 
-    /// Makes a sandbox for a block whose body is run by the interpreter of this process. It has no budget: a call that was ended there would keep
-    /// the interpreter's lock without end.
+    /// Makes a sandbox for a block whose body is run by the interpreter of this process. It has no budget: a call ended there would never
+    /// release the interpreter's lock.
     pub fn interpreted() -> Sandbox {
         Sandbox::with_budget(i64::MAX)
     }
@@ -54,7 +54,7 @@ impl Sandbox {
         Sandbox { containment, watches: Some(watches), watchdog }
     }
 
-    /// Calls an entry. What it returned, or the outcome `SIGNAL`.
+    /// Calls an entry. Returns its result, or the outcome `SIGNAL`.
     ///
     /// # Safety
     /// As for [`Run`]. After a signal the instance is not called again.

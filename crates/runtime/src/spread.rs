@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Processes that span several places: conditions that no kernel can serve are served here, and the word of a process here follows the one
-//! that is remote.
+//! Processes spread over several locations: serves conditions that no kernel can serve, and keeps the local word of a process in step
+//! with the remote one.
 use crate::remote_sources::RemoteSources;
 use kernel::process_word::Word;
 use kernel::serving::{self, ConditionEffect, Occurrence, Server};
@@ -8,7 +8,7 @@ use kernel::{Event, Home, Op, Process, Reaction, Script, SourceId};
 use std::sync::Arc;
 
 impl RemoteSources {
-    /// Tells the other places of a process that is spread what a script does to it.
+    /// Notifies the other hosts of a spread process of the effects of a script on it.
     pub(crate) fn announce(&self, source: SourceId, script: &Script) {
         if !self.is_any() {
             return;
@@ -29,7 +29,8 @@ impl RemoteSources {
         }
     }
 
-    /// Serves what no kernel could, conditions of processes that reach over several places; and follows those whose word is remote.
+    /// Serves conditions of processes that are spread over several locations, which no kernel can serve; follows processes whose word is
+    /// remote.
     pub(crate) fn serve(&self, event: Event) -> Event {
         match event {
             Event::Unwatched { source, process: id, generation, block, item, fault, number, time_ns, value } => {
@@ -37,7 +38,7 @@ impl RemoteSources {
                 let Some(process) = self.process(id).filter(|process| process.is_spread()) else { return came.unwatched(value) };
                 let word = process.word();
                 let Some((_, watch)) = process.watch_of(word.stage, block, item) else { return came.unwatched(value) };
-                // What was reported before a wait of the same list was reached still counts for it.
+                // Conditions reported before a wait of the same list was reached still count for it.
                 let moved = if process.is_of_list(generation) { serving::act(&mut Here, &process, word, watch, word.acts()) } else { None };
                 let generation = if moved.is_some() { word.generation } else { generation };
                 Occurrence { generation, ..came }.watched(watch, moved, false, value)
@@ -61,7 +62,7 @@ impl RemoteSources {
     }
 }
 
-/// Serves a script that moved a process and has been carried out: what it remembered acts, or its word here follows.
+/// Completes a script that moved a process and has been carried out: remembered conditions act, or the local word follows.
 fn served(process: &Process, step: &Step, source: SourceId, time_ns: i64) -> Option<Event> {
     match (process.home(), step) {
         (Home::Spread, _) => return serve_remembered(process, source, time_ns),
@@ -72,13 +73,13 @@ fn served(process: &Process, step: &Step, source: SourceId, time_ns: i64) -> Opt
     None
 }
 
-/// Serves a condition that came before the stage that waits for it, as that is entered.
+/// Serves a condition that was reported before the stage awaiting it, when that is entered.
 fn serve_remembered(process: &Process, source: SourceId, time_ns: i64) -> Option<Event> {
     let (word, watch, moved) = serving::act_late(&mut Here, process)?;
     Some(Occurrence::late(source, process, word, watch, time_ns).watched(watch, Some(moved), false, Vec::new()))
 }
 
-/// The host as it serves conditions of processes whose word is here and whose kernels are not: the supervisor alone answers them.
+/// The host as server of conditions of processes whose word is local but whose kernels are remote: only the supervisor answers them.
 struct Here;
 
 impl Server for Here {

@@ -11,20 +11,20 @@ use std::hint::spin_loop;
 use std::sync::atomic::Ordering;
 use std::sync::mpsc::Sender;
 
-/// Time before a release at which a thread that has a core of its own, and the rights, wakes and spins.
+/// Time before a release at which a thread with a core of its own, and the rights, wakes and spins.
 const SPIN_NS: i64 = 30_000;
 
-/// A source with a shorter period sleeps only: spinning would take a good part of the core.
+/// Minimum period for spinning; a source with a shorter period only sleeps, since spinning would take a large part of the core.
 const SPIN_PERIOD_MIN_NS: i64 = 10 * SPIN_NS;
 
-/// Runs the thread of one source, until it is closed. `ready` is told when it has taken what rights there are.
+/// Runs the thread of one source until it is closed. Signals `ready` once it has requested its rights.
 pub(crate) fn run(mut kernel: Kernel, epoch_ns: i64, ready: &Sender<()>) {
     let (missing, real_time) = rights::take(&kernel.source.spec);
     *kernel.source.rights_missing.lock().expect("nobody panics with the lock held") = missing;
     containment::prepare_thread();
     forks::bind_thread();
     kernel.source.containment.bind_thread();
-    // The maker of the source may have given up waiting.
+    // The thread that made the source may have given up waiting.
     let _told = ready.send(());
     let spins = real_time && kernel.source.spec.core.is_some() && kernel.source.period_ns().is_some_and(|period| period >= SPIN_PERIOD_MIN_NS);
     match kernel.source.period_ns() {
@@ -32,10 +32,10 @@ pub(crate) fn run(mut kernel: Kernel, epoch_ns: i64, ready: &Sender<()>) {
         None => software(&mut kernel, epoch_ns),
     }
     kernel.carry_out_all(monotonic_ns() - epoch_ns);
-    // From here on it reminds of nothing any more.
+    // It sends no reminders after this.
     kernel.shared.supervisor.remind();
     if kernel.source.is_lost.load(Ordering::Acquire) {
-        // Its devices are safe. What a thread does at its end may need a lock that it holds itself, so its end is not waited for.
+        // Its devices are safe. Its exit may need a lock that it holds itself, so it never exits.
         loop {
             // SAFETY: a wait.
             unsafe { libc::pause() };
@@ -44,7 +44,7 @@ pub(crate) fn run(mut kernel: Kernel, epoch_ns: i64, ready: &Sender<()>) {
     kernel.close();
 }
 
-/// Runs a timer: firing k releases at epoch + k · period. A release that was missed consumes its number; there is never a burst.
+/// Runs a timer: firing k releases at epoch + k · period. A missed release consumes its number; there is never a burst.
 fn timer(kernel: &mut Kernel, epoch_ns: i64, period_ns: i64, spins: bool) {
     let mut next = (monotonic_ns() - epoch_ns) / period_ns + 1;
     kernel.firing = next as u64 - 1;
@@ -69,16 +69,16 @@ fn timer(kernel: &mut Kernel, epoch_ns: i64, period_ns: i64, spins: bool) {
     }
 }
 
-/// Interval at which a software source with devices that are commanded looks whether it stood still: nothing else tells it what time it should be.
+/// Interval at which a software source with commanded devices checks for a standstill, as it has no releases from which to detect one.
 const LOOK_NS: i64 = 500_000_000;
 
-/// Runs a software source: each request is one firing.
+/// Runs a software source: each request causes one firing.
 fn software(kernel: &mut Kernel, epoch_ns: i64) {
     let mut reminder = Reminder::default();
     while !kernel.source.closing.load(Ordering::Acquire) {
         let seen = kernel.source.bell().rings();
         let now_ns = monotonic_ns() - epoch_ns;
-        // Before anything is told anew: what was owed in an earlier firing may have been looked at since.
+        // Before new reports: those of an earlier firing may have been handled since.
         reminder.look(&kernel.shared.supervisor, now_ns);
         kernel.carry_out_all(now_ns);
         let remind_ns = reminder.look(&kernel.shared.supervisor, now_ns);
@@ -104,12 +104,12 @@ fn fire(kernel: &mut Kernel, number: u64, release_ns: i64, now_ns: i64, epoch_ns
     kernel.source.counters.duration.add(monotonic_ns() - epoch_ns - now_ns);
 }
 
-/// Waits for the release; carries out scripts meanwhile. False when it was woken before.
+/// Waits for the release, carrying out scripts meanwhile. Returns false if it was woken before.
 fn wait(kernel: &mut Kernel, reminder: &mut Reminder, epoch_ns: i64, release_ns: i64, spins: bool) -> bool {
     let sleep_until_ns = release_ns - if spins { SPIN_NS } else { 0 };
     let seen = kernel.source.bell().rings();
     let now_ns = monotonic_ns() - epoch_ns;
-    // Before anything is told anew: what was owed in an earlier firing may have been looked at since.
+    // Before new reports: those of an earlier firing may have been handled since.
     reminder.look(&kernel.shared.supervisor, now_ns);
     if now_ns >= release_ns {
         return true;

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-//! A run of a host written down so that it can be run again: every script as bytes, and of every source what came to it from outside.
+//! Record of a run of a host, for replay: every script as bytes and, for every source, its inputs from outside.
 //!
-//! What decides (supervisor, programming system) decides by scripts; what it decided is in them, so nothing of it needs to be run
-//! again. Connections within the host are told by name as if their ends were remote, so that the other side can make its own.
+//! All decisions (of supervisor and programming system) take effect through scripts, so the deciding parts need not be replayed.
+//! Connections within the host are named as if their ends were remote, so that the replaying side can make its own.
 pub(crate) mod tape;
 mod taped;
 
@@ -19,50 +19,50 @@ use std::collections::VecDeque;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex};
 
-/// One thing of a record, in the order in which they are needed for running it again.
+/// Entry of a record, in the order needed for replay.
 #[derive(Debug, serde::Serialize, serde::Deserialize)]
 pub enum Entry {
-    /// A source; they are numbered from 0 in the order in which they come.
+    /// A source, numbered from 0 in the order of the entries.
     Source(SourceSpec),
-    /// A device that the scripts behind this name for the first time.
+    /// A device that subsequent scripts name for the first time.
     Device {
-        /// Its name.
+        /// Name of the device.
         name: String,
-        /// Its channels.
+        /// Channels of the device.
         channels: Vec<Channel>,
     },
-    /// A script that was handed to a source. It is carried out where a segment says so.
+    /// A script submitted to a source. It is carried out in the segment that names it.
     Script {
-        /// Its number in segments.
+        /// Number by which segments refer to it.
         number: u64,
-        /// The source.
+        /// Source that carries it out.
         source: SourceId,
-        /// The script, and what it names for the first time.
+        /// The script, and the objects that it names for the first time.
         parcel: Parcel,
     },
     /// Segment of a source.
     Stretch(SourceId, Stretch),
     /// Cell of an SVV in the image of a source.
     Named {
-        /// The source.
+        /// Source in whose image the cell is.
         source: SourceId,
         /// The SVV.
         name: String,
-        /// Its C type.
+        /// C type of the SVV.
         type_text: String,
-        /// Its unit, or empty.
+        /// Unit of the SVV, or empty.
         unit: String,
-        /// Its cell, which a later script may be the first to name.
+        /// Cell, which a later script may be the first to name.
         cell: crate::encoding::CellAt,
     },
-    /// Mark from which on the record cannot be run again, and why.
+    /// Point from which the record cannot be replayed, with the reason.
     Broken(String),
 }
 
-/// Names of blocks' code where the record is run.
+/// Lookup of the names of blocks' code in the replaying process.
 pub type CodeNames = Box<dyn Fn(&Block) -> Option<CodeName> + Send>;
 
-/// The record of a host that is being made.
+/// The record being made of a host.
 pub struct Trace {
     scripts: Mutex<Scripts>,
     takers: Mutex<Vec<(SourceId, Taker)>>,
@@ -76,7 +76,7 @@ struct Scripts {
     last: u64,
     entries: VecDeque<Entry>,
     is_broken: bool,
-    /// The reader is gone: what comes is dropped.
+    /// True if the reader has disconnected, so that new entries are dropped.
     is_abandoned: bool,
 }
 
@@ -88,7 +88,7 @@ impl Scripts {
     }
 }
 
-/// Numbers of connections within the host, beyond those of connections that lead out of it.
+/// First number of connections within the host, above those of connections that leave it.
 const WAYS_WITHIN: u64 = 1 << 40;
 
 impl Trace {
@@ -105,12 +105,12 @@ impl Trace {
         tape
     }
 
-    /// Returns the name of a connection within the host.
+    /// Returns the number of a new connection within the host.
     pub(crate) fn way(&self) -> u64 {
         self.ways.fetch_add(1, Ordering::Relaxed)
     }
 
-    /// Notes that a script is on its way to `source`; returns its number in segments.
+    /// Records a script submitted to `source`; returns its number in segments.
     pub(crate) fn script(&self, source: SourceId, script: &Script) -> u64 {
         let mut scripts = locked(&self.scripts);
         let Scripts { writer, names, last, entries, is_broken, is_abandoned } = &mut *scripts;
@@ -120,7 +120,7 @@ impl Trace {
         }
         match writer.parcel(script, &**names) {
             Ok(parcel) => {
-                // What it names comes before it.
+                // Objects that it names precede it.
                 entries.extend(writer.take_devices().into_iter().map(|(name, channels)| Entry::Device { name, channels }));
                 entries.push_back(Entry::Script { number: *last, source, parcel });
             }
@@ -141,7 +141,7 @@ impl Trace {
         scripts.put(Entry::Named { source, name, type_text, unit, cell });
     }
 
-    /// Marks the record as one that cannot be run again from here on.
+    /// Marks the record as impossible to replay from this point.
     pub fn broken(&self, why: &str) {
         let mut scripts = locked(&self.scripts);
         if !std::mem::replace(&mut scripts.is_broken, true) {
@@ -149,25 +149,26 @@ impl Trace {
         }
     }
 
-    /// Takes what has come since the last call. One thread calls it, often enough: what finds no room is lost, and counted in the next segment.
+    /// Takes the entries since the last call. Call it from one thread, often enough: segments that find no room are lost, and counted in
+    /// the next one.
     pub fn take(&self, out: &mut Vec<Entry>) {
         self.gather();
         out.extend(locked(&self.scripts).entries.drain(..));
     }
 
-    /// Abandons the record, though the host goes on: what comes is given up.
+    /// Abandons the record while the host continues: new entries are dropped.
     pub fn abandon(&self) {
         let mut scripts = locked(&self.scripts);
         scripts.is_abandoned = true;
         scripts.entries.clear();
     }
 
-    /// Puts the segments that wait behind the scripts that they may name: under the virtual clock after every firing, so that none is lost
-    /// however fast time goes.
+    /// Moves waiting segments behind the scripts that they may name. Called after every firing under the virtual clock, so that none is
+    /// lost however fast time advances.
     pub(crate) fn gather(&self) {
-        // Held all the time: two who gather would mix the order of a source.
+        // Held throughout: two concurrent calls would mix the order of a source.
         let mut takers = locked(&self.takers);
-        // Stretches first: each script that one of them names is an entry already.
+        // Segments first, so that each script that one of them names is already an entry.
         let mut stretches = Vec::new();
         for (source, taker) in takers.iter_mut() {
             while let Some(stretch) = taker.take() {

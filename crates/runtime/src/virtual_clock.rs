@@ -1,16 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Sources under the virtual clock: one thread, ordered by time, priority, RTP, source.
 //!
-//! A firing of a source with a virtual cost occupies [release, release + cost). What is released in that time by a source of
-//! higher priority on the same RTP, or by any source of another RTP, may run inside it: at its points (inside and between latches,
-//! between steps, inside and between publications) the seed chooses whether what is due next starts there, as a firing within the
-//! firing; how likely that is, the seed chooses once a firing, so that some are interrupted early and some at their very end.
-//! What was not chosen runs after it. So a preempted firing is exactly a stack of calls, and every interleaving at these points
-//! comes with some seed. A timer that cannot preempt it loses its releases in that time, but for the last.
+//! A firing of a source with a virtual cost occupies [release, release + cost). Releases in that time of a source of higher priority on
+//! the same RTP, or of any source of another RTP, may run inside it: at its points (inside and between latches, between steps, inside and
+//! between publications) the seed chooses whether the next due firing starts there, nested in this one; the seed chooses the probability
+//! once per firing, so that some are interrupted early and some at their very end. The remaining ones run after it. A preempted firing is
+//! thus exactly a stack of calls, and every interleaving at these points occurs for some seed. A timer that cannot preempt it loses its
+//! releases in that time, except the last.
 //!
-//! A firing whose end lies behind the time to which the clock may go *stands*: its steps have run, and nothing of it is visible until
-//! the clock comes to its end: its image is as it was before. Scripts for its source wait until then, but for readings, and so does what
-//! cannot preempt it.
+//! A firing whose end is later than the time that the clock may reach *stands*: its steps have run, but nothing of it is visible until
+//! the clock reaches its end; until then its image is as before. Scripts for its source, except readings, wait until then, and so do
+//! sources that cannot preempt it.
 use kernel::Table;
 use kernel::clock::monotonic_ns;
 use kernel::counters::add;
@@ -24,25 +24,25 @@ use std::cmp::Reverse;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicI64, Ordering};
 
-/// More requested firings than these in one instant are a loop; timers make none.
+/// Maximum number of requested firings in one instant; more are a loop. Timers request none.
 const FIRINGS_AN_INSTANT: u32 = 10_000;
 
-/// Powers of two that the rarity of preemption is chosen from.
+/// Number of powers of two from which the rarity of preemption is chosen.
 const RARITIES: u64 = 8;
 
-/// The executor. One thread at a time uses it (the host holds a lock).
+/// The executor, used by one thread at a time (the host holds a lock).
 pub(crate) struct Virtual {
-    /// Boxed, so that a kernel stays where it is while others are added.
+    /// Boxed, so that kernels do not move while others are added.
     #[allow(clippy::vec_box, reason = "a firing holds its own member while sources are added")]
     sources: RefCell<Vec<Box<Member>>>,
     seed: Cell<u64>,
-    /// The last instant, and how many requests were served in it.
+    /// Last instant, and the number of requests served in it.
     instant: Cell<(i64, u32)>,
-    /// Time up to which the clock may go now.
+    /// Time that the clock may currently reach.
     limit_ns: Cell<i64>,
-    /// The latest end of a firing with a cost.
+    /// Latest end of a firing with a cost.
     busy_until_ns: Cell<i64>,
-    /// Number of firings that stand.
+    /// Number of standing firings.
     standing: Cell<usize>,
 }
 
@@ -53,14 +53,14 @@ struct Member {
     next: Cell<u64>,
     fires: Cell<bool>,
     standing: Cell<Option<StandingFiring>>,
-    /// Values that a firing that stands has stored, to be put into the image at its end.
+    /// Values stored by a standing firing, to be put into the image at its end.
     unseen: RefCell<Vec<StoredCell>>,
 }
 
-/// A cell, and what is in it, or was.
+/// A cell, and its present or previous contents.
 type StoredCell = (kernel::Cell, Vec<u8>);
 
-/// A firing whose steps have run and that is not over.
+/// A firing whose steps have run but which has not ended.
 #[derive(Clone, Copy)]
 struct StandingFiring {
     release_ns: i64,
@@ -95,7 +95,7 @@ impl Virtual {
         }));
     }
 
-    /// Carries out what was submitted to `source`; where a firing stands there, when that is over, but for readings.
+    /// Carries out scripts submitted to `source`. If a firing stands there, only readings; the others follow at its end.
     pub(crate) fn carry_out(&self, source: usize, now_ns: i64) {
         let _standard = Standard::enter();
         let member = self.member(source);
@@ -111,7 +111,8 @@ impl Virtual {
         then(unsafe { &mut *self.member(source).kernel.get() })
     }
 
-    /// Returns when the next firing begins, or one that stands is over, and of which source. What ends at an instant ends before what begins then.
+    /// Returns the time and source of the next event: the start of a firing, or the end of one that stands. At the same instant, ends
+    /// precede starts.
     pub(crate) fn next(&self) -> Option<(i64, usize)> {
         let sources = self.sources.borrow();
         let due = sources.iter().enumerate().filter_map(|(index, member)| Some((self.served_ns(&sources, member)?, index)));
@@ -130,7 +131,7 @@ impl Virtual {
         Some(self.held_until_ns(sources, member).map_or(release_ns, |end_ns| release_ns.max(end_ns)))
     }
 
-    /// Returns until when firings that stand hold up a source that cannot preempt them.
+    /// Returns the time until which standing firings hold up a source that cannot preempt them.
     #[allow(clippy::vec_box, reason = "see `sources`")]
     fn held_until_ns(&self, sources: &[Box<Member>], member: &Member) -> Option<i64> {
         if self.standing.get() == 0 {
@@ -139,7 +140,7 @@ impl Virtual {
         sources.iter().filter(|other| !other.yields_to(member)).filter_map(|other| Some(other.standing.get()?.end_ns)).max()
     }
 
-    /// Returns when the first firing that stands is over.
+    /// Returns the time at which the first standing firing ends.
     #[allow(clippy::vec_box, reason = "see `sources`")]
     fn first_end_ns(&self, sources: &[Box<Member>]) -> i64 {
         if self.standing.get() == 0 {
@@ -148,15 +149,15 @@ impl Virtual {
         sources.iter().filter_map(|member| Some(member.standing.get()?.end_ns)).min().unwrap_or(i64::MAX)
     }
 
-    /// Returns the latest end of a firing with a cost that is over, as far as its kernel goes.
+    /// Returns the latest end of a firing with a cost that its kernel has completed.
     pub(crate) fn busy_until_ns(&self) -> i64 {
         self.busy_until_ns.get()
     }
 
-    /// Serves source `index` at `time_ns`: its next firing, with what preempts it, or the rest of one that stands. A firing that ends
-    /// behind `limit_ns` stands. Errs where too much was requested at this instant: what is still requested is refused.
+    /// Serves source `index` at `time_ns`: runs its next firing, with any that preempt it, or the rest of a standing one. A firing that
+    /// ends after `limit_ns` stands. Fails if there were too many requests at this instant; those still pending are refused.
     pub(crate) fn fire(&self, index: usize, time_ns: i64, limit_ns: i64, clock: &AtomicI64) -> Result<(), String> {
-        // It runs on a thread of the program's, which may compute as it likes.
+        // It runs on one of the program's threads, whose floating-point settings are arbitrary.
         let _standard = Standard::enter();
         self.limit_ns.set(limit_ns);
         clock.fetch_max(time_ns, Ordering::Relaxed);
@@ -179,17 +180,17 @@ impl Virtual {
         Ok(())
     }
 
-    /// Requests that have not had their firing.
+    /// Returns the number of requests not yet served by a firing.
     fn requested(&self) -> u64 {
         self.sources.borrow().iter().map(|member| member.source.requests.pending.load(Ordering::SeqCst)).sum()
     }
 
-    /// Returns true if one more request is one too many for an instant.
+    /// Returns true if one more request would exceed the limit of an instant.
     pub(crate) fn is_full(&self) -> bool {
         self.requested() >= u64::from(FIRINGS_AN_INSTANT)
     }
 
-    /// Refuses everything that is requested, so that what comes next can go on. What to say of it.
+    /// Refuses all pending requests, so that the clock can continue. Returns the message.
     fn refuse_requests(&self, last: &Member, time_ns: i64) -> String {
         self.instant.set((i64::MIN, 0));
         let refused: u64 = self.sources.borrow().iter().map(|member| member.source.requests.pending.swap(0, Ordering::SeqCst)).sum();
@@ -213,7 +214,7 @@ impl Virtual {
 
     fn run(&self, member: &Member, release_ns: i64, clock: &AtomicI64, outer: Option<&Within<'_>>) {
         clock.fetch_max(release_ns, Ordering::Relaxed);
-        // A firing that is preempted finds the words as its own blocks have left them.
+        // A preempted firing finds the control words as its own blocks have left them.
         let _standard = outer.map(|_| Standard::enter());
         let number = member.next.replace(member.next.get() + 1);
         if member.source.period_ns().is_none() {
@@ -251,7 +252,7 @@ impl Virtual {
         }
     }
 
-    /// Runs the rest of a firing that stood, then what was submitted to its source meanwhile.
+    /// Runs the rest of a standing firing, then the scripts submitted to its source meanwhile.
     fn conclude(&self, member: &Member, StandingFiring { release_ns, end_ns, computed }: StandingFiring) {
         // SAFETY: nothing of this source runs while its firing stands, so this is the one reference.
         let kernel = unsafe { &mut *member.kernel.get() };
@@ -272,7 +273,7 @@ impl Virtual {
     }
 
     fn random(&self) -> u64 {
-        // xorshift64: small, and the same everywhere.
+        // xorshift64: small, and identical on all platforms.
         let mut x = self.seed.get();
         x ^= x << 13;
         x ^= x >> 7;
@@ -282,7 +283,7 @@ impl Virtual {
     }
 }
 
-/// Returns the values of all cells that the steps of a table store to.
+/// Returns the values of all cells that the steps of a table write.
 fn stored(table: &Table) -> Vec<StoredCell> {
     let outputs = table.steps.iter().filter_map(|step| step.block.as_ref()).flat_map(|block| block.stores()).map(|(_, cell)| cell);
     let copied = table.copies.iter().flat_map(|copies| &copies.1).map(|(_, to)| to);
@@ -297,7 +298,7 @@ impl Member {
         spec.rtp != this.rtp || spec.priority > this.priority
     }
 
-    /// Skips the releases of a timer, but for the last, that a firing up to `end_ns` left no time for: its own, or one of its RTP that it
+    /// Skips the releases of a timer, except the last, for which a firing up to `end_ns` left no time: its own, or one of its RTP that it
     /// cannot preempt.
     fn skip(&self, end_ns: i64) {
         let Some(period_ns) = self.source.period_ns() else { return };
@@ -321,14 +322,14 @@ struct Within<'a> {
     executor: &'a Virtual,
     member: &'a Member,
     end_ns: i64,
-    /// Rarity of starts: at one point in `rarity` + 1, a power of two, something starts.
+    /// Rarity of starts: a firing starts at one point in `rarity` + 1, a power of two.
     rarity: u64,
     clock: &'a AtomicI64,
     outer: Option<&'a Within<'a>>,
 }
 
 impl Within<'_> {
-    /// Returns true if `other` may run inside this firing and all that it is in.
+    /// Returns true if `other` may run inside this firing and all firings that contain it.
     fn yields_to(&self, other: &Member) -> bool {
         self.member.yields_to(other) && self.outer.is_none_or(|outer| outer.yields_to(other))
     }

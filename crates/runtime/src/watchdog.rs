@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The watchdog: an ordinary thread that looks for step loops that are older than their budget.
+//! The watchdog: an ordinary thread that monitors step loops for exceeding their budget.
 use crate::rights;
 use crate::waiting::waits_for_a_core;
 use kernel::shared::HostState;
@@ -9,20 +9,20 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Condvar, Mutex, RwLock};
 use std::time::Duration;
 
-/// Period of its looks: a tenth of the minimum default budget.
+/// Poll period: a tenth of the minimum default budget.
 const LOOK_EVERY: Duration = Duration::from_millis(10);
 
-/// A look that is so late was held up itself, ns.
+/// Lateness above which a poll was itself held up, ns.
 const STOOD_STILL_NS: i64 = 50_000_000;
 
-/// Looks between two looks at the handlers of faults, where nothing has happened: a second.
+/// Number of polls between two checks of the fault handlers if nothing has happened: one second.
 const HANDLERS_EVERY: u32 = 100;
 
-/// A priority above that of every source: a runaway block at a real-time priority must not keep the watchdog from its core.
+/// Priority above every source, because a runaway block at a real-time priority must not keep the watchdog from its core.
 const PRIORITY: u8 = 99;
 
 pub(crate) struct Watchdog {
-    /// The host whose supervisor it wakes.
+    /// State of the host whose supervisor it wakes.
     shared: Arc<HostState>,
     sources: RwLock<Vec<Arc<Source>>>,
     closing: AtomicBool,
@@ -35,12 +35,11 @@ impl Watchdog {
         Watchdog { shared, sources: RwLock::default(), closing: AtomicBool::new(false), wait: Mutex::default(), closed: Condvar::new() }
     }
 
-    /// Looks at a source: a thread that takes no signal cannot be ended, and one that is gone makes nothing safe. A process that was started for its
-    /// processors ends
-    /// with it, and its guard makes its outputs safe.
+    /// Checks a source: a thread that receives no signals cannot be ended, and one that has exited makes nothing safe. A process that was
+    /// started for its processors then exits, and its guard makes its outputs safe.
     fn look(&self, source: &Source, now_ns: i64, late_ns: i64) {
         source.containment.forgive(late_ns, now_ns);
-        // In this order: who is told to close may be gone.
+        // In this order, because a thread that was asked to close may have exited.
         if !source.is_gone.load(Ordering::Relaxed) && source.containment.is_gone() && !source.closing.load(Ordering::Acquire) {
             if containment::is_retiring() {
                 containment::end_process();
@@ -68,18 +67,18 @@ impl Watchdog {
         self.closed.notify_all();
     }
 
-    /// Runs the thread.
+    /// Runs the watchdog thread.
     pub(crate) fn run(&self) {
         rights::prioritise(PRIORITY);
         let (mut looks, mut looked_ns) = (0, monotonic_ns());
         let mut waiting = self.wait.lock().expect("nobody panics with the lock held");
         while !self.closing.load(Ordering::Acquire) {
             let now_ns = monotonic_ns();
-            // In the time beyond a few looks the blocks stood still too: their budgets do not run meanwhile.
+            // During a delay beyond a few polls the blocks stood still too: it does not count towards their budgets.
             let late_ns = (now_ns - looked_ns - STOOD_STILL_NS).max(0);
             looked_ns = now_ns;
             self.sources.read().expect("nobody panics with the lock held").iter().for_each(|source| self.look(source, now_ns, late_ns));
-            // A block may replace one at any time.
+            // A block may replace a handler at any time.
             looks = (looks + 1) % HANDLERS_EVERY;
             if (containment::is_look_due() || looks == 0)
                 && let Some(text) = containment::restore_handlers()

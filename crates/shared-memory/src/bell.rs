@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Bells: how a writer wakes the process of its reader. One memory of a run has them all; each process that reads rows claims one.
+//! Bells with which a writer wakes the process of its reader. One shared memory of a run contains all of them; each process that reads
+//! rows claims one.
 //!
-//! Any process of the run may write any of it, so nothing hangs on it: who sleeps looks again after [`SLEEP_MAX`] at the latest, rung or not.
+//! Any process of the run may overwrite any of it, so correctness does not depend on it: a sleeper checks again after at most
+//! [`SLEEP_MAX`], rung or not.
 use crate::folder::Folder;
 use crate::locks;
 use crate::offer::{Offer, offered, offering, remove_left};
@@ -13,19 +15,19 @@ use std::os::unix::process::parent_id;
 use std::path::Path;
 use std::sync::atomic::{AtomicU32, Ordering};
 
-/// Processes with reading ends, in one run.
+/// Maximum number of processes with reading ends in one run.
 const BELLS: u32 = 1024;
 const LEN: usize = BELLS as usize * LINE;
-/// Each member offers the bells that it uses under this and what tells it apart.
+/// Prefix of the name under which each member offers the bells that it uses, followed by its unique suffix.
 const NAME: &str = "bells";
-/// No connection has this number: who looks for the bells is alone under it.
+/// Number that no connection has, used to exclude others while searching for the bells.
 const AT: u64 = u64::MAX;
-/// A ring that got lost, as where another process wrote over a word, is late by this and no more, ns.
+/// Maximum delay of a lost ring, for example after another process overwrote a word, ns.
 const SLEEP_MAX: i64 = 100_000_000;
 
 /// All bells of a run.
 pub(crate) struct Bells {
-    /// Taken back before the memory goes.
+    /// Withdrawn before the memory is released.
     _offer: Offer,
     memory: SealedMemory,
 }
@@ -33,16 +35,16 @@ pub(crate) struct Bells {
 struct Bell {
     /// Number of rings (wraps).
     rings: AtomicU32,
-    /// 1 while its listener sleeps, or is about to.
+    /// 1 while its listener sleeps or is about to.
     asleep: AtomicU32,
 }
 
-/// Names a bell in a connection's memory: 0 is none.
+/// Number of a bell in a connection's memory; 0 is none.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(crate) struct BellNumber(pub u32);
 
 impl Bells {
-    /// Those that a member of the run offers, or new ones.
+    /// Opens the bells that a member of the run offers, or makes new ones.
     pub fn open(folder: &Folder) -> io::Result<Self> {
         let _alone = folder.alone(AT)?;
         let memory = Bells::present(folder).map_or_else(|| SealedMemory::new(LEN), Ok)?;
@@ -50,8 +52,8 @@ impl Bells {
         Ok(Bells { _offer: Offer::new(folder.file(&name), memory.as_fd())?, memory })
     }
 
-    /// Those of this process, else of the one that started it, else of any: what is no memory of bells is passed over. Names that killed processes
-    /// left are removed.
+    /// Returns the bells of this process, else of its parent, else of any process; skips memory that does not contain bells. Removes
+    /// names left by killed processes.
     fn present(folder: &Folder) -> Option<SealedMemory> {
         let known = [std::process::id(), parent_id()];
         let far = |path: &Path| fs::read_link(path).ok().and_then(|to| offering(&to)).map(|of| known.iter().position(|one| *one == of).unwrap_or(2));
@@ -62,7 +64,7 @@ impl Bells {
         offers.iter().find_map(|path| offered(path).ok().flatten().and_then(|(memory, _)| SealedMemory::received(memory, LEN).ok()))
     }
 
-    /// Claims a bell that no living process has, until `self` is dropped; none where all are taken.
+    /// Claims a bell that no living process has, until `self` is dropped; `None` if all are taken.
     pub fn claim(&self) -> io::Result<Option<BellNumber>> {
         for index in 0..BELLS {
             if locks::claim(&self.memory, index.into())? {
@@ -72,20 +74,20 @@ impl Bells {
         Ok(None)
     }
 
-    /// Rings a bell: its listener looks at its rows. One atomic addition and one load, and where the listener sleeps one wake, which waits
-    /// for nothing. Real-time safe.
+    /// Rings a bell, so that its listener checks its rows. Takes one atomic addition and one load and, if the listener sleeps, one
+    /// non-blocking wake. Real-time safe.
     #[inline]
     pub fn ring(&self, number: BellNumber) {
         let Some(bell) = self.bell(number) else { return };
         bell.rings.fetch_add(1, Ordering::SeqCst);
-        // Together with `wait` no ring is lost: either this load sees the sleeper, or the sleeper sees the ring. Who rings does not clear
-        // the flag: a sleeper that had heard this ring and is not asleep yet would then sleep through the next one.
+        // Together with `wait`, no ring is lost: either this load sees the sleeper, or the sleeper sees the ring. The ringer does not
+        // clear the flag: a sleeper that had noticed this ring but is not asleep yet would then sleep through the next one.
         if bell.asleep.load(Ordering::SeqCst) == 1 {
             wake(bell);
         }
     }
 
-    /// Wakes who sleeps at a bell of this process, whatever stands there.
+    /// Wakes the thread that sleeps at a bell of this process, whatever its words contain.
     pub fn rouse(&self, number: BellNumber) {
         if let Some(bell) = self.bell(number) {
             bell.rings.fetch_add(1, Ordering::SeqCst);
@@ -98,7 +100,8 @@ impl Bells {
         self.bell(number).map_or(0, |bell| bell.rings.load(Ordering::SeqCst))
     }
 
-    /// Sleeps until the bell has been rung more often than `heard`, but not for long; it may also return earlier. Not on the real-time path.
+    /// Sleeps until the bell has been rung more often than `heard`, but for a limited time; may return earlier. Not on the real-time
+    /// path.
     pub fn wait(&self, number: BellNumber, heard: u32) {
         let Some(bell) = self.bell(number) else { return };
         bell.asleep.store(1, Ordering::SeqCst);

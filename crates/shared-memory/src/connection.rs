@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-//! An end of a connection comes to its memory, whose byte 0 the writing end has claimed and byte 1 the reading one, by locks.
+//! Access of a connection's end to its memory, in which locks on byte 0 and byte 1 are the claims of the writing and the reading end.
 //!
-//! The first end makes the memory; each end that lives offers it under its name in the run's folder (`offer`), so that it stays as long as one of them
-//! does. An end that comes to one that lives, after an end of its own kind was killed, takes over what
-//! that one held: the buffer that is neither in the middle nor the living end's. The living end says which is its own after
-//! each exchange; between the exchange and the saying both words name the same buffer, so that a newcomer sees that it has to
-//! look again. A dead end's word is never believed.
+//! The first end makes the memory; each living end offers it under its name in the run's folder (`offer`), so that it exists as long as
+//! one of them does. An end that joins a living one, after an end of its own kind was killed, takes over the buffer of its predecessor:
+//! the one that is neither in the middle nor the living end's. The living end declares its own buffer after each exchange; between
+//! exchange and declaration both words name the same buffer, so a newcomer sees that it must look again. The word of a dead end is never
+//! trusted.
 use crate::fate::Fate;
 use crate::folder::Folder;
 use crate::layout::{self, Layout, MADE};
@@ -29,12 +29,12 @@ pub(crate) enum Role {
 }
 
 impl Role {
-    /// The byte of the memory that says that there is one.
+    /// Returns the byte of the memory whose lock claims this end.
     fn byte(self) -> u64 {
         self as u64
     }
 
-    /// Name of this end of a connection in the folder.
+    /// Returns the name of this end of a connection in the folder.
     fn file(self, number: u64) -> String {
         format!("c{number}-{}", self.name())
     }
@@ -48,26 +48,26 @@ impl Role {
     }
 }
 
-/// Time for which a newcomer looks again: an exchange takes nanoseconds, unless its thread was stopped in it.
+/// Maximum time for which a newcomer retries: an exchange takes nanoseconds, unless its thread was stopped during it.
 const LOOK_MAX: Duration = Duration::from_secs(1);
 
-/// A claim of one end of a connection. Dropped, it gives the end free for another.
+/// Claim of one end of a connection; dropping it releases the end.
 pub(crate) struct Connection {
     pub layout: Layout,
-    /// The buffer that this end has.
+    /// Index of the buffer that this end has.
     pub index: u8,
-    /// Message for its loss.
+    /// State of its loss, with the message.
     pub fate: Arc<Fate>,
     role: Role,
     number: u64,
-    /// None once it has been taken back.
+    /// `None` once withdrawn.
     offer: Option<Offer>,
-    /// It stays until the last end has left it.
+    /// Folder, which exists until the last end has left it.
     folder: Arc<Folder>,
 }
 
 impl Connection {
-    /// Claims an end of connection `number`, and makes its memory where no other end lives.
+    /// Claims an end of connection `number`, and makes its memory if no other end lives.
     pub fn enter(folder: &Arc<Folder>, role: Role, number: u64, spec: &ConnectionSpec) -> Result<Self, EndError> {
         Connection::entered(folder, role, number, spec).map_err(|why| EndError {
             message: format!(
@@ -80,11 +80,11 @@ impl Connection {
         })
     }
 
-    /// Removes the names of ends whose processes were killed: those in their place may have other numbers.
+    /// Removes the names of ends whose processes were killed, since their successors may have other numbers.
     pub fn sweep(folder: &Folder) {
         for path in folder.files().filter(|path| is_left(path)) {
             let Some(number) = number_of(&path) else { continue };
-            // Somebody who comes to this very connection replaces the name.
+            // A process that joins this connection at the moment replaces the name itself.
             let Ok(_alone) = folder.alone(number) else { continue };
             remove_left(&path);
         }
@@ -109,7 +109,7 @@ impl Connection {
     }
 }
 
-/// The connection that a name of the folder is of.
+/// Returns the connection to which a name in the folder belongs.
 fn number_of(path: &Path) -> Option<u64> {
     let (number, _) = path.file_name()?.to_str()?.strip_prefix('c')?.split_once('-')?;
     number.parse().ok()
@@ -117,9 +117,9 @@ fn number_of(path: &Path) -> Option<u64> {
 
 impl Drop for Connection {
     fn drop(&mut self) {
-        // Where nobody else is kept out, who comes just now may find the end taken, and no harm is done.
+        // If others cannot be excluded, a process that joins now may find the end taken, which does no harm.
         let _alone = self.folder.alone(self.number);
-        // It fails for no memory that was claimed before.
+        // It cannot fail for memory that was claimed before.
         let _given = locks::give_back(self.layout.memory(), self.role.byte());
         self.offer = None;
     }
@@ -131,7 +131,7 @@ enum Failure {
     Taken,
     OtherLengths([u64; 3], [u64; 3]),
     Stopped,
-    /// The words of the memory that this process offers are not what an end leaves.
+    /// The memory that this process offers contains words that no end leaves.
     Spoilt(u32),
 }
 
@@ -171,7 +171,8 @@ struct Present {
 }
 
 impl Present {
-    /// Returns the memory that is offered under a path for this run and connection; none where nothing is, or something else that has come to that descriptor since.
+    /// Returns the memory that is offered under a path for this run and connection; `None` if there is none, or if the descriptor has
+    /// been reused for something else.
     fn find(path: &std::path::Path, [run, number]: [u64; 2]) -> Result<Option<Present>, Failure> {
         let Some((memory, process)) = offered(path)? else { return Ok(None) };
         let by = |error: io::Error| Failure::System(io::Error::new(error.kind(), format!("{error} (process {process} offers it)")));
@@ -181,7 +182,7 @@ impl Present {
         Ok(is_it.then_some(Present { memory, process }))
     }
 
-    /// Comes to an end that lives; none where it has died meanwhile.
+    /// Joins a living end; returns `None` if it has died meanwhile.
     fn join(self, role: Role, number: u64, spec: &ConnectionSpec) -> Result<Option<(Layout, Arc<Fate>, u8)>, Failure> {
         let Present { memory, process } = self;
         let first = SealedMemory::beginning(memory.try_clone()?, LINE)?;
@@ -206,7 +207,7 @@ fn lengths(spec: &ConnectionSpec) -> [u64; 3] {
     [spec.asynchronous_len, spec.queue_row_len, spec.queue_depth].map(|len| len as u64)
 }
 
-/// New memory, with all words where a connection begins.
+/// Makes new memory, with all words initialised for a new connection.
 fn make(role: Role, [run, number]: [u64; 2], spec: &ConnectionSpec) -> Result<(Layout, Arc<Fate>, u8), Failure> {
     let memory = SealedMemory::new(layout::len_of(spec))?;
     if !locks::claim(&memory, role.byte())? {
@@ -221,7 +222,7 @@ fn make(role: Role, [run, number]: [u64; 2], spec: &ConnectionSpec) -> Result<(L
     Ok((layout, fate, if role == Role::Writing { BACK_AT_FIRST } else { FRONT_AT_FIRST }))
 }
 
-/// The buffer that is neither in the middle nor the other end's; none where the other end has died meanwhile.
+/// Returns the buffer that is neither in the middle nor the other end's; `None` if the other end has died meanwhile.
 fn left_over(layout: &Layout, role: Role, process: u32) -> Result<Option<u8>, Failure> {
     let theirs: &AtomicU8 = if role == Role::Writing { layout.front() } else { layout.back() };
     let since = Instant::now();

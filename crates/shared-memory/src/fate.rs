@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The loss of a connection: a word of its memory holds what no end of it ever writes. The cause is kept for a later question.
+//! Loss of a connection: a word of its memory contains a value that no end writes. The cause is kept until it is queried.
 use interconnect::{ConnectionSpec, LostConnection};
 use std::sync::atomic::{AtomicBool, AtomicU32, AtomicU64, Ordering};
 
-/// Of one end.
+/// Loss state of one end.
 pub(crate) struct Fate {
     number: u64,
     spec: ConnectionSpec,
-    /// The process that made the memory, where this end did not.
+    /// Process that made the memory, unless this end did.
     maker: Option<u32>,
     lost: AtomicBool,
     told: AtomicBool,
@@ -15,13 +15,13 @@ pub(crate) struct Fate {
     value: AtomicU64,
 }
 
-/// The word that cannot be.
+/// Word with an impossible value.
 #[derive(Clone, Copy, PartialEq, Eq)]
 #[repr(u32)]
 pub(crate) enum Word {
     /// Index of the buffer in the middle.
     Middle,
-    /// A count of rows: the value is how many would wait.
+    /// A count of rows; the value is the resulting number of waiting rows.
     Rows,
 }
 
@@ -31,13 +31,13 @@ impl Fate {
         Fate { number, spec: *spec, maker, lost, told, word: AtomicU32::new(0), value: AtomicU64::new(0) }
     }
 
-    /// One load of a line that only this process writes.
+    /// Returns true if the connection is lost. One load of a line that only this process writes.
     #[inline]
     pub fn is_lost(&self) -> bool {
         self.lost.load(Ordering::Relaxed)
     }
 
-    /// Real-time safe. The first reason stays.
+    /// Marks the connection as lost. The first reason is kept. Real-time safe.
     #[cold]
     pub fn lose(&self, word: Word, value: u64) {
         if !self.is_lost() {
@@ -47,7 +47,7 @@ impl Fate {
         }
     }
 
-    /// Returns the cause of its loss; once.
+    /// Returns the cause of its loss, once.
     pub fn news(&self) -> Option<LostConnection> {
         if !self.lost.load(Ordering::Acquire) || self.told.swap(true, Ordering::Relaxed) {
             return None;

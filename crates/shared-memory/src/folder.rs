@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The folder of one run of a system: the names under which its processes find each other's memory, and how nothing of them stays.
+//! Folder of one run of a system: the names under which its processes find each other's memory, and their removal.
 //!
-//! It holds names and locks only; memory is found through it (`offer`), and never lies in it.
+//! It contains only names and locks; memory is found through it (`offer`) but never stored in it.
 //!
-//! Each process that uses the folder locks the file `members` beside the others; the system takes that lock away when the process ends, however it ends.
-//! A member that gets the lock alone knows that nobody is left, and removes the folder: each member tries when it leaves, and each
-//! that enters tries it with the folders of other runs. A folder of another user, or one that others may write, is left alone.
+//! Each process that uses the folder locks the file `members` jointly with the others; the operating system releases the lock when the
+//! process ends for whatever reason. A member that obtains the exclusive lock knows that no other is left, and removes the folder: each
+//! member tries this when it leaves, and each newcomer tries it with the folders of other runs. A folder that belongs to another user, or
+//! that others may write, is left alone.
 use crate::locks::{self, Whole};
 use std::fs::{self, DirBuilder, File, OpenOptions};
 use std::io;
@@ -13,25 +14,25 @@ use std::os::unix::fs::{DirBuilderExt, MetadataExt, OpenOptionsExt};
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
-/// The file system that is memory.
+/// Mount point of the in-memory file system.
 const ROOT: &str = "/dev/shm";
 const PREFIX: &str = "opengpac-";
 const MEMBERS: &str = "members";
-/// Hexadecimal digits of a run's number.
+/// Number of hexadecimal digits of a run's number.
 const RUN_LEN: usize = 16;
-/// Of a system's name in a folder's name; the run tells apart what is cut off.
+/// Maximum length of a system's name in a folder's name; runs distinguish truncated names.
 const NAME_LEN_MAX: usize = 100;
 
-/// A membership in a folder: it stays until the last member has left.
+/// Membership in a folder, which exists until the last member has left.
 pub(crate) struct Folder {
     path: PathBuf,
     run: u64,
     members: File,
-    /// Between the ends of one membership, which locks of their file do not tell apart.
+    /// Excludes the other ends of the same membership, which locks on their shared file do not distinguish.
     alone: Mutex<()>,
 }
 
-/// As long as it lives, nobody else changes a name of the folder.
+/// Guard during which nobody else changes a name of the folder.
 pub(crate) struct Alone<'a> {
     folder: &'a Folder,
     at: u64,
@@ -40,13 +41,13 @@ pub(crate) struct Alone<'a> {
 
 impl Drop for Alone<'_> {
     fn drop(&mut self) {
-        // It fails for no file that was locked before.
+        // It cannot fail for a file that was locked before.
         let _given = locks::give_back(&self.folder.members, self.at);
     }
 }
 
 impl Folder {
-    /// Enters the folder of a run, which is made if this is its first member.
+    /// Enters the folder of a run; makes it for the first member.
     pub fn enter(system: &str, run: u64) -> io::Result<Self> {
         let path = Path::new(ROOT).join(format!("{PREFIX}{}-{run:0RUN_LEN$x}", in_a_file_name(system)));
         loop {
@@ -56,13 +57,13 @@ impl Folder {
             }
             if !is_ours(&path) {
                 if !path.exists() {
-                    // A sweep has found it without a member.
+                    // A sweep found it without a member.
                     continue;
                 }
                 return Err(io::Error::other(format!("'{}' belongs to another user, or others may write there", path.display())));
             }
             let members = match open(&path.join(MEMBERS)) {
-                // Its last member has removed it since.
+                // Its last member has removed it meanwhile.
                 Err(error) if error.kind() == io::ErrorKind::NotFound => continue,
                 members => members?,
             };
@@ -73,7 +74,7 @@ impl Folder {
         }
     }
 
-    /// The run that it is of.
+    /// Returns the run that the folder belongs to.
     pub fn run(&self) -> u64 {
         self.run
     }
@@ -83,14 +84,14 @@ impl Folder {
         self.path.join(name)
     }
 
-    /// All names in it.
+    /// Returns all names in the folder.
     pub fn files(&self) -> impl Iterator<Item = PathBuf> {
         fs::read_dir(&self.path).into_iter().flatten().flatten().map(|entry| entry.path())
     }
 
-    /// Waits for who comes or goes under the same number in any process; for a while, and no longer.
+    /// Waits, for a limited time, for ends that are made or dropped under the same number in any process.
     pub fn alone(&self, at: u64) -> io::Result<Alone<'_>> {
-        // Who panicked with it held has changed nothing half.
+        // A holder that panicked left nothing half changed.
         let here = self.alone.lock().unwrap_or_else(PoisonError::into_inner);
         locks::claim_soon(&self.members, at)?;
         Ok(Alone { folder: self, at, _here: here })
@@ -103,7 +104,7 @@ impl Drop for Folder {
     }
 }
 
-/// Removes the folders of runs that have no member left, as of processes that were killed; how many there were.
+/// Removes the folders of runs without members, e.g. of killed processes; returns their number.
 pub(crate) fn sweep() -> usize {
     let Ok(entries) = fs::read_dir(ROOT) else { return 0 };
     let paths = entries.flatten().map(|entry| entry.path()).filter(|path| is_of_a_run(path) && is_ours(path));
@@ -116,24 +117,25 @@ fn is_of_a_run(path: &Path) -> bool {
     run.is_some_and(|run| run.len() == RUN_LEN && run.bytes().all(|b| b.is_ascii_hexdigit()))
 }
 
-/// Returns whether it is a folder, no link to one, of this user, where nobody else may write: else its maker says what is removed there.
+/// Returns true if the path is a folder (not a link) of this user that nobody else may write; otherwise its creator would control what is
+/// removed there.
 fn is_ours(path: &Path) -> bool {
     // SAFETY: asks for a number.
     let user = unsafe { libc::geteuid() };
     fs::symlink_metadata(path).is_ok_and(|about| about.is_dir() && about.uid() == user && about.mode() & 0o022 == 0)
 }
 
-/// Removes a folder that has no member but who opened `members`; true if it was this call that did.
+/// Removes a folder whose only member is the opener of `members`; returns true if this call removed it.
 fn remove_if_alone(path: &Path, members: &File) -> bool {
-    // The lock is held until the folder is gone, so nobody enters meanwhile. It may be on a file that somebody else has removed since it was opened:
-    // then the folder is not what it was.
+    // The lock is held until the folder is deleted, so nobody enters meanwhile. It may be on a file that has been removed since it was
+    // opened; the folder is then a different one.
     locks::try_lock(members, Whole::Alone).unwrap_or(false) && is_at(members, &path.join(MEMBERS)) && remove(path)
 }
 
-/// Removes a folder that has no member; true if it was this call that did.
+/// Removes a folder without members; returns true if this call removed it.
 fn remove(path: &Path) -> bool {
-    // `members` goes last: until then, who enters waits for the lock, and finds that the file is another one afterwards. Who enters between
-    // the last two steps has made a new one, and keeps the folder.
+    // `members` is removed last: until then a newcomer waits for the lock, and finds afterwards that the file is a different one. A
+    // newcomer that enters between the last two steps has made a new one, and keeps the folder.
     let entries = fs::read_dir(path).map(|entries| entries.flatten().map(|entry| entry.path()).collect::<Vec<_>>());
     for file in entries.unwrap_or_default().iter().filter(|file| !file.ends_with(MEMBERS)) {
         fs::remove_file(file).ok();
@@ -142,12 +144,12 @@ fn remove(path: &Path) -> bool {
     fs::remove_dir(path).is_ok()
 }
 
-/// Opens a file for reading and writing, which is made where there is none; for its owner alone.
+/// Opens a file for reading and writing, creating it if necessary; accessible only to its owner.
 pub(crate) fn open(path: &Path) -> io::Result<File> {
     OpenOptions::new().read(true).write(true).create(true).truncate(false).mode(0o600).custom_flags(libc::O_NOFOLLOW).open(path)
 }
 
-/// True if `path` still leads to `file`: it was not removed, nor replaced, since it was opened.
+/// Returns true if `path` still refers to `file`, i.e. it was neither removed nor replaced since it was opened.
 pub(crate) fn is_at(file: &File, path: &Path) -> bool {
     let identity = |metadata: fs::Metadata| (metadata.dev(), metadata.ino());
     match (file.metadata(), fs::metadata(path)) {
@@ -156,7 +158,7 @@ pub(crate) fn is_at(file: &File, path: &Path) -> bool {
     }
 }
 
-/// A system's name with nothing in it that a path gives a meaning to.
+/// Returns a system's name with all characters replaced that have a meaning in a path.
 fn in_a_file_name(system: &str) -> String {
     let plain = |c: char| if c.is_ascii_alphanumeric() || "_-".contains(c) { c } else { '.' };
     system.chars().take(NAME_LEN_MAX).map(plain).collect()
@@ -187,9 +189,9 @@ mod tests {
         let folder = Folder::enter("swept", crate::new_run()).expect("there is shared memory");
         open(&folder.file("c1")).expect("it can be written");
         let path = folder.path.clone();
-        // As a killed process leaves it: the lock goes, the files stay.
+        // The state that a killed process leaves: no lock, but the files.
         locks::unlock(&folder.members).expect("it was locked");
-        // Another sweep may have the lock just now: then that one removes it.
+        // A concurrent sweep may hold the lock and then removes it.
         while path.exists() {
             sweep();
             std::thread::yield_now();

@@ -1,17 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Layout of the memory of one connection: words, three buffers of the group, the rows of the queue. Words that different ends write
-//! lies on different cache lines. The other end's process may write any of it at any time: each word is checked as it is read, and the first that
-//! cannot be ends the connection (`fate`).
+//! Layout of the memory of one connection: words, three buffers of the group, the rows of the queue. Words written by different ends are
+//! on different cache lines. The other end's process may overwrite any of it at any time: each word is checked as it is read, and the
+//! first impossible value ends the connection (`fate`).
 //!
 //! | line | word | written by |
 //! |---|---|---|
-//! | 0 | that it is made, and for which lengths | who makes it |
-//! | 1 | which buffer is in the middle | both, by swaps |
-//! | 2 | which buffer is the writer's | the writer, after each exchange |
-//! | 3 | which buffer is the reader's | the reader, after each exchange |
+//! | 0 | initialised mark, and the lengths | the end that makes it |
+//! | 1 | index of the middle buffer | both, by swaps |
+//! | 2 | index of the writer's buffer | the writer, after each exchange |
+//! | 3 | index of the reader's buffer | the reader, after each exchange |
 //! | 4 | rows pushed | the writer |
 //! | 5 | rows popped | the reader |
-//! | 6 | the bell of the reader's process | the reader, when it is made and dropped |
+//! | 6 | bell of the reader's process | the reader, when it is made and dropped |
 use crate::fate::{Fate, Word};
 use crate::sealed::{LINE, SealedMemory};
 use interconnect::triple::{TripleMemory, in_the_middle, is_possible};
@@ -21,10 +21,10 @@ use std::sync::atomic::{AtomicU8, AtomicU32, AtomicU64, AtomicUsize, Ordering};
 
 const LINES_OF_WORDS: usize = 7;
 const BUFFERS: usize = 3;
-/// Bytes of the number behind a row.
+/// Size of the number behind a row, in bytes.
 const NUMBER_LEN: usize = size_of::<u64>();
 
-/// The memory of one connection, as one end sees it.
+/// Memory of one connection, as one end sees it.
 #[derive(Clone)]
 pub(crate) struct Layout {
     memory: Arc<SealedMemory>,
@@ -34,7 +34,7 @@ pub(crate) struct Layout {
     depth: usize,
 }
 
-/// Bytes that a connection needs.
+/// Returns the number of bytes that a connection needs.
 pub(crate) fn len_of(spec: &ConnectionSpec) -> usize {
     LINES_OF_WORDS * LINE + BUFFERS * lines(buffer_len(spec.asynchronous_len)) + spec.queue_depth * slot_len(spec.queue_row_len)
 }
@@ -43,12 +43,12 @@ fn lines(len: usize) -> usize {
     len.next_multiple_of(LINE)
 }
 
-/// A group, its header, and a byte that says that there is one.
+/// Returns the size of a group, its header, and the byte that marks it as published.
 fn buffer_len(group_len: usize) -> usize {
     published_at(group_len) + 1
 }
 
-/// Offset at which a buffer says that it holds a publication.
+/// Returns the offset of the byte that marks a buffer as published.
 pub(crate) fn published_at(group_len: usize) -> usize {
     Header::behind(group_len) + Header::LEN
 }
@@ -61,9 +61,9 @@ fn slot_len(row_len: usize) -> usize {
     lines(number_at(row_len) + NUMBER_LEN)
 }
 
-/// Header that an end compares before it believes what it finds.
+/// Header that an end verifies before it uses the memory.
 pub(crate) struct RegionHeader {
-    /// [`MADE`] once all else is in its place.
+    /// [`MADE`] once everything else is initialised.
     pub mark: AtomicU64,
     pub run: AtomicU64,
     pub number: AtomicU64,
@@ -73,12 +73,12 @@ pub(crate) struct RegionHeader {
 }
 
 impl RegionHeader {
-    /// For which lengths it says that it was made.
+    /// Returns the lengths for which the memory was made.
     pub fn lengths(&self) -> [u64; 3] {
         [&self.asynchronous_len, &self.queue_row_len, &self.queue_depth].map(|len| len.load(Ordering::Relaxed))
     }
 
-    /// Says what it was made for; last of all.
+    /// Declares the run, connection and lengths it was made for; called last.
     pub fn set(&self, run: u64, number: u64, [asynchronous_len, queue_row_len, queue_depth]: [u64; 3]) {
         self.run.store(run, Ordering::Relaxed);
         self.number.store(number, Ordering::Relaxed);
@@ -89,21 +89,21 @@ impl RegionHeader {
     }
 }
 
-/// Changes with the layout.
+/// Mark of initialised memory; changes with the layout.
 pub(crate) const MADE: u64 = 0x6f70_656e_6770_0002;
 
 impl Layout {
-    /// `memory` has the bytes that [`len_of`] gives.
+    /// Wraps `memory`, which has [`len_of`] bytes.
     pub fn new(memory: Arc<SealedMemory>, fate: Arc<Fate>, spec: &ConnectionSpec) -> Self {
         Layout { memory, fate, buffer_len: buffer_len(spec.asynchronous_len), row_len: spec.queue_row_len, depth: spec.queue_depth }
     }
 
-    /// The memory itself.
+    /// Returns the memory itself.
     pub fn memory(&self) -> &SealedMemory {
         &self.memory
     }
 
-    /// Returns whether the connection is lost.
+    /// Returns true if the connection is lost.
     #[inline]
     pub fn is_lost(&self) -> bool {
         self.fate.is_lost()
@@ -113,7 +113,7 @@ impl Layout {
         Layout::made_in(&self.memory)
     }
 
-    /// Returns the header in the first line of any memory that has one.
+    /// Returns the header in the first line of the memory.
     pub fn made_in(memory: &SealedMemory) -> &RegionHeader {
         // SAFETY: as in `word`.
         unsafe { memory.at(0).cast().as_ref() }
@@ -131,7 +131,7 @@ impl Layout {
         self.word(6)
     }
 
-    /// The word that starts a line.
+    /// Returns the word at the start of a line.
     fn word<T>(&self, line: usize) -> &T {
         const { assert!(size_of::<T>() <= LINE && align_of::<T>() <= LINE) };
         // SAFETY: lines are aligned and inside the mapping, which lives as long as `self`; `T` is made of atomic words only (private,
@@ -139,14 +139,14 @@ impl Layout {
         unsafe { self.memory.at(line * LINE).cast().as_ref() }
     }
 
-    /// The bytes of a buffer, of which an end has only what [`TripleMemory::given`] gave.
+    /// Returns the bytes of a buffer; an end accesses only buffers that [`TripleMemory::given`] returned.
     fn buffer(&self, index: u8) -> *mut [u8] {
         let index = usize::from(index).min(BUFFERS - 1);
         let start = self.memory.at(LINES_OF_WORDS * LINE + index * lines(self.buffer_len));
         std::ptr::slice_from_raw_parts_mut(start.as_ptr(), self.buffer_len)
     }
 
-    /// Returns whether so many rows may wait: else the connection is lost.
+    /// Returns true if `rows` rows may wait; otherwise marks the connection as lost.
     #[inline]
     fn may_wait(&self, rows: usize) -> bool {
         if rows > self.depth {
@@ -155,7 +155,7 @@ impl Layout {
         rows <= self.depth && !self.is_lost()
     }
 
-    /// Number and bytes of the row in a slot.
+    /// Returns number and bytes of the row in a slot.
     fn slot(&self, slot: usize) -> (*mut u64, *mut [u8]) {
         let rows = LINES_OF_WORDS * LINE + BUFFERS * lines(self.buffer_len);
         let start = rows + slot * slot_len(self.row_len);
@@ -220,14 +220,14 @@ unsafe impl QueueMemory for Layout {
         self.slot(slot)
     }
 
-    /// Of a connection that is lost the queue is full for the writer.
+    /// Returns the reader's count; for a lost connection, the queue appears full to the writer.
     #[inline]
     fn popped_of(&self, pushed: usize) -> usize {
         let popped = self.popped().load(Ordering::Acquire);
         if self.may_wait(pushed.wrapping_sub(popped)) { popped } else { pushed.wrapping_sub(self.depth) }
     }
 
-    /// Of a connection that is lost the queue is empty for the reader.
+    /// Returns the writer's count; for a lost connection, the queue appears empty to the reader.
     #[inline]
     fn pushed_of(&self, popped: usize) -> usize {
         let pushed = self.pushed().load(Ordering::Acquire);

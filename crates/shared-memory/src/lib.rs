@@ -1,23 +1,23 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Connections between processes of one host: the triple buffer and the queue of `interconnect` in memory that both processes map, and a bell that
-//! wakes the reader's process.
+//! Connections between processes of one host: the triple buffer and the queue of `interconnect` in memory that both processes map, and a
+//! bell that wakes the reader's process.
 //!
 //! | | writing end | reading end |
 //! |---|---|---|
 //! | may block the other | never | never |
-//! | publication, latch | one swap and one store | one load where there is no news, else one load, one swap and one store |
-//! | row pushed, taken | one store, one addition, two loads; where the reader's process sleeps one swap and one system call that wakes it | one store; one load where the remembered count says empty |
-//! | buffers | three of the group, as in a process; `queue_depth` of rows | the same |
-//! | allocates, locks, calls the system | when it is made and dropped; the wake | when it is made and dropped |
-//! | if the other is preempted, stopped or killed anywhere | goes on; rows until the queue is full | goes on, with the last complete publication and the rows that were pushed whole |
-//! | if it is killed itself and made again | goes on behind the rows that wait, in the buffer that is free | the newest publication is news for it, and the rows that wait are |
+//! | publication, latch | one swap and one store | one load if there is no new group, else one load, one swap and one store |
+//! | row pushed, taken | one store, one addition, two loads; if the reader's process sleeps, one swap and one system call that wakes it | one store; one load if the remembered count indicates empty |
+//! | buffers | three for the group, as within a process; `queue_depth` rows | the same |
+//! | allocates, locks, makes system calls | when made and dropped; for the wake | when made and dropped |
+//! | if the other is preempted, stopped or killed at any point | continues; rows until the queue is full | continues with the last complete publication and the complete rows |
+//! | if it is killed itself and made again | continues after the waiting rows, in the free buffer | receives the newest publication and the waiting rows as new |
 //!
-//! Memory has no name and a size that nobody can change ([`SealedMemory`]): the folder of a run has names only, that lead to it. The process at the other end may
-//! write any word of it at any time: a word that no end writes loses the connection, with a reason that [`Ends::lost`] tells; nobody waits for
-//! another longer than a moment.
+//! The memory has no name, and its size cannot be changed ([`SealedMemory`]); the folder of a run contains only links to it. The process
+//! at the other end may write any word of it at any time: an impossible value ends the connection, with a reason that [`Ends::lost`]
+//! returns. Waits for other processes are limited in time.
 //!
-//! The system knows who lives by locks on files, which it takes away from a process that is killed ([`locks`]); so nothing here
-//! has to be told of a death, and what a dead process left is found and removed (`folder`).
+//! Living processes are recognised by file locks, which the operating system releases when a process is killed ([`locks`]). Deaths
+//! therefore need no notification, and the remains of dead processes are found and removed (`folder`).
 //!
 //! ```
 //! use interconnect::{ConnectionSpec, Ends};
@@ -61,25 +61,25 @@ use std::hash::{BuildHasher, RandomState};
 use std::io;
 use std::sync::{Arc, Weak};
 
-/// Ends of connections in memory that the processes of one run of a system share. It may be dropped before its ends.
+/// Ends of connections in memory shared by the processes of one run of a system. May be dropped before its ends.
 ///
-/// An end exists once: a second one with its number and kind is refused while the first lives, here or in another process. A connection lives as long as
-/// one of its ends; when both are gone, its number begins afresh.
+/// Each end is unique: a second one with its number and kind is refused while the first lives, here or in another process. A connection
+/// lives as long as one of its ends; after both have ended, its number starts fresh.
 pub struct SharedMemory {
-    /// Started with the first reading end that has a queue.
+    /// Started with the first reading end of a connection with a queue.
     listener: Option<Arc<Listener>>,
     bells: Arc<Bells>,
     folder: Arc<Folder>,
-    /// Of the ends that it made.
+    /// Loss states of the ends that it made.
     fates: Vec<Weak<Fate>>,
 }
 
 impl SharedMemory {
-    /// Enters the shared memory of run `run` of a system, and removes what dead processes of any run, and of this one, left. All processes that are to be
-    /// connected give the same name and the same run ([`new_run`], passed on by the process that starts them); others never meet.
+    /// Enters the shared memory of run `run` of a system, and removes the remains of dead processes of this and any other run. All
+    /// processes to be connected pass the same name and run ([`new_run`], passed on by the process that starts them); others never meet.
     ///
     /// # Errors
-    /// No rights or no room in `/dev/shm`.
+    /// Fails without rights or room in `/dev/shm`.
     pub fn new(system: &str, run: u64) -> Result<Self, EndError> {
         let failed = |error: io::Error| EndError {
             message: format!("cannot enter the shared memory of system '{system}': {error}; see who may read and write /dev/shm, and how full it is"),
@@ -141,14 +141,14 @@ impl Drop for SharedMemory {
     }
 }
 
-/// A number that no other run has: for the process that starts a system.
+/// Returns a number that no other run has, for the process that starts a system.
 pub fn new_run() -> u64 {
-    // Keyed by the system's random numbers, anew for each thread and counted up for each call.
+    // Keyed by random numbers of the system, different for each thread and incremented with each call.
     RandomState::new().hash_one(std::process::id())
 }
 
-/// Removes what processes that were killed left in shared memory, where nobody of their run lives; returns how many runs that
-/// were. [`SharedMemory::new`] and its drop do so too.
+/// Removes the remains of killed processes from shared memory if no process of their run lives; returns the number of such runs.
+/// [`SharedMemory::new`] and its drop do so too.
 pub fn clean() -> usize {
     folder::sweep()
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The thread that listens for this process: it raises the readers whose rows have come.
+//! Listener thread of this process: raises the readers whose rows have arrived.
 use crate::bell::{BellNumber, Bells};
 use crate::layout::Layout;
 use interconnect::QueueMemory;
@@ -9,18 +9,18 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::thread::{self, JoinHandle};
 use std::time::Duration;
 
-/// Its priority where the rights are given: above every source, as it works for them all; a raise is short.
+/// Priority of the thread, if the rights are granted: above every source, because it works for all of them; a raise is short.
 const PRIORITY: i32 = 99;
-/// A count that is further off than this, and than the queue is deep, was written over by something else: it is not followed.
+/// Maximum plausible advance of a count: one that is further off than this and than the queue is deep was overwritten, and is ignored.
 const ROWS_MAX: usize = 1 << 10;
-/// Rings one after the other that nothing had come for, before this thread rests a while: a sender that rings without a row does not get a
-/// processor for it.
+/// Maximum number of consecutive rings without a row before this thread pauses, so that a sender that rings in vain cannot occupy a
+/// processor.
 const VAIN_MAX: u32 = 16;
 const REST: Duration = Duration::from_millis(1);
 
 type Raise = Arc<dyn Fn() + Send + Sync>;
 
-/// Listens until it is dropped.
+/// Listener thread, which runs until this is dropped.
 pub(crate) struct Listener {
     shared: Arc<ListenerState>,
     thread: Option<JoinHandle<()>>,
@@ -38,7 +38,7 @@ struct ListenerState {
 struct WatchedQueue {
     key: u64,
     layout: Layout,
-    /// Rows of which it was raised so far (wraps, as their count does).
+    /// Number of rows for which it was raised so far (wraps, like their count).
     raised: usize,
     raise: Raise,
 }
@@ -53,18 +53,19 @@ impl Listener {
         Ok(Listener { shared, thread: Some(thread) })
     }
 
-    /// Raises by `raise` for each row that waits in `layout`, and for each that comes, until [`forget`](Self::forget) with the number returned.
+    /// Calls `raise` for each row that waits in `layout`, and for each that arrives, until [`forget`](Self::forget) is called with the
+    /// returned number.
     pub fn watch(&self, layout: Layout, raise: Box<dyn Fn() + Send + Sync>) -> u64 {
         let key = self.shared.next.fetch_add(1, Ordering::Relaxed);
         let raised = layout.popped().load(Ordering::Acquire);
         layout.bell().store(self.shared.number.0, Ordering::SeqCst);
         self.shared.watched().push(WatchedQueue { key, layout, raised, raise: raise.into() });
-        // What came before the bell was known rang none.
+        // Rows that arrived before the bell was registered did not ring it.
         self.shared.bells.ring(self.shared.number);
         key
     }
 
-    /// No raise begins after this for what was watched under `key`.
+    /// Stops raising for the queue watched under `key`: no raise begins afterwards.
     pub fn forget(&self, key: u64) {
         let mut watched = self.shared.watched();
         if let Some(place) = watched.iter().position(|one| one.key == key) {
@@ -78,7 +79,7 @@ impl Drop for Listener {
         self.shared.ends.store(true, Ordering::SeqCst);
         self.shared.bells.rouse(self.shared.number);
         if let Some(thread) = self.thread.take() {
-            // It would wait for itself where a raise dropped the last end; then the thread ends by itself.
+            // It would wait for itself if a raise dropped the last end; the thread then ends by itself.
             if thread.thread().id() != thread::current().id() {
                 thread.join().ok();
             }
@@ -101,7 +102,7 @@ impl ListenerState {
                 vain = 0;
                 thread::sleep(REST);
             }
-            // The lock is free again: who is raised may make and drop ends.
+            // The lock has been released, because a raised source may make and drop ends.
             for (raise, rows) in due.drain(..) {
                 (0..rows).for_each(|_| raise());
             }
@@ -110,13 +111,13 @@ impl ListenerState {
     }
 
     fn watched(&self) -> MutexGuard<'_, Vec<WatchedQueue>> {
-        // A list is whole between any two of its calls.
+        // A list is consistent between any two of its calls.
         self.watched.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
 
 impl WatchedQueue {
-    /// The rows that have come since, if any.
+    /// Returns the number of rows that have arrived since, if any, with the raise.
     fn due(&mut self) -> Option<(Raise, usize)> {
         let pushed = self.layout.pushed().load(Ordering::Acquire);
         let rows = pushed.wrapping_sub(self.raised);

@@ -1,20 +1,21 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Locks on files, which the system takes away from a process that is killed. Used when ends are made and dropped, never on the real-time path.
+//! File locks, which the operating system releases when a process is killed. Used when ends are made and dropped, never on the real-time
+//! path.
 //!
-//! There are two kinds, and they do not know each other: one on the whole file, and one on each of its bytes. Both belong to the open file, so they
-//! also hold between two openings of one process.
+//! There are two independent kinds: one on the whole file, and one on each of its bytes. Both belong to the open file, so they also apply
+//! between two openings of one process.
 //!
-//! A thread that waits for one waits for a while and no longer: a process may be stopped with a lock held, or hold it on purpose.
+//! Waiting for a lock is limited in time: a process may be stopped while it holds a lock, or hold it on purpose.
 use std::fs::File;
 use std::io;
 use std::os::fd::{AsFd, AsRawFd};
 use std::time::{Duration, Instant};
 
-/// Bound for the wait for a lock, and the time between two tries.
+/// Maximum wait for a lock, and the time between two tries.
 const WAIT_MAX: Duration = Duration::from_secs(2);
 const AGAIN: Duration = Duration::from_micros(200);
 
-/// Tries until it has succeeded; an error where somebody else has what is tried for too long.
+/// Retries until `has` succeeds; fails if another party holds the lock for too long.
 fn within(mut has: impl FnMut() -> io::Result<bool>) -> io::Result<()> {
     let since = Instant::now();
     while !has()? {
@@ -30,23 +31,23 @@ fn within(mut has: impl FnMut() -> io::Result<bool>) -> io::Result<()> {
 /// Lock on a whole file.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Whole {
-    /// Beside others that lock it so.
+    /// Shared with other holders of shared locks.
     Shared,
-    /// Alone.
+    /// Exclusive.
     Alone,
 }
 
-/// Locks the whole file, waiting for who has it otherwise.
+/// Locks the whole file, waiting for conflicting holders.
 pub(crate) fn lock(file: &File, how: Whole) -> io::Result<()> {
     within(|| try_lock(file, how))
 }
 
-/// Locks byte `at`, waiting for who has it.
+/// Locks byte `at`, waiting for its holder.
 pub(crate) fn claim_soon(file: &impl AsFd, at: u64) -> io::Result<()> {
     within(|| claim(file, at))
 }
 
-/// As [`lock`], but false where it would have to wait.
+/// Locks like [`lock`], but returns false instead of waiting.
 pub(crate) fn try_lock(file: &File, how: Whole) -> io::Result<bool> {
     match flock(file, operation(how) | libc::LOCK_NB) {
         Ok(()) => Ok(true),
@@ -55,7 +56,7 @@ pub(crate) fn try_lock(file: &File, how: Whole) -> io::Result<bool> {
     }
 }
 
-/// Gives the lock on the whole file back, as the end of its process does.
+/// Releases the lock on the whole file, as the end of the process does.
 #[cfg(test)]
 pub(crate) fn unlock(file: &File) -> io::Result<()> {
     flock(file, libc::LOCK_UN)
@@ -70,7 +71,7 @@ fn flock(file: &File, operation: i32) -> io::Result<()> {
     if unsafe { libc::flock(file.as_raw_fd(), operation) } == 0 { Ok(()) } else { Err(io::Error::last_os_error()) }
 }
 
-/// Locks byte `at`, if nobody has; false where somebody has.
+/// Locks byte `at`; returns false if it is locked by another holder.
 pub(crate) fn claim(file: &impl AsFd, at: u64) -> io::Result<bool> {
     match of_byte(file, libc::F_OFD_SETLK, libc::F_WRLCK, at) {
         Ok(_) => Ok(true),
@@ -79,12 +80,12 @@ pub(crate) fn claim(file: &impl AsFd, at: u64) -> io::Result<bool> {
     }
 }
 
-/// Gives byte `at` back.
+/// Releases byte `at`.
 pub(crate) fn give_back(file: &impl AsFd, at: u64) -> io::Result<()> {
     of_byte(file, libc::F_OFD_SETLK, libc::F_UNLCK, at).map(|_| ())
 }
 
-/// True if somebody else, in a process that lives, has byte `at`.
+/// Returns true if another holder, in a living process, has locked byte `at`.
 pub(crate) fn is_claimed(file: &impl AsFd, at: u64) -> io::Result<bool> {
     Ok(i32::from(of_byte(file, libc::F_OFD_GETLK, libc::F_WRLCK, at)?.l_type) != libc::F_UNLCK)
 }

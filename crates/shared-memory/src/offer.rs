@@ -1,20 +1,21 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Offers, by which the memory of one process is found by another: a link in the run's folder that leads to a descriptor of the process that offers it.
+//! Offers, by which one process finds the memory of another: a link in the run's folder to a descriptor of the offering process.
 //!
-//! A file of the folder is a name and nothing else: nothing is ever mapped from there, as a process that may open such a file may cut it off, and an
-//! access behind its end ends the process. The memory itself has no name, and its size is sealed; who comes looks at the seals before it maps.
-//! The link leads nowhere once the process that offers the memory is gone.
+//! A file of the folder is merely a name: it is never mapped, because any process that may open such a file may truncate it, and an
+//! access beyond its end kills the process. The memory itself has no name, and its size is sealed; other processes verify the seals
+//! before they map it. The link dangles once the offering process has exited.
 use std::fs::{self, File, OpenOptions};
 use std::io;
 use std::os::fd::{AsFd, AsRawFd, BorrowedFd, OwnedFd};
 use std::os::unix::fs::{FileTypeExt, OpenOptionsExt, symlink};
 use std::path::{Path, PathBuf};
 
-/// A link that leads to a descriptor of this process. Dropped, it is gone.
+/// A link to a descriptor of this process, removed when dropped.
 pub(crate) struct Offer(PathBuf);
 
 impl Offer {
-    /// Offers the memory of a descriptor, which stays open as long as this, under `path`. What another process offered there is replaced.
+    /// Offers the memory of a descriptor under `path`, replacing an offer of another process. The descriptor must stay open as long as
+    /// the offer.
     pub fn new(path: PathBuf, memory: BorrowedFd<'_>) -> io::Result<Offer> {
         match fs::remove_file(&path) {
             Err(error) if error.kind() != io::ErrorKind::NotFound => return Err(error),
@@ -27,15 +28,15 @@ impl Offer {
 
 impl Drop for Offer {
     fn drop(&mut self) {
-        // Gone with the folder is as good.
+        // It may already have been removed with the folder.
         let _removed = fs::remove_file(&self.0);
     }
 }
 
-/// Returns the memory that is offered under `path`, and by which process; none where nothing is, or the process that offered it is gone.
+/// Returns the memory that is offered under `path`, and the offering process; `None` if there is none, or that process has exited.
 ///
 /// # Errors
-/// Something else stands there, or this process may not open it: in words that name the process.
+/// Fails, with a message that names the process, if the path is something else or this process may not open it.
 pub(crate) fn offered(path: &Path) -> io::Result<Option<(OwnedFd, u32)>> {
     let leads_to = match fs::read_link(path) {
         Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(None),
@@ -44,7 +45,7 @@ pub(crate) fn offered(path: &Path) -> io::Result<Option<(OwnedFd, u32)>> {
     let Some(process) = offering(&leads_to) else {
         return Err(io::Error::other(format!("'{}' leads to '{}', which is no memory of a process", path.display(), leads_to.display())));
     };
-    // First only where it leads to: to open some files has effects, and to open others waits.
+    // First only resolved (`O_PATH`): opening some files has side effects, and opening others blocks.
     let found = match OpenOptions::new().read(true).custom_flags(libc::O_PATH).open(&leads_to) {
         Err(error) if matches!(error.raw_os_error(), Some(libc::ENOENT | libc::ESRCH)) => return Ok(None),
         Err(error) if error.kind() == io::ErrorKind::PermissionDenied && is_gone(process) => return Ok(None),
@@ -63,27 +64,27 @@ pub(crate) fn offered(path: &Path) -> io::Result<Option<(OwnedFd, u32)>> {
     Ok(Some((memory.into(), process)))
 }
 
-/// Removes what a process that has ended left under `path`. The caller keeps others from offering there meanwhile.
+/// Removes an offer left under `path` by a process that has ended. The caller must exclude concurrent offers.
 pub(crate) fn remove_left(path: &Path) {
     if is_left(path) {
-        // Gone meanwhile is as good.
+        // It may have been removed meanwhile.
         let _removed = fs::remove_file(path);
     }
 }
 
-/// Returns whether a process that has ended offered what is under `path`.
+/// Returns true if the offer under `path` belongs to a process that has ended.
 pub(crate) fn is_left(path: &Path) -> bool {
     fs::read_link(path).ok().and_then(|leads_to| offering(&leads_to)).is_some_and(is_gone)
 }
 
-/// The process that a link names.
+/// Returns the process that a link names.
 pub(crate) fn offering(leads_to: &Path) -> Option<u32> {
     let (process, descriptor) = leads_to.to_str()?.strip_prefix("/proc/")?.split_once("/fd/")?;
     let _number: u32 = descriptor.parse().ok()?;
     process.parse().ok()
 }
 
-/// Returns whether a process has ended, though perhaps nobody has asked for its status yet: then its descriptors belong to the system.
+/// Returns true if a process has ended, including a zombie: its descriptors then belong to the system.
 fn is_gone(process: u32) -> bool {
     let about = fs::read_to_string(format!("/proc/{process}/stat"));
     about.map_or(true, |about| about.rsplit_once(')').is_some_and(|(_, rest)| matches!(rest.trim_start().chars().next(), Some('Z' | 'X'))))
@@ -110,7 +111,7 @@ mod tests {
         remove_left(&path);
         assert!(path.is_symlink());
         child.kill().expect("it is our child");
-        // A process of which nobody has asked for its status has ended too.
+        // A process that has not been waited for has ended too.
         while !is_left(&path) {
             std::hint::spin_loop();
         }

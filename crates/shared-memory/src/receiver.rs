@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The reading end.
+//! Reading end of a connection.
 use crate::connection::Connection;
 use crate::layout::{Layout, published_at};
 use crate::listener::Listener;
@@ -12,15 +12,15 @@ pub(crate) struct SharedReceiver {
     group: TripleReader<Layout>,
     group_len: usize,
     queue: Option<QueueReader<Layout>>,
-    /// True while the front buffer holds what a reader before this one had latched: it is the newest publication, and news for this one.
+    /// True while the front buffer contains a publication that a previous reader had latched: it is the newest, and new for this reader.
     inherited: bool,
-    /// The group until then.
+    /// Group before the first publication.
     zeros: Box<[u8]>,
     watched: Option<Watch>,
     connection: Connection,
 }
 
-/// A queue of which the listener raises this end.
+/// A queue for which the listener raises this end.
 pub(crate) struct Watch {
     pub listener: Arc<Listener>,
     pub key: u64,
@@ -49,7 +49,7 @@ impl Receiver for SharedReceiver {
             return None;
         }
         if self.group.latch() {
-            // What it got is known to be whole only where the word was one that can be.
+            // The received buffer is known to be complete only if the word was valid.
             if self.connection.layout.is_lost() {
                 return None;
             }

@@ -1,16 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Memory that processes share: an unnamed file in memory whose size is sealed, so that nobody can take pages away under another process, and
-//! nothing is left behind when the last of them ends.
+//! Memory shared by processes: an unnamed in-memory file whose size is sealed, so that nobody can remove pages that another process uses,
+//! and nothing remains after the last of them ends.
 use std::io;
 use std::os::fd::{AsFd, AsRawFd, BorrowedFd, FromRawFd, OwnedFd};
 use std::ptr::NonNull;
 use std::sync::atomic::AtomicU64;
 
-/// Bytes of a cache line: what different ends write lies on different lines.
+/// Size of a cache line in bytes; data written by different ends are on different lines.
 pub(crate) const LINE: usize = 64;
 
-/// Shared memory, mapped here and in no process that is forked from this one. What lies there may be written by the other processes at any time: every word of it is to be checked before it is
-/// believed.
+/// Shared memory, mapped here but not in forked children. Other processes may write it at any time: every word must be checked before it
+/// is trusted.
 #[derive(Debug)]
 pub struct SealedMemory {
     descriptor: OwnedFd,
@@ -24,14 +24,14 @@ unsafe impl Send for SealedMemory {}
 // SAFETY: as for `Send`.
 unsafe impl Sync for SealedMemory {}
 
-/// Without these another process could end this one: an access behind the end of a file is SIGBUS.
+/// Seals without which another process could kill this one: an access beyond the end of a file raises SIGBUS.
 const SEALS: i32 = libc::F_SEAL_SHRINK | libc::F_SEAL_GROW | libc::F_SEAL_SEAL;
 
 impl SealedMemory {
-    /// New memory of `len` bytes, zero, every page of it present, so that no access of it can fail later for want of memory.
+    /// Makes `len` bytes of zeroed memory with every page present, so that no later access can fail for lack of memory.
     ///
     /// # Errors
-    /// Refusal of the operating system: no memory, no descriptors left.
+    /// Fails if the operating system refuses: no memory, no descriptors left.
     pub fn new(len: usize) -> io::Result<SealedMemory> {
         // SAFETY: the name ends in NUL.
         let made = unsafe { libc::memfd_create(c"opengpac".as_ptr(), libc::MFD_CLOEXEC | libc::MFD_ALLOW_SEALING) };
@@ -53,10 +53,10 @@ impl SealedMemory {
         SealedMemory::map(descriptor, len)
     }
 
-    /// Memory of `len` bytes that another process made.
+    /// Maps `len` bytes of memory that another process made.
     ///
     /// # Errors
-    /// `InvalidData` for a descriptor that is no memory of this kind, is not sealed, or has another size.
+    /// `InvalidData` if the descriptor is not memory of this kind, is not sealed, or has another size.
     pub fn received(descriptor: OwnedFd, len: usize) -> io::Result<SealedMemory> {
         match sealed_len(descriptor.as_fd())? {
             there if there == len => SealedMemory::map(descriptor, len),
@@ -64,10 +64,10 @@ impl SealedMemory {
         }
     }
 
-    /// The first `len` bytes of memory that another process made, and that may have more.
+    /// Maps the first `len` bytes of memory that another process made and that may be longer.
     ///
     /// # Errors
-    /// As for [`received`](Self::received), where it has less.
+    /// As for [`received`](Self::received); also fails if the memory is shorter.
     pub(crate) fn beginning(descriptor: OwnedFd, len: usize) -> io::Result<SealedMemory> {
         match sealed_len(descriptor.as_fd())? {
             there if there >= len => SealedMemory::map(descriptor, len),
@@ -87,39 +87,39 @@ impl SealedMemory {
         Ok(SealedMemory { descriptor, start: NonNull::new(start.cast()).expect("the system maps nothing at address 0"), len })
     }
 
-    /// Address at which it starts in this process: on a page.
+    /// Returns the start address in this process, which is page-aligned.
     pub fn start(&self) -> *mut u8 {
         self.start.as_ptr()
     }
 
-    /// Bytes.
+    /// Returns the length in bytes.
     pub fn len(&self) -> usize {
         self.len
     }
 
-    /// Returns whether it has no bytes: never, for no mapping is empty.
+    /// Returns true if the length is 0, which never happens: mappings are not empty.
     pub fn is_empty(&self) -> bool {
         self.len == 0
     }
 
-    /// The address of byte `offset`. Panics where it is not inside.
+    /// Returns the address of byte `offset`. Panics if it is out of bounds.
     pub(crate) fn at(&self, offset: usize) -> NonNull<u8> {
         assert!(offset < self.len, "byte {offset} of {}", self.len);
         // SAFETY: inside the mapping.
         unsafe { self.start.add(offset) }
     }
 
-    /// The word at `offset`, a multiple of 8 within it.
+    /// Returns the word at `offset`, a multiple of 8 within the memory.
     pub fn word(&self, offset: usize) -> &AtomicU64 {
         assert!(offset.is_multiple_of(8) && offset + 8 <= self.len, "no word at {offset} of {} bytes", self.len);
         // SAFETY: within the mapping and aligned, as was just checked; it lives as long as `self`.
         unsafe { AtomicU64::from_ptr(self.start().add(offset).cast()) }
     }
 
-    /// A second descriptor of the same memory, to send to another process.
+    /// Returns a second descriptor of the same memory, to send to another process.
     ///
     /// # Errors
-    /// No descriptors left.
+    /// Fails if no descriptors are left.
     pub fn descriptor(&self) -> io::Result<OwnedFd> {
         self.descriptor.try_clone()
     }
@@ -138,7 +138,7 @@ impl Drop for SealedMemory {
     }
 }
 
-/// Returns the number of bytes of a sealed memory, which never changes.
+/// Returns the size of a sealed memory in bytes, which never changes.
 fn sealed_len(descriptor: BorrowedFd<'_>) -> io::Result<usize> {
     // SAFETY: asks about an open descriptor.
     let seals = unsafe { libc::fcntl(descriptor.as_raw_fd(), libc::F_GET_SEALS) };
@@ -170,7 +170,7 @@ mod tests {
         for len in [0, 99, 101] {
             assert!(file.set_len(len).is_err(), "{len} bytes");
         }
-        // A hole is made of zeros: what is read there is no value of anybody, and no fault.
+        // A hole consists of zeros: reading it gives a value that nobody wrote, but no fault.
         memory.word(0).store(7, std::sync::atomic::Ordering::Relaxed);
         assert_eq!(memory.word(0).load(std::sync::atomic::Ordering::Relaxed), 7);
     }

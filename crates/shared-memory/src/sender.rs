@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The writing end.
+//! Writing end of a connection.
 use crate::bell::{BellNumber, Bells};
 use crate::connection::Connection;
 use crate::layout::{Layout, published_at};
@@ -48,7 +48,7 @@ impl Sender for SharedSender {
         Ok(())
     }
 
-    /// The listener of the reader's process raises it.
+    /// Returns false: the listener of the reader's process raises the reader.
     fn arrived(&self) -> bool {
         false
     }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Promises of every carrier of connections, with both ends in this process, and with the writing ends in another.
+//! Guarantees of every carrier of connections, with both ends in this process, and with the writing ends in another.
 mod processes;
 
 use interconnect::conformance::{Interconnect, JoinedCarrier};

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Ends that are made, refused and dropped.
+//! Creation, refusal and dropping of ends.
 mod processes;
 
 use interconnect::{ConnectionSpec, Ends, Header};

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-//! A process that has a connection's memory and writes there what it likes: the ends of others neither panic nor wait nor reach beyond it, and the
-//! connection is lost with a reason or goes on.
+//! A hostile process that writes arbitrary bytes to a connection's memory: the ends of others neither panic nor wait nor access anything
+//! outside it, and the connection is lost with a reason or continues.
 mod processes;
 
 use interconnect::{ConnectionSpec, Ends};
@@ -15,7 +15,7 @@ use std::time::{Duration, Instant};
 
 const SPEC: ConnectionSpec = ConnectionSpec { writer: 3, reader: 5, asynchronous_len: 40, queue_row_len: 24, queue_depth: 4 };
 const WORDS: usize = 7 * 64;
-/// Writes in all, of the property and of the thread.
+/// Total number of writes, of the property and of the thread.
 const WRITES: usize = 1_000_000;
 const SPECIAL: [u64; 14] = [0, 1, 2, 3, 4, 5, 6, 7, 255, 1 << 31, u32::MAX as u64, 1 << 63, u64::MAX - 1, u64::MAX];
 
@@ -23,7 +23,7 @@ fn nobody() -> Box<dyn Fn() + Send + Sync> {
     Box::new(|| ())
 }
 
-/// Numbers that follow from a seed.
+/// Pseudo-random numbers from a seed.
 struct Numbers(u64);
 
 impl Numbers {
@@ -38,7 +38,7 @@ impl Numbers {
     }
 }
 
-/// The memory of a file in the run's folder, as any process of the same user gets it.
+/// Maps the memory of a file in the run's folder, as any process of the same user can.
 fn memory_of(path: &Path) -> SealedMemory {
     let file = File::options().read(true).write(true).open(path).expect("it is offered");
     let len = file.metadata().expect("it is open").len() as usize;
@@ -49,7 +49,7 @@ fn folder(system: &str) -> PathBuf {
     folders(system).pop().expect("the run has a folder")
 }
 
-/// One write of a hostile process: mostly into the words.
+/// Makes one write of a hostile process, mostly to the control words.
 fn write(memory: &SealedMemory, numbers: &mut Numbers) {
     let end = if numbers.below(10) < 7 { WORDS.min(memory.len()) } else { memory.len() };
     let at = numbers.below(end);
@@ -62,7 +62,7 @@ fn write(memory: &SealedMemory, numbers: &mut Numbers) {
     }
 }
 
-/// One of the calls that a source makes; each is bounded whatever the memory holds.
+/// Makes one of the calls of a source; each is bounded whatever the memory contains.
 fn call(sender: &mut dyn interconnect::Sender, receiver: &mut dyn interconnect::Receiver, numbers: &mut Numbers) {
     match numbers.below(6) {
         0 => {
@@ -94,7 +94,7 @@ fn attacked(seed: u64, writes: usize) -> usize {
         let mut sender = here.sender(number, &SPEC).expect("the end is free");
         let mut receiver = there.receiver(number, &SPEC, nobody()).expect("the end is free");
         let memory = memory_of(&folder(&system).join(format!("c{number}-writing")));
-        // SAFETY: the seals forbid it, as is seen.
+        // SAFETY: the seals forbid it, as is checked here.
         assert_ne!(unsafe { libc::ftruncate(std::os::fd::AsRawFd::as_raw_fd(&std::os::fd::AsFd::as_fd(&memory)), 0) }, 0);
         for _ in 0..numbers.below(200) {
             done += 1;
@@ -105,7 +105,7 @@ fn attacked(seed: u64, writes: usize) -> usize {
             };
             (0..numbers.below(4)).for_each(|_| call(&mut *sender, &mut *receiver, &mut numbers));
         }
-        // Another end that comes to what is left is let in or refused, and neither takes long.
+        // A further end that opens the damaged memory is accepted or refused, and neither takes long.
         if numbers.below(4) == 0 {
             drop(sender);
             drop(here.sender(number, &SPEC).map_err(|error| assert!(error.message.contains("connection"), "{error}")));
@@ -115,7 +115,7 @@ fn attacked(seed: u64, writes: usize) -> usize {
         lost += news.len();
         assert_eq!(there.lost(), [], "it is told once");
     }
-    // The thread that listens, whose bell was written over, ends too.
+    // The listening thread, whose bell was overwritten, ends too.
     let since = Instant::now();
     drop((here, there));
     assert!(since.elapsed() < Duration::from_secs(60));
@@ -185,7 +185,7 @@ fn what_a_peer_offers_instead_of_memory_is_refused_by_its_process() {
     }
     // SAFETY: the name ends in NUL.
     let open = unsafe { libc::memfd_create(c"open".as_ptr(), libc::MFD_CLOEXEC | libc::MFD_ALLOW_SEALING) };
-    // SAFETY: a descriptor that was made just now.
+    // SAFETY: a descriptor created just above.
     let open: File = unsafe { std::os::fd::FromRawFd::from_raw_fd(open) };
     open.set_len(4096).expect("it is not sealed");
     symlink(format!("/proc/{me}/fd/{}", number(&open)), &place).expect("a link");

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Processes that are killed at any instant: the other side goes on, who is started again takes over, and nothing stays.
+//! Processes killed at any instant: the other side continues, a restarted process takes over, and nothing is left behind.
 mod processes;
 
 use interconnect::{Ends, Receiver, Sender};
@@ -10,23 +10,23 @@ use std::hash::{BuildHasher, RandomState};
 use std::hint::spin_loop;
 use std::sync::mpsc;
 
-/// Of each kind of process, each way of choosing the instant.
+/// Number of kills per kind of process and per way to choose the instant.
 const KILLS: usize = 20;
 const CONNECTION: u64 = 7;
-/// Numbers of one writer are this far from those of the next.
+/// Offset between the numbers of consecutive writers.
 const STRIDE: u64 = 1 << 32;
 
-/// A number below `limit`.
+/// Returns a number below `limit`.
 fn any_below(limit: u64) -> u64 {
     RandomState::new().hash_one(0) % limit
 }
 
-/// A system that no other process tests at the same time.
+/// Returns the name of a system that no other process tests at the same time.
 fn system(name: &str) -> String {
     format!("{name}-{:x}", new_run())
 }
 
-/// A reader's checks, which go on through the lives of several writers.
+/// A reader's checks, which span several writers.
 struct Reading {
     receiver: Box<dyn Receiver>,
     seen: u64,
@@ -34,7 +34,7 @@ struct Reading {
 }
 
 impl Reading {
-    /// Looks once at the group and at a row; true where there was a new group.
+    /// Reads the group and a row once; returns true if the group was new.
     fn look(&mut self) -> bool {
         let header = self.receiver.latch(0);
         if let Some(header) = header {
@@ -52,7 +52,7 @@ impl Reading {
         header.is_some()
     }
 
-    /// Memory as the writer that was killed has left it.
+    /// Reads everything that the killed writer has left in memory.
     fn drain(&mut self) {
         while self.look() || self.receiver.rows() > 0 {}
         if self.seen > 0 {
@@ -76,12 +76,12 @@ fn a_reader_keeps_the_last_complete_group_of_each_writer_that_is_killed() {
             while wanted > 0 {
                 match reading.look() {
                     true => wanted -= 1,
-                    // Where both share a core, the writer writes now.
+                    // If both share a core, the writer can write now.
                     false => std::thread::yield_now(),
                 }
             }
         } else {
-            // While it starts, makes its end, or has begun to write.
+            // Killed during its start, the creation of its end, or its first writes.
             for _ in 0..any_below(200_000) {
                 spin_loop();
             }
@@ -95,7 +95,7 @@ fn a_reader_keeps_the_last_complete_group_of_each_writer_that_is_killed() {
     assert_eq!(folders(&system), Vec::<std::path::PathBuf>::new());
 }
 
-/// Of a run's folder, the names that lead to processes which are gone.
+/// Returns the names in a run's folder that lead to processes that have exited.
 fn left_names(system: &str) -> Vec<std::path::PathBuf> {
     let names = folders(system).into_iter().flat_map(|folder| std::fs::read_dir(folder).expect("its folder").flatten().map(|entry| entry.path()));
     names.filter(|path| path.is_symlink() && !path.exists()).collect()
@@ -106,7 +106,7 @@ fn who_comes_in_the_place_of_a_killed_process_removes_its_names() {
     let (system, run) = (system("killed-names"), new_run());
     let _first = SharedMemory::new(&system, run).expect("there is shared memory");
     for life in 1..=3 {
-        // Each has a connection of a number of its own, as each process in the place of one before.
+        // Each has a connection with its own number, as a replacement process does.
         let mut writer = FarEnd::start("write", &system, run, &[CONNECTION + life, STRIDE]);
         assert_eq!(writer.hear(), "ready");
         assert_eq!(left_names(&system), Vec::<std::path::PathBuf>::new());
@@ -117,7 +117,7 @@ fn who_comes_in_the_place_of_a_killed_process_removes_its_names() {
     assert_eq!(left_names(&system), Vec::<std::path::PathBuf>::new());
 }
 
-/// Publishes and pushes until `enough`, which gets the number published last.
+/// Publishes and pushes until `enough`, which receives the last published number.
 fn write(sender: &mut dyn Sender, number: &mut u64, row: &mut u64, mut enough: impl FnMut(u64) -> bool) {
     while !enough(*number) {
         *number += 1;

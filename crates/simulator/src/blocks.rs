@@ -1,13 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
-//! A small family of blocks whose outputs can be judged: each value says which start and which invocation it is of.
+//! A small family of blocks whose outputs can be verified: each value identifies the start and the invocation that stored it.
 //!
-//! A *tag* is a number that no other start has; it comes with ψ. The *code* of an invocation is its tag and its number. A producer
-//! stores its code in one output and the negative in the other: a pair that is not each other's negative is of two invocations.
+//! A *tag* is a unique number of a start; it is passed in ψ. The *code* of an invocation combines its tag and its number. A producer
+//! stores its code in one output and the negative in the other: if the two are not negatives of each other, they are from two
+//! invocations.
 use opengpac::abi::Descriptor;
 use opengpac::{Condition, ConditionOf, FunctionBlock, Invocation, Outcome, Step};
 use std::cell::RefCell;
 
-/// Numbers of invocations in a code.
+/// Range of invocation numbers in a code.
 const NUMBERS: i64 = 1 << 20;
 
 /// Returns the value that invocation `number` of the start with `tag` stores.
@@ -15,7 +16,7 @@ pub fn code(tag: i64, number: u64) -> f64 {
     (tag * NUMBERS + (number as i64 % NUMBERS)) as f64
 }
 
-/// Tag and number of a code; nothing for a value that no block stored.
+/// Returns tag and number of a code, or `None` for a value that was not stored by a block.
 pub fn decode(value: f64) -> Option<(i64, u64)> {
     let value = value.abs();
     let whole = value as i64;
@@ -23,11 +24,11 @@ pub fn decode(value: f64) -> Option<(i64, u64)> {
 }
 
 thread_local! {
-    /// Observations of blocks that must not be.
+    /// Violations that blocks have observed.
     static WRONG: RefCell<Vec<String>> = const { RefCell::new(Vec::new()) };
 }
 
-/// Returns what blocks of this thread's world have seen that must not be, since the last call.
+/// Returns the violations that blocks of this thread's world have observed since the last call.
 pub fn wrong() -> Vec<String> {
     WRONG.take()
 }
@@ -36,12 +37,12 @@ fn tell(text: String) {
     WRONG.with_borrow_mut(|wrong| wrong.push(text));
 }
 
-/// True of a pair that one invocation stored, and of one in which the program has stored something.
+/// Returns true for a pair that one invocation stored, and for one of which the program has stored a part.
 pub fn is_whole(u: f64, v: f64) -> bool {
     u == -v || decode(u).is_none() || decode(v).is_none()
 }
 
-/// Judges a pair that a block reads: whole, and not before the one that it read last.
+/// Checks a pair that a block reads: it must be whole, and not older than the one that the block read last.
 fn judge(who: &str, is_each: bool, last: &mut f64, u: f64, v: f64) {
     if !is_whole(u, v) {
         tell(format!("{who} read {:?} in one input and {:?} in the other: two invocations", decode(u), decode(v)));
@@ -77,7 +78,7 @@ impl Step for Pair {
     }
 }
 
-/// A pair that reports: `reached` at the multiples of `each`, with the code.
+/// A pair that reports: `reached` in every `each`-th invocation, with the code.
 #[derive(FunctionBlock)]
 pub struct Reporter {
     /// the code
@@ -89,10 +90,10 @@ pub struct Reporter {
     /// number of the start
     #[param(default = 1)]
     tag: i64,
-    /// at which multiples; 0 for never
+    /// period of the reports, in invocations; 0 for never
     #[param(default = 0)]
     each: u64,
-    /// the number is a multiple, with the code
+    /// every `each`-th invocation, with the code
     #[condition(preset = 0.0)]
     reached: ConditionOf<f64>,
     /// the number is above 30
@@ -115,7 +116,8 @@ impl Step for Reporter {
     }
 }
 
-/// A pair that faults in invocation `at`, after it has stored the first half: 1 returned, 2 panic, 3 an output that is not finite.
+/// A pair that faults in invocation `at`, after it has stored the first half: 1 an error is returned, 2 it panics, 3 an output is not
+/// finite.
 #[derive(FunctionBlock)]
 pub struct Faulty {
     /// the code
@@ -127,7 +129,7 @@ pub struct Faulty {
     /// number of the start
     #[param(default = 1)]
     tag: i64,
-    /// in which invocation
+    /// invocation in which it faults
     #[param(default = 1_000_000)]
     at: u64,
     /// kind of the fault
@@ -153,7 +155,7 @@ impl Step for Faulty {
     }
 }
 
-/// Many elements, all of them the code.
+/// An array whose elements all contain the code.
 #[derive(FunctionBlock)]
 pub struct Many {
     /// the code
@@ -164,7 +166,7 @@ pub struct Many {
     tag: i64,
 }
 
-/// Elements of [`Many`].
+/// Number of elements of [`Many`].
 pub const MANY: usize = 256;
 
 impl Step for Many {
@@ -183,7 +185,7 @@ pub struct Newest {
     /// the other
     #[input(asynchronous, default = 0.0)]
     v: f64,
-    /// the first
+    /// the first half
     #[output]
     y: f64,
     /// value of the last invocation
@@ -208,7 +210,7 @@ pub struct Each {
     /// the other
     #[input]
     v: f64,
-    /// the first
+    /// the first half
     #[output]
     y: f64,
     /// value of the last invocation
@@ -233,7 +235,7 @@ pub struct Third {
     /// the other
     #[input(ratio = 3)]
     v: f64,
-    /// the first
+    /// the first half
     #[output]
     y: f64,
     /// value of the last invocation
@@ -249,13 +251,13 @@ impl Step for Third {
     }
 }
 
-/// Reads many elements, the newest.
+/// Reads the newest array.
 #[derive(FunctionBlock)]
 pub struct All {
     /// the elements
     #[input(asynchronous)]
     u: [f64; MANY],
-    /// the first
+    /// the first element
     #[output]
     y: f64,
 }
@@ -270,7 +272,7 @@ impl Step for All {
     }
 }
 
-/// Drives a channel: the code.
+/// Drives a channel with the code.
 #[derive(FunctionBlock)]
 pub struct Drive {
     /// the channel
@@ -288,7 +290,7 @@ impl Step for Drive {
     }
 }
 
-/// The servo of a logical device: passes on what is commanded, and what is sensed.
+/// The servo of a logical device: passes on the command and the sensor value.
 #[derive(FunctionBlock)]
 pub struct Servo {
     /// commanded value
@@ -313,7 +315,7 @@ impl Step for Servo {
     }
 }
 
-/// Module `sim`.
+/// Returns the blocks of module `sim`.
 pub fn all() -> [&'static Descriptor; 10] {
     [
         Pair::descriptor(),

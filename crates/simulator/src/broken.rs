@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-//! End of a run: an invariant that does not hold.
+//! End of a run by a violated invariant.
 use model::refusal::Refusals;
 
-/// An invariant that does not hold.
+/// A violated invariant.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct BrokenInvariant {
     pub invariant: &'static str,
@@ -13,7 +13,7 @@ pub fn broken<T>(invariant: &'static str, text: impl Into<String>) -> Result<T, 
     Err(BrokenInvariant { invariant, text: text.into() })
 }
 
-/// Refusals as one line.
+/// Returns refusals as one line.
 pub fn text(refusals: &Refusals) -> String {
     refusals.iter().map(|refusal| format!("{:?}: {refusal}", refusal.class)).collect::<Vec<_>>().join("; ")
 }

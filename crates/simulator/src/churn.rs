@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Bounded memory and work: an instance that is made, started, halted and deleted again and again costs at the end what it cost at the
-//! beginning. Allocations are counted by the allocator of the binary: those of the system alone, and the bytes that live in all.
+//! Bounded memory and work: an instance that is created, started, halted and deleted repeatedly must cost as much at the end as at the
+//! beginning. The binary's allocator counts the allocations made by the system alone, and all live bytes.
 use crate::broken::{BrokenInvariant, broken, text};
 use crate::memory::{counted, counts};
 use crate::operations::{Operation, What};
@@ -9,11 +9,11 @@ use crate::program::MS;
 use crate::world::World;
 use serde_json::json;
 
-/// Rounds before it is measured, in each of the two measurements, and between them.
+/// Rounds of warm-up, of each of the two measurements, and between them.
 const WARM: usize = 4;
 const MEASURED: usize = 8;
 const BETWEEN: usize = 40;
-/// Bytes that the log, the end reports and what the simulator knows may take for each round.
+/// Bytes per round that the log, the end reports and the simulator's own records may take.
 const KEPT: i64 = 10 * 1024;
 
 pub fn churn(world: &mut World, of: Operation) -> Result<String, BrokenInvariant> {
@@ -37,14 +37,14 @@ pub fn churn(world: &mut World, of: Operation) -> Result<String, BrokenInvariant
     rounds(world, of, BETWEEN)?;
     let last = rounds(world, of, MEASURED)?;
     let words = format!("{MEASURED} rounds made {} allocations, and {} after {BETWEEN} more; {} and {} bytes more live", first.0, last.0, first.1, last.1);
-    // Rounds differ by where they lie between the firings, and by what the messages lost.
+    // Rounds differ by their timing relative to the firings, and by lost messages.
     if last.0 > first.0 + first.0 / 2 + 200 || last.1 > MEASURED as i64 * KEPT {
         return broken("bounded memory and work", words);
     }
     Ok(words)
 }
 
-/// Allocations of so many rounds, and bytes more that live behind them.
+/// Runs rounds. Returns their number of allocations and the increase in live bytes.
 fn rounds(world: &mut World, of: Operation, count: usize) -> Result<(u64, i64), BrokenInvariant> {
     world.work = 0;
     let before = counts().0;
@@ -54,7 +54,7 @@ fn rounds(world: &mut World, of: Operation, count: usize) -> Result<(u64, i64), 
     Ok((world.work, counts().0 - before))
 }
 
-/// One life. Why it cannot be lived, where that is so.
+/// Runs one life. Returns the reason if it is not possible.
 fn round(world: &mut World, of: Operation) -> Result<Option<String>, BrokenInvariant> {
     let words = world.create(Operation { c: 1, ..of });
     let made = world.made();
@@ -77,7 +77,7 @@ fn round(world: &mut World, of: Operation) -> Result<Option<String>, BrokenInvar
         return broken("stopping ends", format!("'{name}' was halted twice; delete: {words}"));
     }
     world.lives.of[&name].is_deleted = true;
-    // What blocks say and what the plant was given is judged as after each operation.
+    // The observations of blocks and the outputs to the plant are checked as after each operation.
     crate::invariants::check(world)?;
     Ok(is_refused.then_some(words))
 }

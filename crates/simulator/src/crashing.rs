@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Blocks that crash, each in an invocation that the seed says: `crash` writes where nothing is; `torn` runs out of budget while it stores, between
-//! two halves of one output.
+//! Blocks that crash in an invocation chosen by the seed: `crash` writes to an invalid address; `torn` exhausts its budget while it
+//! stores, between two halves of one output.
 use crate::blocks::{MANY, code};
 use opengpac::abi::{Descriptor, Header, Invocation, RUNNING};
 use opengpac::{FunctionBlock, Outcome, Step};
@@ -8,7 +8,7 @@ use std::ffi::c_void;
 use std::sync::OnceLock;
 use std::sync::atomic::{Ordering, compiler_fence};
 
-/// Writes where nothing is, in invocation `at`; a pair until then.
+/// Writes to an invalid address in invocation `at`; stores pairs until then.
 #[derive(FunctionBlock)]
 pub struct Crash {
     /// the code
@@ -20,7 +20,7 @@ pub struct Crash {
     /// number of the start
     #[param(default = 1)]
     tag: i64,
-    /// in which invocation
+    /// invocation in which it crashes
     #[param(default = 1_000_000)]
     at: u64,
 }
@@ -30,7 +30,7 @@ impl Step for Crash {
         self.a = code(self.tag, invocation.number);
         if invocation.number == self.at {
             let nowhere = std::hint::black_box(16 as *mut u32);
-            // SAFETY: none; the fault is what is simulated, and the kernel contains it.
+            // SAFETY: none; the fault is intended, and the kernel contains it.
             unsafe { nowhere.write_volatile(1) };
         }
         self.b = -self.a;
@@ -38,7 +38,7 @@ impl Step for Crash {
     }
 }
 
-/// Many elements, all of them the code. In invocation `at` its budget is spent when half of them are stored.
+/// An array whose elements all contain the code. In invocation `at` its budget is exhausted when half of them are stored.
 #[derive(FunctionBlock)]
 pub struct Torn {
     /// the code
@@ -47,20 +47,20 @@ pub struct Torn {
     /// number of the start
     #[param(default = 1)]
     tag: i64,
-    /// in which invocation
+    /// invocation in which its budget is spent
     #[param(default = 1_000_000)]
     at: u64,
 }
 
 impl Step for Torn {
-    /// Stores what its entry below does not.
+    /// Stores the elements that its entry below does not store.
     fn step(&mut self, invocation: &opengpac::Invocation) -> Outcome {
         self.y = [code(self.tag, invocation.number); MANY];
         Outcome::Done
     }
 }
 
-/// The memory of an instance, as the generated entry has it.
+/// Memory of an instance in the layout of the generated entry.
 #[repr(C)]
 struct Instance {
     header: Header,
@@ -68,7 +68,7 @@ struct Instance {
     own: Torn,
 }
 
-/// An entry as generated ones are (`block/src/abi.rs`), but for the signal.
+/// An entry like generated ones (`block/src/abi.rs`), except for the signal.
 unsafe extern "C" fn run(memory: *mut c_void, _: *const Invocation) -> u64 {
     let m = memory.cast::<Instance>();
     // SAFETY: the kernel passes the memory of an instance of this block with every address bound.
@@ -81,7 +81,7 @@ unsafe extern "C" fn run(memory: *mut c_void, _: *const Invocation) -> u64 {
         compiler_fence(Ordering::SeqCst);
         for index in 0..MANY {
             if is_spent && index == MANY / 2 {
-                // The guard takes this signal as a spent budget without a look at a clock: the same in every run of the seed.
+                // The guard takes this signal as an exhausted budget without reading a clock, so every run of the seed is the same.
                 libc::raise(libc::SIGXCPU);
             }
             (*m).y.add(index).write_volatile(value);
@@ -90,13 +90,13 @@ unsafe extern "C" fn run(memory: *mut c_void, _: *const Invocation) -> u64 {
     0
 }
 
-/// `Torn` with that entry.
+/// Returns the descriptor of `Torn` with that entry.
 fn torn() -> &'static Descriptor {
     static DESCRIPTOR: OnceLock<&'static Descriptor> = OnceLock::new();
     DESCRIPTOR.get_or_init(|| Box::leak(Box::new(Descriptor { run, ..*Torn::descriptor() })))
 }
 
-/// Module `crashing`, which is not trusted after it crashed.
+/// Returns the blocks of module `crashing`, which is not trusted after a crash.
 pub fn all() -> [&'static Descriptor; 2] {
     [Crash::descriptor(), torn()]
 }

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The other kind of world: the control interface in this process, observers who ask for what they can, and a panel that stops.
+//! The other kind of world: the control interface in this process, observers that request everything they can, and a panel that stops.
 //!
-//! Requests and their order come from the seed; the interface goes by a clock that stands still while anybody works. The system is a
-//! monotonic one, so that a wait holds what it holds while others come. Only what no time of this machine changes is judged and told.
+//! Requests and their order are drawn from the seed; the interface uses a clock that stands still while any task runs. The system has a
+//! monotonic clock, so a wait keeps its resources while others arrive. Only results that do not depend on this machine's timing are
+//! checked and printed.
 use crate::broken::{BrokenInvariant, broken, text};
 use crate::outcome::Outcome;
 use crate::seed::Numbers;
@@ -20,10 +21,10 @@ use supervisor::System;
 use tokio::task::JoinHandle;
 use tower::ServiceExt;
 
-/// One seed of so many is such a world.
+/// Number of seeds of which one is such a world.
 const EACH: u64 = 50;
 const OBSERVERS: usize = 6;
-/// A stop is answered within so long of the interface's clock.
+/// Time limit for the answer to a stop, on the interface's clock.
 const BOUND: Duration = Duration::from_millis(20);
 
 /// Returns true if a seed is of this kind.
@@ -38,11 +39,11 @@ enum What {
     Histories,
     Checks,
     Looks,
-    /// An observer is gone before the answers come.
+    /// An observer disconnects before the answers arrive.
     Absent,
     /// An observer does not read the answers.
     Unread,
-    /// Time goes by.
+    /// Time passes.
     Time,
     /// The panel stops something.
     Stop,
@@ -78,17 +79,17 @@ fn operations(numbers: &Numbers) -> Vec<Operation> {
     operations
 }
 
-/// A folder that goes with the world.
+/// A folder that is deleted with the world.
 struct Folder(PathBuf);
 
 impl Drop for Folder {
     fn drop(&mut self) {
-        // What stays is in the folder for temporary files.
+        // If this fails, the files remain in the folder for temporary files.
         let _gone = std::fs::remove_dir_all(&self.0);
     }
 }
 
-/// Runs such a seed; `kept`: only these of its operations. Gives those that it ran.
+/// Runs such a seed, or only its operations in `kept`. Returns the operations that it ran.
 pub fn run(seed: u64, kept: Option<&[usize]>, outcome: &mut Outcome) -> (Vec<usize>, Result<(), BrokenInvariant>) {
     let numbers = Numbers::of(seed);
     let chosen: Vec<(usize, Operation)> =
@@ -111,7 +112,7 @@ async fn told(seed: u64, chosen: &[(usize, Operation)], outcome: &mut Outcome) -
         door.carry_out(*operation).await?;
         outcome.accepted += 1;
     }
-    // What was asked for and is not gone comes to an end.
+    // Requests whose clients are still connected must be answered.
     for request in door.pending.drain(..) {
         match request.await {
             Ok(0) => return broken("what is asked is answered", "a request has no answer"),
@@ -135,7 +136,7 @@ struct Door {
     starts: u64,
 }
 
-/// Sends a request: the status and the body, which nobody has read yet. The status is 0 where there is no answer.
+/// Sends a request. Returns the status and the unread body; the status is 0 if there is no answer.
 async fn send(router: Router, token: String, session: String, path: String, body: Json) -> (u16, Body) {
     let Ok(from) = "10.0.0.1:1".parse() else { return (0, Body::empty()) };
     let request = Request::post(path).header("host", "localhost").header("authorization", format!("Bearer {token}")).extension(Peer::Tcp { from });
@@ -195,7 +196,7 @@ impl Door {
         send(self.router.clone(), self.panel.clone(), self.session.clone(), path.to_owned(), body).await
     }
 
-    /// So many requests of an observer at once, whose answers are read.
+    /// Sends several requests of an observer at once, whose answers are read.
     fn ask(&mut self, of: Operation, call: &str, arguments: &Json) {
         for _ in 0..of.count {
             let sent = send(self.router.clone(), self.observers[of.who].clone(), String::new(), format!("/v1/call/{call}"), arguments.clone());
@@ -234,7 +235,7 @@ impl Door {
         Ok(())
     }
 
-    /// Everything runs once more.
+    /// Restarts everything.
     fn again(&mut self) {
         for (again, arguments) in [
             ("reset", json!({})),
@@ -242,16 +243,16 @@ impl Door {
             ("enable", json!({"name": "axis"})),
             ("start", json!({"instance": self.instance})),
         ] {
-            // What is so already is refused.
+            // Calls that would have no effect are refused.
             let is_done = api::call(&self.system, again, &arguments.to_string()).is_ok();
             self.starts += u64::from(is_done && again == "start");
         }
     }
 
-    /// The panel stops what runs: it is answered, no matter who waits.
+    /// Stops something from the panel, which must be answered no matter how many clients wait.
     async fn stop(&mut self, of: Operation) -> Result<(), BrokenInvariant> {
         self.again();
-        // What has come before has what it takes.
+        // Earlier requests must first have claimed their resources.
         for _ in 0..8 {
             tokio::task::yield_now().await;
         }
@@ -273,7 +274,7 @@ impl Door {
         if took > BOUND {
             return broken("stopping never waits", format!("the panel's '{call}' is answered after {} ms", took.as_millis()));
         }
-        // Its end comes with the next firing; that nothing starts is so at once.
+        // The instance ends with the next firing, but the latch must be set at once.
         if call == "emergency_stop" && self.system.latched().is_none() {
             return broken("stopping never waits", "the panel's emergency stop is answered, and the system is not stopped");
         }

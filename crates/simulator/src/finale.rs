@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The end of a run: everything comes to its end, everything can be started once more, and nothing is left.
+//! The end of a run: every instance ends, everything can be started once more, and nothing is left.
 use crate::broken::{BrokenInvariant, broken, text};
 use crate::invariants;
 use crate::plant::{self, safe};
@@ -7,7 +7,8 @@ use crate::program::{JOINT, MS};
 use crate::world::World;
 use serde_json::json;
 
-/// Time limit of an instance that was halted twice, ms of the system's clock: one that comes to rest first has its own limit.
+/// Time limit for the end of an instance that was halted twice, ms of the system's clock; an instance that first comes to rest has its
+/// own limit.
 const END_MS: i64 = 200;
 
 pub fn finale(world: &mut World) -> Result<Vec<String>, BrokenInvariant> {
@@ -27,7 +28,7 @@ pub fn finale(world: &mut World) -> Result<Vec<String>, BrokenInvariant> {
     if world.system.latched().is_some() || reset.contains("refused") {
         return broken("every start that is possible", format!("nothing runs and nothing is in the way; {reset}"));
     }
-    // Of a device that came back the first reading is yet to come.
+    // A device that has come back still needs its first reading.
     advance(world, 20 * MS)?;
     world.call("resume_program", json!({})).or_else(|why| broken("every start that is possible", text(&why)))?;
     for (index, (name, id)) in ids.iter().enumerate() {
@@ -64,11 +65,11 @@ fn enable(world: &World) -> Result<(), BrokenInvariant> {
     }
 }
 
-/// Halted twice it ends.
+/// Halts an instance twice, after which it must end.
 fn end(world: &mut World, name: &str, id: u64) -> Result<(), BrokenInvariant> {
     for _ in 0..2 {
         if matches!(world.system.state(id), "queued" | "running" | "suspended") {
-            // It may end by itself meanwhile.
+            // The instance may end by itself meanwhile.
             let _halted = world.system.halt(id);
         }
     }
@@ -82,7 +83,7 @@ fn end(world: &mut World, name: &str, id: u64) -> Result<(), BrokenInvariant> {
     }
 }
 
-/// Nothing is left of what was there.
+/// Checks that nothing is left.
 fn left(world: &mut World) -> Result<(), BrokenInvariant> {
     world.call("disable", json!({"name": JOINT})).or_else(|why| broken("stopping ends", text(&why)))?;
     advance(world, invariants::grace_ns(&world.program))?;
@@ -90,7 +91,7 @@ fn left(world: &mut World) -> Result<(), BrokenInvariant> {
     let statistics = world.system.statistics();
     let steps: Vec<String> =
         (statistics.sources.iter()).filter(|(_, source)| source.steps != 0).map(|(name, source)| format!("{} steps in '{name}'", source.steps)).collect();
-    // The servo of the joint is there as long as the joint.
+    // The servo of the joint exists as long as the joint.
     if steps.len() > 1 || statistics.instances.len() != 1 {
         return broken("nothing is left", format!("{steps:?}, {:?}", statistics.instances));
     }

@@ -7,7 +7,7 @@ use crate::program::{ARRAYS, HISTORY, JOINT, MS, PAIRS, Program};
 use crate::world::World;
 use model::value::Value;
 
-/// Everything, after an operation.
+/// Checks all invariants after an operation.
 pub fn check(world: &mut World) -> Result<(), BrokenInvariant> {
     world.catch_up()?;
     states(world)?;
@@ -22,7 +22,7 @@ pub fn check(world: &mut World) -> Result<(), BrokenInvariant> {
     histories(world)
 }
 
-/// The log and the state of each instance say the same: as many starts as were accepted, and an end for each but the one that is under way.
+/// Checks that the log and the state of each instance agree: as many starts as were accepted, and an end for each except the current one.
 fn states(world: &World) -> Result<(), BrokenInvariant> {
     for (name, life) in world.lives.of.iter().filter(|(_, life)| life.id != 0) {
         let state = if life.is_deleted { "ended" } else { world.system.state(life.id) };
@@ -35,7 +35,7 @@ fn states(world: &World) -> Result<(), BrokenInvariant> {
     Ok(())
 }
 
-/// Each end has one report, of its start, with values of one invocation.
+/// Checks that each end has one report, for its start, with values of one invocation.
 fn reports(world: &mut World) -> Result<(), BrokenInvariant> {
     for end in world.system.ends_since(world.ends_read) {
         world.ends_read = end.number + 1;
@@ -57,7 +57,7 @@ fn reports(world: &mut World) -> Result<(), BrokenInvariant> {
                     format!("the report of '{}' ({}) has {:?} and {:?} of block p{index}", report.instance, report.condition, decode(a), decode(b)),
                 );
             }
-            // ω of an end whose ending list reports within the same instant may be of that list: that is a fault which is known.
+            // If the ending list reports within the same instant, ω of an end may be from that list: a known fault.
             let concludes = !world.program.verbs[life.verb].definition["ending"].is_null();
             let is_own = report.condition == format!("reached_p{index}") && !concludes;
             if let (true, Some(Value::Number(value))) = (is_own, &report.value)
@@ -75,7 +75,7 @@ fn reports(world: &mut World) -> Result<(), BrokenInvariant> {
     Ok(())
 }
 
-/// Checks what blocks have read.
+/// Checks the values that blocks have read.
 fn blocks() -> Result<(), BrokenInvariant> {
     match wrong().into_iter().next() {
         Some(text) => broken("atomic publication", text),
@@ -83,7 +83,7 @@ fn blocks() -> Result<(), BrokenInvariant> {
     }
 }
 
-/// Every value that goes out is of a start that claims the channel, while it runs; or safe.
+/// Checks that every output is either from a running start that claims the channel, or safe.
 fn writes(world: &mut World) -> Result<(), BrokenInvariant> {
     let writes = std::mem::take(&mut plant::locked(&world.plant).writes);
     let joint = world.program.plant.1 - 1;
@@ -110,7 +110,7 @@ fn writes(world: &mut World) -> Result<(), BrokenInvariant> {
     Ok(())
 }
 
-/// Returns the time after an end for which something may still go on: none, but a firing with a cost comes to its end first.
+/// Returns the time after an end during which values may still arrive: 0, unless a firing has a cost and has to end first.
 pub fn grace_ns(program: &Program) -> i64 {
     match program.max_cost_ns() {
         0 => 0,
@@ -118,7 +118,7 @@ pub fn grace_ns(program: &Program) -> i64 {
     }
 }
 
-/// Checks that outputs without a claim are safe, and all of them after an emergency stop.
+/// Checks that outputs without a claim are safe, and all outputs after an emergency stop.
 fn outputs(world: &mut World) -> Result<(), BrokenInvariant> {
     let now_ns = world.system.now_ns();
     let is_latched = world.system.latched().is_some();
@@ -144,12 +144,12 @@ fn outputs(world: &mut World) -> Result<(), BrokenInvariant> {
     Ok(())
 }
 
-/// A source stands still, or has just gone on.
+/// Returns true if a source stands still or has just resumed.
 pub fn is_standing(world: &World, source: usize) -> bool {
     world.stalled_ns[source].saturating_add(grace_ns(&world.program)) >= world.system.now_ns()
 }
 
-/// In one snapshot the outputs of one block are of one invocation, bear its number, and were stored while its start ran.
+/// Checks that in one snapshot the outputs of one block are from one invocation, carry its number, and were stored while its start ran.
 fn snapshot(world: &World) -> Result<(), BrokenInvariant> {
     if (0..world.program.sources.len()).any(|source| is_standing(world, source)) || !world.lives.lost.is_empty() {
         return Ok(());
@@ -162,7 +162,7 @@ fn snapshot(world: &World) -> Result<(), BrokenInvariant> {
         Ok(read) => read,
         Err(why) => return broken("what is asked is answered", format!("a snapshot is refused: {}", text(&why))),
     };
-    // It may come behind a command that waits for the end of a firing.
+    // The snapshot may come after a command that waits for the end of a firing.
     if world.system.now_ns() - before_ns > grace_ns(&world.program) {
         return broken("what is asked is answered", format!("a snapshot took {} us", (world.system.now_ns() - before_ns) / 1_000));
     }
@@ -208,7 +208,7 @@ fn snapshot(world: &World) -> Result<(), BrokenInvariant> {
     Ok(())
 }
 
-/// A history has no more rows than were declared, in order, each with its number.
+/// Checks that a history has no more rows than declared, in order, each with its number.
 fn histories(world: &World) -> Result<(), BrokenInvariant> {
     for index in 0..PAIRS {
         let name = format!("s{index}.a");
@@ -220,7 +220,7 @@ fn histories(world: &World) -> Result<(), BrokenInvariant> {
         for (number, time_ns, bytes) in rows {
             let value = f64::from_le_bytes(bytes[..8].try_into().expect("a double has eight bytes"));
             let Some((tag, invocation)) = decode(value) else { continue };
-            // A firing that was held up bears the time of its release, and what was executed meanwhile a later one.
+            // A delayed firing carries the time of its release, and values executed meanwhile a later one.
             let is_near = |at: i64| time_ns != at && (time_ns - at).abs() <= grace_ns(&world.program);
             let is_after = last.is_none_or(|(before, of, at)| is_near(at) || time_ns >= at && (tag != before || invocation > of));
             if number != invocation || !is_after {

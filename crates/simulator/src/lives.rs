@@ -1,54 +1,54 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Expectation of each verb instance, as far as it follows from what was asked and what the log says.
+//! Expected state of each verb instance, as far as it follows from the calls and the log.
 use std::collections::HashMap;
 
-/// Something that an instance takes for itself.
+/// A resource that an instance claims.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Claim {
     pub what: String,
-    /// A second writer is refused.
+    /// True if a second writer is refused.
     pub refuses: bool,
 }
 
-/// One start, from its begin to its end.
+/// One start, from beginning to end.
 #[derive(Clone, Copy, Debug)]
 pub struct Run {
     pub begun_ns: i64,
     pub ended_ns: Option<i64>,
 }
 
-/// A verb instance, also after it was deleted.
+/// A verb instance, even after its deletion.
 #[derive(Clone, Debug, Default)]
 pub struct Life {
     pub id: u64,
     pub verb: usize,
     pub claims: Vec<Claim>,
     pub sources: Vec<usize>,
-    /// Logical devices that it acts on.
+    /// Logical devices on which the instance acts.
     pub devices: Vec<&'static str>,
-    /// Starts that were accepted.
+    /// Number of accepted starts.
     pub accepted: u64,
-    /// Starts and ends in the log.
+    /// Number of starts and ends in the log.
     pub started: u64,
     pub ended: u64,
-    /// The tags of its starts, in order, and the runs that have begun.
+    /// Tags of the instance's starts, in order, including runs that have begun.
     pub tags: Vec<i64>,
     pub is_deleted: bool,
-    /// It waits for its turn.
+    /// True if the instance waits for its turn.
     pub is_queued: bool,
-    /// True if its lines of the log are gone: an instance that the world did not make is followed no more.
+    /// True if its log entries are lost and the world did not create the instance, which is then no longer tracked.
     pub is_lost: bool,
-    /// End reports.
+    /// Number of end reports.
     pub reports: u64,
 }
 
 impl Life {
-    /// Started, and not ended.
+    /// Returns true if it has started and not ended.
     pub fn is_busy(&self) -> bool {
         self.started > self.ended
     }
 
-    /// It has begun, so its claims are its own.
+    /// Returns true if it has begun, so that it holds its claims.
     pub fn runs(&self) -> bool {
         self.is_busy() && !self.is_queued
     }
@@ -58,17 +58,17 @@ impl Life {
     }
 }
 
-/// All of them, by name, and when each start ran, by tag.
+/// All instances by name, and the time of each run by tag.
 #[derive(Default)]
 pub struct Lives {
     pub of: indexmap::IndexMap<String, Life>,
     pub runs: HashMap<i64, (String, Option<Run>)>,
-    /// Sources of which the log says that they are lost, since the last reset.
+    /// Sources that the log has reported as lost since the last reset.
     pub lost: Vec<String>,
 }
 
 impl Lives {
-    /// Takes an entry of the log in. Errs where it cannot be.
+    /// Processes an entry of the log. Fails if the entry is impossible.
     pub fn read(&mut self, entry: &supervisor::Entry) -> Result<(), String> {
         let time_ns = (entry.time_s * 1e9).round() as i64;
         if entry.kind == "processor_lost" {
@@ -97,7 +97,7 @@ impl Lives {
                 life.is_queued = false;
             }
         }
-        // Its starts and their tags are in the same order.
+        // The starts and their tags are in the same order.
         let tag = life.tags.get(life.started.saturating_sub(1) as usize).copied();
         let (runs, is_over) = (life.runs(), !life.is_busy());
         if let Some(tag) = tag
@@ -112,7 +112,7 @@ impl Lives {
         Ok(())
     }
 
-    /// Entries of the log are gone: what they said is taken from the states.
+    /// Handles lost entries of the log: takes their content from the states.
     pub fn lose(&mut self, state: impl Fn(u64) -> &'static str) {
         for (name, life) in self.of.iter_mut().filter(|(_, life)| !life.is_deleted) {
             if life.id == 0 {
@@ -124,13 +124,13 @@ impl Lives {
             life.started = life.accepted;
             life.ended = life.accepted - u64::from(under_way && life.accepted > 0);
             life.is_queued = state == "queued";
-            // When they ran is not known.
+            // The times of these runs are unknown.
             let runs = self.runs.values_mut().filter(|(of, _)| of == name);
             runs.for_each(|(_, run)| *run = Some(Run { begun_ns: i64::MIN / 2, ended_ns: None }));
         }
     }
 
-    /// Returns the claim that two running instances share.
+    /// Returns a claim that two running instances share.
     pub fn shared_claim(&self) -> Option<String> {
         let running: Vec<(&String, &Life)> = self.of.iter().filter(|(_, life)| life.runs()).collect();
         for (index, (name, life)) in running.iter().enumerate() {

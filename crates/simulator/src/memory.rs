@@ -1,24 +1,24 @@
 // SPDX-License-Identifier: Apache-2.0
-//! An allocator that counts what each thread has: the simulator's binary and its tests take it as theirs.
+//! An allocator that counts the allocations of each thread; the simulator's binary and its tests use it.
 use std::alloc::{GlobalAlloc, Layout, System as Heap};
 use std::cell::Cell;
 
 pub struct Counting;
 
 thread_local! {
-    /// Bytes that live, allocations, bytes that were ever allocated; of this thread.
+    /// Live bytes, number of allocations, and total bytes allocated, of this thread.
     static COUNTS: Cell<(i64, u64, u64)> = const { Cell::new((0, 0, 0)) };
 }
 
-// SAFETY: everything is done by the system's allocator; the count is beside it.
+// SAFETY: the system's allocator does all work; the counting is independent of it.
 unsafe impl GlobalAlloc for Counting {
     unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
-        // A thread that ends has no count any more.
+        // A thread that is exiting has no count.
         let _counted = COUNTS.try_with(|counts| {
             let (live, count, bytes) = counts.get();
             counts.set((live + layout.size() as i64, count + 1, bytes + layout.size() as u64));
         });
-        // SAFETY: as for the caller.
+        // SAFETY: the caller's contract is passed on.
         unsafe { Heap.alloc(layout) }
     }
 
@@ -27,17 +27,17 @@ unsafe impl GlobalAlloc for Counting {
             let (live, count, bytes) = counts.get();
             counts.set((live - layout.size() as i64, count, bytes));
         });
-        // SAFETY: as for the caller.
+        // SAFETY: the caller's contract is passed on.
         unsafe { Heap.dealloc(at, layout) }
     }
 }
 
-/// Bytes that live, allocations and bytes so far, of this thread. Zeros where [`Counting`] is not the allocator.
+/// Returns live bytes, number of allocations and total bytes of this thread; zeros if [`Counting`] is not the allocator.
 pub fn counts() -> (i64, u64, u64) {
     COUNTS.get()
 }
 
-/// Runs `of`, and counts its allocations.
+/// Runs `of` and counts its allocations.
 pub fn counted<T>(work: &mut u64, of: impl FnOnce() -> T) -> T {
     let before = counts().1;
     let result = of();

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Operations, carried out one by one.
+//! Executes operations one by one.
 use crate::broken::{BrokenInvariant, broken};
 use crate::churn::churn;
 use crate::operations::{Operation, What};
@@ -9,7 +9,7 @@ use crate::world::World;
 use interconnect::Faults;
 use serde_json::json;
 
-/// Carries out one operation; what was done, in words.
+/// Executes one operation; returns a description of it.
 pub fn carry_out(world: &mut World, of: Operation) -> Result<String, BrokenInvariant> {
     if world.pending[of.caller].is_some() && !matches!(of.what, What::Advance | What::Step) {
         return Ok("nothing: the caller waits".to_owned());
@@ -46,7 +46,7 @@ pub fn carry_out(world: &mut World, of: Operation) -> Result<String, BrokenInvar
                 (ledger.fails, ledger.gate) = (false, 0.0);
             }
             if of.b.is_multiple_of(2) {
-                // The gate is seen open when it was read.
+                // An open gate is only noticed at the next reading.
                 let _advanced = world.system.advance(6 * MS);
             }
             world.reset()
@@ -109,8 +109,8 @@ impl World {
         format!("the messages: delay {} us, drop {}, repeat {}, reorder {}, corrupt {}", delay_ns / 1_000, share(0), share(1), share(2), share(3))
     }
 
-    /// One or two of those who watch each other are hit; what follows takes seconds, in which the system's own time stands: a heart beats
-    /// every 20 ms, and firings say nothing about it.
+    /// Hits one or two of the processes that watch each other. The consequences take seconds, during which the system's own time stands
+    /// still: hearts beat every 20 ms, independently of firings.
     fn hit(&mut self, of: Operation) -> Result<String, BrokenInvariant> {
         let now_ns = self.hearts_ns;
         let still = |choice: usize| (!choice.is_multiple_of(3)).then_some([60, 300, 2_000, 30_000][choice / 3 % 4] * MS);
@@ -119,7 +119,7 @@ impl World {
             words += "; ";
             words += &self.watching.hit(of.a / 3, still(of.b / 16), (of.c / 4).is_multiple_of(2), now_ns);
         }
-        // What goes wrong meanwhile goes wrong with outputs that are not safe.
+        // Failures meanwhile occur with outputs that are not safe.
         let until_ns = now_ns + 6_000 * MS;
         let mut at_ns = now_ns;
         while at_ns < until_ns {
@@ -128,7 +128,7 @@ impl World {
         }
         self.hearts_ns = until_ns;
         let is_driven = self.watching.is_driven(until_ns);
-        // The machine is started again: what was away comes back as a device that was lost.
+        // The machine is restarted: devices that were away return as lost devices.
         self.watching.mend(&self.plant, until_ns);
         if !is_driven {
             plant::locked(&self.plant).fails = true;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Operations of callers, time and misfortune on a world. An operation names what it is about by numbers that are taken modulo what there is,
-//! so that a list of operations still means something when some of them are left out.
+//! Operations by callers, by time, and faults, on a world. An operation identifies its target by numbers modulo the number of existing
+//! ones, so that a list of operations remains meaningful if some are omitted.
 use crate::seed::Numbers;
 
 /// Number of callers that call at the same time.
@@ -13,11 +13,11 @@ pub enum What {
     Start,
     Suspend,
     Resume,
-    /// Begins a halt, and goes on without waiting for its end.
+    /// Starts a halt, and continues without waiting for its end.
     Halt,
-    /// Begins a wait for an end.
+    /// Starts waiting for an end.
     Wait,
-    /// Waits for an end, some ms of the system's clock at the most.
+    /// Waits for an end, for at most some ms of the system's clock.
     WaitShortly,
     Delete,
     Set,
@@ -32,21 +32,21 @@ pub enum What {
     Disable,
     Pause,
     ResumeProgram,
-    /// The messages' faults change.
+    /// Changes the faults of messages.
     Link,
-    /// The plant goes away, or comes back.
+    /// Removes the plant or brings it back.
     Plant,
-    /// The gate opens or closes.
+    /// Opens or closes the gate.
     Gate,
-    /// The plant's process, its guard or the supervisor is killed, or stands still, and some seconds pass.
+    /// Kills or stops the plant's process, its guard or the supervisor, and lets some seconds pass.
     Hit,
-    /// A programming system is cut off.
+    /// Cuts off a programming system.
     Abandon,
-    /// The same work of one instance, again and again, costs what it cost.
+    /// Checks that the same work of one instance, repeated, does not become more expensive.
     Churn,
 }
 
-/// Each kind with its weight, and whether it is a misfortune that a seed may do without.
+/// Each kind with its weight, and whether it is a fault that a seed may omit.
 const KINDS: [(What, usize, bool); 27] = [
     (What::Define, 1, false),
     (What::Create, 10, false),
@@ -86,8 +86,8 @@ pub struct Operation {
     pub c: usize,
 }
 
-/// The operations of a seed. Each seed leaves some kinds out and does others more often: what hides when everything happens shows when
-/// little does.
+/// Returns the operations of a seed. Each seed omits some kinds and does others more often: faults that are hidden when everything
+/// happens show when little does.
 pub fn random(numbers: &Numbers) -> Vec<Operation> {
     let mut draw = numbers.split("operations");
     let weights: Vec<usize> = (KINDS.iter())

@@ -2,12 +2,12 @@
 //! Outcome of a seed.
 use crate::broken::BrokenInvariant;
 
-/// An invariant that did not hold, with everything that happened before.
+/// A violated invariant, with the events that led to it.
 #[derive(Clone, Debug)]
 pub struct Failure {
     pub seed: u64,
     pub broken: BrokenInvariant,
-    /// The operations that were carried out, by their place in the seed's list.
+    /// Operations that were executed, by their index in the seed's list.
     pub kept: Vec<usize>,
     pub story: Vec<String>,
 }
@@ -20,7 +20,7 @@ pub struct Outcome {
     pub accepted: usize,
     pub refused: usize,
     pub starts: u64,
-    /// Time of the system's clock.
+    /// Elapsed time on the system's clock.
     pub virtual_ns: i64,
     pub story: Vec<String>,
 }

@@ -1,15 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
-//! A small plant: a physical device that writes down everything that goes out to it.
+//! A small plant: a physical device that logs all its outputs.
 //!
-//! Its parts `p0`, `p1`, … have an `actuator` with safe value -10, -11, … and a `sensor` (what was written there
-//! last); `gate` is an input for an emergency stop. What a world does to it goes through its [`Ledger`].
+//! Its parts `p0`, `p1`, … have an `actuator` with safe value -10, -11, … and a `sensor` (the value last written there); `gate` is an
+//! input for an emergency stop. A world acts on it through its [`Ledger`].
 use device::{Channel, Declaration, DeviceError, Driver, DriverError, GivenOptions, Kind, Layout, OpenedDriver, OptionWord, Type};
 use serde_json::json;
 use std::cell::RefCell;
 use std::collections::HashMap;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
-/// The name of its kind of driver.
+/// Kind of the plant's driver.
 pub const KIND: &str = "simulated plant";
 
 static DRIVER: Declaration = Declaration::new(KIND, "a small plant that writes down what goes out to it", &OPTIONS, make);
@@ -17,19 +17,19 @@ static DRIVER: Declaration = Declaration::new(KIND, "a small plant that writes d
 const OPTIONS: [OptionWord; 2] =
     [OptionWord::with_default("outputs", Kind::Whole, "1", "how many parts it has"), OptionWord::needed("name", Kind::Text, "whose ledger it writes")];
 
-/// The safe value of the actuator of part `index`.
+/// Returns the safe value of the actuator of part `index`.
 pub fn safe(index: usize) -> f64 {
     -10.0 - index as f64
 }
 
-/// Outputs written at one time: (value, whether the channel is claimed) of each.
+/// Outputs written at one time: (value, whether the channel is claimed) for each.
 #[derive(Clone, Debug)]
 pub struct Write {
     pub time_ns: i64,
     pub outputs: Vec<(f64, bool)>,
 }
 
-/// Past and future of the plant.
+/// History and pending behaviour of the plant.
 #[derive(Default)]
 pub struct Ledger {
     pub writes: Vec<Write>,
@@ -37,17 +37,17 @@ pub struct Ledger {
     pub outputs: Vec<f64>,
     /// True if every read fails.
     pub fails: bool,
-    /// Reading of its gate.
+    /// Reading of the gate.
     pub gate: f64,
-    /// The process of its driver stands still or is gone: what it writes does not come here.
+    /// True if the process of its driver stands still or has exited, so that its writes do not arrive.
     pub is_cut: bool,
-    /// Number of times that it was opened and closed.
+    /// Number of times that it was opened, and closed.
     pub opened: usize,
     pub closed: usize,
 }
 
 impl Ledger {
-    /// Acts as a guard with safe handles, or a driver with its own.
+    /// Sets safe outputs, as a guard does with its safe handles, or a driver with its own.
     pub fn make_safe(&mut self) {
         self.outputs.iter_mut().enumerate().for_each(|(index, output)| *output = safe(index));
     }
@@ -60,11 +60,11 @@ impl Ledger {
 pub type SharedLedger = Arc<Mutex<Ledger>>;
 
 thread_local! {
-    /// Ledgers by the name of their plant: a world lives in one thread.
+    /// Ledgers by the name of their plant: a world runs in one thread.
     static LEDGERS: RefCell<HashMap<String, SharedLedger>> = RefCell::default();
 }
 
-/// A new ledger for the plant of this name that this thread opens.
+/// Creates a ledger for the plant of this name that this thread opens.
 pub fn ledger(name: &str) -> SharedLedger {
     device::register(&DRIVER).expect("nobody else has its name");
     let ledger = SharedLedger::default();
@@ -72,7 +72,7 @@ pub fn ledger(name: &str) -> SharedLedger {
     ledger
 }
 
-/// Forgets the ledgers of this thread.
+/// Drops the ledgers of this thread.
 pub fn forget() {
     LEDGERS.take();
 }

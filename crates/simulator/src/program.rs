@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //! A random program: processors and sources, a plant, SVVs and devices, and verbs over the blocks of this crate.
 //!
-//! Everything is drawn so that most of it is accepted; what is refused is refused whole, and the world goes on.
+//! Everything is drawn so that most of it is accepted; a refusal rejects a definition as a whole, and the world continues.
 mod making;
 
 use crate::blocks::MANY;
@@ -11,37 +11,37 @@ use serde_json::{Map, Value as Json, json};
 
 pub const MS: i64 = 1_000_000;
 
-/// Pairs of SVVs of nobody: `s0.a`, `s0.b`, …
+/// Number of unowned pairs of SVVs: `s0.a`, `s0.b`, …
 pub const PAIRS: usize = 3;
-/// Arrays.
+/// Number of arrays.
 pub const ARRAYS: usize = 2;
-/// Logical devices without a verb that say what becomes of a second writer, each with a pair.
+/// Logical devices without a verb that define how a second writer is treated, each with a pair.
 pub const ARBITRATED: [&str; 2] = ["queue", "abort"];
-/// The logical device with a servo, and its pair.
+/// Logical device with a servo, and its pair.
 pub const JOINT: &str = "joint";
-/// Rows that the history of each first half has.
+/// Number of rows in the history of each first half.
 pub const HISTORY: usize = 8;
 
 /// An interrupt source.
 #[derive(Clone, Debug)]
 pub struct Source {
     pub processor: String,
-    /// With the processor: `rtp0.t0`.
+    /// Name with the processor: `rtp0.t0`.
     pub name: String,
-    /// A timer; a software source without.
+    /// Period of a timer; `None` for a software source.
     pub period_ns: Option<i64>,
     pub priority: u8,
     pub cost_ns: i64,
 }
 
-/// Kind of a parameter's binding, with what it claims.
+/// Kind of a parameter's binding, which determines its claims.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Kind {
-    /// One of the pairs, written: parameters `<name>.a` and `<name>.b`.
+    /// A written pair: parameters `<name>.a` and `<name>.b`.
     Pair,
-    /// One of the pairs, read.
+    /// A pair that is read.
     Reads,
-    /// An array, written.
+    /// A written array.
     Array,
     /// A write channel of the plant.
     Channel,
@@ -62,9 +62,9 @@ pub struct Verb {
     pub parameters: Vec<Parameter>,
     /// Sources on which each block can run: label → source.
     pub placement: Vec<(String, usize)>,
-    /// It has a block of the module that crashes.
+    /// True if it has a block of the module that crashes.
     pub crashes: bool,
-    /// ψ that a start gives beside the tag: name → largest value.
+    /// ψ values of a start in addition to the tag: name → maximum value.
     pub inputs: Vec<(&'static str, u64)>,
 }
 
@@ -72,7 +72,7 @@ pub struct Verb {
 #[derive(Clone, Copy, Debug)]
 pub enum Carrier {
     Memory,
-    /// Messages; this is the seed of their faults.
+    /// Messages, with the seed of their faults.
     Message(u64),
 }
 
@@ -81,7 +81,7 @@ pub struct Program {
     pub sources: Vec<Source>,
     pub clock_seed: u64,
     pub carrier: Carrier,
-    /// Source that serves the plant, and number of its outputs; the last is the joint's.
+    /// Source that serves the plant, and number of the plant's outputs; the last one belongs to the joint.
     pub plant: (usize, usize),
     pub verbs: Vec<Verb>,
     /// Number of verbs that are defined at the beginning.
@@ -108,7 +108,7 @@ impl Program {
         self.sources.iter().map(|source| source.cost_ns).max().unwrap_or(0)
     }
 
-    /// Every pair of SVVs that verbs write.
+    /// Returns every pair of SVVs that verbs write.
     pub fn pairs() -> Vec<String> {
         let own = (0..PAIRS).map(|i| format!("s{i}"));
         own.chain(ARBITRATED.iter().map(|device| (*device).to_owned())).chain([JOINT.to_owned()]).collect()
@@ -130,7 +130,7 @@ fn sources(draw: &mut Numbers) -> Vec<Source> {
     sources
 }
 
-/// The verb that acts on the joint.
+/// Returns the verb that acts on the joint.
 fn push(sources: &[Source], at: usize) -> Verb {
     let every_ns = sources[at].period_ns;
     let definition = json!({
@@ -152,12 +152,12 @@ fn push(sources: &[Source], at: usize) -> Verb {
     }
 }
 
-/// Its output is an array.
+/// Returns true if the block's output is an array.
 fn is_array(of: &str) -> bool {
     matches!(of, "sim.many" | "crashing.torn")
 }
 
-/// SVVs as they are asked for: name and request.
+/// Returns the requested SVVs: name and request.
 pub fn svvs() -> Vec<(String, Json)> {
     let mut svvs = Vec::new();
     for index in 0..PAIRS {
@@ -168,7 +168,7 @@ pub fn svvs() -> Vec<(String, Json)> {
     svvs
 }
 
-/// Device types, and the servo of the joint.
+/// Returns the device types, and the servo of the joint.
 pub fn device_types() -> Vec<Json> {
     let pair = |of: &str| json!({"name": of, "svvs": {"a": {"type_text": "double"}, "b": {"type_text": "double"}}, "arbitration": of});
     let mut types: Vec<Json> = ARBITRATED.iter().map(|of| pair(of)).collect();

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! One seed from its beginning to its end.
+//! Runs one seed from beginning to end.
 use crate::broken::BrokenInvariant;
 use crate::operate::carry_out;
 use crate::operations::{self, Operation};
@@ -12,15 +12,15 @@ use std::mem::ManuallyDrop;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Once;
 
-/// Entries of the log that a failure shows.
+/// Number of log entries shown for a failure.
 const LOG: usize = 25;
 
 thread_local! {
-    /// Where the last panic was, and what it said.
+    /// Location and message of the last panic.
     static PANIC: RefCell<String> = const { RefCell::new(String::new()) };
 }
 
-/// Panics are kept, not printed: blocks panic because they are asked to.
+/// Stores panics instead of printing them: blocks panic on purpose.
 fn keep_panics() {
     static ONCE: Once = Once::new();
     ONCE.call_once(|| {
@@ -34,7 +34,7 @@ fn keep_panics() {
     });
 }
 
-/// Runs a seed; `kept`: only these of its operations.
+/// Runs a seed, or only its operations in `kept`.
 pub fn run(seed: u64, kept: Option<&[usize]>) -> Outcome {
     keep_panics();
     crate::blocks::wrong();
@@ -58,7 +58,7 @@ pub fn run(seed: u64, kept: Option<&[usize]>) -> Outcome {
     outcome
 }
 
-/// A seed of the world with a control interface.
+/// Runs a seed of the world with a control interface.
 fn through_the_door(seed: u64, kept: Option<&[usize]>) -> Outcome {
     let mut outcome = Outcome::default();
     let (kept, broken) = match catch_unwind(AssertUnwindSafe(|| door::run(seed, kept, &mut outcome))) {
@@ -70,7 +70,7 @@ fn through_the_door(seed: u64, kept: Option<&[usize]>) -> Outcome {
 }
 
 fn told(numbers: &Numbers, chosen: &[(usize, Operation)], outcome: &mut Outcome) -> Result<(), BrokenInvariant> {
-    // A world in which something panicked cannot be closed: it is left as it is.
+    // A world in which something has panicked cannot be closed, and is leaked.
     let mut world = ManuallyDrop::new(World::new(numbers)?);
     outcome.story.append(&mut world.story);
     let result = steps(&mut world, chosen, &mut outcome.story).and_then(|()| {
@@ -82,7 +82,7 @@ fn told(numbers: &Numbers, chosen: &[(usize, Operation)], outcome: &mut Outcome)
     outcome.starts = world.lives.of.values().map(|life| life.started).sum();
     outcome.virtual_ns = world.system.now_ns();
     if result.is_err() {
-        // What is broken is not to be closed in order.
+        // A broken world is not closed in order.
         outcome.story.push(format!("{:>9} us  here it does not hold; the end of the log:", world.system.now_ns() / 1_000));
         let entries = world.system.log_since(0);
         let last = entries

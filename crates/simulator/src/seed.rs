@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! One seed, and a generator of its own for each concern: what is drawn for one changes nothing of the others.
+//! A seed with a separate generator for each concern: draws for one do not affect the others.
 
 /// SplitMix64 (Steele, Lea, Flood 2014).
 #[derive(Clone, Debug)]
@@ -10,9 +10,9 @@ impl Numbers {
         Numbers(seed)
     }
 
-    /// A generator for one concern of this seed.
+    /// Returns a generator for one concern of this seed.
     pub fn split(&self, concern: &str) -> Numbers {
-        // FNV-1a: the same on every machine.
+        // FNV-1a gives the same hash on every machine.
         let hash = concern.bytes().fold(0xcbf2_9ce4_8422_2325, |hash: u64, byte| (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3));
         let mut numbers = Numbers(self.0 ^ hash);
         Numbers(numbers.number())
@@ -26,17 +26,17 @@ impl Numbers {
         z ^ (z >> 31)
     }
 
-    /// From 0 to `bound` - 1; 0 for a bound of 0.
+    /// Returns a number from 0 to `bound` - 1; 0 for a bound of 0.
     pub fn below(&mut self, bound: usize) -> usize {
         (self.number() % bound.max(1) as u64) as usize
     }
 
-    /// From `least` to `most`, both included.
+    /// Returns a number from `least` to `most`, both included.
     pub fn within(&mut self, least: i64, most: i64) -> i64 {
         least + self.below((most - least + 1) as usize) as i64
     }
 
-    /// True in so many of a hundred.
+    /// Returns true with a probability of `share` percent.
     pub fn percent(&mut self, share: usize) -> bool {
         self.below(100) < share
     }
@@ -45,7 +45,7 @@ impl Numbers {
         &of[self.below(of.len())]
     }
 
-    /// An index, each as likely as its weight says.
+    /// Returns an index with a probability proportional to its weight.
     pub fn weighted(&mut self, weights: &[usize]) -> usize {
         let mut at = self.below(weights.iter().sum());
         weights

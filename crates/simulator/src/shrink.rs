@@ -1,12 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Fewer operations: delta debugging (Zeller, Hildebrandt 2002) over the list of a seed, as long as the same invariant breaks.
+//! Reduces operations by delta debugging (Zeller, Hildebrandt 2002) over the list of a seed, for as long as the same invariant is
+//! violated.
 use crate::outcome::Failure;
 use crate::run::run;
 
-/// Maximum number of runs of a shrinking.
+/// Maximum number of runs while shrinking.
 const RUNS: usize = 2_000;
 
-/// The smallest failure that is found.
+/// Returns the smallest failure found.
 pub fn shrink(of: &Failure) -> Failure {
     let mut best = of.clone();
     let mut runs = 0;

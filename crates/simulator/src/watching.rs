@@ -1,33 +1,33 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Watchers of processes, by the rules of [`guard::watch`], under the virtual clock: the process that drives the plant, its guard,
-//! and the supervisor's watcher. Each can be killed or stand still; the plant's outputs must be safe soon after, as long as somebody
-//! is left.
+//! Watchers of processes, by the rules of [`guard::watch`], under the virtual clock: the process that drives the plant, its guard, and
+//! the supervisor's watcher. Each can be killed or stopped; the plant's outputs must be safe soon afterwards, as long as one watcher is
+//! left.
 //!
-//! The process is seen from the plant: while it stands still or is gone, nothing that it writes comes there, and its heart does not beat.
+//! The process is observed from the plant: while it is stopped or has exited, its writes do not arrive, and its heart does not beat.
 use crate::broken::{BrokenInvariant, broken};
 use crate::plant::{SharedLedger, locked};
 use crate::program::MS;
 use guard::watch::{Bounds, Event, ProcessStanding, Pulse, Subject, Watch, Watchers};
 use std::time::Duration;
 
-/// Between two beats, and two looks.
+/// Period of heartbeats and of checks.
 const BEAT_NS: i64 = 20 * MS;
-/// Patience of the heart of a processor that is not watched.
+/// Time limit after which the heart of an unwatched processor gives up.
 const PATIENCE: Duration = Duration::from_millis(2_000);
-/// Of the supervisor for the guard.
+/// Bounds by which the supervisor watches the guard.
 const OF_GUARD: Bounds = Bounds { silent_ns: 1_000 * MS, stopped_ns: 100 * MS };
-/// Within this time the outputs of a process that is gone or stands still are safe, counted while somebody is there to see it: a guard that
-/// stands still is found first (silent: 1 s), then its follower finds the process (silent: 0.5 s), then that ends (0.1 s).
+/// Time within which the outputs of a process that has exited or is stopped are safe, counted while a watcher runs: a stopped guard is
+/// detected first (silent: 1 s), then its successor detects the process (silent: 0.5 s), and then the process is ended (0.1 s).
 const SAFE_NS: i64 = 1_000 * MS + 500 * MS + 100 * MS + 6 * BEAT_NS;
 
 /// A process: whether it runs, and its heart.
 #[derive(Clone, Debug, Default)]
 struct Process {
     beats: u64,
-    /// It stands still until then; and the operating system says so.
+    /// Time until which it stands still; `is_stopped` is true if the operating system reports so.
     still_until_ns: i64,
     is_stopped: bool,
-    /// It is gone from then on.
+    /// Time from which on it has exited.
     ends_ns: Option<i64>,
 }
 
@@ -41,7 +41,7 @@ impl Process {
     }
 }
 
-/// The process that drives the plant, as a watch sees it.
+/// The process that drives the plant, as seen by a watch.
 struct Driving<'a> {
     process: &'a mut Process,
     plant: &'a SharedLedger,
@@ -86,9 +86,9 @@ pub struct Watching {
     heart: Watchers,
     serves: bool,
     next_ns: i64,
-    /// For how long the outputs have been unsafe while the process was gone or stood still and somebody was there to see it.
+    /// Time for which the outputs have been unsafe while the process was away and a watcher ran.
     unsafe_ns: i64,
-    /// Somebody stood still for so long that the process may be judged wrongly.
+    /// Time at which the process was last away; for a short time after it the process may be misjudged.
     healthy_since_ns: i64,
 }
 
@@ -114,8 +114,8 @@ impl Watching {
         }
     }
 
-    /// Kills `who` (0: the process, 1: its guard), or lets it (2: the supervisor, too) stand still for so long, as the operating system says or
-    /// without a word.
+    /// Kills `who` (0: the process, 1: its guard), or lets it (2: the supervisor too) stand still for a time, either reported by the
+    /// operating system or not.
     pub fn hit(&mut self, who: usize, still_ns: Option<i64>, is_stopped: bool, now_ns: i64) -> String {
         let who = who % 3;
         let (process, name) = match who {
@@ -135,12 +135,12 @@ impl Watching {
         }
     }
 
-    /// The process that drives the plant is there and works.
+    /// Returns true if the process that drives the plant runs.
     pub fn is_driven(&self, now_ns: i64) -> bool {
         self.driving.runs(now_ns)
     }
 
-    /// Everything that is looked at up to now. `lost`: what was told of a process that was healthy.
+    /// Performs all checks up to now.
     pub fn look(&mut self, plant: &SharedLedger, now_ns: i64) -> Result<(), BrokenInvariant> {
         locked(plant).is_cut = !self.driving.runs(now_ns);
         while self.next_ns <= now_ns {
@@ -169,7 +169,7 @@ impl Watching {
             let told = if self.serves { self.by_supervisor.look_beside(of, now_ns) } else { self.by_supervisor.look(of, now_ns) };
             seen = seen.or(told);
             if !self.serves {
-                // It is ended, and another one takes its place.
+                // The guard is ended, and replaced by another one.
                 self.guard = Process { beats: 1, ..Process::default() };
                 self.of_guard = Pulse::new(OF_GUARD, 1, now_ns);
                 self.by_guard = watch(now_ns, self.driving.beats);
@@ -179,7 +179,7 @@ impl Watching {
             return broken("no healthy processor is lost", format!("a process that runs is killed at {} ms", now_ns / MS));
         }
         if self.driving.runs(now_ns) && self.heart.look(self.guard.beats, self.supervisor.beats, now_ns) {
-            // Nobody watches it any more: it makes its own outputs safe and is no more.
+            // No watcher is left, so the process makes its own outputs safe and exits.
             locked(plant).make_safe();
             self.driving.ends_ns = Some(now_ns);
             locked(plant).is_cut = true;
@@ -196,7 +196,7 @@ impl Watching {
             return Ok(());
         }
         self.healthy_since_ns = now_ns;
-        // A guard that is gone or stands still has nobody to find it but the supervisor.
+        // Only the supervisor can detect a guard that has exited or stands still.
         let sees = self.supervisor.runs(now_ns) || self.guard.runs(now_ns);
         self.unsafe_ns = if locked(plant).is_safe() { 0 } else { self.unsafe_ns + if sees { BEAT_NS } else { 0 } };
         if self.unsafe_ns > SAFE_NS {
@@ -206,7 +206,7 @@ impl Watching {
         Ok(())
     }
 
-    /// Brings back the process, and all that were killed, as a person does; hearts begin again.
+    /// Restores the process and everything that was killed, as an operator does; the hearts restart.
     pub fn mend(&mut self, plant: &SharedLedger, now_ns: i64) {
         *self = Watching::new();
         self.next_ns = (now_ns / BEAT_NS + 1) * BEAT_NS;

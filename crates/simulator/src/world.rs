@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! A system under the virtual clock with a program, callers and a plant, and what is known of it.
+//! A system under the virtual clock with a program, callers and a plant, and the state expected of it.
 mod instances;
 
 use crate::broken::{BrokenInvariant, broken, text};
@@ -18,9 +18,9 @@ use serde_json::{Value as Json, json};
 use std::time::Duration;
 use supervisor::System;
 
-/// Instances at the same time.
+/// Maximum number of simultaneous instances.
 const INSTANCES: usize = 8;
-/// Nothing under the virtual clock takes as long.
+/// Time limit that nothing under the virtual clock reaches.
 const LONG: Duration = Duration::from_secs(20);
 
 /// A wait that a caller has begun.
@@ -37,26 +37,26 @@ pub struct World {
     pub draw: Numbers,
     pub watching: Watching,
     pub(crate) message: Option<Message>,
-    /// Number of verbs that were tried; those that there are.
+    /// Number of verbs that were tried, and the verbs that are defined.
     tried: usize,
     defined: Vec<usize>,
     pub(crate) pending: [Option<Pending>; CALLERS],
     last_tag: i64,
     last_name: usize,
-    /// Positions up to which the log and the end reports were read.
+    /// Positions up to which the log and the end reports have been read.
     pub log_read: u64,
     pub ends_read: u64,
-    /// Until when each source stands still.
+    /// Time until which each source stands still.
     pub stalled_ns: Vec<i64>,
-    /// Since when each output has nobody who claims it.
+    /// Time since which each output has not been claimed.
     pub free_since: Vec<Option<i64>>,
-    /// The clock of those who watch each other.
+    /// Clock of the processes that watch each other.
     pub(crate) hearts_ns: i64,
-    /// Allocations of the system in calls.
+    /// Number of the system's allocations during calls.
     pub work: u64,
-    /// Story of its making.
+    /// Description of its creation.
     pub story: Vec<String>,
-    /// Number of accepted and of refused calls.
+    /// Numbers of accepted and of refused calls.
     pub counts: (usize, usize),
 }
 
@@ -142,7 +142,7 @@ impl World {
         api::call(&self.system, name, &arguments.to_string())
     }
 
-    /// A call whose result is told in words; what is refused is counted.
+    /// Makes a call and returns its result with a description; counts refusals.
     pub fn told(&mut self, name: &str, arguments: Json) -> (String, Result<Json, Refusals>) {
         let arguments = arguments.to_string();
         let (system, work) = (&self.system, &mut self.work);
@@ -171,7 +171,7 @@ impl World {
         format!("define '{name}': {answer}")
     }
 
-    /// The instances that are there, by name.
+    /// Returns the existing instances by name.
     pub fn made(&self) -> Vec<String> {
         self.lives.of.iter().filter(|(_, life)| life.id != 0 && !life.is_deleted).map(|(name, _)| name.clone()).collect()
     }
@@ -182,11 +182,11 @@ impl World {
         Some((name.clone(), self.lives.of[name].id))
     }
 
-    /// Reads what the log says since the last time.
+    /// Reads the new entries of the log.
     pub fn catch_up(&mut self) -> Result<(), BrokenInvariant> {
         let entries = self.system.log_since(self.log_read);
         if let Some(last) = entries.last().filter(|_| entries[0].sequence > self.log_read) {
-            // The log keeps the last entries only, and lists that lead to each other fill it.
+            // The log keeps only the last entries, and command lists that lead to each other fill it.
             let system = &self.system;
             self.log_read = last.sequence + 1;
             self.lives.lose(|id| system.state(id));
@@ -199,7 +199,7 @@ impl World {
         Ok(())
     }
 
-    /// Waits at most so many ms of the system's clock until the instance has ended.
+    /// Waits for at most `ms` of the system's clock until the instance has ended.
     pub fn has_ended_within(&self, id: u64, ms: i64) -> Result<bool, Refusals> {
         let until_ns = self.system.now_ns() + ms * MS;
         Ok(matches!(self.system.wait(id, Some(until_ns), LONG)?, supervisor::WaitResult::Done(_)))

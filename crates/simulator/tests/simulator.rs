@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Some seeds, always the same; that a seed is one run; and that a failure is found and shrunk.
+//! A few fixed seeds; checks that a seed determines a run, and that a failure is found and shrunk.
 use simulator::broken::BrokenInvariant;
 use simulator::{Failure, run, shrink};
 
@@ -18,7 +18,7 @@ fn two_hundred_seeds_hold() {
         starts += outcome.starts;
         accepted += outcome.accepted;
     }
-    // Programs that do nothing would hold too.
+    // Programs that do nothing would pass too.
     assert!(starts > 800 && accepted > 4_000, "{starts} starts, {accepted} calls accepted");
 }
 
@@ -33,7 +33,7 @@ fn a_seed_is_one_run() {
 
 #[test]
 fn a_failure_is_shrunk_to_what_matters() {
-    // A seed that holds has nothing to shrink: a failure of an invariant that no run breaks stays as it was.
+    // A passing seed has nothing to shrink: a failure of an invariant that no run breaks stays as it was.
     let kept: Vec<usize> = (0..10).collect();
     let broken = BrokenInvariant { invariant: "that nobody breaks", text: String::new() };
     let failure = Failure { seed: 3, broken, kept: kept.clone(), story: Vec::new() };

@@ -1,23 +1,24 @@
 // SPDX-License-Identifier: Apache-2.0
-//! A caller that takes what the kernels tell by itself, while the supervisor's thread sleeps: two threads that wake one after the other, and
-//! want the same lock, cost more than what they do. The supervisor's thread is woken for what came after the caller's last look, where what
-//! it looked at is due earlier than that thread knows, and by a source where the caller has not looked for a millisecond.
+//! Attending: a caller handles the notifications of the kernels itself while the supervisor's thread sleeps. Two threads that wake one
+//! after the other and contend for the same lock would cost more than their work. The supervisor's thread is woken if something arrived
+//! after the caller's last check, if something became due earlier than that thread expects, and by a source that the caller has not
+//! checked for a millisecond.
 use crate::core::Core;
 use crate::stopping::lost_processors::next_answer;
 use runtime::Host;
 use std::sync::Arc;
 
-/// The supervisor's thread may sleep as long as it lives.
+/// Guard that lets the supervisor's thread sleep as long as it lives.
 pub(crate) struct Attending {
     host: Arc<Host>,
-    /// Number of rings at the last look.
+    /// Number of rings at the last check.
     seen: u32,
     due: [Option<i64>; 2],
     is_settled: bool,
 }
 
 impl Attending {
-    /// Begins, before anything is asked of the kernels.
+    /// Starts attending. Must be called before any request to the kernels.
     pub fn new(core: &Core) -> Attending {
         let (host, due) = (core.host.clone(), due(core));
         let seen = host.rings();
@@ -25,7 +26,7 @@ impl Attending {
         Attending { host, seen, due, is_settled: false }
     }
 
-    /// Ends. `core`: from which everything was taken that was rung for until `seen`.
+    /// Stops attending. `core`: state in which every notification up to ring `seen` has been handled.
     pub fn end(mut self, core: &Core, seen: u32) {
         self.seen = seen;
         self.is_settled = due(core).iter().zip(self.due).all(|(now, then)| now.is_none_or(|now| then.is_some_and(|then| then <= now)));
@@ -41,7 +42,7 @@ impl Drop for Attending {
     }
 }
 
-/// Returns the times at which the supervisor's thread wakes up by itself.
+/// Returns the times at which the supervisor's thread wakes by itself.
 fn due(core: &Core) -> [Option<i64>; 2] {
     [core.next_wake(0), next_answer(core)]
 }

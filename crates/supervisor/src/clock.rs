@@ -7,7 +7,7 @@ use model::refusal::{Class, Refusals};
 use model::value::Value;
 
 impl System {
-    /// Returns ns on the system's clock.
+    /// Returns the time on the system's clock, ns.
     pub fn now_ns(&self) -> i64 {
         self.shared.host.now_ns()
     }
@@ -27,14 +27,14 @@ impl System {
         Ok(())
     }
 
-    /// Runs everything that happens at the next instant of the virtual clock; false if nothing ever will.
+    /// Runs everything that is due at the next instant of the virtual clock; returns false if nothing will ever be due.
     pub fn step(&self) -> Result<bool, Refusals> {
         self.require_virtual("step")?;
         self.shared.step(i64::MAX)
     }
 
-    /// Stores numbers in SVVs, runs the firings of the next `duration_ns`, and reads, under the virtual clock: a step of an episode. Numbers of an
-    /// array are its elements. What is stored is refused as by [`System::write`], and is not entered into the log.
+    /// Performs a step of an episode under the virtual clock: stores numbers in SVVs, runs the firings of the next `duration_ns`, and
+    /// reads. The numbers for an array are its elements. Values are checked as in [`System::write`] but not logged.
     pub fn turn(&self, stores: &[(String, Vec<f64>)], duration_ns: i64, reads: &[String]) -> Result<Vec<Reading>, Refusals> {
         self.require_virtual("turn")?;
         self.shared.command(|core| {

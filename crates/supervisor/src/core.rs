@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Everything that the supervisor keeps of a running system, under one lock: a room for each subject, which owns its fields.
+//! State that the supervisor keeps of a running system, under one lock, divided by subject into parts that own their fields.
 use crate::instances::table::Instances;
 use crate::movements::carrier::Carrier;
 use crate::numbers::Numbers;
@@ -58,19 +58,20 @@ impl Core {
         }
     }
 
-    /// Taps, and what there is to observe.
+    /// Returns the taps, and the observable items.
     pub fn taps(&mut self) -> (&mut Taps, Observables<'_>) {
         let seen = Observables { registry: &self.registry, instances: &self.instances, is_virtual: self.host.is_virtual() };
         (&mut self.observation.taps, seen)
     }
 
-    /// Replaces the rings of the sources in which something observed has come, gone or got another writer. The sources whose tables change.
+    /// Replaces the rings of the sources in which an observed item was added, removed, or got another writer. Returns the sources whose
+    /// tables change.
     pub fn renew_taps(&mut self) -> Vec<SourceId> {
         let (taps, seen) = self.taps();
         taps.renew(&seen)
     }
 
-    /// Hands operations to a source as one script.
+    /// Sends operations to a source as one script.
     pub fn submit(&mut self, source: SourceId, ops: Vec<Op>, purpose: Purpose) {
         self.carrier().submit(source, ops, purpose);
     }

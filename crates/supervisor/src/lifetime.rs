@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! A system is made, and closed.
+//! Creation and closing of a system.
 use crate::core::Core;
 use crate::definitions::system_definitions::Definitions;
 use crate::observation::companions::Companions;
@@ -15,14 +15,14 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, OnceLock};
 use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 
-/// Returns the identifier of a run: when it began on the wall clock, and in which process.
+/// Returns the identifier of a run: its start on the wall clock, and its process.
 fn run() -> String {
     let since = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
     format!("{:x}-{:x}", since.as_nanos(), std::process::id())
 }
 
 impl System {
-    /// Makes a system. `interconnect`: what carries connections between sources.
+    /// Creates a system. `interconnect`: carrier of the connections between sources.
     pub fn new(name: &str, clock: ClockKind, carrier: Box<dyn interconnect::Carrier>) -> Result<System, Refusals> {
         let host = Arc::new(Host::new(clock, carrier));
         // SAFETY: eventfd has no preconditions; the result is checked below.
@@ -62,7 +62,7 @@ impl System {
         if self.shared.closed.swap(true, Ordering::AcqRel) {
             return;
         }
-        // After a panic of the supervisor nothing can be ended in order: the kernels are stopped, and the devices are safe.
+        // After a panic of the supervisor no orderly end is possible: the kernels are stopped, and the devices are safe.
         let is_orderly = !self.shared.core.is_poisoned();
         let begun = Instant::now();
         let late_ns = self.now_ns().saturating_add(WIND_DOWN_NS);
@@ -79,12 +79,12 @@ impl System {
         self.shared.closing.store(true, Ordering::Release);
         self.shared.host.unpark();
         if let Some(thread) = self.supervisor.lock().expect("nobody panics with this lock").take() {
-            // A supervisor that panicked has said so; closing goes on.
+            // A panic of the supervisor has already been reported; continue closing.
             let _ended = thread.join();
         }
         self.shared.host.close();
         self.close_remote();
-        // What still holds the system, or a part of it, holds no descriptor, thread or name with it.
+        // Anyone who still holds the system, or a part of it, must not keep a descriptor, thread or name alive.
         if let Some(core) = self.shared.core.sound() {
             core.wiring.sever(&core.host);
         }
@@ -103,8 +103,8 @@ impl Drop for System {
     }
 }
 
-/// Time limit of the command lists that a halt at closing leads to, ns of the system's clock.
+/// Time limit of the command lists that follow a halt at closing, ns of the system's clock.
 const WIND_DOWN_NS: i64 = 2_000_000_000;
 
-/// Time limit of an orderly close, after which the kernels are stopped all the same.
+/// Time limit of an orderly close, after which the kernels are stopped anyway.
 const CLOSE_MAX: Duration = Duration::from_secs(5);

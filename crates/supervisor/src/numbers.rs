@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Numbers that are never given twice.
+//! Numbers that are never reused.
 
-/// Counts instances, tickets, scripts and blocks of one system.
+/// Numbers instances, tickets, scripts and blocks of one system.
 #[derive(Default)]
 pub(crate) struct Numbers(u64);
 

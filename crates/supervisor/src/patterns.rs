@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Names with `*` and `?`.
+//! Name patterns with `*` and `?`.
 
-/// Returns true if `name` is of this form: `*` stands for any letters, `?` for one.
+/// Returns true if `name` matches the pattern: `*` matches any characters, `?` matches one.
 pub(crate) fn matches(pattern: &str, name: &str) -> bool {
     let (pattern, name): (Vec<char>, Vec<char>) = (pattern.chars().collect(), name.chars().collect());
     let (mut at, mut from) = (0, 0);
-    // Where the last `*` stands, and where in the name what follows it was tried.
+    // Position of the last `*`, and position in the name at which the rest was tried.
     let mut star: Option<(usize, usize)> = None;
     while from < name.len() {
         match pattern.get(at) {
@@ -28,7 +28,7 @@ pub(crate) fn matches(pattern: &str, name: &str) -> bool {
     pattern[at..].iter().all(|letter| *letter == '*')
 }
 
-/// Returns true if it stands for several names.
+/// Returns true if the pattern can match several names.
 pub(crate) fn is_open(pattern: &str) -> bool {
     pattern.contains(['*', '?'])
 }

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The lock of the core, with precedence: a thread that stops something waits for the present holder only, never for others in the queue.
+//! Lock of the core with precedence: a thread that stops something waits only for the current holder, never for others in the queue.
 //!
 //! | thread | holds while it has the core | waits for |
 //! |---|---|---|
 //! | one that stops something, the supervisor's thread | the core | the holder of the core, others that stop |
 //! | every other | its turn and the core | its turn, then the same |
 //!
-//! One thread without precedence has the turn at a time, so at most one of them waits for the core itself, and the holder of `next` is the
-//! next to have it. A plain mutex goes to the thread that comes at the right instant, which is one that reads in a loop.
+//! Only one thread without precedence has the turn at a time, so at most one of them waits for the core itself, and the holder of `next`
+//! acquires it next. A plain mutex would go to the thread that arrives at the right instant, typically one that reads in a loop.
 use std::cell::Cell;
 use std::ops::{Deref, DerefMut};
 use std::sync::atomic::{AtomicU64, AtomicUsize, Ordering};
@@ -19,7 +19,7 @@ thread_local! {
     static STOPS: Cell<bool> = const { Cell::new(false) };
 }
 
-/// Does something that brings a system to a stop: on this thread it goes before all that does not.
+/// Runs an action that stops something with precedence over all others.
 pub fn first<T>(act: impl FnOnce() -> T) -> T {
     struct Before(bool);
     impl Drop for Before {
@@ -38,7 +38,7 @@ pub(crate) struct Precedence<T> {
     turn: Mutex<()>,
 }
 
-/// The core, locked. It is let go before the turn is.
+/// The locked core. It is released before the turn.
 pub(crate) struct LockedCore<'a, T> {
     core: MutexGuard<'a, T>,
     _turn: Option<MutexGuard<'a, ()>>,
@@ -53,16 +53,16 @@ impl<T> Precedence<T> {
         self.sound().expect("nobody panics while the supervisor works")
     }
 
-    /// Returns the core, locked; none if a thread panicked while it held the lock.
+    /// Locks the core; returns `None` if a thread panicked while holding the lock.
     pub fn sound(&self) -> Option<LockedCore<'_, T>> {
-        // Neither of these guards anything that a panic could leave half done.
+        // Neither of these guards data that a panic could leave inconsistent.
         let turn = (!STOPS.get()).then(|| self.turn.lock().unwrap_or_else(PoisonError::into_inner));
         let _next = self.next.lock().unwrap_or_else(PoisonError::into_inner);
         let core = self.core.lock().ok()?;
         Some(LockedCore { core, _turn: turn })
     }
 
-    /// Returns true if a thread panicked while it held the core.
+    /// Returns true if a thread panicked while holding the core.
     pub fn is_poisoned(&self) -> bool {
         self.core.is_poisoned()
     }
@@ -82,11 +82,11 @@ impl<T> DerefMut for LockedCore<'_, T> {
     }
 }
 
-/// Changes that threads wait for, counted under the lock of the core. A waiting thread does not hold the core.
+/// Change counter that threads wait for, protected by the lock of the core. A waiting thread does not hold the core.
 #[derive(Default)]
 pub(crate) struct Changes {
     count: AtomicU64,
-    /// Number of waiting threads: with none, `tell` saves the system call.
+    /// Number of waiting threads; if it is 0, `tell` saves the system call.
     waiting: AtomicUsize,
     asleep: Mutex<()>,
     told: Condvar,
@@ -98,7 +98,7 @@ impl Changes {
         self.count.load(Ordering::Acquire)
     }
 
-    /// Tells that something has changed. Called with the core locked.
+    /// Signals a change. The core must be locked.
     pub fn tell(&self) {
         self.count.fetch_add(1, Ordering::Release);
         if self.waiting.load(Ordering::Acquire) > 0 {
@@ -107,7 +107,7 @@ impl Changes {
         }
     }
 
-    /// Releases the core and waits until something has changed since, at most `timeout`.
+    /// Releases the core and waits for a change, at most `timeout`.
     pub fn wait<T>(&self, core: LockedCore<'_, T>, timeout: Duration) {
         let seen = self.count.load(Ordering::Acquire);
         self.waiting.fetch_add(1, Ordering::AcqRel);
@@ -133,7 +133,7 @@ mod tests {
                 scope.spawn(|| core.lock().push("reader"));
             }
             scope.spawn(|| first(|| core.lock().push("stop")));
-            // It waits for the core when it is the next.
+            // A thread that waits for the core holds `next`.
             while core.next.try_lock().is_ok() {
                 std::thread::yield_now();
             }

@@ -1,18 +1,18 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Refusals that only a running system can give: states, claims, names of what exists.
+//! Refusals that depend on a running system: states, claims, names of existing items.
 use model::refusal::{Class, Refusal, Refusals, SourceLocation};
 
-/// Makes one refusal with a remedy.
+/// Makes a single refusal with a remedy.
 pub(crate) fn refuse(class: Class, message: impl Into<String>, remedy: impl Into<String>) -> Refusals {
     refuse_at(class, message, remedy, None)
 }
 
-/// Makes it with the place where the thing was defined.
+/// Makes a single refusal with a remedy and the location of the definition.
 pub(crate) fn refuse_at(class: Class, message: impl Into<String>, remedy: impl Into<String>, place: Option<SourceLocation>) -> Refusals {
     vec![Refusal::new(class, message).remedy(remedy).at(&place)]
 }
 
-/// Refuses a name that is not there, with the one that was probably meant or those that there are.
+/// Refuses an unknown name, and suggests the one that was probably meant, or lists the existing ones.
 pub(crate) fn unknown<'a>(what: &str, name: &str, known: impl Iterator<Item = &'a str>) -> Refusals {
     let known: Vec<&str> = known.collect();
     let remedy = match model::hints::nearest(name, known.iter().copied()) {
@@ -28,7 +28,7 @@ pub(crate) fn invalid_state(what: &str, state: &str, call: &str, remedy: &str) -
     vec![Refusal::new(Class::InvalidState, format!("cannot {call} {what}: it is {state}")).end(what, &None).remedy(remedy)]
 }
 
-/// Refuses a unit that is not known.
+/// Refuses an unknown unit.
 pub(crate) fn known_unit(unit: &str, what: &str, place: &Option<SourceLocation>) -> Result<(), Refusals> {
     model::quantity::check_unit(unit).map_err(|refusal| vec![refusal.for_what(what).at(place)])
 }

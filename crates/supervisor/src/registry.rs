@@ -10,7 +10,7 @@ use model::refusal::Refusals;
 use std::collections::HashMap;
 use std::sync::Arc;
 
-/// Registry of the configuration, as it runs.
+/// Registry of the running configuration.
 #[derive(Default)]
 pub(crate) struct Registry {
     /// `rtp.name` → source.
@@ -18,11 +18,11 @@ pub(crate) struct Registry {
     /// Specification of each source, by number.
     pub specs: Vec<SourceSpec>,
     pub svvs: IndexMap<String, SvvRecord>,
-    /// Number of SVVs made so far: each has its number for the life of the system.
+    /// Number of SVVs created so far; each keeps its number for the life of the system.
     pub svvs_made: u32,
     pub physical: IndexMap<String, PhysicalRecord>,
     pub logical: IndexMap<String, LogicalRecord>,
-    /// Instance that has claimed it, and may write.
+    /// Instance that has each claim and may write.
     pub claims: HashMap<Claim, u64>,
 }
 
@@ -58,13 +58,13 @@ impl Registry {
         }
     }
 
-    /// Notes that a device which was being enabled is; returns false if it was not.
+    /// Marks a device that was being enabled as ready; returns false if it was not being enabled.
     pub fn note_ready(&mut self, device: &str) -> bool {
         let enabling = self.logical.get_mut(device).filter(|device| device.state == DeviceState::Enabling);
         enabling.map(|device| device.state = DeviceState::Enabled).is_some()
     }
 
-    /// Notes that the verb that keeps a device going has ended; returns true if that end was commanded.
+    /// Records the end of a device's own verb; returns true if the end was commanded.
     pub fn servo_ended(&mut self, device: &str) -> bool {
         let Some(record) = self.logical.get_mut(device) else { return true };
         let asked = record.state == DeviceState::Stopping;
@@ -73,18 +73,18 @@ impl Registry {
     }
 }
 
-/// A logical device, as it runs.
+/// A logical device at run time.
 pub(crate) struct LogicalRecord {
-    /// Instance of its own verb, if its type has one.
+    /// Instance of the device's own verb, if its type has one.
     pub instance: Option<u64>,
     pub state: DeviceState,
-    /// (SVV that is set, SVV it is set from) when it is enabled.
+    /// Pairs (SVV that is set, SVV that it is copied from) for enabling.
     pub copies: Vec<(String, String)>,
-    /// Most time that may be lost at once while it moves, s: its parameter `max_gap`.
+    /// Maximum time that may be lost at once during motion, s: parameter `max_gap` of the device.
     pub gap_max_s: Option<f64>,
 }
 
-/// State of a logical device's own verb; whether it moves is seen from the verbs that use it.
+/// State of a logical device's own verb; motion is determined from the verbs that use the device.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum DeviceState {
     Disabled,
@@ -94,19 +94,19 @@ pub(crate) enum DeviceState {
     Fault,
 }
 
-/// A physical device and the source that serves it.
+/// A physical device and its source.
 pub(crate) struct PhysicalRecord {
     pub device: Arc<Device>,
     pub source: SourceId,
     pub lost: Option<String>,
-    /// Kind and options with which a remote one was opened.
+    /// Kind and options with which a remote device was opened.
     pub opened: Option<(String, String)>,
-    /// Kind and options of its driver.
+    /// Kind and options of the driver.
     pub driver: (String, serde_json::Value),
-    /// Services and counters of a driver of this process.
+    /// Services and counters of a driver in this process.
     pub beside: Beside,
     /// Description by its driver.
     pub about: serde_json::Value,
-    /// Text that the log has still to say at the next enabling: that nothing brings it to its safe state when its process is gone.
+    /// Text still to be logged at the next enabling: that nothing makes the device safe if its process exits.
     pub unguarded_news: Option<String>,
 }

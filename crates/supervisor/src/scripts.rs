@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Scripts on their way: whose each of them is, until its kernel acknowledges it.
+//! Scripts in progress, with their owners until the kernel acknowledges them.
 use std::collections::HashMap;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
@@ -10,17 +10,17 @@ pub(crate) struct Ticket(pub u64);
 
 /// Owner of a submitted script.
 pub(crate) enum Purpose {
-    /// The script is of this instance's sequence (the count tells a sequence that was given up).
+    /// Script of this instance's sequence; the epoch identifies sequences that were abandoned.
     Sequence { instance: u64, epoch: u64 },
-    /// A snapshot: the caller waits under this ticket.
+    /// Snapshot that the caller awaits under this ticket.
     Read { ticket: Ticket },
-    /// A caller waits for the acknowledgement alone.
+    /// Script of which the caller awaits only the acknowledgement.
     Carried { done: Arc<AtomicBool> },
     /// The acknowledgement has no effect.
     Nothing,
 }
 
-/// Scripts by their numbers.
+/// Scripts by number.
 #[derive(Default)]
 pub(crate) struct Scripts(HashMap<u64, Purpose>);
 
@@ -34,7 +34,7 @@ impl Scripts {
         self.0.remove(&script).unwrap_or(Purpose::Nothing)
     }
 
-    /// Drops the values that a script brings for this ticket.
+    /// Drops the values that a script will return for this ticket.
     pub fn give_up(&mut self, asked: Ticket) {
         self.0.retain(|_, purpose| !matches!(purpose, Purpose::Read { ticket } if *ticket == asked));
     }

@@ -9,11 +9,11 @@ use model::refusal::{Class, Refusals};
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
 
-/// Starts the supervisor's thread: it serves what the kernels tell and what time brings.
+/// Starts the supervisor's thread, which handles kernel notifications and deadlines.
 pub(crate) fn supervise(shared: &Arc<SystemState>) -> Result<std::thread::JoinHandle<()>, Refusals> {
     let shared = shared.clone();
     let body = move || {
-        // Ends and stops go through here: this thread never waits for readers.
+        // Ends and stops are handled here: this thread never waits for readers.
         first(|| serve(&shared));
     };
     std::thread::Builder::new()
@@ -24,7 +24,7 @@ pub(crate) fn supervise(shared: &Arc<SystemState>) -> Result<std::thread::JoinHa
 
 fn serve(shared: &SystemState) {
     loop {
-        // Before everything that is looked at, so that what changes meanwhile wakes it; commands of other threads poll too.
+        // Must be read before everything else, so that any change in between wakes the thread; commands of other threads poll too.
         let seen = shared.host.rings();
         if shared.closing.load(Ordering::Acquire) {
             return;
@@ -46,7 +46,7 @@ fn serve(shared: &SystemState) {
 }
 
 impl SystemState {
-    /// Moves the supervisor's thread to its post, if that has changed.
+    /// Moves the supervisor's thread to its core and priority, if these have changed.
     fn take_post(&self) {
         let mut post = self.post.lock().expect("nobody panics with the lock held");
         if let (false, Some((priority, core))) = (post.taken, post.wanted) {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-//! One real-time system: what a programming system calls. Every call either does all of what it says or refuses and changes
-//! nothing; the calls that wait can be given up at any time.
+//! A real-time system, with the calls of a programming system. Every call either takes full effect or refuses and changes nothing;
+//! waiting calls can be abandoned at any time.
 use crate::core::Core;
 use crate::definitions::system_definitions::Definitions;
 use crate::devices::errands::Errands;
@@ -19,38 +19,38 @@ pub struct System {
     pub(crate) name: String,
     pub(crate) shared: Arc<SystemState>,
     pub(crate) supervisor: Mutex<Option<std::thread::JoinHandle<()>>>,
-    /// False of an observer.
+    /// False for an observer.
     pub(crate) owns: bool,
 }
 
 /// State shared by the calls and the supervisor's thread.
 pub(crate) struct SystemState {
     pub host: Arc<Host>,
-    /// Identifier of this life of the system.
+    /// Identifier of this run of the system.
     pub run: String,
     pub is_virtual: bool,
     pub definitions: Mutex<Definitions>,
     pub core: Precedence<Core>,
-    /// Told after every change that a thread may wait for.
+    /// Notified after every change that a thread may wait for.
     pub changes: Changes,
-    /// Flag that every device of the host obeys: an emergency stop sets it before it waits for anybody.
+    /// Flag that every device of the host obeys: an emergency stop sets it before waiting for anything.
     pub stop: Arc<AtomicBool>,
     pub closing: AtomicBool,
     pub closed: AtomicBool,
-    /// Where and at which priority the supervisor's thread runs: on its processor's core, above that processor's sources.
+    /// Core and priority of the supervisor's thread: those of its processor, above the processor's sources.
     pub post: Mutex<Post>,
-    /// Origin of remote processors.
+    /// Provider of remote processors.
     pub places: OnceLock<Arc<dyn rtp::Places>>,
     pub companions: Mutex<Companions>,
-    /// Services of drivers that are being carried out.
+    /// Service calls of drivers in progress.
     pub errands: Mutex<Errands>,
     /// Guard of this process.
     pub guarded: ProcessGuard,
-    /// Readable after an end, for event loops.
+    /// Descriptor that is readable after an end, for event loops.
     pub ended_fd: OwnedFd,
 }
 
-/// The place of the supervisor's thread, as the configuration has it, and what of it was not given.
+/// Configured core and priority of the supervisor's thread, and the rights that it did not get.
 #[derive(Default)]
 pub(crate) struct Post {
     pub wanted: Option<(u8, Option<usize>)>,
@@ -58,11 +58,11 @@ pub(crate) struct Post {
     pub missing: Vec<String>,
 }
 
-/// End of a wait.
+/// Result of a wait.
 pub enum WaitResult<T> {
     Done(T),
     TimedOut,
-    /// The time slice is over: the caller may look at signals or show progress, and go on.
+    /// The time slice has expired: the caller may check signals or show progress, and continue waiting.
     Slice,
 }
 
@@ -75,17 +75,17 @@ impl System {
         &self.name
     }
 
-    /// Returns the identifier of this life of the system: a later one, also of the same name, has another.
+    /// Returns the identifier of this run of the system; any later run, even under the same name, has another.
     pub fn run(&self) -> &str {
         &self.shared.run
     }
 
-    /// Returns true if time is a number that waits and `advance` move.
+    /// Returns true if time is virtual and advanced only by waits and `advance`.
     pub fn is_virtual(&self) -> bool {
         self.shared.is_virtual
     }
 
-    /// Returns a descriptor that is readable whenever some instance has ended.
+    /// Returns a descriptor that is readable whenever an instance has ended.
     pub fn ended_fd(&self) -> RawFd {
         self.shared.ended_fd.as_raw_fd()
     }
@@ -100,7 +100,7 @@ impl SystemState {
         self.core.lock()
     }
 
-    /// Gives a command to the supervisor, and takes what the kernels answered at once.
+    /// Passes a command to the supervisor, and handles answers that the kernels gave at once.
     pub fn command<T>(&self, command: impl FnOnce(&mut Core) -> Result<T, Refusals>) -> Result<T, Refusals> {
         let mut core = self.locked();
         if self.closed.load(Ordering::Acquire) {
@@ -111,7 +111,7 @@ impl SystemState {
         let result = command(&mut core);
         core.drain();
         self.announce(&mut core);
-        // The supervisor's thread sleeps until the time that it knew of: it is woken only where that has changed.
+        // The supervisor's thread sleeps until its known deadline: wake it only if that has changed.
         let changed = core.next_wake(0) != wake;
         drop(core);
         if changed && !self.is_virtual {
@@ -120,7 +120,7 @@ impl SystemState {
         result
     }
 
-    /// Asks the kernels for something by the supervisor: nothing changes by that.
+    /// Queries the kernels through the supervisor without changing anything.
     pub fn ask<T>(&self, ask: impl FnOnce(&mut Core) -> Result<T, Refusals>) -> Result<T, Refusals> {
         let mut core = self.locked();
         if self.closed.load(Ordering::Acquire) {
@@ -129,14 +129,14 @@ impl SystemState {
         ask(&mut core)
     }
 
-    /// Takes what the kernels have told.
+    /// Handles the pending notifications of the kernels.
     pub fn settle(&self) {
         let mut core = self.locked();
         core.drain();
         self.announce(&mut core);
     }
 
-    /// Wakes the threads that wait.
+    /// Wakes the waiting threads.
     pub fn announce(&self, core: &mut Core) {
         if core.observation.ended > 0 {
             let count: u64 = std::mem::take(&mut core.observation.ended);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Waits of calls: for what kernels answer and what time brings. Under the virtual clock a wait moves time.
+//! Waits of calls, for answers of kernels and for deadlines. Under the virtual clock a wait advances time.
 use crate::attending::Attending;
 use crate::core::Core;
 use crate::refuse::refuse;
@@ -11,7 +11,7 @@ use model::refusal::{Class, Refusals};
 use std::time::{Duration, Instant};
 
 impl SystemState {
-    /// Waits until `found` gives something. Virtual clock: time advances, as far as it must.
+    /// Waits until `found` returns a value. Under the virtual clock, advances time as far as necessary.
     pub fn wait_for<T>(
         &self,
         until_ns: Option<i64>,
@@ -21,8 +21,8 @@ impl SystemState {
         self.wait_watchfully(Watchful::At, None, until_ns, slice, found)
     }
 
-    /// Waits in the same way. `watchful`: when it looks by itself rather than sleeps; `attending`: it does so in the supervisor's place, until it
-    /// sleeps.
+    /// Waits as [`SystemState::wait_for`] does. `watchful`: when to poll rather than sleep; `attending`: polls in the supervisor's place
+    /// until it sleeps.
     pub fn wait_watchfully<T>(
         &self,
         watchful: Watchful,
@@ -35,11 +35,11 @@ impl SystemState {
         let begun_ns = self.host.now_ns();
         let mut core = self.locked();
         loop {
-            // Before everything that is looked at, so that what comes meanwhile is not overlooked.
+            // Read this before everything else, so that later arrivals are not missed.
             let seen = self.signs();
             let came = core.drain();
             let result = found(&mut core)?;
-            // Those that wait are told of what came: of each other's looks they would never come to rest.
+            // Notify waiting threads only of arrivals: if they notified each other of mere checks, they would never rest.
             if core.drain() || came || core.observation.ended > 0 {
                 self.announce(&mut core);
             }
@@ -74,7 +74,7 @@ impl SystemState {
             }
             let now_ns = self.host.now_ns();
             if let Some(end_ns) = watchful.looks_until_ns(begun_ns, now_ns) {
-                // A kernel answers within microseconds: sooner than two threads wake up one after the other.
+                // A kernel answers within microseconds, sooner than two threads wake one after the other.
                 if attending.is_none() && matches!(watchful, Watchful::AtRelease(_)) {
                     attending = Some(Attending::new(&core));
                 }
@@ -94,14 +94,14 @@ impl SystemState {
         }
     }
 
-    /// Returns the signs that something has come: what kernels have told, and what threads have changed.
+    /// Returns the wake-up counters: notifications from kernels, and changes made by other threads.
     fn signs(&self) -> (u32, u64) {
         (self.host.rings(), self.changes.count())
     }
 
-    /// Keeps virtual time still while a tap that holds it has not been read.
+    /// Holds virtual time while a tap that holds it has not been read.
     fn wait_for_taps(&self) {
-        // The lock is held while it is looked, not while it is waited.
+        // Hold the lock for the check, but not while waiting.
         let full = || {
             let core = self.locked();
             core.observation.taps.full(core.observation.log.next(), core.observation.ends.next())
@@ -111,20 +111,20 @@ impl SystemState {
         }
     }
 
-    /// Runs everything that happens at the next instant of the virtual clock, not after `limit_ns`, so that a caller that acts then acts
-    /// between two instants. False if nothing does.
+    /// Runs everything at the next instant of the virtual clock, up to `limit_ns`, so that a caller acts between two instants. Returns
+    /// false if there is nothing to run.
     pub fn step(&self, limit_ns: i64) -> Result<bool, Refusals> {
         if !self.happen(limit_ns)? {
             return Ok(false);
         }
-        // Of firings with a cost all that happens until they are over.
+        // If firings have a cost, also run everything until they complete.
         let end_ns = self.host.now_ns().max(self.host.busy_until_ns());
         while self.happen(end_ns)? {}
         self.host.set_now(end_ns);
         Ok(true)
     }
 
-    /// Runs the next firing or deadline of the virtual clock, not after `limit_ns`. False if there is none.
+    /// Runs the next firing or deadline of the virtual clock, up to `limit_ns`. Returns false if there is none.
     pub fn happen(&self, limit_ns: i64) -> Result<bool, Refusals> {
         self.wait_for_taps();
         let deadline = {
@@ -141,10 +141,10 @@ impl SystemState {
             self.host.set_now(deadline_ns.max(self.host.now_ns()));
             true
         } else {
-            // What is not over at a deadline is not to be seen then.
+            // Results of firings that have not completed by a deadline must not be visible then.
             let fired = (self.host.fire_next(limit_ns.min(deadline.unwrap_or(i64::MAX))))
                 .map_err(|why| refuse(Class::SchedulingError, why, "let one of them wait for a timer"))?;
-            // Where something only arrived before the deadline, that is what happens next.
+            // If something merely arrived before the deadline, that counts as the next event.
             fired || deadline.is_some_and(|deadline_ns| deadline_ns <= limit_ns)
         };
         let mut core = self.locked();
@@ -161,5 +161,5 @@ impl SystemState {
     }
 }
 
-/// Pauses of the processor between two looks.
+/// Number of spin-loop pauses between two checks.
 const PAUSES: u32 = 16;

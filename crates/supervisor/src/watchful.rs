@@ -1,27 +1,27 @@
 // SPDX-License-Identifier: Apache-2.0
-//! When a wait looks by itself, without sleeping: where an answer is likely within microseconds, it comes sooner than a thread wakes up.
-//! A wait does so for a bounded time, and what it waits for never depends on it: the supervisor's thread is woken all the same.
+//! Polling of waits: if an answer is likely within microseconds, polling is faster than waking a thread. A wait polls for a bounded time,
+//! and its result never depends on it: the supervisor's thread is woken anyway.
 
-/// Time for which a wait looks by itself, ns: some wake-ups of a thread.
+/// Time for which a wait polls, ns: a few wake-ups of a thread.
 const AWAKE_NS: i64 = 60_000;
 
-/// Time before a release at which it wakes, ns: the wake-up of a thread by its timer.
+/// Time before a release at which polling starts, ns: the latency of a timer wake-up.
 const LEAD_NS: i64 = 100_000;
 
-/// The releases that it looks out for.
+/// Number of releases for which a wait polls.
 const RELEASES_MAX: i64 = 2;
 
 /// Event that a wait expects.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Watchful {
-    /// An answer at once.
+    /// An immediate answer.
     At,
-    /// An answer at one of the next releases of a timer of this period, ns.
+    /// An answer at one of the next releases of a timer with this period, ns.
     AtRelease(i64),
 }
 
 impl Watchful {
-    /// Returns the time until which a wait that began at `begun_ns` looks by itself; none if it sleeps at `now_ns`.
+    /// Returns the time until which a wait that began at `begun_ns` polls; `None` if it sleeps at `now_ns`.
     pub fn looks_until_ns(self, begun_ns: i64, now_ns: i64) -> Option<i64> {
         let end_ns = match self {
             Watchful::At => begun_ns + AWAKE_NS,
@@ -37,7 +37,7 @@ impl Watchful {
         (now_ns < end_ns).then_some(end_ns)
     }
 
-    /// Returns when a wait that sleeps at `now_ns` looks by itself again; none if it no longer does.
+    /// Returns the time at which a wait that sleeps at `now_ns` polls again; `None` if it no longer does.
     pub fn looks_next_ns(self, begun_ns: i64, now_ns: i64) -> Option<i64> {
         let Watchful::AtRelease(period_ns) = self else { return None };
         let release_ns = now_ns.div_euclid(period_ns) * period_ns + period_ns;

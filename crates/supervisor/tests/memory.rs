@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Verb instances come and go, and leave nothing: bytes that live, and the work of each round in allocations and bytes, are counted by the
-//! allocator of this test.
+//! Checks that creating and deleting verb instances leaves nothing: the allocator of this test counts live bytes, and the allocations and
+//! bytes of each round.
 mod common;
 use common::*;
 use serde_json::json;
@@ -10,23 +10,23 @@ use std::sync::atomic::{AtomicIsize, AtomicUsize, Ordering};
 struct Counting;
 
 static LIVE: AtomicIsize = AtomicIsize::new(0);
-/// All that were ever allocated: how often, and bytes.
+/// Totals since the start: number of allocations, and bytes.
 static ALLOCATIONS: AtomicUsize = AtomicUsize::new(0);
 static ALLOCATED: AtomicUsize = AtomicUsize::new(0);
 
-// SAFETY: everything is done by the system's allocator; the count is beside it.
+// SAFETY: the system's allocator does everything; counting is independent of it.
 unsafe impl GlobalAlloc for Counting {
     unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
         LIVE.fetch_add(layout.size() as isize, Ordering::Relaxed);
         ALLOCATIONS.fetch_add(1, Ordering::Relaxed);
         ALLOCATED.fetch_add(layout.size(), Ordering::Relaxed);
-        // SAFETY: as for the caller.
+        // SAFETY: the caller's contract is passed on.
         unsafe { Heap.alloc(layout) }
     }
 
     unsafe fn dealloc(&self, at: *mut u8, layout: Layout) {
         LIVE.fetch_sub(layout.size() as isize, Ordering::Relaxed);
-        // SAFETY: as for the caller.
+        // SAFETY: the caller's contract is passed on.
         unsafe { Heap.dealloc(at, layout) }
     }
 }
@@ -67,7 +67,7 @@ fn ten_thousand_instances_leave_nothing() {
                "initial": "start", "transitions": tau(&["start, above -> start"]),
                "command_lists": lists(&[("start", &["*count", "+count 1ms", "+probe", "+watch 4ms"])])}),
     ));
-    // The log and the tables of names come to their full size first.
+    // The log and the tables of names first grow to their full size.
     for at in 0..4_000 {
         round(&rig, at);
     }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Under the monotonic clock, with real threads: bounded by counts, never by time.
+//! The supervisor under the monotonic clock, with real threads: bounded by counts, never by time.
 mod common;
 use common::*;
 use runtime::ClockKind;
@@ -40,7 +40,7 @@ fn a_verb_over_three_sources_counts_to_its_end() {
     for _ in 0..3 {
         rig.start_with(id, json!({"limit": 30.0}));
         let report = wait(&rig, id);
-        // What was in flight when the condition came finishes as part of the verb.
+        // Values in flight when the condition occurred finish as part of the verb.
         assert!(report.condition == "above" && output(&report, "y") >= 31.0, "{report:?}");
     }
     rig.system.delete(id).unwrap();

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! A linear axis that follows its commanded speed: the shortest driver there is.
+//! A linear axis that follows its commanded speed: the shortest possible driver.
 use device::{Channel, Declaration, DeviceError, Driver, DriverError, GivenOptions, Kind, Layout, OpenedDriver, OptionWord, Slot, Type};
 use serde::Deserialize;
 use serde_json::json;

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-//! What a crate outside of this repository brings along: a driver, and a kind of file that blocks come from.
+//! Contributions of a crate outside of this repository: a driver, and a kind of file with blocks.
 mod axis;
 mod lists;
 
-/// Makes both known in this process.
+/// Registers both in this process.
 ///
 /// # Errors
-/// Another driver has the name of this one.
+/// Fails if another driver has the same name.
 pub fn register() -> Result<(), device::DriverError> {
     modules::register(&lists::Lists);
     device::register(&axis::DRIVER)

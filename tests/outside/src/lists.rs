@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! A kind of file that blocks come from: a list of names, each of a block of this crate.
+//! A kind of file with blocks: a list of names, each of a block of this crate.
 use modules::{Backend, Description, LoadError, LoadOptions, LoadedModule};
 use opengpac::read::BlockFace;
 use opengpac::{FunctionBlock, Invocation, Outcome, Step};
@@ -23,10 +23,10 @@ impl Step for Triple {
     }
 }
 
-/// The backend.
+/// Backend for lists of blocks.
 pub struct Lists;
 
-/// How each file of this kind begins.
+/// First line of each file of this kind.
 const HEAD: &str = "#blocks\n";
 
 impl Backend for Lists {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! A driver and a code backend of another workspace do what those of this one do, and no line inside names them.
+//! Checks that a driver and a code backend of another workspace work like our own, although no line here names them.
 use api::{System, call, open};
 use serde_json::{Value as Json, json};
 
@@ -31,7 +31,7 @@ fn file(name: &str, text: &str) -> std::path::PathBuf {
     path
 }
 
-/// The verb `go`: three times 0.5 m/s to the axis.
+/// Defines the verb `go`: three times 0.5 m/s to the axis.
 fn go(system: &System) -> Json {
     let code = say(system, "download", json!({ "path": file("moves.blocks", "#blocks\ntriple") }));
     assert!(code.to_string().contains("triple"), "{code}");
@@ -86,7 +86,7 @@ fn an_unknown_file_is_refused_with_every_kind_that_there_is() {
     let system = system();
     let unknown = refused(&system, "download", json!({ "path": file("moves.txt", "triple") }));
     assert!(unknown.contains("a list of blocks (.blocks)") && unknown.contains("a shared object (.so)"), "{unknown}");
-    // Its bytes say what it is, whatever its name.
+    // The kind of a file is determined by its bytes, not by its name.
     say(&system, "download", json!({ "path": file("known.txt", "#blocks\ntriple") }));
     assert!(refused(&system, "download", json!({ "path": file("wrong.blocks", "#blocks\nfour") })).contains("lists 'four'"));
 }

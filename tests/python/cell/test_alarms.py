@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Alarms: what raises them by itself, their states, acknowledging, history."""
+"""Alarms: their automatic causes, states, acknowledgement, history."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from opengpac.robots import move
 
 
 def guard(**conditions: Any) -> gpac.Verb[..., Any]:
-    """A verb that ends when its value is above 4."""
+    """Returns a verb that ends when its value exceeds 4."""
     return gpac.Verb(
         "guard",
         blocks={"read": gpac.library.read_channel, "watch": gpac.library.await_range},
@@ -280,7 +280,7 @@ def test_a_shelved_alarm_is_out_of_the_list_until_its_time_is_over(cell: gpac.Sy
     alarms.shelve(alarms["E1"], "the fan is exchanged on Monday", "10 s")
     assert (len(alarms), [a.state for a in alarms.shelved], "E1" in alarms) == (0, ["shelved"], False)
     assert alarms.acknowledge() == 0, "what is shelved is seen by nobody"
-    # It is the alarm that is shelved: it returns and comes again, and stays out.
+    # It is the alarm itself that is shelved: it clears and recurs, and stays shelved.
     alarms.acknowledge(alarms.shelved[0])
     alarms.clear("E1")
     alarms.trip("E1", source="fan")
@@ -320,7 +320,7 @@ def test_an_alarm_is_unshelved_and_what_is_over_by_then_goes_into_the_history(ce
 def test_what_is_about_safety_cannot_be_shelved(cell: gpac.System) -> None:
     alarms = cell.alarms
     alarms.define("E1", "the pressure is low", severity="critical")
-    # A text of one's own makes an emergency stop no less of one.
+    # A text of the user's own makes an emergency stop no less severe.
     alarms.define("emergency_stop", "somebody pressed", severity="low")
     alarms.trip("E1")
     cell.emergency_stop("test")

@@ -17,7 +17,7 @@ HOLDING = 5.0
 
 
 def braked(ending: str | None = "brake") -> type[gpac.LogicalDevice]:
-    """A type of axes with a brake: 20 ms to release, 30 ms to engage. The channel `brake` is true while it is released."""
+    """Returns a type of axes with a brake: 20 ms to release, 30 ms to engage. The channel `brake` is true while it is released."""
     going = [activate("hold", every="1 ms"), activate("effort"), activate("brake", every="1 ms")]
     verb = gpac.Verb(
         "braked_servo",
@@ -39,13 +39,13 @@ def braked(ending: str | None = "brake") -> type[gpac.LogicalDevice]:
     )
 
     class Axis(gpac.LogicalDevice, verb=verb):
-        """An axis that its brake holds while it is disabled."""
+        """Axis whose brake holds it while it is disabled."""
 
     return Axis
 
 
 class Machine:
-    """An axis, and the histories of what was really written to its motor and its brake."""
+    """Axis, and the histories of the values written to its motor and its brake."""
 
     def __init__(self, cell: gpac.System) -> None:
         self.cell = cell
@@ -62,7 +62,7 @@ class Machine:
         cell.advance("5 ms")
 
     def see(self) -> None:
-        """Follows what is written."""
+        """Follows the written values."""
         seeing = gpac.Verb(
             "seeing",
             blocks={"e": lib.read_channel, "b": lib.read_digital},
@@ -73,7 +73,7 @@ class Machine:
         seeing.on(self.fast).asynch(**channels, e=self.effort, b=self.released)
 
     def changes(self, svv: gpac.SVV[Any], since: float) -> list[tuple[int, Any]]:
-        """When (ms after `since`) it became what."""
+        """Returns the changes of an SVV: (ms after `since`, value)."""
         rows = [row for row in svv.history[:] if row["time"] > since]
         pairs = itertools.pairwise(rows)
         return [(round((row["time"] - since) * 1e3), row["value"].item()) for before, row in pairs if row["value"] != before["value"]]

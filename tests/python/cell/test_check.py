@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""`opengpac check` of a program that uses the services of a cell: it plans, and leaves nothing behind."""
+"""`opengpac check` of a program that uses a cell's services plans the program and leaves nothing behind."""
 
 from __future__ import annotations
 

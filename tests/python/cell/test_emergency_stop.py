@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The emergency stop: inputs, latch, further causes, reset, and what every call says meanwhile."""
+"""The emergency stop: inputs, latch, further causes, reset, and the refusals of calls meanwhile."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from opengpac.robots import move
 
 @pytest.fixture
 def pushing() -> gpac.Verb[..., Any]:
-    """Drives a part at 1 rad/s: where it stands tells until when."""
+    """Returns a verb that drives a part at 1 rad/s: the part's position shows for how long."""
     return gpac.Verb(
         "pushing",
         blocks={"set": gpac.library.set_analog, "write": gpac.library.write_channel},
@@ -26,7 +26,7 @@ def pushing() -> gpac.Verb[..., Any]:
 
 
 def position(bench: Bench, part: gpac.Part) -> float:
-    """Where a part is."""
+    """Returns the position of a part."""
     verb = gpac.Verb("looking", blocks={"read": gpac.library.read_channel}, instantiation_parameters={"c": "read.channel", "q": "read.y"},
                      command_lists={"start": [gpac.execute("read")]})  # fmt: skip
     q = bench.cell.svv(f"position_{part.device.name}")
@@ -47,7 +47,7 @@ def test_outputs_are_safe_in_the_firing_that_read_the_input(cell: gpac.System, p
     cell.reset()
     # The effort is first written at 1 ms. At 50 ms the input is read, and 0 is written: 49 ms at 1 rad/s.
     assert position(bench, bench.drives["x"]) == pytest.approx(0.049, abs=1e-9)
-    # The other processor writes 0 at once, between two firings, and at the latest in its next.
+    # The other processor writes 0 at once, between two firings, and at the latest in its next firing.
     assert 0.048 - 1e-9 <= position(bench, far["x"]) <= 0.050 + 1e-9
 
 
@@ -60,7 +60,7 @@ def test_every_instance_ends_with_the_reason(cell: gpac.System) -> None:
     assert caught.value.condition == "emergency_stop"
     assert caught.value.report.ended == pytest.approx(0.05)
     assert [joint.state for joint in bench.arm] == ["disabled", "disabled"]
-    # ended: what the efforts are now is the safe value
+    # After the end the present efforts are the safe value.
     before = bench.arm.values("sensed")
     cell.advance("100 ms")
     assert bench.arm.values("sensed") == before
@@ -78,7 +78,7 @@ def test_suspended_created_and_enabling_instances(cell: gpac.System) -> None:
     )  # fmt: skip
 
     class Slow(gpac.LogicalDevice, verb=never_ready):
-        """A device that is never ready."""
+        """Device that is never ready."""
 
     slow = Slow("slow", channel=bench.io["gate"], on=bench.fast)
     with pytest.raises(TimeoutError):
@@ -133,7 +133,7 @@ def test_a_reset_names_every_cause_that_is_present(cell: gpac.System) -> None:
     cell.advance("10 ms")
     with pytest.raises(gpac.EmergencyStopped, match=r"'io\.stop'.*'io\.stop2'"):
         cell.reset()
-    # the first cause is what it is latched for; the second has its own alarm
+    # The latch names the first cause; the second has its own alarm.
     assert cell.statistics["emergency"] == "emergency stop input 'io.stop'"
     assert {alarm.source for alarm in cell.alarms.active} == {"io.stop", "io.stop2"}
     cell.advance("10 ms")

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Ctrl-C and threads while a cell is paused, waits or is stopped, under the real clock."""
+"""Ctrl-C and threads while a cell is paused, waiting or stopped, under the real clock."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from opengpac.robots import move
 
 @pytest.fixture
 def bench() -> Iterator[Bench]:
-    """The small cell under the real clock, its arm enabled."""
+    """Yields the small cell under the real clock, its arm enabled."""
     with gpac.System("real") as cell:
         made = Bench(cell)
         made.arm.enable()
@@ -26,7 +26,7 @@ def bench() -> Iterator[Bench]:
 
 
 def interrupted(call: Callable[[], object], when: Callable[[], bool]) -> None:
-    """Calls, is interrupted as soon as `when` holds, and expects that."""
+    """Makes a call, interrupts it as soon as `when` holds, and expects the interruption."""
 
     def interrupt() -> None:
         while not when():

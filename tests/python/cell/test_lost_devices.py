@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A lost physical device: nothing starts on its frozen readings, they keep their age, and it can be opened again where it is."""
+"""A lost physical device: nothing starts on its frozen readings, these keep their age, and it can be reopened in place."""
 
 from __future__ import annotations
 
@@ -14,7 +14,8 @@ REFUSED = r"cannot enable 'arm\.x': physical device 'drives' is lost: the loopba
 
 
 def lost(cell: gpac.System) -> Bench:
-    """A bench whose drives were lost at 500 ms, while its arm was enabled; opened again they are lost so much later again."""
+    """Returns a bench whose drives were lost at 500 ms while its arm was enabled; after reopening they are lost again after the same
+    time."""
     bench = Bench(cell, fail_at="500 ms", initial=[0.5, 0.5])
     bench.arm.enable()
     cell.advance("510 ms")
@@ -23,7 +24,7 @@ def lost(cell: gpac.System) -> Bench:
 
 
 def states(cell: gpac.System) -> list[tuple[str, str, str]]:
-    """Code, source and state of each alarm."""
+    """Returns code, source and state of each alarm."""
     return [(alarm.code, alarm.source, alarm.state) for alarm in cell.alarms]
 
 

@@ -15,7 +15,7 @@ from opengpac.robots import Joint, move
 
 @pytest.fixture
 def nudge() -> gpac.Verb[..., Any]:
-    """Moves a joint by hand, slowly, until it is halted."""
+    """Returns a verb that moves a joint by hand, slowly, until it is halted."""
     return gpac.Verb(
         "nudge",
         blocks={"sweep": gpac.library.set_analog},

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Pause and resume of a program: actions stand still, servos hold, starts are held back."""
+"""Pause and resume of a program: actions stand still, servos hold, starts are deferred."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ def bench(cell: gpac.System) -> Bench:
 
 
 def watching(bench: Bench) -> gpac.VerbInstance[Any]:
-    """A verb that acts on no device."""
+    """Starts a verb that acts on no device."""
     verb = gpac.Verb(
         "watching", blocks={"read": gpac.library.read_digital}, instantiation_parameters={"channel": "read.channel"},
         command_lists={"start": [gpac.activate("read", every="1 ms")]},
@@ -80,7 +80,7 @@ def test_ends_while_paused(cell: gpac.System, bench: Bench) -> None:
     held.halt()
     assert held.wait().condition == "halted"
     assert cell.resume() == []
-    # nothing is left of them
+    # Nothing is left of them.
     again = move(bench.arm, goal=[0.2, 0.2])
     assert again.condition == "arrived"
 
@@ -124,7 +124,7 @@ def test_a_group_is_paused_by_itself(cell: gpac.System, bench: Bench) -> None:
     assert x.pause() == [first.name]
     assert (first.state, second.state, cell.paused) == ("suspended", "running", ["arm.x"])
     assert second.wait().condition == "arrived"
-    # the system's pause on top: x goes on only when no pause covers it
+    # The system's pause is added: x continues only when no pause covers it.
     cell.pause()
     x.resume()
     assert first.state == "suspended"

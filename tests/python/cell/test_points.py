@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Taught points: a text file that people edit too, and that nothing can spoil."""
+"""Taught points: a text file that people edit too; no edit can break it."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ def test_a_taught_point_is_a_goal(cell: gpac.System, bench: Bench, tmp_path: Pat
     again = gpac.Points(tmp_path / "points.toml", bench.arm)["pick"]
     assert (dict(again), again.note, again.frame) == (dict(pick), "above the tray", "joints")
     assert again.array == pytest.approx([0.25, -0.5])
-    # one joint over the present, as with any goal
+    # One joint's goal is merged into the present positions, as with any goal.
     move(bench.arm, goal={"x": again["x"] + 0.1})
     assert bench.arm.values("sensed") == pytest.approx([0.35, -0.5], abs=0.01)
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Taught points that are poses: they move with their frame, hold for each tool, and are reached in their configuration."""
+"""Taught points that are poses: they move with their frame, are valid for each tool, and are reached in their configuration."""
 
 from __future__ import annotations
 
@@ -72,7 +72,7 @@ def test_200_points_are_the_same_places_with_another_tool_frame_and_base(name: s
             q = np.clip(random.uniform(low, high), -3.1, 3.1) * 0.8 + (low + high) * 0.1
             arm.tool, arm.base = gpac.Frame((0.02, 0, 0.1)), gpac.Frame()
             entry = points._placed(document, "p", arm, _entry_of(arm, q))
-            # A tool that is a little longer and turned, and an arm that was put aside: the place of the tool stays.
+            # A slightly longer and turned tool, and a displaced arm: the pose of the tool stays.
             arm.tool = gpac.Frame((0.02, 0.004, 0.105), rpy=random.uniform(-0.05, 0.05, 3))
             arm.base = gpac.Frame(random.uniform(-0.01, 0.01, 3), rpy=random.uniform(-0.02, 0.02, 3))
             try:
@@ -86,7 +86,7 @@ def test_200_points_are_the_same_places_with_another_tool_frame_and_base(name: s
             if entry.configuration is not None:
                 assert arm.configuration(joints.values()).signs == entry.configuration.signs
         assert worst < 1e-6
-        # At the edge of reach or of a range there are no joints for the changed place.
+        # At the edge of the workspace or of a range no joint positions exist for the changed pose.
         assert reached > 150
 
 

@@ -16,7 +16,7 @@ from opengpac.storage import files
 
 
 class Axis(gpac.LogicalDevice):
-    """An axis without a verb, with members that are kept and others that are not."""
+    """Axis without a verb, with some members that are kept and others that are not."""
 
     offset: gpac.SVV[float] = gpac.svv(unit="rad", keep=True)
     sensed: gpac.SVV[float] = gpac.svv(unit="rad")
@@ -81,12 +81,12 @@ def test_what_does_not_fit_any_more_is_said(tmp_path: Path) -> None:
         cell.save(path)
 
     class Plainer(gpac.LogicalDevice, name="Axis"):
-        """The type has lost members."""
+        """Same type with fewer members."""
 
         gain = gpac.parameter(1.0, tunable=True)
 
     class Other(gpac.LogicalDevice):
-        """Another type."""
+        """Unrelated type."""
 
     with gpac.System("second", clock="virtual", restore=path) as cell:
         assert Plainer("axis", system=cell).gain == 5.0

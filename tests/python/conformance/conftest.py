@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The suite runs on every mapping. A test that advances time itself stands on the virtual clock; every other runs in real time too."""
+"""The suite runs on every mapping. Tests that advance time themselves run under the virtual clock; all others run in real time, too."""
 
 from __future__ import annotations
 
@@ -20,20 +20,20 @@ def pytest_generate_tests(metafunc: pytest.Metafunc) -> None:
 
 @pytest.fixture
 def cell(request: pytest.FixtureRequest) -> Iterator[gpac.System]:
-    """A system on each mapping that the test can run on."""
+    """Yields a system on each mapping on which the test can run."""
     with MAPPINGS[request.param].open("cell") as made:
         yield made
 
 
 @pytest.fixture
 def threads(built: dict[str, str]) -> Iterator[Rig]:
-    """A small system in real time whose processors are threads: blocks of one module see each other there behind OpenGPAC's back."""
+    """Yields a small system in real time whose processors are threads: blocks of one module can see each other there without OpenGPAC."""
     with MAPPINGS["threads"].open("cell") as made:
         yield Rig(made, built)
 
 
 @pytest.fixture(params=["threads", "processes"])
 def real(request: pytest.FixtureRequest, built: dict[str, str]) -> Iterator[Rig]:
-    """A small system in real time, on threads and on processes."""
+    """Yields a small system in real time, on threads and on processes."""
     with MAPPINGS[request.param].open("cell") as made:
         yield Rig(made, built)

@@ -178,7 +178,7 @@ REALISATIONS = [(mapping, *priorities) for mapping in ("virtual", "message", "th
 
 
 def test_r010_the_same_program_gives_the_same_values_however_sources_and_priorities_are_realised(built: dict[str, str]) -> None:
-    """A counter drives a copy on another source. Beside it a block reads when it likes: that one may tell how they are realised."""
+    """A counter drives a copy on another source. In addition a block reads at any time: its values may depend on the realisation."""
     synchronous, asynchronous = [], []
     for mapping, timer, software in REALISATIONS:
         with MAPPINGS[mapping].open("cell") as cell:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Requirements 2, 21, 35, 48, 49 and 103 in real time: what they say of things that take place at once is seen while it does."""
+"""Requirements 2, 21, 35, 48, 49 and 103 in real time: simultaneous events are observed while they happen."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from rig import Rig
 
 
 def verb_of(rig: Rig, label: str, command: gpac.Command) -> gpac.Verb[..., Any]:
-    """A verb of one block of `together`; its parameters are the ports of the block."""
+    """Returns a verb of one block of `together`; its parameters are the ports of the block."""
     block = rig.block(f"together.{label}")
     ports = [*block.inputs, *block.outputs]
     return gpac.Verb(
@@ -26,14 +26,14 @@ def verb_of(rig: Rig, label: str, command: gpac.Command) -> gpac.Verb[..., Any]:
 
 
 def outputs_of(rig: Rig, label: str, prefix: str = "", **given: Any) -> dict[str, Any]:
-    """An SVV for each output of a block of `together`, of the type of its port, and what is given for its inputs."""
+    """Returns an SVV for each output of a block of `together`, of the port's type, and the values `given` for its inputs."""
     outputs = rig.block(f"together.{label}").outputs
     return {name: rig.cell.svv(f"{prefix or label}.{name}", port.type, history=10) for name, port in outputs.items()} | given
 
 
 @pytest.mark.parametrize("apart", [True, False])
 def test_r002_programs_of_two_processors_are_carried_out_at_once(threads: Rig, apart: bool) -> None:
-    """Each of two programs looks, for 20 ms, for the other one in the middle of an invocation: one instruction stream never shows it."""
+    """Each of two programs waits 20 ms in the middle of an invocation for the other: with one instruction stream they never meet."""
     here = threads.rtp.timer("here", period="50 ms", priority=40)
     there = threads.cell.processor("rtp1").timer("there", period="50 ms", priority=40) if apart else here
     up, down = (verb_of(threads, label, activate(label, every="50 ms", budget="10 s")) for label in ("up", "down"))
@@ -48,7 +48,7 @@ def test_r002_programs_of_two_processors_are_carried_out_at_once(threads: Rig, a
 
 
 def held_and_looks(rig: Rig) -> tuple[Any, Any, dict[str, Any], dict[str, Any]]:
-    """`held` starts when the first source is raised, and returns when the second one is; `looks` looks at it every ms."""
+    """Starts `held`, which runs from a request of the first source to one of the second, and `looks`, which observes it every ms."""
     beside = rig.cell.processor("rtp1")
     work, let_go = rig.rtp.trigger("work", priority=30), beside.trigger("let_go", priority=30)
     held, opens = verb_of(rig, "held", activate("held", budget="30 s")), verb_of(rig, "opens", activate("opens"))
@@ -58,7 +58,7 @@ def held_and_looks(rig: Rig) -> tuple[Any, Any, dict[str, Any], dict[str, Any]]:
     held.on(work).asynch(**values)
     opens.on(let_go).asynch(**outputs_of(rig, "opens"))
     looks.on(beside.timer("beside", period="1 ms", priority=50)).asynch(**seen)
-    # Its start asks the first source too, which answers only between two firings: a request must not overtake it.
+    # The start also requires an answer from the first source, which comes only between two firings: a request must not overtake it.
     rig.until(lambda: seen["looked"].number, "it looks")
     return work, let_go, values, seen
 
@@ -78,7 +78,7 @@ def test_r049_nothing_of_an_invocation_is_seen_while_it_goes_on(threads: Rig) ->
     assert seen["looked"].value >= 100 and (seen["early"].value, seen["torn"].value) == (0, 0)
 
 
-# Its block keeps a core at a real-time priority for seconds: two at once would leave nothing to the tests beside them.
+# The block occupies a core at a real-time priority for seconds: two at once would leave nothing to the tests beside them.
 @pytest.mark.alone
 def test_r049_a_value_that_cannot_be_read_for_long_names_the_block_that_is_at_work(threads: Rig) -> None:
     work, let_go, values, seen = held_and_looks(threads)
@@ -92,7 +92,7 @@ def test_r049_a_value_that_cannot_be_read_for_long_names_the_block_that_is_at_wo
     threads.until(lambda: values["a"].value == 1, "it has returned")
 
 
-# Its block keeps a core at a real-time priority for seconds: two at once would leave nothing to the tests beside them.
+# The block occupies a core at a real-time priority for seconds: two at once would leave nothing to the tests beside them.
 @pytest.mark.alone
 def test_r103_the_supervisor_answers_while_an_invocation_goes_on_at_its_own_processor(threads: Rig) -> None:
     work, let_go, _, seen = held_and_looks(threads)
@@ -116,7 +116,7 @@ def test_r103_the_supervisor_answers_while_an_invocation_goes_on_at_its_own_proc
 
 
 def test_r021_a_subroutine_is_sequential_and_what_it_works_with_stands_still(threads: Rig) -> None:
-    """It works for 3 ms of each ms: no invocation begins before the one before it has ended, and no input changes while it runs."""
+    """The block works for 3 ms of each ms: no invocation begins before the previous one has ended, and no input changes while it runs."""
     (u,) = threads.svvs("u")
     threads.counting().on(threads.cell.processor("rtp1").timer("beside", period="1 ms", priority=80)).asynch(u)
     works = verb_of(threads, "works", activate("works", every="1 ms", budget="10 s"))
@@ -128,7 +128,7 @@ def test_r021_a_subroutine_is_sequential_and_what_it_works_with_stands_still(thr
 
 
 def test_r021_the_same_subroutine_runs_twice_at_once_where_the_program_says_so(threads: Rig) -> None:
-    """Concurrency is how it is configured: nothing in the subroutine has changed."""
+    """Concurrency is a matter of configuration: the subroutine is unchanged."""
     (u,) = threads.svvs("u")
     works = verb_of(threads, "works", activate("works", every="1 ms", budget="10 s"))
     found = [outputs_of(threads, "works", prefix, u=u) for prefix in ("first", "second")]
@@ -160,7 +160,7 @@ def test_r035_an_instance_stays_on_the_instruction_stream_of_its_processor(real:
 
 
 def test_r048_the_frequency_that_is_measured_is_the_one_that_is_asked_for(real: Rig) -> None:
-    """By the machine's own clock, read in each invocation, and by numbers: a release that was skipped has consumed one."""
+    """Measured with the machine's own clock, read in each invocation, and with invocation numbers: a skipped release has consumed one."""
     for every, period_ns in (("1 ms", 1_000_000), ("4 ms", 4_000_000)):
         verb = verb_of(real, "clocked", activate("clocked", every=every))
         ns = real.cell.svv(f"ns_{period_ns}", "int64_t", history=400)
@@ -170,7 +170,7 @@ def test_r048_the_frequency_that_is_measured_is_the_one_that_is_asked_for(real: 
         rows = ns.history[:]
         numbers = rows["number"].astype(np.int64)
         np.testing.assert_allclose(rows["time"], rows["time"][0] + (numbers - numbers[0]) * period_ns * 1e-9, atol=1e-9)
-        # How late each invocation was, but for a constant; a machine that is busy makes some late, and never one early.
+        # Lateness of each invocation except for a constant; a busy machine makes some late, but none early.
         late = rows["value"] - numbers * period_ns
         first, last = late[:200].min(), late[200:].min()
         span = (numbers[200:].mean() - numbers[:200].mean()) * period_ns

@@ -33,7 +33,7 @@ HALVES = [
 
 
 def used(rig: Rig, block: gpac.Block | gpac.Graph, name: str) -> list[float]:
-    """What a program gets that knows no more of a block than its interface tells."""
+    """Returns the outputs of a block that a program uses knowing only its interface."""
     ((u, _),), ((y, _),) = block.inputs.items(), block.outputs.items()
     verb = gpac.Verb(
         name,
@@ -49,7 +49,7 @@ def used(rig: Rig, block: gpac.Block | gpac.Graph, name: str) -> list[float]:
 
 
 def test_r015_a_block_is_used_by_its_interface_alone(memory_rig: Rig, tmp_path: Path) -> None:
-    """Two codes with one interface, of which nothing but the machine code is there, and a graph: nobody can tell which it is."""
+    """Two codes with one interface, present only as machine code, and a graph: a program cannot distinguish them."""
     blocks = []
     for number, text in enumerate(HALVES):
         source = tmp_path / f"half{number}.c"
@@ -93,7 +93,7 @@ def test_r017_a_block_reports_conditions_with_values(rig: Rig) -> None:
 
 
 def scaling(name: str = "scaling", use: object = None, **changes: Any) -> gpac.Verb[..., Any]:
-    """y = k u, with the k of its block."""
+    """Returns a verb for y = k u, with the k of its block."""
     definition: dict[str, Any] = {
         "blocks": {"gain": lib.block("gain")(k=3.0) if use is None else use},
         "instantiation_parameters": {"u": "gain.u", "y": "gain.y"},
@@ -146,7 +146,7 @@ FUNCTION_BLOCK(smooth, "y follows u.", in(double, u, "value"), out(double, y, "a
 
 
 def test_r019_a_subroutine_is_a_c_function(rig: Rig, tmp_path: Path) -> None:
-    """What it computes in a running system is what its C code computes when anybody calls it."""
+    """A block computes in a running system the same values as its C code does when called directly."""
     source = tmp_path / "smooth.c"
     source.write_text(FUNCTION)
     machine_code = _native.build([str(source)], str(tmp_path / "smooth.so"))
@@ -189,9 +189,9 @@ def test_r020_the_interface_is_declared_by_macros(memory_rig: Rig, tmp_path) -> 
 
 
 def test_r021_a_subroutine_runs_from_its_first_line_to_its_last_wherever_it_is(rig: Rig) -> None:
-    """Alone and in a system in which others run too, one invocation after the other: the same values."""
+    """Alone, and in a system with other blocks between its invocations: the same values."""
     alone = rig.block("count.count").run(20).y.tolist()
-    # Its first values are looked at, on a busy machine long after they were stored.
+    # The first values are checked, on a busy machine long after they were stored.
     a, *others = (rig.cell.svv(name, history=20_000) for name in "abc")
     for svv in others:
         rig.counting().on(rig.slow if svv is others[0] else rig.fast, every={"count": "10 ms"}).asynch(svv)

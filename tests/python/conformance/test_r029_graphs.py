@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Requirements 29 to 37: data flow graphs, and the component data base."""
+"""Requirements 29 to 37: data flow graphs, and the component database."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from rig import Rig
 
 
 def smooth(name: str = "smooth", **changes: object) -> gpac.Graph:
-    """A gain and a low-pass filter in a row."""
+    """Returns a gain and a low-pass filter in series."""
     definition: dict[str, object] = {
         "blocks": {"gain": lib.block("gain")(k=2.0), "filter": lib.block("lowpass")(alpha=0.5)},
         "inputs": {"u": "gain.u"},
@@ -26,7 +26,7 @@ def smooth(name: str = "smooth", **changes: object) -> gpac.Graph:
 
 
 def feeding(block: object, source: object = None, **changes: object) -> gpac.Verb[..., gpac.Report]:
-    """A constant 1 into the input of a block or graph, every millisecond."""
+    """Returns a verb that feeds a constant 1 into the input of a block or graph, every millisecond."""
     definition: dict[str, object] = {
         "blocks": {"one": lib.block("signal_generator")(shape=0, offset=1.0), "it": block},
         "instantiation_parameters": {"y": "it.y"},
@@ -62,7 +62,7 @@ def test_r031_an_uncovered_data_node_is_refused() -> None:
 
 @pytest.mark.parametrize("how", ["interval", "trigger", "execute", "driven"])
 def test_r032_a_graph_stands_where_a_subroutine_does(rig: Rig, how: str) -> None:
-    """Whatever makes it run: the same values at the same times, whether it is a subroutine, a graph of it, or a graph of that."""
+    """However it is triggered, the values and times are the same for a subroutine, a graph of it, and a graph of that graph."""
     button = rig.rtp.trigger("button", priority=50)
     code, port = (lib.block("lowpass")(alpha=0.5), "u") if how == "driven" else (rig.block("count.count"), None)
     inner = gpac.Graph("inner", blocks={"b": code}, inputs={"u": "b.u"} if port else {}, outputs={"y": "b.y"})

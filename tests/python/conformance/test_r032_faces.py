@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A graph from outside: what a subroutine shows, and A4: one mode for each port."""
+"""The outside of a graph: the same as that of a subroutine; and A4: one mode per port."""
 
 from __future__ import annotations
 

@@ -13,7 +13,7 @@ from rig import Rig
 
 
 def chain(rig: Rig, name: str = "chain") -> gpac.Verb:
-    """A counter that drives a copy."""
+    """Returns a counter that drives a copy."""
     return gpac.Verb(
         name,
         blocks={"count": rig.block("count.count"), "copy": rig.block("copy.copy")},
@@ -87,7 +87,7 @@ def test_r042_a_ratio_input_takes_its_writers_value_by_number(rig: Rig) -> None:
     reading.on(rig.fast).asynch(slow, y)
     rig.cell.advance("60 ms")
     values = y.history[:]["value"].tolist()
-    # invocation j takes the writer's number j // 10 - 1; before that the initial value stays
+    # Invocation j takes the writer's number j // 10 - 1; before that the initial value stays.
     assert values == [max(0.0, j // 10 - 1) for j in range(60)]
 
 
@@ -106,7 +106,7 @@ def test_r043_an_asynchronous_input_takes_the_newest_value(rig: Rig) -> None:
 
 
 def test_r044_data_driven_blocks_run_on_new_values_only(rig: Rig) -> None:
-    """As often as its writer, however often its source fires; and not at all where nobody writes."""
+    """A data-driven block runs as often as its writer, however often its source fires, and not at all without a writer."""
     y, n = rig.cell.svv("y"), rig.cell.svv("n", "int64_t")
     beside = rig.cell.svv("beside")
     verb = gpac.Verb(
@@ -134,7 +134,7 @@ def test_r044_data_driven_blocks_run_on_new_values_only(rig: Rig) -> None:
 
 
 def test_r045_neither_a_write_nor_an_old_value_fires_anything(rig: Rig) -> None:
-    """What fires it is a value that is new, and that another instance has written through an output port."""
+    """A firing requires a new value, written by another instance through an output port."""
     u, y = rig.cell.svv("u"), rig.cell.svv("y", history=50)
     n, beside = rig.cell.svv("n", "int64_t"), rig.cell.svv("beside")
     writer = rig.counting("writing").on(rig.fast).new_instance(u)
@@ -193,7 +193,7 @@ def test_r048_the_mean_frequency_is_the_one_asked_for(rig: Rig) -> None:
 
 @pytest.mark.parametrize("seed", range(5))
 def test_r049_outputs_invisible_until_complete(built: dict[str, str], seed: int) -> None:
-    """An invocation lasts 4 ms of the virtual clock: the programming system that looks every ms sees it then, and not before."""
+    """An invocation lasts 4 ms of the virtual clock: the programming system, which looks every ms, sees the value then, and no earlier."""
     with gpac.System("cell", clock="virtual", seed=seed) as cell:
         rig = Rig(cell, built)
         long = rig.rtp.timer("long", period="10 ms", priority=10, virtual_cost="4 ms")

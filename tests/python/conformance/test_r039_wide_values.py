@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Types at their ends: numbers from 2^63 up, and arrays of more than one dimension."""
+"""Types at their extremes: numbers from 2^63 up, and arrays of more than one dimension."""
 
 from __future__ import annotations
 

@@ -13,7 +13,7 @@ from rig import Rig
 
 
 def counted(rig: Rig, name: str, commands: list[gpac.Command], blocks: dict[str, Any] | None = None) -> gpac.Verb[..., gpac.Report]:
-    """A counter that drives a copier, which counts its own invocations into `n`."""
+    """Returns a counter that drives a copier, which counts its own invocations into `n`."""
     return gpac.Verb(
         name,
         blocks=blocks or {"c": rig.block("count.count"), "k": rig.block("copy.copy")},

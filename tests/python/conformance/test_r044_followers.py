@@ -15,7 +15,7 @@ from rig import Rig
 
 
 def copying(rig: Rig, name: str = "copying") -> gpac.Verb[..., Any]:
-    """Copies each value of `u` to `y`."""
+    """Returns a verb that copies each value of `u` to `y`."""
     return gpac.Verb(
         name,
         blocks={"copy": rig.block("copy.copy")},
@@ -25,7 +25,7 @@ def copying(rig: Rig, name: str = "copying") -> gpac.Verb[..., Any]:
 
 
 def slow_reading(rig: Rig) -> gpac.Verb[..., Any]:
-    """Takes a value that is updated once in ten of its invocations."""
+    """Returns a verb that takes a value updated once in ten of its invocations."""
     return gpac.Verb(
         "slow_reading",
         blocks={"r": rig.block("ratio.slow_input")},

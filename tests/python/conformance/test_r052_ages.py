@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Requirement 52 with DESIGN 2.6: values that come too late are counted, and a condition where a limit is declared."""
+"""Requirement 52 with DESIGN 2.6: late values are counted, and raise a condition if a limit is declared."""
 
 from __future__ import annotations
 
@@ -13,12 +13,12 @@ from rig import Rig
 
 
 def link(delay_ms: float, least_ms: float = 0.0) -> dict[str, Any]:
-    """A message link on which everything takes up to so long."""
+    """Returns a message link with a delay of up to `delay_ms`."""
     return {"kind": "message", "seed": 3, "delay_ns": [round(least_ms * 1_000_000), round(delay_ms * 1_000_000)]}
 
 
 def sampling(rig: Rig) -> gpac.Verb[..., Any]:
-    """Takes the newest value."""
+    """Returns a verb that takes the newest value."""
     return gpac.Verb(
         "sampling",
         blocks={"s": rig.block("copy.sample")},
@@ -66,7 +66,7 @@ def test_r052_a_lost_link_may_have_a_transition(built: dict[str, str]) -> None:
 
 
 def slow_reading(rig: Rig) -> gpac.Verb[..., Any]:
-    """Takes a value that is updated once in ten of its invocations."""
+    """Returns a verb that takes a value updated once in ten of its invocations."""
     return gpac.Verb(
         "slow_reading",
         blocks={"r": rig.block("ratio.slow_input")},

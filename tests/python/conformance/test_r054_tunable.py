@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Requirements 48 and 54: intervals and parameters declared tunable change while the verb runs, and rates hold all the while."""
+"""Requirements 48 and 54: intervals and parameters declared tunable change while the verb runs, and the rates hold throughout."""
 
 from __future__ import annotations
 
@@ -15,12 +15,12 @@ from rig import Rig
 
 
 def counting(rig: Rig, name: str = "counting", every: str = "4 ms") -> gpac.Verb[..., Any]:
-    """Counts into `y` at a tunable interval."""
+    """Returns a verb that counts into `y` at a tunable interval."""
     return rig.counting(name, command_lists={"start": [activate("count", every=interval(every, tunable=True))]})
 
 
 def rows(svv: gpac.SVV[Any]) -> list[tuple[int, int]]:
-    """Number and time in ms of every value."""
+    """Returns the number and time in ms of every value."""
     return [(int(row["number"]), round(float(row["time"]) * 1000)) for row in svv.history[:]]
 
 
@@ -70,7 +70,7 @@ def test_r054_the_next_start_has_the_declared_interval(rig: Rig) -> None:
 
 
 def ratio_verb(rig: Rig, name: str = "reading") -> gpac.Verb[..., Any]:
-    """Takes a value that is updated once in ten of its invocations."""
+    """Returns a verb that takes a value updated once in ten of its invocations."""
     return gpac.Verb(
         name,
         blocks={"r": rig.block("ratio.slow_input")},

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Units: those that nobody knows are refused, those of constants and arguments are checked, those of values pass through blocks."""
+"""Units: unknown ones are refused, those of constants and arguments are checked, those of values pass through blocks."""
 
 from __future__ import annotations
 

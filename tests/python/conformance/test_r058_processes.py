@@ -13,7 +13,7 @@ from rig import Rig
 
 
 def two_counters(rig: Rig, commands: list[gpac.Command], **changes: object) -> gpac.Verb:
-    """A verb with two counters, `a` and `b`, each into an SVV of that name."""
+    """Returns a verb with two counters, `a` and `b`, each into an SVV of that name."""
     definition = {
         "blocks": {"a": rig.block("count.count"), "b": rig.block("count.count")},
         "instantiation_parameters": {"a": "a.y", "b": "b.y"},
@@ -24,7 +24,7 @@ def two_counters(rig: Rig, commands: list[gpac.Command], **changes: object) -> g
 
 
 def counted(rig: Rig, counter: gpac.SVV, limit: int) -> bool:
-    """Whether a counter came to its limit and was stopped then: in real time it counts on until the supervisor has answered."""
+    """Returns whether a counter reached its limit and was then stopped: in real time it continues until the supervisor has answered."""
     return counter.value == limit if rig.cell.virtual else counter.value >= limit
 
 
@@ -37,7 +37,7 @@ def test_r058_a_process_is_a_set_of_block_instances(rig: Rig) -> None:
 
 @pytest.mark.parametrize("command", [execute, install, deactivate, lambda label: activate(label, every="1 ms")])
 def test_r059_a_block_that_is_not_installed_cannot_be_executed(rig: Rig, command: Callable[[str], gpac.Command]) -> None:
-    """Neither a name that is nowhere, nor a block of another verb, whose instance is installed and runs."""
+    """Neither a name that does not exist can be executed, nor a block of another verb whose instance is installed and runs."""
     a, b, y = rig.svvs("a", "b", "y")
     other = rig.counting().on(rig.fast).asynch(y)
     for label in ("aa", "count"):
@@ -63,7 +63,7 @@ def test_r059_what_is_deleted_or_not_started_does_not_run(rig: Rig) -> None:
 
 
 def test_r060_installation_binds_ports_and_attaches_to_source_and_processor(rig: Rig) -> None:
-    """Each block writes the SVV that it was given, in the firings of the source that it was given; nothing is bound before or after."""
+    """Each block writes the SVV bound to it, in the firings of its source; there is no binding before or afterwards."""
     elsewhere = rig.cell.processor("rtp1").timer("slow", period="10 ms", priority=60)
     a, b = rig.svvs("a", "b", history=20)
 
@@ -225,7 +225,7 @@ def test_r072_the_papers_example_runs(cell: gpac.System) -> None:
     slow = rtp.timer("slow", period="20 ms", priority=60)
     fast = rtp.timer("fast", period="1 ms", priority=80)
     drive = rtp.physical_device("drive", gpac.drivers.loopback("x", "y"), exchange=fast)
-    # A busy machine lets them follow late, which is not measured here.
+    # On a busy machine they follow late, which is not measured here.
     gains = {"kp": 50.0, "kd": 0.0, "max_following_error": 10.0}
     arm = gpac.Group("arm", *(gpac.robots.Joint(name, drive=drive[name], on=fast, **gains) for name in drive.parts))
     arm.enable()

@@ -14,11 +14,11 @@ from opengpac import library as lib
 from rig import Rig
 
 LONG = 20_000
-"""Of a history whose first values are looked at: a busy machine makes the programming system look late."""
+"""Length of a history whose first values are checked: a busy machine makes the programming system late."""
 
 
 def two_lists(rig: Rig, name: str = "two_lists", **changes: Any) -> gpac.Verb:
-    """Counts in list `first` until `first.enough`, then in list `second`."""
+    """Returns a verb that counts in list `first` until `first.enough`, then in list `second`."""
     definition: dict[str, Any] = {
         "blocks": {"first": rig.block("count.count"), "second": rig.block("count.count")},
         "instantiation_parameters": {"a": "first.y", "b": "second.y"},
@@ -38,7 +38,7 @@ def test_r074_a_verb_has_all_its_components(rig: Rig) -> None:
 
 
 def test_r075_instantiation_parameters_are_parameters(rig: Rig) -> None:
-    """They are given once, at creation; the others at each start; all of them in a call."""
+    """Instantiation parameters are passed once, at creation; the others at each start; all of them in a call."""
     verb = two_lists(rig)
     assert [*verb.signature.parameters] == ["a", "b", "limit", "end"]
     assert [*verb.arguments_signature.parameters] == ["a", "b"]
@@ -181,7 +181,7 @@ def test_r088_a_transition_aborts_one_list_and_starts_another(rig: Rig) -> None:
 
 @pytest.mark.parametrize("elsewhere", [False, True])
 def test_r088_what_the_next_list_writes_is_seen_wherever_it_is(rig: Rig, elsewhere: bool) -> None:
-    """A guarded move: one SVV goes on until it touches, and from then on back, on another source. Without the condition it goes on."""
+    """A guarded move: an SVV advances until it touches, and then returns, on another source. Without the condition it continues."""
     back = rig.cell.processor("rtp1").timer("back", period="1 ms", priority=70) if elsewhere else rig.fast
     z, seen = rig.svvs("z", "seen", history=LONG)
     verb = gpac.Verb(
@@ -200,7 +200,7 @@ def test_r088_what_the_next_list_writes_is_seen_wherever_it_is(rig: Rig, elsewhe
     rig.until(lambda: z.value <= -20 and seen.value <= -20, "it goes back, and who reads the SVV sees it")
     instance.halt()
     values = z.history[:]["value"].tolist()
-    # Not -1 everywhere: the value is the number of the invocation, and a release that a busy machine skips takes a number with it.
+    # The difference is not always -1: the value is the invocation number, and a release that a busy machine skips consumes a number.
     turn = next(k for k, value in enumerate(values) if value < 0)
     assert values[:turn][:6] == [0, 1, 2, 3, 4, 5] and max(values[turn:]) < 0, "the first list has written nothing since"
     assert (np.diff(z.history[:]["time"]) > -1e-9).all() and (np.diff(z.history[:]["number"]) > 0).all()
@@ -245,7 +245,7 @@ def test_r090_a_condition_leads_to_other_lists_from_other_lists(rig: Rig) -> Non
 
 
 def test_r091_a_list_may_lead_to_itself(rig: Rig) -> None:
-    """It is aborted and commences anew, again and again; without the transition it is carried out once."""
+    """The list is aborted and restarted repeatedly; without the transition it is executed once."""
     (y,) = rig.svvs("y", history=LONG)
     lists = {"again": [install("count"), activate("count", every="1 ms")]}
     leads_on: dict[str, Any] = {"conditions": {"enough": on("count.enough")}, "transitions": {("again", "enough"): "again"}}
@@ -305,7 +305,7 @@ def test_r094_outputs_outside_nu_are_absent(rig: Rig) -> None:
 
 
 def test_r095_term_is_what_has_no_transition_from_some_list(rig: Rig) -> None:
-    """`enough` leads on from `one` and ends the verb in `two`, where ν says what it returns: as printed, term_V would have none of that."""
+    """`enough` continues from `one` and ends the verb in `two`, where ν states its values; in term_V as printed neither would exist."""
     a, b = rig.svvs("a", "b")
     from_both = two_lists(
         rig,
@@ -334,7 +334,7 @@ def test_r095_a_condition_that_leads_on_from_every_list_is_not_in_it(rig: Rig) -
 
 
 def test_r095_nothing_is_returned_by_what_is_not_in_it(rig: Rig) -> None:
-    """ν is a function on term_V: a line of it for a condition that ends nothing is refused."""
+    """ν is a function on term_V: an entry for a condition that ends nothing is refused."""
     conditions = {"enough": on(["first.enough", "second.enough"], returns=["a_last"])}
     both = {("one", "enough"): "two", ("two", "enough"): "one"}
     with pytest.raises(gpac.Error, match="enough"):

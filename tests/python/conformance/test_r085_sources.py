@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""ω across sources: every value is the one that its SVV has when the verb has ended, wherever its writer runs and whatever ends it."""
+"""ω across sources: every value is that of its SVV when the verb has ended, wherever its writer runs and whatever ends it."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ EVERY_MS = [activate("ends", every="1 ms"), activate("tells", every="1 ms"), act
 
 
 def across(rig: Rig, **changes: Any) -> gpac.Verb[..., Any]:
-    """A block that ends the verb, one that counts on another source, and one that takes both numbers as an array."""
+    """Returns a verb with a block that ends it, one that counts on another source, and one that takes both numbers as an array."""
     definition: dict[str, Any] = {
         "blocks": {"ends": rig.block("count.count"), "tells": rig.block("count.count"), "takes": rig.block("mapping.times")},
         "instantiation_parameters": {"a": "ends.y", "b": "tells.y", "both": "takes.u", "y": "takes.y"},
@@ -32,7 +32,7 @@ ENDS: dict[str, tuple[str, ...]] = {"enough": ("ends.enough",), "halted": ()}
 
 
 class Across:
-    """The verb on three sources, of which the one that ends it has this place in the order of priorities."""
+    """Verb on three sources; the source that ends it has the given rank among their priorities."""
 
     def __init__(self, rig: Rig, priority: int, apart: bool) -> None:
         processor = rig.cell.processor("rtp1") if apart else rig.rtp
@@ -42,11 +42,11 @@ class Across:
         (self.a, self.b), self.y = rig.svvs("a", "b", history=50), rig.cell.svv("pair", "double[2]")
 
     def on(self, verb: gpac.Verb[..., Any]) -> Any:
-        """An instance of the verb."""
+        """Returns an instance of the verb."""
         return verb.on(self.sources).new_instance(self.a, self.b, [self.a, self.b], self.y)
 
     def agrees(self, report: Any) -> None:
-        """The report has what the SVVs have, and what stands last in their histories."""
+        """Checks that the report has the values of the SVVs, which are also the last in their histories."""
         now = [self.a.value, self.b.value]
         assert [report.a_last, report.b_last] == now == [svv.history[:]["value"][-1] for svv in (self.a, self.b)]
         assert [*report.b_seen] == now, "each element is read where it is written"
@@ -76,7 +76,7 @@ def test_r085_also_where_no_block_ends_it_and_where_an_ending_list_follows(rig: 
 
 @pytest.mark.parametrize(("priority", "others"), [(75, 8.0), (60, 9.0)])
 def test_r085_the_others_end_between_two_of_their_firings(rig: Rig, priority: int, others: float) -> None:
-    """At the instant of the end, a source of higher priority has had its firing and one of lower priority has none any more."""
+    """At the instant of the end, a source of higher priority has had its firing, and one of lower priority has no further one."""
     parts = Across(rig, priority, False)
     report = parts.on(across(rig)).start(limit=9).wait()
     assert (report.a_last, report.b_last) == (9.0, others)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""ω of a condition: the value that it reported, which may be 0, and nothing where it was not reported."""
+"""ω of a condition: the value that it reported, which may be 0, and nothing if it was not reported."""
 
 from __future__ import annotations
 

@@ -17,7 +17,7 @@ from rig import Rig
 
 
 def test_r098_an_instance_holds_instances_of_all_blocks_of_its_verb(rig: Rig) -> None:
-    """Also of those that its first list does not name; and each instance of the verb has its own."""
+    """This includes blocks that its first list does not name; and each instance of the verb has its own."""
     verb = gpac.Verb(
         "stages",
         blocks={"count": rig.block("count.count"), "later": rig.block("memory.memory")},
@@ -84,7 +84,7 @@ def test_r100_running_time_stands_still_while_suspended(rig: Rig) -> None:
 
 
 def test_r101_commands_go_to_the_real_time_system(rig: Rig) -> None:
-    """The supervisor takes each of them down and carries it out; one that it refuses changes nothing."""
+    """The supervisor records and executes each command; one that it refuses changes nothing."""
     a, b = rig.svvs("a", "b")
     vi, other = (rig.counting().on(rig.fast).named(name).new_instance(svv) for name, svv in (("mine", a), ("other", b)))
 
@@ -108,7 +108,7 @@ def test_r101_commands_go_to_the_real_time_system(rig: Rig) -> None:
 
 
 def test_r101_they_come_from_another_process(tmp_path: Path) -> None:
-    """A real-time system of its own carries on with what it was commanded after the programming system has gone."""
+    """A real-time system in its own process continues its commands after the programming system has exited."""
     daemon = Daemon(tmp_path, "monotonic")
     try:
         with gpac.connect(daemon.url, name="first") as far:
@@ -173,7 +173,8 @@ def test_r106_the_supervisor_installs_everywhere(rig: Rig) -> None:
 
 
 def test_r107_creation_reports_completion(rig: Rig) -> None:
-    """When it has returned, everything is allocated, on other processors too: a start finds it there, and only then does anything run."""
+    """When creation has returned, everything is allocated, on other processors too; a start finds it ready, and only then does anything
+    run."""
     there = rig.cell.processor("rtp1").timer("there", period="1 ms", priority=50)
     (a,) = rig.svvs("a")
     vi = rig.counting().on(there).named("mine").new_instance(a)
@@ -239,11 +240,11 @@ def test_r110_delete_frees_everything(rig: Rig) -> None:
 
 
 CYCLES = int(os.environ.get("OPENGPAC_CYCLES", "10000"))
-"""`make faults` has the 100,000 of the requirement."""
+"""Number of cycles; `make faults` runs the 100,000 of the requirement."""
 
 
 def test_r110_instances_leave_no_memory_behind(memory_rig: Rig) -> None:
-    """The real-time system's own create and delete: the memory of the process ends where it was."""
+    """Uses the real-time system's own create and delete: the process's memory returns to its former size."""
     (a,) = memory_rig.svvs("a")
     counting = memory_rig.counting().on(memory_rig.fast)
     real_time_system = memory_rig.cell._alive()

@@ -17,7 +17,7 @@ HISTORY = Path(__file__).parents[2] / "blocks" / "history.c"
 
 
 def reading(rig: Rig, name: str = "reading", every: str = "1 ms") -> gpac.Verb[..., Any]:
-    """Stores the last four values of `u` in `seen`."""
+    """Returns a verb that stores the last four values of `u` in `seen`."""
     return gpac.Verb(
         name,
         blocks={"r": rig.block("history.last_four")},
@@ -27,7 +27,7 @@ def reading(rig: Rig, name: str = "reading", every: str = "1 ms") -> gpac.Verb[.
 
 
 def consecutive(rows: np.ndarray) -> bool:
-    """Four values in a row, the first of which stands for those before it."""
+    """Returns whether the four values in each row are consecutive; the first stands for earlier ones."""
     steps = np.diff(rows, axis=1)
     return bool(np.isin(steps, (0, 1)).all()) and bool((steps[10:] == 1).all())
 

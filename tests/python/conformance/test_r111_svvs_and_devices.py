@@ -13,7 +13,7 @@ from rig import Rig
 
 @pytest.fixture
 def arm(rig: Rig) -> gpac.Group[gpac.robots.Joint]:
-    """Two joints that follow their effort exactly; how late a busy machine lets them follow is not measured here."""
+    """Returns two joints that follow their effort exactly; how late a busy machine lets them follow is not measured here."""
     gains = {"kp": 50.0, "kd": 0.0, "max_following_error": 10.0}
     drive = rig.rtp.physical_device("drive", gpac.drivers.loopback("x", "y", initial=[0.5, -0.5]), exchange=rig.fast)
     return gpac.Group("arm", *(gpac.robots.Joint(n, drive=drive[n], on=rig.fast, **gains) for n in drive.parts))
@@ -46,7 +46,7 @@ def test_r112_svvs_need_no_shared_memory(rig: Rig) -> None:
 
 
 def drums(rig: Rig) -> type[gpac.LogicalDevice]:
-    """A device type with a verb, two SVVs and a parameter."""
+    """Returns a device type with a verb, two SVVs and a parameter."""
     turning = gpac.Verb(
         "turning",
         blocks={"count": rig.block("count.count"), "gain": lib.block("gain")},
@@ -56,7 +56,7 @@ def drums(rig: Rig) -> type[gpac.LogicalDevice]:
     )
 
     class Drum(gpac.LogicalDevice, verb=turning):
-        """A drum that its verb turns."""
+        """Drum that its verb turns."""
 
         turns: gpac.SVV[float] = gpac.svv()
         angle: gpac.SVV[float] = gpac.svv()
@@ -67,13 +67,13 @@ def drums(rig: Rig) -> type[gpac.LogicalDevice]:
 
 
 def entered(rig: Rig) -> tuple[set[str], set[str], set[str]]:
-    """The instances, SVVs and logical devices that there are."""
+    """Returns the existing instances, SVVs and logical devices."""
     names = rig.cell.names
     return {*names["instances"]}, {*names["svvs"]}, {*names["logical_devices"]}
 
 
 def test_r113_a_device_type_is_a_verb_svvs_and_parameters(rig: Rig) -> None:
-    """With the device its verb instance, its SVVs and its parameters are there, each device with its own, and go with it."""
+    """A device brings its own verb instance, SVVs and parameters, which are deleted with it."""
     drum_type = drums(rig)
     one, two = (drum_type(name, on=rig.fast) for name in ("one", "two"))
     assert entered(rig) == (
@@ -108,7 +108,7 @@ def test_r113_they_are_created_together_or_not_at_all(rig: Rig) -> None:
 
 def test_r113_a_device_needs_no_verb(rig: Rig) -> None:
     class Tank(gpac.LogicalDevice):
-        """A tank without a verb."""
+        """Tank without a verb."""
 
         level: gpac.SVV[float] = gpac.svv(unit="m", initial=0.5)
         capacity = gpac.parameter(2.0, unit="m")
@@ -171,7 +171,8 @@ def test_r117_enabling_a_device_starts_its_verb_instance(rig: Rig) -> None:
 
 
 def test_r117_a_device_must_be_enabled(rig: Rig, arm: gpac.Group[gpac.robots.Joint]) -> None:
-    """At creation and at each start of a verb that uses it; before it is, nothing of the verb runs and nothing is sent."""
+    """This is checked at creation and at each start of a verb that uses the device; until then nothing of the verb runs and nothing is
+    sent."""
     move = gpac.robots.move.on(rig.fast)
     with pytest.raises(gpac.NotEnabled, match="x"):
         move(arm, [0.0, 0.0])
@@ -211,7 +212,7 @@ def test_r117_enabling_starts_from_the_present(rig: Rig, arm: gpac.Group[gpac.ro
 
 
 def test_r117_a_device_whose_verb_ends_is_lost_to_its_users(rig: Rig) -> None:
-    # A busy machine takes long to enable it: in real time it fails long after that.
+    # A busy machine takes long to enable it: in real time the failure is set long after that.
     fail_at = "100 ms" if rig.cell.virtual else "5 s"
     drive = rig.rtp.physical_device("failing", gpac.drivers.loopback("z", fail_at=fail_at), exchange=rig.fast)
     joint = gpac.robots.Joint("z", drive=drive["z"], on=rig.fast, kp=50.0, kd=0.0).enable()

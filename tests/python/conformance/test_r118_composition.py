@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Requirements 118, 119, 123 and 124: verbs made of verbs, and the levels of control."""
+"""Requirements 118, 119, 123 and 124: verbs composed of verbs, and the levels of control."""
 
 from __future__ import annotations
 
@@ -19,16 +19,16 @@ ROOT = Path(__file__).parents[3]
 
 
 class Slipped(gpac.Terminated):
-    """A part slipped."""
+    """Raised if a part slipped."""
 
 
 def counting(rig: Rig, name: str, out: str, **changes: Any) -> gpac.Verb[..., Any]:
-    """Counts into an SVV of its own name, and ends with `enough` at its limit."""
+    """Returns a verb that counts into an SVV of its own name, and ends with `enough` at its limit."""
     return rig.counting(name, **{"instantiation_parameters": {out: "count.y"}, **changes})
 
 
 def pair(rig: Rig, **options: Any) -> gpac.ComposedVerb:
-    """`first` counts into a; when it has enough, `second` counts into b."""
+    """Returns a verb in which `first` counts into a and, after `enough`, `second` counts into b."""
     parts = {"first": counting(rig, "first", "a"), "second": counting(rig, "second", "b")}
     return gpac.compose("pair", parts, **{"transitions": {("first", "enough"): "second"}, **options})
 
@@ -38,7 +38,7 @@ def test_r118_the_transition_leads_from_part_to_part(rig: Rig) -> None:
     report = pair(rig).on(rig.fast)(a, b, limit=4)
     assert (report.condition, report.last, report.command_list) == ("enough", 4, "second.start")
     assert a.history[:]["value"].tolist() == b.history[:]["value"].tolist() == [0, 1, 2, 3, 4]
-    # The first invocation of the second part is in the next firing: nobody was asked. In real time its release may be skipped.
+    # The second part's first invocation is in the next firing: no other party was asked. In real time its release may be skipped.
     assert b.history[:]["time"][0] - a.history[:]["time"][-1] == pytest.approx(0.001) or not rig.cell.virtual
 
 
@@ -125,7 +125,7 @@ def test_r118_what_a_part_that_did_not_end_says_is_absent(rig: Rig) -> None:
 
 
 def test_r118_one_condition_stands_for_another_block_in_each_part(rig: Rig) -> None:
-    """A shared block reports what ends one part only: in the other it is not a condition."""
+    """A shared block reports the end of one part only: in the other part its report is not a condition."""
     a, b, t = rig.svvs("a", "b", "t")
 
     def part(name: str, out: str, of: str, **more: Any) -> gpac.Verb[..., Any]:
@@ -311,7 +311,7 @@ def test_r123_verbs_that_support_devices_and_verbs_that_act_on_them(rig: Rig) ->
     )
 
     class Axis(gpac.LogicalDevice, verb=servo):
-        """An axis."""
+        """Axis with a servo."""
 
         u: gpac.SVV[float] = gpac.svv()
         y: gpac.SVV[float] = gpac.svv()

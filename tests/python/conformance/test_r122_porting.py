@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Requirement 122: one application on several architectures, by another configuration only."""
+"""Requirement 122: one application on several architectures, with only the configuration changed."""
 
 from __future__ import annotations
 
@@ -22,9 +22,12 @@ VALUES = 40
 
 
 def application(cell: gpac.System, at: Sources, module: str) -> tuple[dict[str, Any], list[float]]:
-    """Two axes move together while a counter with a block in C drives a filter elsewhere: it knows the names of sources, and nothing of
-    processors. What the move says, and the first values of the filter. A servo without its processor for 80 ms is 0.1 rad behind at this
-    speed, which a busy machine does to a thread without real-time rights: the joints allow ten times as much."""
+    """Moves two axes together while a counter with a block in C drives a filter elsewhere. The application refers to sources by name,
+    and never to processors. Returns the move's report, and the first values of the filter.
+
+    A servo without its processor for 80 ms, as can happen on a busy machine to a thread without real-time privileges, is 0.1 rad
+    behind at this speed: the joints allow ten times as much.
+    """
     drives = at["servo"].processor.physical_device("drives", gpac.drivers.loopback("x", "y"), exchange=at["servo"])
     tuned: dict[str, Any] = {"kp": 50.0, "kd": 0.0, "max_following_error": 1.0}
     arm = gpac.Group("arm", *(Joint(f"arm.{p.name}", drive=p, on=at["servo"], **tuned) for p in drives))
@@ -85,7 +88,8 @@ ARCHITECTURES = [one_processor, three_processors, three_threads, three_processes
 def test_r122_an_application_moves_by_its_configuration_only(
     architecture: Callable[[], tuple[gpac.System, Sources]], built: dict[str, str]
 ) -> None:
-    """One processor or three, memory or a bad link, threads or processes, virtual or real time: it moves, and gives the same values."""
+    """With one processor or three, memory or a bad link, threads or processes, virtual or real time, the application moves and gives the
+    same values."""
     before = Path(built["count"]).stat()
     cell, at = architecture()
     with cell:
@@ -98,7 +102,7 @@ def test_r122_an_application_moves_by_its_configuration_only(
 
 
 def test_r122_a_configuration_that_lacks_something_is_refused(built: dict[str, str]) -> None:
-    """A device of another processor, a source that is no timer: the application does not come to run."""
+    """A device of another processor or a source that is not a timer: the application is refused before it runs."""
     cell, at = three(gpac.System("three", clock="virtual"))
     with cell:
         drives = at["motion"].processor.physical_device("elsewhere", gpac.drivers.loopback("x"), exchange=at["motion"])

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Requirements 119 and 127 to 130: simple verbs, configuration and change from one interface, modules, SVVs of their own."""
+"""Requirements 119 and 127 to 130: simple verbs, configuration and change from one interface, modules, SVVs of the user's own."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ def test_r128_a_module_is_a_library_of_subroutines(memory_rig: Rig, tmp_path: Pa
 
 def test_r129_svvs_stand_alone_and_a_device_needs_no_verb(rig: Rig) -> None:
     class Lamp(gpac.LogicalDevice):
-        """A lamp, which nothing has to keep going."""
+        """Lamp that needs no verb."""
 
         brightness: gpac.SVV[float] = gpac.svv(initial=0.0)
 
@@ -71,6 +71,6 @@ def test_r130_behaviour_changes_while_the_rest_runs_on(rig: Rig) -> None:
     )(changing, limit=2)
     assert changing.value == 2
     assert going.state == "running"
-    # One each millisecond, but for what a busy machine skips.
+    # One each millisecond, except for those that a busy machine skips.
     rig.until(lambda: steady.value >= before + 20, "it runs on")
     assert (np.diff(steady.history[:]["value"]) == 1).all(), "no invocation is lost, none begins anew"

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Every graph and verb that the library, the examples and the graphs of the mappings have."""
+"""Every graph and verb of the library, the examples and the graphs of the mappings."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ SHORT = {"reach_training": ["--steps", "1", "--output", os.devnull]}
 
 
 def packaged() -> Iterator[Any]:
-    """Those of the package: of its modules, and the components of its data base that are no blocks."""
+    """Yields the definitions of the package: those of its modules, and the components of its database that are not blocks."""
     for found in pkgutil.walk_packages(gpac.__path__, f"{gpac.__name__}."):
         if "__main__" not in found.name:
             yield from _of(importlib.import_module(found.name))
@@ -36,8 +36,8 @@ def packaged() -> Iterator[Any]:
 
 
 def examples() -> list[Any]:
-    """Those that the example programs enter in their systems; they are followed as `opengpac check` does it, which must find no fault, and
-    nothing runs."""
+    """Returns the definitions that the example programs enter in their systems. The programs are followed as by `opengpac check`, which
+    must find no fault; nothing runs."""
     entered: list[Any] = []
     enter = Definitions.enter_verb
 
@@ -46,7 +46,7 @@ def examples() -> list[Any]:
         enter(self, verb)
 
     with mock.patch.object(Definitions, "enter_verb", entering), contextlib.redirect_stdout(io.StringIO()), warnings.catch_warnings():
-        # A plot or a mean of nothing: the verbs have not run.
+        # Plots and means of empty data: the verbs have not run.
         warnings.simplefilter("ignore")
         for path in sorted(EXAMPLES.glob("*.py")):
             findings = check(str(path), SHORT.get(path.stem, []))

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Saving and loading a definition, and what two definitions have in common."""
+"""Saves and loads definitions, and compares two of them."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from opengpac.definition.files.trees import graph_tree, verb_tree
 
 
 def said(definition: Any) -> Any:
-    """All that a definition says, without the lines where it stands."""
+    """Returns the contents of a definition, without its line numbers."""
     if isinstance(definition, gpac.ComposedVerb):
         composition = definition.composition
         steps = [(step.origins, step.condition, step.to) for step in composition.steps]
@@ -29,7 +29,7 @@ def said(definition: Any) -> Any:
 
 
 def classes(definition: Any) -> list[type]:
-    """The exception classes that a program gives for it."""
+    """Returns the exception classes that a program passes for a definition."""
     return [t.raises for t in definition.conditions.values() if t.raises is not None] if isinstance(definition, gpac.Verb) else []
 
 
@@ -38,7 +38,7 @@ def devices(definition: Any) -> list[type]:
 
 
 def modules(definition: Any) -> dict[str, dict[str, Block]]:
-    """The code modules of its blocks, as a program would give them."""
+    """Returns the code modules of a definition's blocks, as a program would pass them."""
     found: dict[str, dict[str, Block]] = {}
 
     def look(of: Any) -> None:
@@ -59,7 +59,7 @@ def forms(definition: Any) -> list[Any]:
 
 
 def reloaded(definition: Any, path: Path) -> Any:
-    """What comes back from a file."""
+    """Saves a definition and returns it as loaded from the file."""
     definition.save(path)
     given: Any = {"raises": classes(definition), "devices": devices(definition), "forms": forms(definition), "modules": modules(definition)}
     return gpac.load(path, **given)[definition.name]

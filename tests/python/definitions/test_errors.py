@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What is wrong in a file is named with its line and what to do, all at once; nothing of a file is executed."""
+"""Errors in a file are reported all at once, each with its line and remedy; nothing in a file is executed."""
 
 from __future__ import annotations
 
@@ -105,7 +105,7 @@ FAULTS = {
 
 
 def said(path: Path) -> list[str]:
-    """`LINE: CLASS: MESSAGE; REMEDY` of each error."""
+    """Returns `LINE: CLASS: MESSAGE; REMEDY` for each error."""
     try:
         gpac.load(path)
     except gpac.Error as error:

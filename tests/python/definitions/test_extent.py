@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Files that are nested or large without end: refused in a sentence, and soon."""
+"""Deeply nested or very large files are refused quickly, with a sentence."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What is saved and loaded is what it was: of the library, the examples, the graphs of the mappings, and of random definitions."""
+"""Definitions are unchanged after saving and loading: those of the library, the examples, the graphs of the mappings, and random ones."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ def test_every_definition_of_the_package(tmp_path: Path, ending: str) -> None:
 
 
 def test_no_example_is_refused_and_every_definition_of_theirs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Their programs are followed once for both endings: that is what takes the time."""
+    """The programs are followed once for both file formats, because that takes most of the time."""
     monkeypatch.syspath_prepend(str(EXAMPLES))
     known = {id(definition): definition for definition in examples()}
     for ending in ENDINGS:
@@ -64,7 +64,7 @@ LAYOUTS = st.dictionaries(TEXTS, st.dictionaries(st.sampled_from(["x", "y"]), st
 
 @st.composite
 def chains(draw: st.DrawFn, depth: int = 1) -> gpac.Graph:
-    """A chain of gains, filters and graphs within, with random names, texts and constants."""
+    """Draws a chain of gains, filters and nested graphs, with random names, texts and constants."""
     labels = draw(st.lists(NAMES, min_size=1, max_size=4, unique=True))
     blocks: dict[str, Any] = {}
     for label in labels:
@@ -91,7 +91,7 @@ def chains(draw: st.DrawFn, depth: int = 1) -> gpac.Graph:
 
 @st.composite
 def commands(draw: st.DrawFn, label: str) -> gpac.Command:
-    """Any command on a block that its inputs drive."""
+    """Draws any command on a block that its inputs drive."""
     plain = [gpac.install(label), gpac.install(label, "wave"), gpac.execute("wave"), gpac.deactivate(label), gpac.wait(), gpac.ready()]
     activated = st.none() | TIMES
     return draw(
@@ -102,12 +102,12 @@ def commands(draw: st.DrawFn, label: str) -> gpac.Command:
 
 
 class Alarmed(gpac.Terminated):
-    """An exception class of a program."""
+    """Exception class of a program."""
 
 
 @st.composite
 def verbs(draw: st.DrawFn) -> gpac.Verb[..., Any]:
-    """A verb around a signal and a chain, with random lists, conditions and inputs."""
+    """Draws a verb around a signal and a chain, with random lists, conditions and inputs."""
     label = draw(NAMES.filter(lambda name: name not in ("wave", "watch")))
     lists = draw(st.lists(NAMES, min_size=2, max_size=3, unique=True))
     begun = [

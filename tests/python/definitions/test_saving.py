@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""How a file looks, and what stays of one that a person has edited."""
+"""The text of a saved file, and the preservation of a person's edits."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from opengpac import library as lib
 
 
 class Collision(gpac.Terminated):
-    """What a program defines."""
+    """Exception that a program defines."""
 
 
 smooth = gpac.Graph(
@@ -261,7 +261,7 @@ def test_device_types_are_saved_with_their_verbs(tmp_path: Path) -> None:
     )
 
     class Lamp(gpac.LogicalDevice, verb=keep, arbitration="queue"):
-        """A lamp."""
+        """Lamp with a verb."""
 
         y = gpac.svv("double", history=3, keep=True)
         was = gpac.svv("double", initial="y")

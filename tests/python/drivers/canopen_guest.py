@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """The first process of a Linux with vcan: our driver and a drive on the package `canopen`, on one bus.
 
-Its argument is a folder, in which it says in `said.json` what came of it; with `try` behind it, only the bus is made."""
+Its argument is a folder, into which it writes its results as `said.json`; with `try` as a second argument it only creates the bus.
+"""
 
 from __future__ import annotations
 
@@ -29,7 +30,7 @@ def checked(returned: int, what: str) -> None:
 
 
 def prepare() -> None:
-    """Folders of the kernel, the modules of CAN, and a virtual bus."""
+    """Mounts the kernel's folders, loads the CAN modules, and creates a virtual bus."""
     for kind, place in [("proc", "/proc"), ("sysfs", "/sys"), ("tmpfs", "/run"), ("tmpfs", "/dev/shm")]:
         Path(place).mkdir(exist_ok=True)
         checked(LIBC.mount(kind.encode(), place.encode(), kind.encode(), 0, None), f"mount {place}")
@@ -51,7 +52,7 @@ def until(what: str, holds: Callable[[], bool]) -> None:
 
 
 def drive(said: dict[str, Any]) -> None:
-    """What our driver does with the peer."""
+    """Drives the peer with our driver."""
     from canopen_peer import Peer
 
     import opengpac as gpac
@@ -107,7 +108,7 @@ def drive(said: dict[str, Any]) -> None:
 
 
 def brake(said: dict[str, Any]) -> None:
-    """What our driver does with the output of the peer's brake."""
+    """Drives the output of the peer's brake with our driver."""
     from canopen_peer import Peer
 
     import opengpac as gpac
@@ -134,14 +135,14 @@ def brake(said: dict[str, Any]) -> None:
         joint.enable()
         until("it is released again", lambda: output[1].raw == 0)
         said["brake_again"] = peer.state
-    # The end of the system brings its devices to their safe state too.
+    # The end of the system brings its devices to their safe state, too.
     until("it is closed", lambda: output[1].raw == 1)
     said["brake_ended"] = peer.value["control"].raw
     peer.close()
 
 
 def module(said: dict[str, Any]) -> None:
-    """What our driver does with a module of inputs and outputs."""
+    """Drives an I/O module with our driver."""
     from canopen_peer import Module
 
     import opengpac as gpac

@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A drive by CiA 402 and a module by CiA 401 on the package `canopen`.
+"""A CiA 402 drive and a CiA 401 module on the package `canopen`.
 
-SDO server, network management, heartbeat, emergencies and PDOs are that package's; objects, state machine and motor are ours."""
+SDO server, network management, heartbeat, emergencies and PDOs come from that package; objects, state machine and motor are ours.
+"""
 
 from __future__ import annotations
 
@@ -30,14 +31,14 @@ HOME, START, FOUND = 6, 0x10, 0x1400
 
 
 def variable(name: str, index: int, kind: int, default: Any, sub: int = 0, access: str = "rw") -> ODVariable:
-    """An object, or an entry of one."""
+    """Returns an object, or an entry of one."""
     one = ODVariable(name, index, sub)
     one.data_type, one.default, one.access_type, one.pdo_mappable = kind, default, access, True
     return one
 
 
 def several(made: ObjectDictionary, name: str, index: int, kinds: list[tuple[str, int, Any]], of: type = ODRecord) -> None:
-    """An object with entries."""
+    """Adds an object with entries."""
     group = of(name, index)
     group.add_member(variable("count", index, UNSIGNED8, len(kinds)))
     for sub, (member, kind, default) in enumerate(kinds, 1):
@@ -46,7 +47,7 @@ def several(made: ObjectDictionary, name: str, index: int, kinds: list[tuple[str
 
 
 def common(node: int, kind: int, name: str, pdos: int) -> ObjectDictionary:
-    """The objects that every node has."""
+    """Returns the objects that every node has."""
     made = ObjectDictionary()
     made.node_id = node
     single = [
@@ -69,7 +70,7 @@ def common(node: int, kind: int, name: str, pdos: int) -> ObjectDictionary:
 
 
 def dictionary(node: int) -> ObjectDictionary:
-    """The objects of the drive."""
+    """Returns the objects of the drive."""
     made = common(node, 0x00020192, "peer drive", 2)
     single = [
         ("without controller", 0x6007, INTEGER16, 1), ("error", 0x603F, UNSIGNED16, 0),
@@ -88,7 +89,7 @@ def dictionary(node: int) -> ObjectDictionary:
 
 
 def terminals(node: int) -> ObjectDictionary:
-    """The objects of the module: 16 digital and 2 analog terminals each way."""
+    """Returns the objects of the module: 16 digital and 2 analog terminals in each direction."""
     made = common(node, 0x000F0191, "peer module", 4)
     for name, index, kind in [
         ("inputs", 0x6000, UNSIGNED8), ("outputs", 0x6200, UNSIGNED8), ("error modes", 0x6206, UNSIGNED8),
@@ -102,7 +103,7 @@ def terminals(node: int) -> ObjectDictionary:
 
 
 class Node:
-    """A node on an interface of SocketCAN; a subclass says what it does with a SYNC."""
+    """Node on a SocketCAN interface; a subclass implements its reaction to a SYNC."""
 
     def __init__(self, channel: str, node: int, objects: ObjectDictionary) -> None:
         self.id = node
@@ -117,7 +118,7 @@ class Node:
         self.node.nmt.state = "PRE-OPERATIONAL"
 
     def synchronise(self, *_: Any) -> None:
-        """A SYNC: it goes on, and sends what it measures."""
+        """Handles a SYNC: advances the node, and sends its measurements."""
         with self.lock:
             if self.node.nmt.state != "OPERATIONAL":
                 return
@@ -132,10 +133,10 @@ class Node:
                     pdo.transmit()
 
     def go_on(self) -> None:
-        """What it does with each SYNC."""
+        """Advances the node at each SYNC."""
 
     def start(self) -> None:
-        """The PDOs are those that the controller has configured."""
+        """Starts with the PDOs that the controller has configured."""
         self.node.tpdo.read()
         self.node.rpdo.read()
         for pdo in self.node.rpdo.values():
@@ -143,12 +144,12 @@ class Node:
                 pdo.add_callback(self.receive)
 
     def of(self, mapped: Any) -> Any:
-        """The object that is mapped."""
+        """Returns the mapped object."""
         found = self.node.sdo[mapped.index]
         return found if hasattr(found, "raw") else found[mapped.subindex]
 
     def receive(self, pdo: Any) -> None:
-        """What a PDO brings is stored."""
+        """Stores the contents of a PDO."""
         for mapped in pdo.map:
             self.of(mapped).raw = mapped.raw
 
@@ -158,7 +159,7 @@ class Node:
 
 
 class Peer(Node):
-    """The drive."""
+    """CiA 402 drive."""
 
     def __init__(self, channel: str, node: int) -> None:
         self.state = OFF
@@ -174,11 +175,11 @@ class Peer(Node):
         self.network.subscribe(0x77F, lambda *_: self.hear())
 
     def hear(self) -> None:
-        """A heartbeat of the controller."""
+        """Notes a heartbeat of the controller."""
         self.heard += 1
 
     def go_on(self) -> None:
-        """The state machine and the motor go on."""
+        """Advances the state machine and the motor."""
         control = self.value["control"].raw
         self.change(control)
         self.look_for_home(control)
@@ -187,7 +188,7 @@ class Peer(Node):
         self.value["status"].raw = self.state | self.found
 
     def look_for_home(self, control: int) -> None:
-        """Home is where it is, and has the position that it is told."""
+        """Homes in place: sets the present position to the home offset."""
         starts = bool(control & START) and self.state == ENABLED and self.value["mode"].raw == HOME
         if starts and not self.had_start:
             self.value["position"].raw = self.value["home"].raw
@@ -197,7 +198,7 @@ class Peer(Node):
             self.found = 0
 
     def change(self, control: int) -> None:
-        """The state machine of CiA 402."""
+        """Advances the state machine of CiA 402."""
         reset = bool(control & 0x80)
         if self.state == FAULT:
             if reset and not self.had_reset:
@@ -216,21 +217,21 @@ class Peer(Node):
         self.had_reset = reset
 
     def move(self) -> None:
-        """The motor is where it is told to be."""
+        """Moves the motor to its target at once."""
         before = self.value["position"].raw
         if self.state == ENABLED and self.value["mode"].raw == 8:
             self.value["position"].raw = self.value["target"].raw
         self.value["velocity"].raw = self.value["position"].raw - before
 
     def fail(self, code: int) -> None:
-        """Something is wrong with it: a fault, and an emergency."""
+        """Raises a fault and sends an emergency."""
         with self.lock:
             self.state = FAULT
             self.value["error"].raw = code
             self.node.emcy.send(code)
 
     def restart(self) -> None:
-        """As after its voltage came back."""
+        """Restarts, as after a power failure."""
         with self.lock:
             self.state, self.syncs = OFF, 0
             self.node.nmt.stop_heartbeat()
@@ -240,15 +241,15 @@ class Peer(Node):
 
 
 class Module(Node):
-    """The module: its terminals are its objects."""
+    """CiA 401 module, whose terminals are its objects."""
 
     def __init__(self, channel: str, node: int) -> None:
         super().__init__(channel, node, terminals(node))
 
     def at(self, index: int, sub: int) -> int:
-        """What an entry of an object is."""
+        """Returns the value of an entry of an object."""
         return self.node.sdo[index][sub].raw
 
     def put(self, index: int, sub: int, value: int) -> None:
-        """Puts something on a terminal."""
+        """Sets the value of a terminal."""
         self.node.sdo[index][sub].raw = value

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""An independent main device, SOEM by pysoem, brings an emulated segment to OP and moves its axes. Runs in a network namespace of its own,
-where it makes a veth pair: `unshare --net python ethercat_soem.py`."""
+"""An independent main device, SOEM through pysoem, brings an emulated segment to OP and moves its axes. Runs in a network namespace of
+its own, in which it creates a veth pair: `unshare --net python ethercat_soem.py`."""
 
 from __future__ import annotations
 
@@ -19,9 +19,9 @@ from opengpac.drivers import fake
 OUTPUTS, INPUTS = "<HiihB", "<HiihHb"
 POSITION_MODE = 8
 DELAY = 0x0928
-# How long a frame takes from each drive to the next one, ns.
+# Delay of a frame from each drive to the next one, ns.
 CABLES = (0, 420, 1300)
-# Of a reply, µs: a machine that has other things to do is no fault.
+# Timeout of a reply, µs: a busy machine is not a fault.
 PATIENCE = 10_000_000
 
 
@@ -55,7 +55,7 @@ def scan(main: Any) -> dict[str, Any]:
 
 
 def ours(segment: fake.EtherCatSegment) -> dict[str, Any]:
-    """Our main device sets the clocks, and leaves them as they are."""
+    """Returns the states and clocks of the drives under our main device."""
     with gpac.System("cell", progress=False) as cell:
         rtp = cell.processor("rtp0")
         fast = rtp.timer("fast", period="1 ms", priority=80)
@@ -107,7 +107,7 @@ def move(main: Any) -> dict[str, Any]:
         begun = time.perf_counter()
         counter, inputs = exchange(main, 0x0F, [1000 + step] * len(targets))
         spans.append(time.perf_counter() - begun)
-    # What is read lies a frame behind.
+    # The input values lag by one frame.
     _, inputs = exchange(main, 0x0F, [2000] * len(targets))
     said["positions"] = [position for _, position, *_ in inputs]
     _, inputs = exchange(main, 0x0F, [10_000_000] * len(targets))
@@ -118,7 +118,7 @@ def move(main: Any) -> dict[str, Any]:
 
 
 def terminals() -> dict[str, Any]:
-    """A coupler with terminals behind it: what they exchange is read from EEPROMs and objects, and their wires are read and driven."""
+    """Reads a coupler with terminals behind it: their mapping comes from EEPROMs and objects; their wires are read and driven."""
     line = (
         {"name": "coupler", "terminal": {}},
         {"name": "inputs", "terminal": {"digital_inputs": 8}},

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A driver in Python for tests: it writes down what happens to it, and fails as it is told."""
+"""A driver in Python for tests: it logs its events, and fails on command."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ class Furnace(Driver):
 
     @service
     def label(self, text: str = Option("what stands on it", "none")) -> None:
-        """Writes down a label."""
+        """Logs a label."""
         if text == "forbidden":
             raise ValueError("nobody may call it that")
         self.tell(f"label {text}")
@@ -61,7 +61,7 @@ class Furnace(Driver):
 
     @service
     def lie(self) -> int:
-        """Answers what it does not declare."""
+        """Returns a value of an undeclared type."""
         return "seven"  # type: ignore[return-value]
 
     def raises(self) -> None:
@@ -71,18 +71,18 @@ class Furnace(Driver):
         time.sleep(3600.0)
 
     def pauses(self) -> None:
-        """Waits as long as it is told."""
+        """Waits as long as it was told."""
         (Path(self.folder) / "pausing").touch()
         while (Path(self.folder) / "pauses").exists():
             time.sleep(0.001)
 
     def lingers(self) -> None:
-        """As one of a slow device does: it goes on until another process waits for it, or has opened the device all the same."""
+        """Delays like a slow device: until another process waits for it or has opened the device nevertheless."""
         folder = Path(self.folder)
         (folder / "lingers").unlink()
         (folder / "lingering").touch()
         signs = re.compile(rf"@opengpac-driver-\S*-{os.getpid()}-\d+$", re.MULTILINE)
-        # A line that nobody has accepted has the name of what it asked for.
+        # A connection that has not been accepted shows the name of the socket that it requested.
         while len(signs.findall(Path("/proc/net/unix").read_text())) < 2 and (folder / "told").read_text().count("open") < 2:
             time.sleep(0.01)
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""How old readings are: by the word of the device where it tells, and growing while it tells nothing new."""
+"""Ages of readings: as the device reports them, if it does, and growing while no new report arrives."""
 
 from __future__ import annotations
 
@@ -62,7 +62,7 @@ def cell() -> Iterator[gpac.System]:
 
 
 def ages(cell: gpac.System, device: gpac.PhysicalDevice, periods: int) -> list[float]:
-    """The age of the readings after each period of 10 ms, in ms."""
+    """Returns the age of the readings after each period of 10 ms, in ms."""
     found: list[float] = []
     for _ in range(periods):
         cell.advance("10 ms")

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Broken drivers in Python: one good class with one thing wrong in it. Each is rejected by the check that is meant, with its cause.
+"""Broken drivers in Python: one good class with one defect each. Each is rejected by the intended check, with its cause.
 
-A third of them is tried each day, others the next day; `OPENGPAC_BROKEN_DRIVERS=all` tries all. Those in C are in
+A third of them is tried each day; `OPENGPAC_BROKEN_DRIVERS=all` tries all. Those in C are in
 `crates/drivers/tests/conformance/faulty.rs`.
 """
 
@@ -233,7 +233,7 @@ BROKEN |= {
 
 
 def outcomes(folder: Path, source: str) -> list[dict[str, Any]]:
-    """What the checks of a class say of this source."""
+    """Returns the results of the checks of a class in this source."""
     (folder / "pump.py").write_text(source)
     given = json.dumps({"path": str(folder / "pump.py")})
     command = [sys.executable, "-m", "opengpac.drivers.class_checks"]
@@ -246,7 +246,7 @@ def test_the_good_class_passes(tmp_path: Path) -> None:
 
 
 SHARES = 1 if os.environ.get("OPENGPAC_BROKEN_DRIVERS") == "all" else 3
-"""Parts of the list, one of which is tried each day."""
+"""Number of shares of the list, one of which is tried each day."""
 DAY = int(os.environ.get("OPENGPAC_SEED", datetime.date.today().toordinal()))
 
 

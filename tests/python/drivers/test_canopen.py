@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Axes on CANopen as joints of a cell, on an emulated bus: time is that of the cell."""
+"""Axes on CANopen as joints of a cell, on an emulated bus that runs on the cell's time."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ def cell() -> Iterator[gpac.System]:
 
 
 def joint(cell: gpac.System, interface: str, **options: Any) -> gpac.robots.Joint:
-    """The axis as a joint."""
+    """Returns the axis as a joint."""
     rtp = cell.processor("rtp0")
     fast = rtp.timer("fast", period="10 ms", priority=80)
     axis = {"node": NODE, "counts": 1000, "range": [-10, 10], "speed_max": 5.0}
@@ -40,7 +40,7 @@ def joint(cell: gpac.System, interface: str, **options: Any) -> gpac.robots.Join
 
 
 def lost(cell: gpac.System) -> str:
-    """Lets time pass until the device is lost, and gives the reason."""
+    """Advances time until the device is lost, and returns the reason."""
     cell.advance("0.6 s")
     about = str(cell.statistics["physical_devices"]["line"]["lost"])
     assert about != "None", "the device is still there"
@@ -138,7 +138,7 @@ def terminals() -> Iterator[fake.CanOpenBus]:
 
 
 def module(cell: gpac.System, bus: fake.CanOpenBus, channels: dict[str, Any], **options: Any) -> gpac.PhysicalDevice:
-    """A module with these channels."""
+    """Returns a module with these channels."""
     rtp = cell.processor("rtp0")
     fast = rtp.timer("fast", period="10 ms", priority=80)
     driver = gpac.drivers.canopen(bus.interface, modules={"io": {"node": 7, "channels": channels, **options}})
@@ -259,7 +259,7 @@ def test_a_verb_of_its_own_waits_for_the_drive_too(bus: fake.CanOpenBus, cell: g
     before = bus.drives()[0].position
     cell.advance("0.2 s")
     assert bus.drives()[0].drive == "operation enabled"
-    # It begins when the drive is there: 0.2 rad/s from its start, not 2 s of that at once.
+    # The motion begins when the drive is ready: 0.2 rad/s from its start, not 2 s of that at once.
     assert abs(bus.drives()[0].position - before) <= 0.2 * 0.2 * 1000 + 1
 
 

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Our driver with a drive and a module on the package `canopen`, which nobody here wrote, on a virtual CAN bus. Where
-there is no user-mode Linux the closing lines of the run say so (`conftest.py`)."""
+"""Our driver with a drive and a module on the third-party package `canopen`, on a virtual CAN bus. Without user-mode Linux the tests are
+skipped, as the closing lines of the run report (`conftest.py`)."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What drivers declare, and what they find: in Python and on the command line."""
+"""Declarations of drivers, and their searches for devices: in Python and on the command line."""
 
 from __future__ import annotations
 

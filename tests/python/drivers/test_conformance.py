@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The conformance kit on the command line: what it prints, and that a driver that `opengpac new driver` begins passes it."""
+"""The conformance kit on the command line: its output, and that a driver created by `opengpac new driver` passes it."""
 
 from __future__ import annotations
 
@@ -22,13 +22,13 @@ EXAMPLES = Path(__file__).parents[3] / "examples" / "drivers"
 
 @pytest.fixture(autouse=True)
 def in_a_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """A folder of the test, for files and for what is compiled."""
+    """Provides a folder for files and compiled code."""
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
     monkeypatch.chdir(tmp_path)
 
 
 def build(crate: str) -> None:
-    """Builds a crate, whose compiler has nothing to say of it."""
+    """Builds a crate without compiler warnings."""
     words = ["cargo", "build", "--release", "--quiet", "--offline"]
     built = subprocess.run(words, cwd=crate, capture_output=True, text=True, check=False)
     assert (built.returncode, built.stderr) == (0, "")

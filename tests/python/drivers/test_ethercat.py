@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""An axis on EtherCAT as a joint of a cell. Its bounds are so wide that no machine is too slow for the segment, which is a program."""
+"""An axis on EtherCAT as a joint of a cell. Its time limits are so wide that no machine is too slow for the segment, which is emulated
+by a program."""
 
 from __future__ import annotations
 
@@ -22,7 +23,7 @@ def test_an_axis_is_a_joint_and_its_objects_are_read() -> None:
         joint.enable()
         gpac.motion.move_absolute(gpac.Group("arm", joint), goal=[0.5])
         assert joint.sensed.value == pytest.approx(0.5, abs=0.02)
-        # 0x1000, the type of a device: a drive by CiA 402.
+        # 0x1000, the type of a device: a CiA 402 drive.
         assert line.services.read_object(axis="x", index=0x1000)["number"] & 0xFFFF == 402
         assert line.counters["cycles"] > 0
         joint.disable()
@@ -71,7 +72,7 @@ LINE = (
     {"name": "EL2008", "terminal": {"digital_outputs": 8}, "watchdog": False},
     {"name": "EL3102", "terminal": {"analog_inputs": 2}, "watchdog": False},
 )
-# As vendors write them: several devices and revisions, names in two languages, numbers in two forms, a PDO that is not assigned.
+# Typical vendor style: several devices and revisions, names in two languages, numbers in two forms, a PDO that is not assigned.
 ESI = """<?xml version="1.0"?>
 <EtherCATInfo><Vendor><Id>#x00006a1c</Id></Vendor><Descriptions><Devices>
 <Device><Type ProductCode="#x80000001" RevisionNo="#x00000001">EL9999</Type></Device>

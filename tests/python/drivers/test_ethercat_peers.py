@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The emulated segment of EtherCAT is judged by main devices that nobody here wrote. Needs the rights to make a network namespace."""
+"""Third-party main devices accept the emulated EtherCAT segment. Requires the rights to create a network namespace."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ def test_soem_measures_the_delays_that_we_do(said: dict[str, Any]) -> None:
 
 
 def test_soem_moves_their_axes(said: dict[str, Any]) -> None:
-    # 2 for each that is written, 1 for each that is read.
+    # 2 for each written terminal, 1 for each read one.
     assert said["counter"] == said["expected"] == 9
     assert said["enabled"] == [0x27] * 3, "operation enabled"
     assert said["positions"] == [2000] * 3

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A driver in Python in a process of its own: its values, its losses, and what it does when the program is gone."""
+"""A driver in Python in a process of its own: its values, its losses, and its behaviour when the program has exited."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from opengpac.driver.handover import taken_over
 
 FURNACE = Path(__file__).parent / "furnace.py"
 PATIENT = "20 s"
-"""An age that a busy machine does not reach."""
+"""Maximum age that a busy machine does not reach."""
 
 PROGRAM = """
 import sys, time
@@ -36,14 +36,14 @@ time.sleep(3600)
 
 
 def told(folder: Path) -> list[str]:
-    """What has happened to the furnace so far. It may be brought to its safe state more than once in a row, which is told once."""
+    """Returns the furnace's log. Repeated transitions to the safe state are listed once."""
     file = folder / "told"
     lines = file.read_text().split("\n")[:-1] if file.exists() else []
     return [line for line, _ in itertools.groupby(lines)]
 
 
 def opened(cell: gpac.System, folder: Path, **options: Any) -> tuple[gpac.PhysicalDevice, gpac.Source]:
-    """The furnace, with the source that exchanges with it every 2 ms."""
+    """Returns the furnace, and the source that exchanges with it every 2 ms."""
     rtp = cell.processor("rtp0")
     slow = rtp.timer("slow", period="2 ms", priority=50)
     given = {"period": "5 ms", "age_max": PATIENT, **options}
@@ -51,12 +51,12 @@ def opened(cell: gpac.System, folder: Path, **options: Any) -> tuple[gpac.Physic
 
 
 def lost(cell: gpac.System) -> str:
-    """Why the furnace is lost, as soon as it is."""
+    """Waits until the furnace is lost; returns the reason."""
     return until(lambda: cell.statistics["physical_devices"]["furnace"]["lost"], "it is lost")
 
 
 def process(cell: gpac.System, furnace: gpac.PhysicalDevice) -> int:
-    """The number of its process, as soon as it has been read."""
+    """Returns the driver's process number as soon as it has been read."""
     return int(until(lambda: cell.read(furnace["pid"])[0], "it has been read"))
 
 
@@ -71,7 +71,7 @@ def test_it_is_read_and_commanded(tmp_path: Path) -> None:
         assert 0.0 <= cell.read(furnace["age"])[0] < 20.0
         heat.halt()
         until(lambda: cell.read(furnace["temperature"])[0] == 300.0, "what nobody commands is safe")
-    # It is told so when it is closed, and by itself where it sees it before.
+    # The driver enters the safe state when it is closed, and also by itself if it notices the loss earlier.
     assert [what for what, _ in groupby(told(tmp_path))] == ["open", "safe 0", "close"]
 
 
@@ -190,7 +190,7 @@ def test_what_is_wrong_with_its_options_is_said(tmp_path: Path) -> None:
 
 def test_what_is_no_driver_is_refused() -> None:
     class Inner(Driver):
-        """Of a function."""
+        """Driver inside a function."""
 
     Inner.__module__ = "__main__"
     with pytest.raises(gpac.CallError, match="a class of the program itself"):
@@ -203,7 +203,7 @@ def test_what_is_no_driver_is_refused() -> None:
 
 def test_a_class_can_be_used_by_itself() -> None:
     class Lamp(Driver):
-        """A lamp."""
+        """Lamp with a power."""
 
         watts: float = Option("its power", 5.0, unit="W")
         light = read("bool")

@@ -19,7 +19,7 @@ DRIVER = Path(__file__).parents[3] / "examples" / "drivers" / "inverter.py"
 
 @pytest.fixture
 def there() -> Iterator[Modbus]:
-    """An inverter that turns at 12.5 Hz and takes 3.4 A."""
+    """Yields an inverter that turns at 12.5 Hz and draws 3.4 A."""
     with gpac.drivers.fake.modbus() as made:
         for register, value in {0: 0, 1: 0, 16: 0, 17: 1250, 18: 34}.items():
             made.put("holding", register, value)
@@ -27,7 +27,7 @@ def there() -> Iterator[Modbus]:
 
 
 def port(there: Modbus) -> int:
-    """Where it listens."""
+    """Returns the port of the inverter."""
     return int(there.address.rpartition(":")[2])
 
 

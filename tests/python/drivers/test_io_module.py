@@ -1,7 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The driver `examples/drivers/io_module.py`, on `canopen`, against a module that the same package makes behind an adapter of a test.
+"""The driver `examples/drivers/io_module.py`, on `canopen`, against a module that the same package simulates behind an adapter of the
+test.
 
-The kit on it is in `make faults` (`tests/faults/io_module.py`): 0.4 s of processor time for each process that imports `canopen`.
+The conformance kit runs on it in `make faults` (`tests/faults/io_module.py`): each process that imports `canopen` costs 0.4 s of
+processor time.
 """
 
 from __future__ import annotations
@@ -21,7 +23,7 @@ DRIVER = Path(__file__).parents[3] / "examples" / "drivers" / "io_module.py"
 
 @pytest.fixture
 def adapter() -> Iterator[Adapter]:
-    """An adapter with a module at number 7."""
+    """Yields an adapter with a module with node number 7."""
     with Adapter(node=7) as made:
         yield made
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The driver `examples/drivers/lab_supply.py` against a supply that a few lines here make."""
+"""The driver `examples/drivers/lab_supply.py` against a supply emulated in a few lines here."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ DRIVER = Path(__file__).parents[3] / "examples" / "drivers" / "lab_supply.py"
 
 
 class Supply(socketserver.ThreadingTCPServer):
-    """A supply with a resistor of 10 Ohm at its clamps."""
+    """Supply with a resistor of 10 Ohm at its terminals."""
 
     allow_reuse_address = True
     daemon_threads = True
@@ -28,13 +28,13 @@ class Supply(socketserver.ThreadingTCPServer):
         self.lines: list[Line] = []
 
     def volts(self) -> float:
-        """At its clamps."""
+        """Returns the voltage at the terminals."""
         wanted = self.settings.get("VOLT", 0.0) if self.settings.get("OUTP") else 0.0
         return min(wanted, 10.0 * self.settings.get("CURR", 0.0))
 
 
 class Line(socketserver.StreamRequestHandler):
-    """One who talks to it."""
+    """Connection of a client to the supply."""
 
     def handle(self) -> None:
         supply = self.server
@@ -51,7 +51,7 @@ class Line(socketserver.StreamRequestHandler):
 
 @pytest.fixture
 def supply() -> Iterator[Supply]:
-    """One that listens."""
+    """Yields a listening supply."""
     made = Supply()
     serving = threading.Thread(target=made.serve_forever, daemon=True)
     serving.start()
@@ -62,7 +62,7 @@ def supply() -> Iterator[Supply]:
 
 
 def opened(cell: gpac.System, supply: Supply) -> tuple[gpac.PhysicalDevice, gpac.Source]:
-    """The supply as a device, with the source that exchanges with it."""
+    """Returns the supply as a device, and the source that exchanges with it."""
     rtp = cell.processor("rtp0")
     slow = rtp.timer("slow", period="2 ms", priority=50)
     driver = gpac.drivers.python(DRIVER, host="127.0.0.1", port=supply.server_address[1], current_max="500 mA", age_max="20 s")

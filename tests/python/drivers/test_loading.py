@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Drivers of a user's own, from a source in C: options with units, a device that moves, what is refused."""
+"""Drivers of a user's own, from a source in C: options with units, a moving device, refusals."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ CONVEYOR = EXAMPLES / "conveyor.c"
 
 @pytest.fixture(autouse=True)
 def kept_here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """What is compiled is kept in a folder of the test."""
+    """Keeps compiled code in a folder of the test."""
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
 
 

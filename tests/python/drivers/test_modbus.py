@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Modbus devices as physical devices: signals read and write them, they are lost and come back."""
+"""Modbus devices as physical devices: signals read and write them, they are lost and reconnect."""
 
 from __future__ import annotations
 
@@ -24,13 +24,13 @@ CHANNELS = {
     "valve": {"coil": 7, "write": True},
     "lamp": {"coil": 8, "write": "each", "safe": True},
 }
-# So slow a machine there is not: what waits for an answer here waits for the test's own threads.
+# No machine is this slow: answers here depend on the test's own threads.
 PATIENT: dict[str, Any] = {"answer": "30 s", "age_max": "60 s"}
 
 
 @pytest.fixture(params=["fake tcp", "fake rtu", "pymodbus tcp", "pymodbus rtu"])
 def peer(request: pytest.FixtureRequest) -> Iterator[Any]:
-    """A device: ours for users' tests, or pymodbus, over TCP and over a serial line."""
+    """Yields a device: our emulated one for users' tests, or pymodbus, over TCP and over a serial line."""
     whose, how = request.param.split()
     if whose == "pymodbus":
         with (modbus_peers.tcp if how == "tcp" else modbus_peers.rtu)() as made:
@@ -45,7 +45,7 @@ def peer(request: pytest.FixtureRequest) -> Iterator[Any]:
 
 @pytest.fixture
 def virtual() -> Iterator[gpac.System]:
-    """A system under the virtual clock: its devices are exchanged within each firing."""
+    """Yields a system under the virtual clock, whose devices are exchanged within each firing."""
     with gpac.System("cell", clock="virtual", seed=1) as cell:
         yield cell
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Signals of a cell for a controller that asks by Modbus: pymodbus asks."""
+"""Signals of a cell offered to a controller that polls by Modbus, here pymodbus."""
 
 from __future__ import annotations
 
@@ -29,20 +29,20 @@ CHANNELS = {
 
 @pytest.fixture
 def port() -> Iterator[int]:
-    """A port that nobody else gets."""
+    """Yields a port that is assigned to no other program."""
     with held_port() as held:
         yield held
 
 
 @pytest.fixture
 def cell() -> Iterator[gpac.System]:
-    """A system in real time."""
+    """Yields a system in real time."""
     with gpac.System("cell") as made:
         yield made
 
 
 class Offered:
-    """A cell that offers signals at a port."""
+    """Cell that offers signals at a port."""
 
     def __init__(self, cell: gpac.System, port: int, **options: object) -> None:
         self.cell, self.port = cell, port
@@ -57,7 +57,7 @@ class Offered:
 
     @contextlib.contextmanager
     def client(self) -> Iterator[ModbusTcpClient]:
-        """A controller of the line."""
+        """Yields a client, as a controller of the line."""
         client = ModbusTcpClient("127.0.0.1", port=self.port, timeout=30)
         assert client.connect()
         try:
@@ -111,14 +111,14 @@ def test_clients_that_are_slow_silent_or_mad_delay_nobody(cell: gpac.System, por
         request = b"\0\1\0\0\0\6\1\4\0\0\0\2"
         deaf.setblocking(False)
         with contextlib.suppress(BlockingIOError):
-            # It takes none of its answers, until nothing more goes in.
+            # The client reads none of its answers, until it can send no more.
             while True:
                 deaf.send(100 * request)
         mad.sendall(b"GET / HTTP/1.1\r\n\r\n")
         assert mad.recv(1) == b"", "its connection ends"
         with offered.client() as plc:
             until(lambda: plc.read_input_registers(0, count=2).registers == [0xFFFF, 0xFC18], "the others are answered")
-            # More than there is room for: the longest silent gives way, and that is the one with half a request.
+            # More connections than permitted: the one that was silent longest is closed, here the one with half a request.
             others = [connected() for _ in range(2)]
             for other in others:
                 other.sendall(request)

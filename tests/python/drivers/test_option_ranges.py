@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Numbers in drivers' options that are out of their range are refused before anything opens, with path, range and what was meant."""
+"""Numbers out of range in drivers' options are refused before anything opens, with path, range and the probable intention."""
 
 from __future__ import annotations
 
@@ -33,14 +33,14 @@ class Heater(Driver):
 
 
 def made(driver: gpac.drivers.Driver) -> None:
-    """Makes a device of it."""
+    """Creates a device with the driver."""
     with gpac.System("cell", clock="virtual", seed=1) as cell:
         rtp = cell.processor("rtp0")
         rtp.physical_device("device", driver, exchange=rtp.timer("slow", period="10 ms", priority=60))
 
 
 def refused(driver: gpac.drivers.Driver) -> str:
-    """Why no device can be made of it."""
+    """Returns why no device can be created with the driver."""
     with pytest.raises(gpac.Error) as why:
         made(driver)
     return str(why.value)

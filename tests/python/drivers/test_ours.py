@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Drivers that come with OpenGPAC pass the conformance kit, each with its counterpart: those whose counterpart is written in Python.
+"""The drivers of OpenGPAC whose counterparts are written in Python pass the conformance kit.
 
 The others are in `crates/drivers/tests/conformance/ours.rs`.
 """

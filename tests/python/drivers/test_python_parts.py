@@ -54,7 +54,7 @@ def cell() -> Iterator[gpac.System]:
 
 
 def arm(cell: gpac.System, tmp_path: Path, **options: Any) -> gpac.Group[gpac.robots.Joint]:
-    """The two joints as an arm."""
+    """Returns the two joints as an arm."""
     (tmp_path / "cobot.py").write_text(COBOT)
     rtp = cell.processor("rtp0")
     fast = rtp.timer("fast", period="10 ms", priority=80)
@@ -102,7 +102,7 @@ def test_it_moves_in_a_process_of_its_own(tmp_path: Path) -> None:
 
 def test_a_channel_that_a_part_does_not_have_is_named() -> None:
     class Gate(Driver):
-        """A gate."""
+        """Gate with one part."""
 
         wing = part(command="effort", kp=3.0)
         wind = read("double")

@@ -20,7 +20,7 @@ FURNACE = Path(__file__).parent / "furnace.py"
 
 @pytest.fixture(params=["virtual", "threads", "process"])
 def furnace(request: pytest.FixtureRequest, tmp_path: Path) -> Iterator[gpac.PhysicalDevice]:
-    """The furnace, in this process, and in one of its own that a processor here or one apart opens."""
+    """Yields the furnace, opened in this process, or in a process of its own by a processor here or a separate one."""
     with gpac.System("cell", clock="virtual" if request.param == "virtual" else "monotonic") as cell:
         rtp = cell.processor("rtp0", process=request.param == "process")
         driver = gpac.drivers.python(FURNACE, folder=str(tmp_path), period="5 ms", age_max="20 s")
@@ -28,7 +28,7 @@ def furnace(request: pytest.FixtureRequest, tmp_path: Path) -> Iterator[gpac.Phy
 
 
 def passes(cell: gpac.System) -> None:
-    """Some time, where it does not pass by itself."""
+    """Advances time, if the clock permits it."""
     with contextlib.suppress(gpac.Error):
         cell.advance("10 ms")
 
@@ -133,7 +133,7 @@ def test_a_service_that_a_stop_overtakes_on_its_way_moves_nothing(tmp_path: Path
                 refused.append(str(why))
 
         def serving() -> set[str]:
-            """The threads that carry a service out; one of an earlier test may still be there."""
+            """Returns the threads that run services; those of an earlier test may still exist."""
             found = set()
             for task in Path("/proc/self/task").iterdir():
                 with contextlib.suppress(OSError):
@@ -206,16 +206,16 @@ def test_what_cannot_be_declared_is_refused() -> None:
         class Untyped(Driver):
             @service
             def f(self, x) -> None:  # type: ignore[no-untyped-def]
-                """Does."""
+                """Does nothing."""
 
 
 def test_a_service_can_be_called_by_itself() -> None:
     class Lamp(Driver):
-        """A lamp."""
+        """Lamp with a service."""
 
         @service
         def dim(self, share: float = Option("0 to 1", 0.5), seconds: float = Option("how long", unit="s")) -> float:
-            """Dims it."""
+            """Dims the lamp."""
             return share * seconds
 
     assert Lamp().dim(seconds="2 s") == 1.0  # type: ignore[arg-type]

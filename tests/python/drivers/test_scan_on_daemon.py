@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The search for devices is carried out where the system is: in this process, or on the host of a daemon."""
+"""The scan for devices runs where the system is: in this process, or on the host of a daemon."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from opengpac.cli import main
 
 @pytest.fixture
 def url(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[str]:
-    """Of a daemon; in this process nothing can look."""
+    """Yields the address of a daemon; in this process scanning is impossible."""
 
     def nobody(*_: Any) -> str:
         raise AssertionError("this host has looked")

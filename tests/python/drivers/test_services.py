@@ -22,7 +22,7 @@ PLACES = ("virtual", "threads", "process", "daemon")
 
 @pytest.fixture(params=PLACES)
 def drives(request: pytest.FixtureRequest, tmp_path: Path) -> Iterator[PhysicalDevice]:
-    """A loopback device with a part `x`: in this process, in a process of its own, on a daemon."""
+    """Yields a loopback device with a part `x`: in this process, in a process of its own, on a daemon."""
     if request.param == "daemon":
         daemon = Daemon(tmp_path, "monotonic")
         with gpac.connect(daemon.url, name="tests") as cell:
@@ -34,14 +34,14 @@ def drives(request: pytest.FixtureRequest, tmp_path: Path) -> Iterator[PhysicalD
 
 
 def opened(cell: gpac.System, process: bool = False) -> PhysicalDevice:
-    """The device, exchanged every 2 ms."""
+    """Returns the device, exchanged every 2 ms."""
     rtp = cell.processor("rtp0", process=process)
     return rtp.physical_device("drives", gpac.drivers.loopback("x"), exchange=rtp.timer("fast", period="2 ms", priority=50))
 
 
 def passes(cell: gpac.System) -> None:
-    """Some time, where it does not pass by itself."""
-    # In real time it cannot be told to.
+    """Advances time, if the clock permits it."""
+    # A clock in real time cannot be advanced.
     with contextlib.suppress(gpac.Error):
         cell.advance("10 ms")
 
@@ -91,12 +91,12 @@ def test_a_service_that_lasts_holds_up_no_stop(drives: PhysicalDevice) -> None:
     cell, ended = drives.system, []
 
     def hold() -> None:
-        # Its system is closed while it waits.
+        # The system is closed while the service waits.
         with contextlib.suppress(gpac.Error):
             ended.append(drives.services.hold(60))
 
     threading.Thread(target=hold, daemon=True).start()
-    # Asked beside it, on the same device.
+    # Called in parallel, on the same device.
     assert drives.services.hold(0) == 0
     cell.emergency_stop("a test")
     assert cell.statistics["emergency"] and not ended

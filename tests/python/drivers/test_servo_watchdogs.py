@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The watchdog of Dynamixel servos themselves: set by the driver, honoured by the emulated servos, as the maker's own kit sees it."""
+"""The watchdog of Dynamixel servos: set by the driver, honoured by the emulated servos, as seen by the maker's own kit."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ RANGE_ERROR = 4
 
 
 class Clock:
-    """Time that passes when the test says so, s."""
+    """Clock that the test advances, s."""
 
     def __init__(self) -> None:
         self.now = 0.0
@@ -40,7 +40,7 @@ def test_an_emulated_servo_that_hears_nothing_stands_and_takes_no_goals_as_the_m
             assert kit.read4ByteTxRx(port, 1, POSITION)[0] == stood
             assert kit.write1ByteTxRx(port, 1, WATCHDOG, 0) == (0, 0), "this lets it go on"
             assert kit.write4ByteTxRx(port, 1, GOAL, 3500) == (0, 0)
-            # Without torque it watches nothing.
+            # Without torque the watchdog is inactive.
             assert kit.write1ByteTxRx(port, 1, TORQUE, 0) == (0, 0) and kit.write1ByteTxRx(port, 1, WATCHDOG, 1) == (0, 0)
             clock.now += 10.0
             assert kit.read1ByteTxRx(port, 1, WATCHDOG) == (1, 0, 0)
@@ -49,7 +49,7 @@ def test_an_emulated_servo_that_hears_nothing_stands_and_takes_no_goals_as_the_m
 
 
 def line(bus: Any, cell: gpac.System, **options: Any) -> gpac.PhysicalDevice:
-    """Two servos, exchanged each 10 ms."""
+    """Returns two servos, exchanged each 10 ms."""
     fast = cell.processor("rtp0").timer("fast", period="10 ms", priority=60)
     servos = {"a": {"id": 1}, "b": {"id": 2}}
     return fast.processor.physical_device(

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Servos on a serial bus: the emulated ones by what others wrote for real ones, the drivers by the emulated ones.
+"""Servos on a serial bus: the emulated servos are tested with third-party software for real ones, the drivers with the emulated ones.
 
-Latencies are so long that no machine is too slow for them; nobody waits for them.
+Latencies are long enough for the slowest machine; no test waits for them to expire.
 """
 
 from __future__ import annotations
@@ -80,7 +80,7 @@ def test_dynamixel_sdk_drives_emulated_servos() -> None:
 
 
 class Bench:
-    """A bus of two servos, `a` and `b`, in a system under the virtual clock: each firing is an exchange."""
+    """Bus of two servos, `a` and `b`, in a system under the virtual clock: each firing is an exchange."""
 
     def __init__(self, kind: str, **options: Any) -> None:
         self.bus = gpac.drivers.fake.servos(kind, ids=[1, 2], follow=1.0)
@@ -91,7 +91,7 @@ class Bench:
         self.device = self.fast.processor.physical_device("arm", driver, exchange=self.fast)
 
     def hold(self, goal: float) -> Any:
-        """A verb that has a goal of `a`."""
+        """Starts a verb that writes a goal of `a`."""
         store = gpac.Verb(
             "store",
             blocks={"write": library.write_channel},
@@ -102,7 +102,7 @@ class Bench:
         return store.asynch(self.device["a"].goal, self.cell.svv("value", unit="rad", initial=goal))
 
     def comes(self, holds: Any, what: str) -> None:
-        """Exchanges until that holds."""
+        """Exchanges until a condition holds."""
         for _ in range(500):
             if holds():
                 return
@@ -179,7 +179,7 @@ GOAL = [0.2, -0.2, 0.3, 0.0, 0.1, 0.5]
 
 
 def positions(bus: gpac.drivers.fake.FakeServos) -> list[float]:
-    """Of all servos, rad."""
+    """Returns the positions of all servos, rad."""
     return [(servo.position - 2048) * 2 * np.pi / 4096 for servo in bus.servos.values()]
 
 

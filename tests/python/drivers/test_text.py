@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Devices that speak in lines of text as physical devices, over TCP and pseudo terminals."""
+"""Devices with a protocol of text lines as physical devices, over TCP and pseudo terminals."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ FUNCTION_BLOCK(read_code, "Reads a text: y = channel.",
 
 @pytest.fixture
 def cell() -> Iterator[gpac.System]:
-    """A system under the virtual clock: its devices are exchanged within each firing."""
+    """Yields a system under the virtual clock, whose devices are exchanged within each firing."""
     with gpac.System("cell", clock="virtual", seed=1) as made:
         yield made
 
@@ -114,7 +114,7 @@ def test_a_line_that_is_too_long_is_dropped_whole(cell: gpac.System) -> None:
         weight = AnalogInput("weight", device["weight"]).enable()
         for length in (1024, 2000, 2048, 5000):
             before = device.counters["damaged"]
-            # Its tail alone would be a weight.
+            # The tail of this line alone would be a valid weight.
             scale.say("9" * length + "77")
             scale.say(f"{length}.5")
 
@@ -125,7 +125,7 @@ def test_a_line_that_is_too_long_is_dropped_whole(cell: gpac.System) -> None:
 
 
 def seen_next(cell: gpac.System, weight: AnalogInput, seen: list[float]) -> float:
-    """The value a period later, which is added to those that were seen."""
+    """Returns the value one period later, and adds it to those seen."""
     cell.advance("10 ms")
     seen.append(float(weight.value.value))
     return seen[-1]

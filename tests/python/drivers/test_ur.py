@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""An arm of Universal Robots by its driver, against an emulated controller that runs the driver's own program.
+"""A Universal Robots arm with its driver, against an emulated controller that runs the driver's own program.
 
-In lockstep a cycle of the controller passes with each package, so that nothing here depends on how fast the machine is.
+In lockstep each packet advances the controller by one cycle, so that the results do not depend on the machine's speed.
 """
 
 from __future__ import annotations
@@ -38,12 +38,12 @@ def arm(robot: gpac.drivers.fake.ur) -> Iterator[gpac.robots.Arm]:
 
 
 def within_its_speed(robot: gpac.drivers.fake.ur) -> bool:
-    """Whether no goal was farther from the one before than the joints' maximum speed allows."""
+    """Returns whether each goal was within the joints' maximum speed of the previous one."""
     return robot.step_max <= np.pi * CYCLE * (1 + 1e-6)
 
 
 def lost(arm: gpac.robots.Arm) -> str:
-    """Lets time pass until the arm is lost, and gives the reason."""
+    """Advances time until the arm is lost, and returns the reason."""
     device = arm.system.physical_devices["ur5e"]
     arm.system.advance("0.1 s")
     about = str(arm.system.statistics["physical_devices"][device.name]["lost"])
@@ -52,7 +52,7 @@ def lost(arm: gpac.robots.Arm) -> str:
 
 
 def recovered(arm: gpac.robots.Arm) -> None:
-    """Resets the system and enables the arm: it stays where it is."""
+    """Resets the system and enables the arm, which does not move."""
     arm.system.reset()
     arm.enable()
     before = arm.values("sensed")
@@ -195,7 +195,7 @@ def test_an_arm_that_cannot_follow_is_refused_with_the_cause(robot: gpac.drivers
 def test_without_commands_its_own_program_stops_it(arm: gpac.robots.Arm, robot: gpac.drivers.fake.ur) -> None:
     gpac.motion.move_velocity.asynch(arm.wrist_3, "20 %")
     arm.system.advance("0.3 s")
-    # Cycles that pass without a package, as if this host stood still.
+    # Cycles without a packet, as if this host were frozen.
     robot.do(lambda: [robot.cycle() for _ in range(40)])
     assert robot.program is None
     before = robot.position
@@ -239,7 +239,7 @@ def test_the_guarded_move_of_the_examples_stops_at_a_force(
     assert robot.position == pytest.approx(goal, abs=2e-3) and within_its_speed(robot)
 
 
-# Ten events each; `make faults` runs a hundred.
+# Number of seeds, with ten events each; `make faults` runs a hundred.
 SEEDS = int(os.environ.get("OPENGPAC_UR_SEEDS", "4"))
 
 
@@ -253,7 +253,7 @@ def test_no_order_of_events_makes_a_leap(arm: gpac.robots.Arm, robot: gpac.drive
 
 
 def happen(arm: gpac.robots.Arm, robot: gpac.drivers.fake.ur, event: str, random: np.random.Generator) -> None:
-    """One event at a random instant of a motion, and what a person does about it."""
+    """Injects an event at a random instant of a motion, followed by a person's response."""
     if event == "another_enabling":
         arm.disable()
         arm.enable()

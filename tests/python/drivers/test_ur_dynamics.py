@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The emulated controller with an arm that MuJoCo moves: it follows, it is heavy, and it feels what it touches."""
+"""The emulated controller with an arm simulated by MuJoCo: it follows its commands, has weight, and senses contact."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ MAT, BENCH = SCENES / "mat.xml", SCENES / "bench.xml"
 
 
 def arm(scene: Path | None = None) -> SimulatedArm:
-    """A UR5e at its home position."""
+    """Returns a UR5e at its home position."""
     return SimulatedArm(list(HOME), 0.05, model_of("ur5e"), None, scene)
 
 
@@ -48,7 +48,7 @@ def test_it_feels_what_it_touches_and_not_its_own_weight() -> None:
     assert max(map(abs, arm().touch())) < 0.01
     down = arm(MAT)
     for cycle in range(400):
-        # Shoulder and elbow bring the tool down onto the mat.
+        # Shoulder and elbow lower the tool onto the mat.
         down.command([HOME[0], HOME[1] + 0.0003 * cycle, *HOME[2:]])
         down.advance()
     _, _, up = down.touch()

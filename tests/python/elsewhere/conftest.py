@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A system in real time with a processor here and one in a process of its own."""
+"""A system in real time with one processor here and one in a process of its own."""
 
 from __future__ import annotations
 
@@ -13,6 +13,6 @@ from afar import Afar
 
 @pytest.fixture
 def afar(built: dict[str, str]) -> Iterator[Afar]:
-    """`rtp0` here, `rtp1` in a process of its own; each with `fast`, a timer of 2 ms."""
+    """Yields `rtp0` here and `rtp1` in a process of its own, each with `fast`, a timer of 2 ms."""
     with gpac.System("afar", progress=False) as cell:
         yield Afar(cell, built)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A supervisor is killed, and another one takes over what goes on in the process of a processor: nothing moves, nothing is left over."""
+"""A supervisor is killed, and another one adopts the running instances in a processor's process: nothing moves, nothing is left over."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ numbers = itertools.count()
 
 @pytest.fixture
 def orphaned(built: dict[str, str]) -> Iterator[Orphaned]:
-    """A system whose programs are killed, and nothing of which is left over."""
+    """Yields a system whose programs are killed; checks that nothing of it is left over."""
     made = Orphaned(f"orphan-{os.getpid()}-{next(numbers)}", built)
     yield made
     made.close()

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What a system with processes leaves behind, closed or killed: nothing; and what its plants are commanded then."""
+"""A system with processes, closed or killed, leaves nothing behind; and its plants receive safe commands."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ sys.stdin.read()
 
 
 def gone(pid: int) -> Callable[[], bool]:
-    """Whether a process has ended, be it that nobody has asked for its end yet."""
+    """Returns a check whether a process has ended, even if its exit status has not been collected yet."""
 
     def ended() -> bool:
         try:
@@ -46,7 +46,7 @@ def gone(pid: int) -> Callable[[], bool]:
 
 
 def is_safe(plant: str) -> bool:
-    """Whether nobody commands the plant anything but what is safe."""
+    """Returns whether the plant receives only safe commands."""
     text = _native.plant_state(plant)
     return text is None or json.loads(text)["is_safe"]
 

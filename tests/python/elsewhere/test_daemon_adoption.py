@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A daemon with a journal is killed and started again: what runs in the process of a processor goes on all the time."""
+"""A daemon with a journal is killed and restarted: the instances in a processor's process continue all the time."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ NAME = f"kept-{os.getpid()}"
 
 
 def look() -> float:
-    """Where the joint is; its outputs must never have been made safe."""
+    """Returns the position of the joint; checks that its outputs have never been made safe."""
     text = _native.plant_state(NAME)
     assert text is not None, "there is a plant"
     state = json.loads(text)
@@ -33,13 +33,13 @@ def look() -> float:
 
 
 def held() -> bool:
-    """True where the joint does not move, at many looks."""
+    """Returns whether the joint stands still, in many samples."""
     return all(abs(look() - HOLDS) < HOLD_ERROR for _ in range(20))
 
 
 @pytest.fixture
 def daemons(tmp_path: Path) -> Iterator[list[Daemon]]:
-    """The daemons of one journal; nothing of them is left over."""
+    """Yields the daemons of one journal; checks that nothing of them is left over."""
     made: list[Daemon] = []
     yield made
     for one in reversed(made):
@@ -54,7 +54,7 @@ def start(daemons: list[Daemon], folder: Path) -> Daemon:
 
 
 def build(cell: gpac.System, process: bool | str) -> Joint:
-    """A joint whose servo runs in a process of its own or of that name, and whose plant is in another one."""
+    """Returns a joint whose servo runs in a process of its own or in the named one, and whose plant is in another."""
     rtp1 = cell.processor("rtp1", process=process)
     if process is not True:
         cell.processor("rtp2", process=process).software("soft", priority=50)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A device that a process of its own has opened: what its outputs and its users are when that process ends."""
+"""A device that a separate process has opened: the state of its outputs and its users when that process ends."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ pytestmark = pytest.mark.alone
 
 
 def position(plant: Guarded) -> float:
-    """Where the part of the plant is."""
+    """Returns the position of a part of the plant."""
     return struct.unpack_from("d", bytes(plant.state()["readings"]))[0]
 
 

@@ -51,6 +51,6 @@ def _resets(cell: gpac.System) -> bool:
     try:
         cell.reset()
     except (gpac.EmergencyStopped, gpac.InvalidState):
-        # The input is still there, or an instance has not ended yet.
+        # The input is still active, or an instance has not ended yet.
         return False
     return True

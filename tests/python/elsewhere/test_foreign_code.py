@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Blocks that end in code of a library, or that end themselves: a fault where it can be contained, `processor_lost` or a word where not."""
+"""Blocks that end in library code, or that end their process or thread: a fault if it can be contained, otherwise `processor_lost` or a
+message."""
 
 from __future__ import annotations
 
@@ -50,7 +51,7 @@ SAID = {
 
 @pytest.fixture(scope="module")
 def fails(tmp_path_factory: pytest.TempPathFactory) -> str:
-    """A module in C++ whose blocks fail."""
+    """Returns a C++ module whose blocks fail."""
     source = tmp_path_factory.mktemp("fails") / "fails.cpp"
     source.write_text(FAILS)
     return gpac._native.build([str(source)], str(source.with_suffix(".so")))
@@ -173,7 +174,7 @@ def test_on_threads_verbs_of_a_block_that_masks_every_signal_end_and_the_program
 
 def test_on_threads_a_block_that_ends_its_thread_is_a_fault_and_the_program_ends(fails: str) -> None:
     ended = program(IS_DEAF, fails, "leaves")
-    # The C library says so by abort(), where C++ has caught what unwinds the thread.
+    # The C library calls abort() if C++ has caught the exception that unwinds the thread.
     assert ended.stdout.startswith("fault ") and "start this program again" in ended.stdout, ended.stdout + ended.stderr
     assert ended.stdout.endswith("closed\n") and ended.returncode == 0
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The process of a processor ends: its verbs end with `processor_lost`, the others go on, and a reset brings it back."""
+"""The process of a processor ends: its verbs end with `processor_lost`, the others continue, and a reset restarts it."""
 
 from __future__ import annotations
 
@@ -112,13 +112,13 @@ def test_a_process_whose_timer_does_not_fire_is_ended_and_the_message_says_which
 
 
 def scheduled(process: int, thread: str) -> list[tuple[int, int]]:
-    """Policy and priority of the threads of that name."""
+    """Returns policy and priority of the threads of that name."""
     tasks = [int(task.name) for task in Path(f"/proc/{process}/task").iterdir() if (task / "comm").read_text().strip() == thread]
     return [(os.sched_getscheduler(task) & ~os.SCHED_RESET_ON_FORK, os.sched_getparam(task).sched_priority) for task in tasks]
 
 
 def test_no_kernel_and_no_other_program_keeps_the_heart_from_beating(afar: Afar) -> None:
-    """Else another program that takes every core for half a second would make it look frozen, and it would be ended."""
+    """Otherwise a program that occupies every core for half a second would make the process look frozen, and it would be ended."""
     far = afar.cell.svv("far")
     afar.counting().on(afar.there).asynch(far)
     until(lambda: far.value > 3, "the kernel runs there")

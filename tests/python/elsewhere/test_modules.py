@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Code modules go by themselves to the processes that run their blocks: before and after, new and redefined."""
+"""Code modules are distributed automatically to the processes that run their blocks: before and after the start, new and redefined."""
 
 from __future__ import annotations
 
@@ -27,14 +27,14 @@ FUNCTION_BLOCK(constant, "Gives one value.", out(double, y, "the value"))
 
 
 def compiled(folder: Path, value: float) -> str:
-    """A module whose block `constant` gives that value."""
+    """Returns a module whose block `constant` outputs that value."""
     source = folder / f"constant_{value}.c"
     source.write_text(SOURCE.replace("VALUE", str(value)))
     return _native.build([str(source)], str(source.with_suffix(".so")))
 
 
 def giving(block: gpac.Block, name: str = "giving") -> gpac.Verb[..., Any]:
-    """A verb whose block writes its constant into `y`."""
+    """Returns a verb whose block writes its constant into `y`."""
     return gpac.Verb(
         name, blocks={"it": block}, instantiation_parameters={"y": "it.y"}, command_lists={"start": [activate("it", every="2 ms")]}
     )

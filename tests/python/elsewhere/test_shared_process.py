@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Several processors in one process: each with sources of its own, and what ends the process ends all of them."""
+"""Several processors in one process: each has its own sources, and the end of the process ends all of them."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ PROCESS = "cell-a"
 
 
 class Sharing(Afar):
-    """`rtp1` and `rtp2` in the process `cell-a`: `there` and `beside`, timers of 2 ms."""
+    """System with `rtp1` and `rtp2` in the process `cell-a`: `there` and `beside`, timers of 2 ms."""
 
     def __init__(self, cell: gpac.System, built: dict[str, str]) -> None:
         super().__init__(cell, built, PROCESS)
@@ -28,14 +28,14 @@ class Sharing(Afar):
         self.beside = self.rtp2.timer("fast", period="2 ms", priority=70)
 
     def counts_on(self, *names: str) -> None:
-        """Both count again, in SVVs of these names."""
+        """Checks that both count again, in SVVs of these names."""
         for name, source in zip(names, (self.there, self.beside), strict=True):
             assert self.counting().on(source)(self.cell.svv(name), limit=5, time_limit="60 s").last == 5
 
 
 @pytest.fixture
 def sharing(built: dict[str, str]) -> Iterator[Sharing]:
-    """A system with a processor here and two in one process."""
+    """Yields a system with a processor here and two in one process."""
     with gpac.System("sharing", progress=False) as cell:
         yield Sharing(cell, built)
 
@@ -202,7 +202,7 @@ def test_a_restart_counts_once_for_all_of_them(sharing: Sharing) -> None:
 
 
 def _resets(sharing: Sharing) -> bool:
-    """True where the loss was seen, and a new process is there."""
+    """Returns whether the loss was noticed and a new process has been started."""
     sharing.cell.reset()
     return len(children("run_processor")) == 1
 

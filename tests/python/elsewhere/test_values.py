@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Values, histories, parameters and the life of verbs whose blocks are in processes of their own."""
+"""Values, histories, parameters and lives of verbs whose blocks are in separate processes."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""FMUs for the tests: `lag.c` with the headers of FMI that fmpy carries, and descriptions that may be wrong in one way."""
+"""FMUs for the tests: `lag.c` with the FMI headers that fmpy contains, and descriptions with at most one defect."""
 
 from __future__ import annotations
 
@@ -42,10 +42,10 @@ UNITS = """<UnitDefinitions><Unit name="1"/><Unit name="furlong"/>
 
 @functools.cache
 def library(version: int) -> bytes:
-    """The FMU's binary."""
+    """Returns the FMU's binary."""
     with tempfile.TemporaryDirectory() as folder:
         made, rest = Path(folder) / "lag.so", Path(folder) / "rest.c"
-        # fmpy asks for every function of FMI: those that the lag lacks fail.
+        # fmpy requires every function of FMI: those that the lag lacks fail.
         header = (HEADERS / f"fmi{version}Functions.h").read_text()
         names = re.findall(rf"#define (fmi{version}\w+)\s+fmi{version}FullName", header)
         rest.write_text("".join(f"__attribute__((weak)) int {name}(void) {{ return 3; }}\n" for name in names))
@@ -55,7 +55,7 @@ def library(version: int) -> bytes:
 
 
 def description(version: int, *, attributes: str = "", told: str = "", token: str = "{lag}", variables: str = "") -> str:
-    """An FMU's modelDescription.xml; `attributes` of its CoSimulation element, `told` its version."""
+    """Returns an FMU's modelDescription.xml, with the `attributes` of its CoSimulation element and its version `told`."""
     kind, inside = ("guid", VARIABLES_2) if version == 2 else ("instantiationToken", VARIABLES_3)
     return f"""<?xml version="1.0" encoding="UTF-8"?>
 <fmiModelDescription fmiVersion="{told or f"{version}.0"}" modelName="lag" {kind}="{token}" description="A lag.">
@@ -73,7 +73,8 @@ def description(version: int, *, attributes: str = "", told: str = "", token: st
 def lag(
     file: Path, version: int, *, xml: str | None = None, binary: bytes | None = None, folder: str = "", resources: bool = False
 ) -> Path:
-    """An FMU of the lag; without `xml`, `binary` and `folder` a good one. `folder`: where its binary is, or "-" for none."""
+    """Returns an FMU of the lag, a good one unless `xml`, `binary` or `folder` is set. `folder`: the folder of its binary, or "-" for
+    none."""
     platform = folder or ("linux64" if version == 2 else "x86_64-linux")
     with zipfile.ZipFile(file, "w") as archive:
         archive.writestr("modelDescription.xml", description(version) if xml is None else xml)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Graphs as FMUs: fmpy finds no problem, and gets the bits of the virtual clock; ours takes them back."""
+"""Graphs as FMUs: fmpy finds no problem and gets the bits of the virtual clock; our importer accepts them."""
 
 import subprocess
 from collections.abc import Iterator
@@ -19,7 +19,7 @@ from opengpac.fmi.export import export_fmu
 
 ROOT = Path(__file__).parents[3]
 SYSTEM = ROOT / "target" / "checked" / "deps" / "libopengpac_ps.so"
-"""What the tests of the C package are linked with: `make test` builds it first."""
+"""Library with which the tests of the C package are linked: `make test` builds it first."""
 
 BLOCK = """#include <opengpac.h>
 FUNCTION_BLOCK(mix, "y = (u_0 + x, u_1 - x), n counts.", in(double[2], u, "what comes", "V"), in(double, x, "what is mixed in", "V"),
@@ -36,7 +36,7 @@ FUNCTION_BLOCK(mix, "y = (u_0 + x, u_1 - x), n counts.", in(double[2], u, "what 
 
 
 def graph(folder: Path, cell: gpac.System) -> gpac.Graph:
-    """Noise, a filter of the library, and a block in C."""
+    """Returns a graph of noise, a filter of the library, and a block in C."""
     source = folder / "mix.c"
     source.write_text(BLOCK)
     mix = cell.download(source).mix
@@ -54,7 +54,7 @@ STEPS = [(0.01, [1.0, 2.0]), (0.005, [0.25, -1.0]), (0.02, [1e-3, 1 / 3]), (0.00
 
 
 def by_the_virtual_clock(folder: Path, k: float) -> list[list[Any]]:
-    """The same steps in a system of this program."""
+    """Makes the same steps in a system of this program."""
     with gpac.System("cell", clock="virtual") as cell:
         verb = gpac.Verb(
             "running",

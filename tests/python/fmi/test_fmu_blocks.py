@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""FMUs as blocks: the values that fmpy gets from them, what a start does, several at a time, and what is refused."""
+"""FMUs as blocks: their values compared with fmpy's, the effect of a start, several instances, and refusals."""
 
 from pathlib import Path
 from typing import Any
@@ -19,7 +19,7 @@ INPUTS = [1.0, 1.0, -0.5, 2.0, 2.0, 0.0]
 
 
 def by_fmpy(file: Path, version: int, step: float, k: float) -> np.ndarray:
-    """The same steps by fmpy: rows of y, n and on."""
+    """Makes the same steps with fmpy; returns rows of y, n and on."""
     description = fmpy.read_model_description(file)
     folder = fmpy.extract(file)
     kind: Any = FMU2Slave if version == 2 else FMU3Slave
@@ -59,7 +59,7 @@ def test_a_block_has_the_values_of_fmpy(tmp_path: Path, version: int) -> None:
 
 
 def running(block: gpac.FmuBlock) -> gpac.Verb[..., gpac.Report]:
-    """The block for 100 ms."""
+    """Returns a verb that runs the block for 100 ms."""
     return gpac.Verb(
         "running",
         blocks={"wave": library.signal_generator(shape=1), "lag": block, "clock": library.time_limit(limit=0.1)},
@@ -81,7 +81,7 @@ def test_each_start_and_each_instance_has_an_fmu_of_its_own(tmp_path: Path) -> N
             ends.append(y.value)
         assert len(set(ends)) == 1 and ends[0] != 0.25
         alive = [running(block).on(source).asynch(cell.svv(f"z{i}")) for i in range(2)]
-        # A third one takes the FMU's instance that ran least recently.
+        # A third one takes the FMU instance that has been idle longest.
         assert running(block).on(source)(cell.svv("third")).condition == "over"
         reports = []
         for instance in alive:
@@ -114,7 +114,7 @@ def test_a_process_gives_the_bits_of_the_virtual_clock_and_a_record_is_run_again
             gaps = np.flatnonzero(np.diff(rows["number"]) > 3)
             rows = rows[: gaps[0] + 1] if len(gaps) else rows
             by_time.append({round((row["time"] - rows[0]["time"]) * 1e3): row["value"] for row in rows})
-    # A release that a busy machine skipped has no value; its step is made with the next one. What a gap has lost is not made up for.
+    # A release that a busy machine skipped has no value; its step is made with the next one. The loss of a gap is not made up for.
     common = by_time[0].keys() & by_time[1].keys()
     assert len(common) >= 3 and all(by_time[0][time] == by_time[1][time] for time in common)
     assert gpac.replay(tmp_path / "run.mcap", show=["y"], trust=True).same
@@ -165,7 +165,7 @@ def test_time_that_was_lost_is_not_made_up_for(tmp_path: Path, attributes: str) 
 
 
 def refused(folder: Path) -> dict[str, tuple[Path, dict[str, Any], str]]:
-    """What is refused, and words of the message."""
+    """Returns the refused cases, with words of the message."""
     good = lag(folder / "good.fmu", 2)
     no_zip = folder / "no.fmu"
     no_zip.write_text("no archive")

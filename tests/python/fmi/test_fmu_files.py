@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""FMUs with inputs of every kind, and files that are damaged: each is used as FMI says, or refused in a sentence with its name."""
+"""FMUs with inputs of every kind, and damaged files: each is used as FMI prescribes, or refused in a sentence with its name."""
 
 import random
 import zipfile
@@ -18,7 +18,7 @@ SEEN_3 = '<Int32 name="seen" valueReference="10" causality="output" variability=
 
 
 def geared(file: Path, version: int) -> Path:
-    """The lag with an input of integers that cannot be 0, and starts at 3."""
+    """Writes the lag with an integer input that cannot be 0, and starts at 3."""
     variables = VARIABLES_2 + GEAR_2 + SEEN_2 if version == 2 else VARIABLES_3 + GEAR_3 + SEEN_3
     return lag(file, version, xml=description(version, variables=variables))
 
@@ -94,7 +94,7 @@ def test_what_would_fill_the_disk_is_refused_before_it_is_unpacked(tmp_path: Pat
 
 
 def test_damaged_archives_are_refused_by_their_name(tmp_path: Path) -> None:
-    """Bytes of a good FMU are changed: what is still used is used, and all else is refused in a sentence."""
+    """Bytes of a good FMU are changed: a file that is still usable is used, and any other is refused in a sentence."""
     good = lag(tmp_path / "good.fmu", 2).read_bytes()
     seed = random.randrange(2**32)
     rng = random.Random(seed)
@@ -103,7 +103,7 @@ def test_damaged_archives_are_refused_by_their_name(tmp_path: Path) -> None:
     said: dict[str, Any] = {}
     for round in range(120):
         damaged = bytearray(good)
-        # Half of them in the directory, where sizes, flags and methods lie.
+        # Half of the changes are in the directory, which contains sizes, flags and methods.
         for _ in range(rng.randrange(1, 4)):
             damaged[rng.randrange(directory if round % 2 else 0, len(good))] ^= 1 << rng.randrange(8)
         file.write_bytes(damaged if round % 5 else damaged[: rng.randrange(len(good))])

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""`gpac.gym`: environments over the virtual clock keep to Gymnasium's rules, begin again as they began, and take terms as a policy does."""
+"""`gpac.gym`: environments over the virtual clock obey Gymnasium's rules, reset to the same start, and treat terms as a policy does."""
 
 import subprocess
 import sys
@@ -22,7 +22,7 @@ PUSH = gpac.Term("u", unit="m", scale=0.5, offset=0.1, clip=(-0.4, 0.6))
 
 
 def tank(cell: gpac.System) -> Task:
-    """A first-order lag that follows `u`; it ends by itself after 0.5 s."""
+    """Returns a task: a first-order lag that follows `u` and ends by itself after 0.5 s."""
     slow = cell.processor("rtp0").timer("slow", period="10 ms")
     u, y, goal = (cell.svv(name, unit="m") for name in ("u", "y", "goal"))
     verb = gpac.Verb(
@@ -69,7 +69,7 @@ def test_spaces_follow_from_the_terms(env: Environment) -> None:
 
 def test_an_episode_steps_rewards_and_is_truncated(env: Environment) -> None:
     seen, _ = env.reset(seed=3, options={"goal": 0.25})
-    # The action 0 is 0.1 m, and 20 ms are two invocations of the lag; the reset made as many.
+    # The action 0 is 0.1 m, and 20 ms are two invocations of the lag; the reset made two more.
     assert seen == pytest.approx([(0.1 * (1 - 0.8**2) - 0.5) * 2.0, 0.25])
     for step in range(1, 11):
         seen, reward, ended, truncated, info = env.step(np.array([1.0], np.float32))
@@ -114,7 +114,7 @@ def test_a_reset_installs_nothing(env: Environment, monkeypatch: pytest.MonkeyPa
 
 
 def test_history_and_the_action_before_are_as_the_policy_has_them(tmp_path: Path) -> None:
-    """The same terms around a network that gives what it gets."""
+    """Compares with the same terms around a network that returns its input."""
     seen = [gpac.Term("y", unit="m", size=1, history=3, scale=2.0, offset=0.2), gpac.Term(previous="actions", size=1)]
     env = tanks(observations=seen, actions=gpac.Term("u", unit="m"), seconds=None)
     first, _ = env.reset(seed=1)

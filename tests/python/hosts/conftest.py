@@ -17,13 +17,13 @@ CERTIFICATES = Path(__file__).parent.parent / "remote" / "certificates"
 
 @pytest.fixture
 def endpoint() -> str:
-    """Where the system of the test listens."""
+    """Returns the endpoint of the test's system."""
     return free_endpoint()
 
 
 @pytest.fixture
 def listening(endpoint: str) -> Iterator[gpac.System]:
-    """A system in real time that listens as `cell-a`."""
+    """Yields a system in real time that listens as `cell-a`."""
     with gpac.System("line", progress=False) as cell:
         cell.listen(endpoint, LISTENER)
         yield cell
@@ -31,7 +31,7 @@ def listening(endpoint: str) -> Iterator[gpac.System]:
 
 @pytest.fixture
 def joins(endpoint: str) -> Iterator[Callable[..., Joining]]:
-    """`joins(name)` is a host that joins the system; those that are left at the end are killed."""
+    """Yields `joins(name)`, which starts a host that joins the system; kills the remaining hosts at the end."""
     made: list[Joining] = []
 
     def join(name: str = "cell-b", *options: str, system: str = "line", at: str = endpoint) -> Joining:
@@ -45,7 +45,7 @@ def joins(endpoint: str) -> Iterator[Callable[..., Joining]]:
 
 @pytest.fixture
 def certificates(tmp_path: Path) -> Path:
-    """The certificates of the tests, with keys that only their owner reads."""
+    """Returns the certificates of the tests, with keys that only their owner can read."""
     folder = tmp_path / "certificates"
     shutil.copytree(CERTIFICATES, folder)
     for key in ("server.key", "client.pem"):

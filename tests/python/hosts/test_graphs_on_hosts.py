@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Every graph gives the bits of the virtual clock on two hosts too: one after the other in one system, whose host has joined once."""
+"""Every graph gives the bits of the virtual clock on two hosts, too: one after the other in one system, whose host has joined once."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ THROUGH_ALL = [
 
 @pytest.fixture(scope="module")
 def hosts(built: dict[str, str]) -> Iterator[Shared]:
-    """The first processor here, the others on a host that has joined."""
+    """Yields a mapping with the first processor here and the others on a host that has joined."""
     shared = Shared(HOSTS, built)
     yield shared
     shared.close()
@@ -36,7 +36,7 @@ def hosts(built: dict[str, str]) -> Iterator[Shared]:
 
 @pytest.fixture(scope="module")
 def everywhere(built: dict[str, str]) -> Iterator[Shared]:
-    """A thread, a process, and a host that has joined."""
+    """Yields a mapping with a thread, a process, and a host that has joined."""
     shared = Shared(EVERYWHERE, built)
     yield shared
     shared.close()

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""How a host that was lent ends: called back by people or by a manager of services, or because its system is gone."""
+"""The end of a lent host: recalled by people or a service manager, or because its system has exited."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from opengpac import activate, library
 LIMIT = "30 s"
 
 NAME = f"line{os.getpid()}"
-"""A system of this name is made by nobody else."""
+"""System name that no other test uses."""
 
 PROGRAM = """
 import sys
@@ -32,11 +32,11 @@ cell.processor("rtp1", host="cell-b").timer("fast", period="5 ms", priority=80)
 print("ready", flush=True)
 sys.stdin.read()
 """
-"""A program with a processor on another host, which waits for ever."""
+"""Program with a processor on another host, which waits indefinitely."""
 
 
 def endless() -> gpac.Verb[..., object]:
-    """A verb that goes on until something ends it."""
+    """Returns a verb that runs until something ends it."""
     return gpac.Verb(
         "endless",
         blocks={"wave": library.signal_generator(amplitude=1.0)},
@@ -46,7 +46,7 @@ def endless() -> gpac.Verb[..., object]:
 
 
 def in_order(host: Joining) -> str:
-    """What a host says that has ended by itself and in order."""
+    """Returns the output of a host that has ended by itself and in order."""
     status, said = host.ended()
     assert status == 0 and "Traceback" not in said, said
     assert not shared_memory(NAME)
@@ -55,7 +55,7 @@ def in_order(host: Joining) -> str:
 
 @pytest.fixture
 def mine(endpoint: str) -> Iterator[gpac.System]:
-    """A system in real time that listens, under the name that nobody else uses."""
+    """Yields a system in real time that listens under the unique name."""
     with gpac.System(NAME, progress=False) as cell:
         cell.listen(endpoint, LISTENER)
         yield cell

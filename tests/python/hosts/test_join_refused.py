@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What a user reads whose host is not let in, or whose system cannot listen."""
+"""Messages to a user whose host is not admitted, or whose system cannot listen."""
 
 from __future__ import annotations
 
@@ -13,11 +13,11 @@ import opengpac as gpac
 from joining import LISTENER, Joining, free_endpoint
 
 OUTSIDE = "tcp/192.0.2.1:7447"
-"""An address that is kept for documentation: nobody is there."""
+"""Address reserved for documentation: it reaches no host."""
 
 
 def refused(joining: Joining) -> str:
-    """What a host says that does not get in."""
+    """Returns the output of a host that is refused."""
     status, said = joining.ended()
     assert status == 1 and "Traceback" not in said, said
     return said

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""On loopback every user of a machine reaches a system that listens: who joins it has the secret of its user, or was given another one."""
+"""On loopback every user of a machine can reach a listening system: to join, one needs the secret of its user, or another one that was
+issued."""
 
 from __future__ import annotations
 
@@ -24,7 +25,8 @@ AS_NOBODY = ["setpriv", f"--reuid={NOBODY}", f"--regid={NOBODY}", "--clear-group
 
 @cache
 def may_be_another_user() -> bool:
-    """Whether this user may become another one, and that one may read this project: a clone can lie in a folder of its owner's only."""
+    """Returns whether this user may become another one who can read this project: a clone may be in a folder that only its owner can
+    read."""
     if os.geteuid() != 0:
         return False
     tried = [*AS_NOBODY, sys.executable, "-c", "import opengpac"]
@@ -32,7 +34,7 @@ def may_be_another_user() -> bool:
 
 
 def stranger(endpoint: str, name: str, *options: str, user: bool = False) -> subprocess.Popen[str]:
-    """`opengpac join` with a folder of its own for what belongs to its user; `user`: as another user."""
+    """Starts `opengpac join` with a private folder for the user's files; with `user` as another user."""
     folder = tempfile.mkdtemp(prefix="opengpac-stranger-")
     if user:
         os.chown(folder, NOBODY, NOBODY)
@@ -51,7 +53,7 @@ def stranger(endpoint: str, name: str, *options: str, user: bool = False) -> sub
 def test_another_user_is_not_let_in_and_this_one_is(
     tmp_path: Path, listening: gpac.System, endpoint: str, joins: Callable[..., Joining]
 ) -> None:
-    """Another user where this one may become one; else another secret, which is all that another user differs by."""
+    """As another user if that is possible; otherwise with another secret, the only difference of another user."""
     (tmp_path / "token").write_text(TOKEN)
     strangers = [
         stranger(endpoint, "other", user=may_be_another_user()),

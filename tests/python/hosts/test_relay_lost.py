@@ -19,7 +19,7 @@ LIMIT = "30 s"
 
 
 def chain(code: gpac.Module) -> gpac.Verb[..., Any]:
-    """Counts on one processor, and doubles each number on another."""
+    """Returns a verb that counts on one processor and doubles each number on another."""
     return gpac.Verb(
         "chain",
         blocks={"count": code["count"], "twice": library.gain(k=2.0)},

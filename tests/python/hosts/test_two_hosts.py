@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Processors of two hosts: what runs there, and what happens when a host is gone."""
+"""Processors of two hosts: their instances, and the loss of a host."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ class Valves(Driver):
 
 
 def reaches(name: str = "reaches", **options: Any) -> gpac.Verb[..., Any]:
-    """A constant that arrives somewhere else."""
+    """Returns a verb whose constant arrives on another processor."""
     return gpac.Verb(
         name,
         blocks={"wave": library.signal_generator(amplitude=0.0, offset=1.5), "far": library.await_range(low=1.0, high=2.0)},
@@ -42,7 +42,7 @@ def reaches(name: str = "reaches", **options: Any) -> gpac.Verb[..., Any]:
 
 
 def endless() -> gpac.Verb[..., Any]:
-    """A verb that goes on until something ends it."""
+    """Returns a verb that runs until something ends it."""
     return gpac.Verb(
         "endless",
         blocks={"wave": library.signal_generator(amplitude=1.0)},
@@ -52,7 +52,7 @@ def endless() -> gpac.Verb[..., Any]:
 
 
 def timer(cell: gpac.System, name: str, **hardware: Any) -> gpac.Source:
-    """A timer of 5 ms on a processor of its own."""
+    """Returns a timer of 5 ms on a processor of its own."""
     return cell.processor(name, **hardware).timer("fast", period="5 ms", priority=80)
 
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A component data base of its own for each test, that sees nothing of this machine's user."""
+"""A private component database for each test, independent of this machine's user."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from opengpac.library.catalogue import Catalogue
 
 @pytest.fixture
 def database(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Iterator[Catalogue]:
-    """An empty user configuration, no OPENGPAC_PATH, a new catalogue."""
+    """Provides an empty user configuration, no OPENGPAC_PATH, and a new catalogue."""
     monkeypatch.setenv("XDG_CONFIG_HOME", str(tmp_path / "configuration"))
     monkeypatch.delenv("OPENGPAC_PATH", raising=False)
     fresh = Catalogue()

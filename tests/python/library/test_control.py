@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Control blocks: against SciPy or a closed form; what they promise for every input, by Hypothesis."""
+"""Control blocks against SciPy or a closed form, and their guarantees for every input, by Hypothesis."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The component data base: list, search, show; what other packages and the user's folders add; what is refused."""
+"""The component database: list, search, show; additions by other packages and the user's folders; refusals."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ class Widget(gpac.LogicalDevice, verb=keep, name="acme_widget"):
 
 
 def install(folder: Path, points: str, name: str = "acme") -> None:
-    """A package with metadata as an installer writes it."""
+    """Installs a package with metadata as an installer writes it."""
     metadata = folder / f"{name}-1.0.dist-info"
     metadata.mkdir(parents=True)
     (metadata / "METADATA").write_text(f"Metadata-Version: 2.1\nName: {name}\nVersion: 1.0\n")
@@ -52,7 +52,7 @@ def install(folder: Path, points: str, name: str = "acme") -> None:
 
 @pytest.fixture
 def acme(database: Catalogue, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """A package of another maker: two C files, one of them broken, a graph, a verb and a device type."""
+    """Installs a third-party package: two C files, one of them broken, a graph, a verb and a device type."""
     site = tmp_path / "site"
     package = site / "acme_components"
     package.mkdir(parents=True)
@@ -132,7 +132,7 @@ def test_a_package_that_cannot_be_imported_is_named(database: Catalogue, tmp_pat
 
 
 def test_their_block_works_in_every_system(acme: Path) -> None:
-    """In a verb and in a graph, in a system made before and in one made after, as those of the standard library do."""
+    """The block works in a verb and in a graph, in systems made before and after the installation, like those of the standard library."""
     chain = gpac.Graph(
         "chain", blocks={"a": lib.triple, "b": lib.gain(k=10.0)}, inputs={"u": "a.u"}, outputs={"y": "b.y"}, cells={"c": ["a.y", "b.u"]}
     )
@@ -217,7 +217,7 @@ def test_add_takes_up_a_folder_a_file_or_a_module(database: Catalogue, tmp_path:
 
 
 def test_a_folder_may_hold_compiled_modules(database: Catalogue, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """One that is damaged is named; a compiled Python module is none of ours."""
+    """A damaged module is reported by name; a compiled Python module is not one of ours."""
     (tmp_path / "source.c").write_text(TRIPLE.format(name="eightfold", factor=8))
     folder = tmp_path / "compiled"
     folder.mkdir()
@@ -269,7 +269,7 @@ def test_the_command_lists_searches_and_shows_them(acme: Path, capsys: pytest.Ca
 
 
 def test_importing_the_package_looks_for_nothing() -> None:
-    """The standard library is there at once; other packages are asked only when a name is not in it."""
+    """The standard library is available at once; other packages are searched only for a name that it does not contain."""
     program = (
         "import sys, importlib.metadata as m\n"
         "def refused(*a, **k): raise SystemExit('looked for packages')\n"

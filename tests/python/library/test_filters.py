@@ -53,7 +53,7 @@ def test_a_transfer_function_is_lfilter() -> None:
 @pytest.mark.parametrize(("kind", "numerator"), [(0, [0, 0, 1]), (1, [1, 0, 0]), (2, [0, 1, 0]), (3, [1, 0, 1])])
 @pytest.mark.parametrize(("frequency", "quality"), [(10.0, 1 / math.sqrt(2)), (150.0, 4.0)])
 def test_a_second_order_filter_is_the_bilinear_transform(kind: int, numerator: list[float], frequency: float, quality: float) -> None:
-    # Warped so that the frequency is met: the analog frequency is 2 / T tan(w T / 2).
+    # Prewarped so that the frequency is exact: the analog frequency is 2 / T tan(w T / 2).
     w = 2 / SPAN * math.tan(math.pi * frequency * SPAN)
     analog = [n * w ** (k if kind != 2 else 1) for k, n in enumerate(numerator)]
     if kind == 2:

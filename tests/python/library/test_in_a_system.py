@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Blocks of the library at work in a real-time system: closed loops, sized blocks, conditions, time that stands still."""
+"""Blocks of the library in a real-time system: closed loops, sized blocks, conditions, time that stands still."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ def fast(cell: gpac.System) -> gpac.Source:
 
 
 def test_a_loop_settles_and_a_timer_says_when(cell: gpac.System) -> None:
-    """A PID drives a lag to its set-point; in the band for 50 ms on end, on_delay ends the verb."""
+    """A PID drives a lag to its set-point; after 50 ms without a break in the band, on_delay ends the verb."""
     verb = gpac.Verb(
         "settle",
         blocks={
@@ -99,7 +99,7 @@ def test_sized_blocks_take_lists_and_matrices(cell: gpac.System) -> None:
 
 
 def test_time_stands_still_while_a_verb_is_suspended(cell: gpac.System) -> None:
-    """An integrator of 1 is the running time: no jump after a suspension, whatever the clock says."""
+    """An integrator of 1 is the running time: it does not jump after a suspension, whatever the clock does."""
     verb = gpac.Verb(
         "runs",
         blocks={"one": lib.signal_generator(shape=0, offset=1.0), "sum": lib.integrator},

@@ -12,7 +12,7 @@ SPAN = 1e-3
 
 
 def controlled(steps: int, load: float = 0.0, **parameters: float) -> np.ndarray:
-    """Measured values of a first-order plant, x' = (effort + load - x) / 0.05, under the recursion that the block documents."""
+    """Returns measured values of a first-order plant, x' = (effort + load - x) / 0.05, under the documented recursion of the block."""
     kp, ki, limit = parameters["kp"], parameters["ki"], parameters["limit"]
     x, integral, xs = 0.0, 0.0, []
     for k in range(steps):
@@ -53,7 +53,7 @@ def test_both_kinds_of_anti_windup_follow_their_equations() -> None:
 
 
 def test_anti_windup_takes_the_overshoot_away() -> None:
-    """With a limit just above what the set-point needs, an integral that winds up overshoots; these two do not."""
+    """With a limit just above the required effort, an integral that winds up overshoots; with these two methods it does not."""
     wound = controlled(3000, kp=1.0, ki=100.0, limit=1e9)
     held = controlled(3000, kp=1.0, ki=100.0, limit=1.1)
     drawn = controlled(3000, kp=1.0, ki=100.0, limit=1.1, anti_windup=1, tracking_time=0.01)
@@ -65,7 +65,7 @@ def test_anti_windup_takes_the_overshoot_away() -> None:
 def test_at_the_limit_back_calculation_settles_where_the_excess_balances_the_error() -> None:
     effort = lib.pid.run(setpoint=5.0, measured=np.zeros(5000), kp=1.0, ki=10.0, limit=2.0, anti_windup=1, tracking_time=0.1)
     assert effort.effort[-1] == 2.0
-    # The excess settles at ki e Tt = 5, so kp e + integral = 7; turned round, the effort leaves its limit at once.
+    # The excess settles at ki e Tt = 5, so kp e + integral = 7; when the set-point is reversed, the effort leaves its limit at once.
     setpoint = np.r_[np.full(5000, 5.0), -1.0]
     turned = lib.pid.run(setpoint=setpoint, measured=0.0, kp=1.0, ki=10.0, limit=2.0, anti_windup=1, tracking_time=0.1)
     assert_allclose(turned.effort[-1], -1.0 + (2.0 - 5.0 * 0.01) - 10.0 * SPAN, rtol=1e-6)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Sources, logic, timers, mathematics and statistics against SciPy, NumPy or the words of their standard."""
+"""Sources, logic, timers, mathematics and statistics against SciPy, NumPy or the text of their standard."""
 
 from __future__ import annotations
 
@@ -145,7 +145,7 @@ def test_reset_goes_before_load_and_load_before_counting() -> None:
 
 
 def timers(u: list[bool], delay_ms: int) -> tuple[list[bool], list[bool], list[bool]]:
-    """TON, TOF and TP by the diagrams of IEC 61131-3, at 1 ms."""
+    """Returns TON, TOF and TP by the diagrams of IEC 61131-3, at 1 ms."""
     on, off, pulse = [], [], []
     came = went = began = None
     tof, tp, last = False, False, False

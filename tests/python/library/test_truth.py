@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The library says the truth about itself: files, documentation, units, faults, examples."""
+"""The library describes itself correctly: files, documentation, units, faults, examples."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ ROOT = Path(__file__).parent.parent.parent.parent
 FILES = {file.stem: file for file in (ROOT / "crates" / "library" / "src" / "blocks").rglob("*.rs")}
 BLOCKS = sorted(lib.blocks())
 FOLLOWER = ROOT / "crates/library/src/kinematics/follower.rs"
-"""What the generators of tool motion share, with what it refuses."""
+"""Common part of the generators of tool motion, with its refusals."""
 SHARED_FAULTS = dict(
     re.findall(r"^pub const (\w+): u32 = (\d+);$", (ROOT / "crates/library/src/kinematics/mod.rs").read_text(), re.MULTILINE)
 )
@@ -53,11 +53,11 @@ def test_the_documentation_of_a_block_is_whole(name: str) -> None:
 @pytest.mark.parametrize("name", BLOCKS)
 def test_every_fault_of_a_block_is_documented(name: str) -> None:
     source = FILES[name].read_text()
-    # A block that is declared for tables of two lengths has its body in a macro beside them.
+    # A block declared for tables of two lengths has its body in a macro beside the declarations.
     for module in re.findall(r"^use crate::(\S+::(?:planner|generator))::", source, re.MULTILINE):
         source += (ROOT / "crates/library/src" / f"{module.replace('::', '/')}.rs").read_text()
     codes = {code for _, code in re.findall(r"^(?:pub\(crate\) )?const (\w+): u32 = (\d+);$", source, re.MULTILINE)}
-    # What several kinematic blocks refuse has one code in all of them.
+    # A refusal common to several kinematic blocks has the same code in all of them.
     if FILES[name].parent.name == "kinematics":
         follower = FOLLOWER.read_text() if "kinematics::follower" in source else ""
         refused = rf"\b(?:Fault|Err|ok_or)\(({'|'.join(SHARED_FAULTS)})\)"

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A graph under test: blocks, cells, places and what is recorded; made on any mapping, run until its last recorder is full."""
+"""A graph under test: blocks, cells, placement and recorded values; created on any mapping, run until its last recorder is full."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ import opengpac as gpac
 from opengpac import activate, deactivate, on, wait
 
 LENGTH = 200
-"""Values that each recorder takes."""
+"""Number of values that each recorder takes."""
 
 PERIODS = {"fast": ("2 ms", 80), "slow": ("10 ms", 60), "other": ("2 ms", 75)}
 PRIORITIES = {"soft": 70, "low": 40, "trigger": 85}
@@ -20,11 +20,11 @@ PRIORITIES = {"soft": 70, "low": 40, "trigger": 85}
 Model = Mapping[str, Sequence[Any]]
 
 Found = Mapping[str, Any]
-"""What recorders hold: name → values."""
+"""Contents of the recorders: name → values."""
 
 
 class Stage:
-    """Processors 0, 1, … with their interrupt sources, made when a graph asks for them, and the blocks of `tests/blocks`."""
+    """Processors 0, 1, … with their interrupt sources, created when a graph requests them, and the blocks of `tests/blocks`."""
 
     def __init__(self, cell: gpac.System, built: Mapping[str, str]) -> None:
         self.cell = cell
@@ -34,13 +34,14 @@ class Stage:
         self._names = 0
 
     def processor(self, number: int) -> gpac.Processor:
-        """Processor `number`; those before it are made first, so that the first one is the supervisor's."""
+        """Returns processor `number`; those before it are created first, so that the first one is the supervisor's."""
         for missing in range(len(self._processors), number + 1):
             self._processors[missing] = self.cell.processor(f"rtp{missing}")
         return self._processors[number]
 
     def source(self, place: str) -> gpac.Source:
-        """`"1.soft"`: a software source of processor 1; `fast`, `other` and `slow` are timers of 2, 2 and 10 ms, `trigger` a trigger."""
+        """Returns a source. `"1.soft"` is a software source of processor 1; `fast`, `other` and `slow` are timers of 2, 2 and 10 ms,
+        `trigger` a trigger."""
         if place not in self._sources:
             number, name = place.split(".")
             processor = self.processor(int(number))
@@ -55,28 +56,28 @@ class Stage:
         return self._sources[place]
 
     def svv(self, name: str, type: str = "double") -> gpac.SVV:
-        """An SVV that no other graph of this system has."""
+        """Returns an SVV that no other graph of this system has."""
         return self.cell.svv(self.name(name), type)
 
     def name(self, word: str) -> str:
-        """A name that nothing else of this system has: a graph may be made again in it."""
+        """Returns a name that is unique in this system, in which a graph may be created again."""
         self._names += 1
         return f"{word}_{self._names}"
 
     @property
     def processors(self) -> int:
-        """How many processors the graph has asked for."""
+        """Number of processors that the graph has requested."""
         return len(self._processors)
 
     def run_for(self, instance: gpac.VerbInstance[Any], time: str) -> None:
-        """Lets it run for that time of the system's clock, whichever that is."""
+        """Lets the graph run for that time of the system's clock, real or virtual."""
         with contextlib.suppress(TimeoutError):
             instance.wait(timeout=time)
 
 
 @dataclass
 class Graph:
-    """What a function of `mappings.graphs` gives: a verb without its recorders, and where each block goes."""
+    """Result of a function of `mappings.graphs`: a verb without its recorders, and the placement of each block."""
 
     blocks: dict[str, Any]
     cells: dict[str, list[str]]
@@ -85,11 +86,11 @@ class Graph:
     record: dict[str, str]
     """Name → output port whose values are recorded."""
     start: list[gpac.Command] = field(default_factory=list)
-    """What is activated; the recorders are activated before, and waited for after it."""
+    """Commands of the list; the recorders are activated before them, and waited for after them."""
     lists: dict[str, list[gpac.Command]] | None = None
-    """Instead of `start`: several lists, the first one initial; those recorders that the last one activates are waited for there."""
+    """Lists in place of `start`, the first one initial; in the last one its recorders are waited for."""
     recorder: dict[str, str] = field(default_factory=dict)
-    """Name → block that records it, where that is not `record`."""
+    """Name → block that records it, if not `record`."""
     objects: dict[str, Any] = field(default_factory=dict)
     """Instantiation parameters: name → ports; their SVVs are in `svvs`."""
     svvs: dict[str, Any] = field(default_factory=dict)
@@ -100,33 +101,33 @@ class Graph:
     inputs: dict[str, Any] = field(default_factory=dict)
     """Input parameters: name → port, condition or parameter."""
     values: dict[str, Any] = field(default_factory=dict)
-    """Their values at the start."""
+    """Values of the input parameters at the start."""
     arguments: dict[str, Any] = field(default_factory=dict)
-    """Instantiation parameters that the graph has made itself: channels, SVVs."""
+    """Instantiation parameters that the graph itself has created: channels, SVVs."""
     before: Callable[[], None] | None = None
-    """Called before the verb is started: others that it stands beside."""
+    """Function called before the verb is started: starts other verbs beside it."""
     beside: list[gpac.VerbInstance[Any]] = field(default_factory=list)
-    """Instances of other verbs, which are deleted after it."""
+    """Instances of other verbs, deleted after the graph's own."""
     during: Callable[[gpac.VerbInstance[Any]], object] | None = None
-    """What the programming system does while it runs."""
+    """Actions of the programming system while the graph runs."""
     ending: str | None = None
-    """Which of the lists is the ending list."""
+    """Name of the ending list."""
 
 
 @dataclass(frozen=True)
 class Entry:
-    """An entry of the table of graphs: how it is made, and what its recorders must hold, computed without OpenGPAC."""
+    """Entry of the table of graphs: its constructor, and the expected contents of its recorders, computed without OpenGPAC."""
 
     name: str
     make: Callable[[Stage], Graph]
     model: Callable[[], Model] | None
     skipping: Callable[[Found], bool] | None
-    """Of a graph whose values go by numbers of invocations: what holds too where releases were skipped."""
+    """Check for a graph whose values depend on invocation numbers, valid even if releases were skipped."""
     begins_later: bool = False
-    """Its reader goes by the number at which it began: where the network kept its start from coming, the run is another program's."""
+    """True if the values depend on the number at which the reader began: if the network delayed its start, the run is another program's."""
     left_by_count: bool = False
-    """A list with a reader is left when its writer has counted: where values are under way for longer than that count goes on, the reader
-    has fewer of them, and the run is another program's."""
+    """True if a list with a reader is left when its writer has counted: if values are in transit for longer than the rest of the count,
+    the reader has fewer of them, and the run is another program's."""
 
 
 def graph(
@@ -135,12 +136,12 @@ def graph(
     begins_later: bool = False,
     left_by_count: bool = False,
 ) -> Callable[[Callable[[Stage], Graph]], Entry]:
-    """Makes an entry of a function; its name is the function's."""
+    """Makes an entry of a function, with the function's name."""
     return lambda make: Entry(make.__name__, make, model, skipping, begins_later, left_by_count)
 
 
 def verb_of(stage: Stage, name: str, made: Graph) -> tuple[gpac.Verb[..., Any], dict[str, gpac.Source]]:
-    """The graph with its recorders, as a verb, and its placement."""
+    """Returns the graph with its recorders, as a verb, and its placement."""
     blocks, cells = dict(made.blocks), {cell: list(ports) for cell, ports in made.cells.items()}
     objects = {parameter: _ports(ports) for parameter, ports in made.objects.items()}
     places = dict(made.place)
@@ -173,7 +174,7 @@ def verb_of(stage: Stage, name: str, made: Graph) -> tuple[gpac.Verb[..., Any], 
 
 
 def run(stage: Stage, name: str, made: Graph) -> dict[str, Any]:
-    """Runs it until the last recorder is full, and deletes it: name → what was recorded."""
+    """Runs the graph until the last recorder is full, and deletes it; returns name → recorded values."""
     verb, places = verb_of(stage, name, made)
     arguments = {**made.arguments, **{parameter: _svvs(stage, parameter, types) for parameter, types in made.svvs.items()}}
     if made.before:
@@ -212,5 +213,5 @@ def _svvs(stage: Stage, parameter: str, types: Any) -> Any:
 
 
 def scattered(seed: int = 40503, length: int = LENGTH) -> list[float]:
-    """The values of the stimulus `scatter`, without OpenGPAC."""
+    """Returns the values of the stimulus `scatter`, without OpenGPAC."""
     return [((k * 2654435769 + seed * 69069) % 2**32) * 2.0**-32 - 0.5 for k in range(length)]

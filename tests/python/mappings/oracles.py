@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What the graphs without a model of their own must give, by SciPy, NumPy, MuJoCo or a line of Python: nothing of OpenGPAC is in it.
+"""Expected values of the graphs without a model of their own, by SciPy, NumPy, MuJoCo or a line of Python, independent of OpenGPAC.
 
-The virtual clock is the reference of the other mappings, so without these one code would only be compared with itself. `exactly` is to the
-bit; the others sum in another order, and agree within 10^-9.
+The virtual clock is the reference of the other mappings, so without these the code would only be compared with itself. `exactly` is
+to the bit; the others sum in a different order, and agree within 10^-9.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ Found = Mapping[str, Any]
 
 
 class Oracle(NamedTuple):
-    """What a graph must give, perhaps from something else that it has recorded."""
+    """Expected values of a graph, possibly computed from its other recorded values."""
 
     of: Callable[[Found], Mapping[str, Any]]
     is_exact: bool
@@ -34,12 +34,12 @@ ORACLES: dict[str, Oracle] = {}
 
 
 def exactly(of: Callable[[Found], Mapping[str, Any]]) -> None:
-    """An oracle to the bit, of the graph with the function's name."""
+    """Registers an oracle to the bit, for the graph with the function's name."""
     ORACLES[of.__name__] = Oracle(of, True)
 
 
 def nearly(of: Callable[[Found], Mapping[str, Any]]) -> None:
-    """An oracle within 10^-9, of the graph with the function's name."""
+    """Registers an oracle within 10^-9, for the graph with the function's name."""
     ORACLES[of.__name__] = Oracle(of, False)
 
 
@@ -47,27 +47,27 @@ K = np.arange(LENGTH, dtype=float)
 
 
 def wave(seed: int = 40503) -> np.ndarray:
-    """The stimulus `scatter`."""
+    """Returns the stimulus `scatter`."""
     return np.array(scattered(seed))
 
 
 def square(half: int) -> np.ndarray:
-    """The stimulus `square`."""
+    """Returns the stimulus `square`."""
     return np.arange(LENGTH) // half % 2 == 1
 
 
 def filtered(b: list[float], a: list[float], u: np.ndarray) -> np.ndarray:
-    """SciPy's filter, at rest before."""
+    """Returns the output of SciPy's filter, initially at rest."""
     return np.asarray(signal.lfilter(b, a, u))
 
 
 def low(u: np.ndarray, alpha: float) -> np.ndarray:
-    """A low-pass filter that begins at 0."""
+    """Returns the output of a low-pass filter that starts at 0."""
     return filtered([alpha], [1.0, alpha - 1.0], u)
 
 
 def window(u: np.ndarray, length: int, of: Callable[[np.ndarray], Any]) -> np.ndarray:
-    """A function of the last values, or of those that there are."""
+    """Returns a function of the last `length` values, or of those that exist."""
     return np.array([of(u[max(0, k - length + 1) : k + 1]) for k in range(len(u))])
 
 
@@ -78,7 +78,7 @@ def fan_on_two_sources_of_one(_: Found) -> Mapping[str, Any]:
 
 @nearly
 def echo_within_a_software_source(_: Found) -> Mapping[str, Any]:
-    # echo = u - 0.75 of the echo before, and what is recorded is minus that.
+    # echo = u - 0.75 of the previous echo, and the recorded value is its negative.
     return {"y": -filtered([1.0], [1.0, 0.75], wave(9))}
 
 
@@ -130,7 +130,7 @@ def greatest_and_least_of_several_writers(_: Found) -> Mapping[str, Any]:
 
 
 def _arm() -> tuple[list[np.ndarray], list[np.ndarray], list[float]]:
-    """MuJoCo's positions and turns of the tool, and the minimum singular value of its Jacobian, at the positions that sway."""
+    """Returns MuJoCo's positions and rotations of the tool, and the minimum singular value of its Jacobian, at the swaying positions."""
     model = mujoco.MjModel.from_xml_path(str(MODEL))
     data = mujoco.MjData(model)
     tool = model.site("tool").id
@@ -149,7 +149,7 @@ def _arm() -> tuple[list[np.ndarray], list[np.ndarray], list[float]]:
 
 
 def _pose(found: Found) -> np.ndarray:
-    """The poses; a turn and its opposite are one."""
+    """Returns the poses; a quaternion and its negative are the same rotation."""
     places, turns, _ = _arm()
     told = np.reshape(found["pose"], (LENGTH, 7))[:, 3:]
     signed = [turn * (np.sign(turn @ given) or 1.0) for turn, given in zip(turns, told, strict=True)]

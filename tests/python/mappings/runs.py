@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Runs of graphs on a mapping, and what they show: the same bits, a value that was lost and told, or a fault."""
+"""Runs of graphs on a mapping, and their verdicts: the same bits, a value that was lost and reported, or a fault."""
 
 from __future__ import annotations
 
@@ -16,29 +16,29 @@ from mappings.mapping import MAPPINGS, Realization
 
 REFERENCE = MAPPINGS["virtual"]
 ATTEMPTS = 5
-"""How often a run in real time is made in which a value was lost, and which has told it: its values are those of another program."""
+"""Maximum number of runs in real time while runs lose and report a value: their values are those of another program."""
 
 _references: dict[str, dict[str, Any]] = {}
 
 
 class Told(NamedTuple):
-    """What the real-time system says of a run."""
+    """Reports of the real-time system about a run."""
 
     lost: list[str]
-    """The values that found a queue full: they alone are excused."""
+    """Values that found a queue full, the only ones excused."""
     skipped: list[str]
-    """Sources that skipped releases, or had ratio values that were late: what is computed by count does not change by that."""
+    """Sources that skipped releases or had late ratio values: results computed by count do not change."""
 
 
 def told_anew(cell: gpac.System) -> None:
-    """Returns when every timer has been told to have gone on."""
+    """Waits until every timer has reported progress."""
     before = cell.statistics["sources"]
     timers = [source for source, found in before.items() if found["kind"] == "timer" and not found["stopped"]]
     until(lambda: all(cell.statistics["sources"][of]["firings"] > before[of]["firings"] for of in timers), "timers go on")
 
 
 def reference(name: str, built: dict[str, str]) -> dict[str, Any]:
-    """What they hold under the virtual clock."""
+    """Returns the recorders' contents under the virtual clock."""
     if name not in _references:
         with REFERENCE.open(name) as cell:
             stage = Stage(cell, built)
@@ -47,7 +47,7 @@ def reference(name: str, built: dict[str, str]) -> dict[str, Any]:
 
 
 def bits(values: Any) -> bytes:
-    """The bytes of recorded values; integers of 64 bits come as a list."""
+    """Returns the bytes of recorded values; integers of 64 bits come as a list."""
     return np.asarray(values, dtype=np.uint64 if isinstance(values, list) else None).tobytes()
 
 
@@ -56,13 +56,13 @@ def same(found: dict[str, Any], expected: dict[str, Any]) -> bool:
 
 
 def holds_skipping(name: str, found: dict[str, Any]) -> bool:
-    """Whether what was found is right for a run that skipped releases: of graphs that go by numbers."""
+    """Returns whether the values are right for a run that skipped releases, for graphs that depend on numbers."""
     skipping = GRAPHS[name].skipping
     return skipping is not None and skipping(found)
 
 
 def ends_sooner(found: dict[str, Any], expected: dict[str, Any]) -> bool:
-    """Whether recorders hold the first of the expected values and then none: zeros, as they were made."""
+    """Returns whether recorders contain the first of the expected values and then none: zeros, their initial contents."""
 
     def begins(values: Any, whole: Any) -> bool:
         taken = len(np.trim_zeros(values, "b"))
@@ -72,7 +72,7 @@ def ends_sooner(found: dict[str, Any], expected: dict[str, Any]) -> bool:
 
 
 def verdict(name: str, found: dict[str, Any], expected: dict[str, Any], told: Told) -> str:
-    """What a run shows: `right`, `again` (a value was lost, which is told, or came after its list), or what is wrong with it."""
+    """Returns the verdict of a run: `right`, `again` (a value was lost, which is reported, or came after its list), or its fault."""
     if same(found, expected):
         return "right"
     differs = shown(found, expected)
@@ -88,7 +88,7 @@ def verdict(name: str, found: dict[str, Any], expected: dict[str, Any], told: To
 
 
 def shown(found: dict[str, Any], expected: dict[str, Any]) -> str:
-    """The first value that differs, of each recorder."""
+    """Returns the first differing value of each recorder."""
     lines = []
     for key in expected:
         a, b = np.asarray(found[key]), np.asarray(expected[key])
@@ -101,7 +101,8 @@ def shown(found: dict[str, Any], expected: dict[str, Any]) -> str:
 
 
 class Shared:
-    """One system of a mapping for many graphs: what it told before is of those before. Under the virtual clock one for each."""
+    """System of a mapping shared by many graphs; earlier reports belong to earlier graphs. Under the virtual clock each graph has its
+    own."""
 
     def __init__(self, mapping: Realization, built: dict[str, str]) -> None:
         self._mapping, self._built = mapping, built
@@ -109,12 +110,12 @@ class Shared:
         self._stage: Stage | None = None
 
     def run(self, name: str, expected: dict[str, Any]) -> tuple[dict[str, Any], Told]:
-        """What a graph gives here, and what was told of that. A system in which one has failed is left."""
+        """Returns the values of a graph here, and the reports about them. A system in which a run has failed is abandoned."""
         try:
             before = self._counts()
             found = run(self._ready, name, GRAPHS[name].make(self._ready))
             if not same(found, expected):
-                # What remote processors tell comes ten times a second.
+                # Reports of remote processors arrive ten times a second.
                 for _ in range(3):
                     told_anew(self._ready.cell)
             now = self._counts()
@@ -126,7 +127,7 @@ class Shared:
             raise
 
     def _counts(self) -> tuple[list[str], dict[str, str]]:
-        """Values that were lost in a full queue, and what each source has skipped or had late, since the system began."""
+        """Returns the values lost in a full queue, and each source's skipped releases and late values, since the system began."""
         cell = self._ready.cell
         sources = cell.statistics["sources"]
         counts = {name: f"{of['overruns']} skipped, {of['late']} late" for name, of in sources.items() if of["overruns"] or of["late"]}
@@ -146,7 +147,7 @@ class Shared:
 
 
 def gives_the_same(name: str, shared: Shared, expected: dict[str, Any]) -> None:
-    """A run that lost nothing gives the same; one that did has told it, and is made again."""
+    """Checks that a run without losses gives the same values; one with losses has reported them, and is repeated."""
     lost: list[str] = []
     for _ in range(ATTEMPTS):
         found, told = shared.run(name, expected)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""On which mappings a conformance test runs, and the table of docs/evidence.md that says it."""
+"""Mappings of each conformance test, and the table of docs/evidence.md that lists them."""
 
 from __future__ import annotations
 
@@ -14,13 +14,13 @@ from mappings.mapping import MAPPINGS
 SUITE = Path(__file__).parent.parent / "conformance"
 
 ON_EACH = {"cell", "rig"}
-"""Fixtures that give a system of each mapping."""
+"""Fixtures that provide a system of each mapping."""
 
 IN_REAL_TIME = {"threads", "real"}
-"""Fixtures that give a system of some mappings in real time, and of no other."""
+"""Fixtures that provide a system of some mappings in real time only."""
 
 VIRTUAL_ONLY: dict[str, str] = {}
-"""Tests that advance no time themselves and yet need the virtual clock, and why."""
+"""Tests that do not advance time themselves but need the virtual clock, and why."""
 
 _COUNTS = "counts firings until the supervisor has answered"
 _FAILS_BY_TIME = "its device fails at a time that is sooner than a busy machine has enabled it there"
@@ -31,16 +31,17 @@ _ELSEWHERE = {
 }
 
 NOT_ON: dict[str, dict[str, str]] = {"processes": _ELSEWHERE, "shared": _ELSEWHERE, "mixture": _ELSEWHERE}
-"""Mapping → test that does not run there, and why."""
+"""Mapping → tests that do not run on it, and why."""
 
 
 def mappings_of(test: Callable[..., Any]) -> list[str]:
-    """The names of the mappings that a conformance test runs on."""
+    """Returns the names of the mappings that a conformance test runs on."""
     return _mappings(test.__name__, inspect.getsource(test))
 
 
 def table() -> str:
-    """For each file of the suite: its tests, those that need no system, those on the virtual clock only, and those in real time too."""
+    """Returns the table: for each file its tests, those that need no system, those on the virtual clock only, and those in real time,
+    too."""
     lines = ["| file | tests | without a system | virtual clock only | in real time too |", "|---|---|---|---|---|"]
     sums = [0, 0, 0, 0]
     for file in sorted(SUITE.glob("test_*.py")):
@@ -55,7 +56,7 @@ def table() -> str:
 
 
 def in_real_time() -> list[str]:
-    """The names of the tests that run in real time: those of `cell` and `rig` on every mapping."""
+    """Returns the names of the tests that run in real time: those of `cell` and `rig` on every mapping."""
     return [test.name for file in sorted(SUITE.glob("test_*.py")) for test, source in _tests(file) if _runs_in_real_time(test, source)]
 
 

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Each graph gives the same values, bit for bit, with its blocks fused.
 
-`OPENGPAC_FUSED_GRAPHS=all` runs all of them; else those run in which something is fused.
+`OPENGPAC_FUSED_GRAPHS=all` runs all of them; otherwise only those in which something is fused run.
 """
 
 from __future__ import annotations
@@ -18,14 +18,14 @@ from mappings.graphs import GRAPHS
 from mappings.runs import REFERENCE, reference, same
 
 FUSED = ("echo_against_the_order", "ratio_input_beside_a_synchronous_one")
-"""The graphs in which blocks of C sources read each other on one source of interrupts: in the others nothing is fused."""
+"""Graphs in which blocks of C sources read each other on one interrupt source: in the others nothing is fused."""
 
 
 @pytest.mark.parametrize("name", GRAPHS if os.environ.get("OPENGPAC_FUSED_GRAPHS") == "all" else FUSED)
 def test_a_graph_gives_the_same_bits_fused(name: str, built: dict[str, str]) -> None:
     told: list[Any] = []
     with REFERENCE.open(name) as cell:
-        # From the source: of a shared object nobody knows what it was compiled from.
+        # Built from the source: the source of a shared object is unknown.
         stage = Stage(cell, {"mapping": str(BLOCKS / "mapping.c")})
         made = GRAPHS[name].make(stage)
         during = made.during

@@ -19,7 +19,7 @@ from mappings.runs import REFERENCE, Shared, Told, bits, gives_the_same, holds_s
     scope="module", params=[mapping for mapping in MAPPINGS.values() if mapping is not REFERENCE], ids=lambda mapping: mapping.name
 )
 def mapped(request: pytest.FixtureRequest, built: dict[str, str]) -> Iterator[Shared]:
-    """Each mapping: one system for all graphs, but where time is a number."""
+    """Yields each mapping: one system for all graphs, except under the virtual clock."""
     shared = Shared(request.param, built)
     yield shared
     shared.close()
@@ -31,7 +31,7 @@ def test_a_graph_gives_the_same_bits_on_every_mapping(name: str, mapped: Shared,
 
 
 def test_a_difference_is_excused_by_what_explains_it_only(built: dict[str, str]) -> None:
-    """One value is changed, doubled or missing: that a release was skipped is no excuse; that a value was lost makes it run again."""
+    """If a value is changed, duplicated or missing, a skipped release is no excuse; a lost value makes it run again."""
     skipped, lost = Told([], ["rtp0.fast: 3 skipped, 0 late"]), Told(["the queue was full"], [])
     for name, recorder in (("chain_over_three", "y"), ("join_of_two_timers", "y"), ("ratio_output_of_a_timer", "y")):
         expected = reference(name, built)
@@ -43,7 +43,7 @@ def test_a_difference_is_excused_by_what_explains_it_only(built: dict[str, str])
             assert verdict(name, found, expected, lost) == "again"
             if name != "ratio_output_of_a_timer":
                 assert "cannot explain" in verdict(name, found, expected, skipped)
-    # Only where it goes by numbers may a number be missing; values still come in order, and each of those that may.
+    # A number may be missing only in a graph that depends on numbers; the values are still in order, each one possible.
     expected = reference("ratio_output_of_a_timer", built)
     missing = {"y": np.append(np.delete(expected["y"], 5), expected["y"][-1] + 4)}
     assert verdict("ratio_output_of_a_timer", missing, expected, skipped) == "right"

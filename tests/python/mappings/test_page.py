@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""docs/evidence.md says which tests run where, and names every graph."""
+"""docs/evidence.md states which tests run on which mappings, and lists every graph."""
 
 from __future__ import annotations
 
@@ -17,12 +17,12 @@ PAGE = Path(__file__).parent.parent.parent.parent / "docs" / "evidence.md"
 
 
 def computed(name: str) -> str:
-    """How near what something else computes is to it."""
+    """Returns how closely a graph agrees with its independent computation."""
     return "to the bit" if GRAPHS[name].model or ORACLES[name].is_exact else "within 1e-9"
 
 
 def made() -> dict[str, str]:
-    """The parts of the page that are made, by the word in their marks."""
+    """Returns the generated parts of the page, by the word in their marks."""
     rows = [f"| `{name}` | {(entry.make.__doc__ or '').strip()} | {computed(name)} |" for name, entry in GRAPHS.items()]
     return {
         "suite": f"{table()}\n\nIn real time: {', '.join(f'`{name}`' for name in in_real_time())}.",

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Two axes for each test, that know where they are or do not."""
+"""Two axes for each test, homed or not."""
 
 from __future__ import annotations
 
@@ -14,13 +14,13 @@ from opengpac.robots import Joint
 
 @pytest.fixture
 def axes() -> Iterator[gpac.Group[Joint]]:
-    """Two axes, enabled."""
+    """Yields two axes, enabled."""
     with gpac.System("motion", clock="virtual", seed=1) as cell:
         yield machine(cell)
 
 
 @pytest.fixture
 def unhomed() -> Iterator[gpac.Group[Joint]]:
-    """Two axes that need homing, enabled."""
+    """Yields two axes that need homing, enabled."""
     with gpac.System("motion", clock="virtual", seed=1) as cell:
         yield machine(cell, needs_home=True)

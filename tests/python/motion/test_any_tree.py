@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Servos on arms that nobody tuned: random trees of links hold still and arrive, or lack the effort, and say so.
+"""Servos on untuned arms: random trees of links hold still and arrive, or report that they lack the effort.
 
-8 are tried, others each day, or as many as `OPENGPAC_TREES` says; `OPENGPAC_SEED` is the first seed.
+8 trees are tried, different ones each day; `OPENGPAC_TREES` sets their number, `OPENGPAC_SEED` the first seed.
 """
 
 from __future__ import annotations
@@ -19,14 +19,14 @@ from opengpac import robots
 TREES = int(os.environ.get("OPENGPAC_TREES", "8"))
 FIRST = int(os.environ.get("OPENGPAC_SEED", datetime.date.today().toordinal() * 1000))
 RANGE = 2.0
-"""Range of each joint either way, rad."""
+"""Range of each joint in either direction, rad."""
 FRICTION = 0.2
-"""Largest dry friction of a joint, as a share of the effort that holds the tree."""
+"""Maximum dry friction of a joint, as a fraction of the effort that holds the tree."""
 
 
 def tree(seed: int) -> str:
-    """An MJCF model of 1 to 7 links of 0.05 to 50 kg, 0.05 to 1 m, ratios to 1:100, a step of 0.2 to 2 ms, and more effort than holds it
-    in the worst pose. Half of the joints have no damping, a third no dry friction."""
+    """Returns an MJCF model of 1 to 7 links of 0.05 to 50 kg, 0.05 to 1 m, ratios up to 1:100, a step of 0.2 to 2 ms, and more effort
+    than the worst pose requires. Half of the joints have no damping, a third no dry friction."""
     rng, rubs = np.random.default_rng(seed), np.random.default_rng([seed, 1])
     links, step = int(rng.integers(1, 8)), float(np.exp(rng.uniform(np.log(2e-4), np.log(2e-3))))
     heaviest, ratio = float(np.exp(rng.uniform(np.log(0.05), np.log(50.0)))), 10.0 ** rng.uniform(0.0, 2.0)
@@ -59,7 +59,7 @@ def tree(seed: int) -> str:
 
 
 ALIGNED = 744
-"""A tree whose first two joints have nearly one axis: cut off alone, the motor of one lets the other throw the arm."""
+"""Seed of a tree whose first two joints have nearly the same axis: if the motor of one alone is cut off, the other can throw the arm."""
 
 
 @pytest.mark.parametrize("seed", sorted({*range(FIRST, FIRST + TREES), ALIGNED}))

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Arcs of the tool on a UR5e under the virtual clock, against circles that NumPy makes of the same three places.
+"""Arcs of the tool on a UR5e under the virtual clock, compared with circles that NumPy computes from the same three points.
 
-The random arcs rotate with the day; a failure names its seed, and `OPENGPAC_ARCS_FROM=seed OPENGPAC_ARCS=1` runs that one again.
+The random arcs vary with the day; a failure names its seed, and `OPENGPAC_ARCS_FROM=seed OPENGPAC_ARCS=1` runs that one again.
 """
 
 from __future__ import annotations
@@ -19,36 +19,36 @@ from opengpac import motion
 from opengpac.motion import ArcRefused, move_circular
 
 ON_THE_ARC = 1e-6
-"""How far a set-point may be from its circle, m."""
+"""Maximum distance of a set-point from its circle, m."""
 CYCLE_S = 0.02
 
 
 @pytest.fixture
 def arm() -> Iterator[gpac.robots.Arm]:
-    """An enabled UR5e at home."""
+    """Yields an enabled UR5e at home."""
     made = gpac.robots.load("ur5e", clock="virtual")
     with made.system, made.enabled():
         yield made
 
 
 def commanded(arm: gpac.robots.Arm, since: float) -> np.ndarray:
-    """The set-points since a time: one row each."""
+    """Returns the set-points since a time: one row each."""
     columns = [joint.commanded.history[:] for joint in arm]
     return np.array([column["value"][column["time"] > since] for column in columns]).T
 
 
 def here(arm: gpac.robots.Arm) -> gpac.Pose:
-    """Where the tool is commanded to be."""
+    """Returns the commanded pose of the tool."""
     return arm.forward(arm.values("commanded"))
 
 
 def away(shift: tuple[float, float, float], start: gpac.Pose, turn: tuple[float, float, float] = (0, 0, 0)) -> gpac.Pose:
-    """A pose away from another along the axes of the world, turned about its own."""
+    """Returns a pose displaced from another along the world's axes, and turned about its own."""
     return gpac.Pose(shift) @ start @ gpac.Pose(rpy=turn)
 
 
 class Circle:
-    """The circle through three places, by linear equations for its centre."""
+    """Circle through three points, whose centre comes from linear equations."""
 
     def __init__(self, *places: np.ndarray) -> None:
         start, via, goal = (np.asarray(place, dtype=float) for place in places)
@@ -61,23 +61,23 @@ class Circle:
         self.y = np.cross(self.normal, self.x)
 
     def off(self, places: np.ndarray) -> float:
-        """How far the farthest place is from it, m."""
+        """Returns the maximum distance of the points from the circle, m."""
         height = (places - self.centre) @ self.normal
         out = np.linalg.norm(places - self.centre - np.outer(height, self.normal), axis=1) - self.radius
         return float(np.hypot(height, out).max())
 
     def angles(self, places: np.ndarray) -> np.ndarray:
-        """The angles of places since its start, going on beyond a turn, rad."""
+        """Returns the angles of the points from the circle's start, continuing beyond one turn, rad."""
         return np.unwrap(np.arctan2((places - self.centre) @ self.y, (places - self.centre) @ self.x))
 
 
 def track(arm: gpac.robots.Arm, since: float) -> np.ndarray:
-    """The places of the tool that were commanded since a time."""
+    """Returns the positions of the tool commanded since a time."""
     return np.array([arm.forward(q).position for q in commanded(arm, since)])
 
 
 def check_limits(arm: gpac.robots.Arm, since: float) -> None:
-    """No set-point of a joint exceeds its speed or acceleration."""
+    """Checks that no set-point of a joint exceeds its speed or acceleration."""
     speeds = np.diff(commanded(arm, since), axis=0) / CYCLE_S
     assert (np.abs(speeds) <= np.array(arm.values("max_speed")) * (1 + 1e-9)).all()
     assert (np.abs(np.diff(speeds, axis=0)) / CYCLE_S <= np.array(arm.values("max_acceleration")) * 1.02).all()
@@ -191,7 +191,7 @@ def test_an_arm_that_moves_is_braked_before_its_arc() -> None:
 
 
 def disturbed(arm: gpac.robots.Arm, seed: int) -> bool:
-    """Goes a random arc with halts, overrides and pauses at random instants; false where the arm cannot go it."""
+    """Follows a random arc with halts, overrides and pauses at random instants; returns false if the arm cannot follow it."""
     chance = random.Random(seed)
     start = here(arm)
     shift = lambda most: tuple(chance.uniform(-most, most) for _ in range(3))  # noqa: E731
@@ -224,14 +224,14 @@ def disturbed(arm: gpac.robots.Arm, seed: int) -> bool:
     except ArcRefused:
         return False
     except gpac.InvalidState:
-        # A halt has waited for its end already.
+        # A halt has already waited for its end.
         moved = None
     places = track(arm, since)
     circle = Circle(start.position, via.position, goal.position)
     assert circle.off(places) < ON_THE_ARC, seed
     if len(places) > 2:
         angles = circle.angles(places)
-        # A servo keeps its set-points while it rests, to their last digits.
+        # A servo at rest keeps its set-points only to within their last digits.
         assert (np.diff(angles) * circle.radius >= -2e-7).all(), seed
         assert (np.linalg.norm(np.diff(places, axis=0), axis=1) <= most * CYCLE_S * (1 + 1e-6)).all(), seed
     check_limits(arm, since)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The reference of a servo between the set-points of a motion: speed, acceleration and steps of acceleration, at 1 ms."""
+"""The reference of a servo between a motion's set-points: speed, acceleration and steps of acceleration, at 1 ms."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from opengpac import motion
 from opengpac.robots import Arm, Joint
 
 PERIOD_S = 0.02
-"""Between two set-points."""
+"""Period of the set-points."""
 
 SPEEDS = ["20 %", "60 %", "100 %"]
 
@@ -32,7 +32,7 @@ def span(draw: random.Random, most: int) -> str:
 
 
 def anything(arm: Arm, joint: Joint, draw: random.Random) -> None:
-    """A motion that arrives, is halted, changed, overridden or taken over."""
+    """Runs a motion that arrives, is halted, changed, overridden or taken over."""
     goal, speed = draw.uniform(0.3, 2.6), draw.choice(SPEEDS)
     kind = draw.choice(["move", "halt", "velocity", "takeover", "override"])
     if kind == "velocity":
@@ -74,5 +74,5 @@ def test_speed_and_acceleration_are_kept_and_acceleration_has_steps_of_one_set_p
         assert np.abs(speed).max() <= joint.max_speed * within
         assert np.abs(acceleration).max() <= joint.max_acceleration * within
         assert np.abs(np.diff(coarse, 3)).max() / PERIOD_S**3 <= joint.max_jerk * within
-        # The mean acceleration of 1 ms takes half of a step, so two of them have all of it.
+        # The mean acceleration of 1 ms contains half of a step, so two of them contain all of it.
         assert np.abs(acceleration[2:] - acceleration[:-2]).max() <= joint.max_jerk * PERIOD_S * within

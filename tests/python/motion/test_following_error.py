@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The message of a following error has what a person needs: the joint, the error, its limit, the effort, and what to change."""
+"""The message of a following error has everything a person needs: the joint, the error, its limit, the effort, and the values to change."""
 
 from __future__ import annotations
 
@@ -23,7 +23,8 @@ def cell() -> Iterator[gpac.System]:
 
 
 def stuck(cell: gpac.System, **changes: Any) -> tuple[str, gpac.Group[Any]]:
-    """The text of a motion's exception, and its joints. A loopback part moves as fast as its effort says: gain 0 keeps it where it is."""
+    """Returns the text of a motion's exception, and its joints. The speed of a loopback part equals its effort: gain 0 keeps it in
+    place."""
     about: dict[str, Any] = {"max_following_error": 0.05, "max_effort": 150.0} | changes
     axes = machine(cell, **about)
     with pytest.raises(gpac.Terminated) as ended:
@@ -69,7 +70,7 @@ def test_a_sliding_joint_speaks_of_metres(cell: gpac.System) -> None:
 
 
 def test_a_joint_that_strayed_in_a_gap_that_is_allowed_is_brought_to_rest_too(cell: gpac.System) -> None:
-    """The plant goes on under its last effort while the servo stands still."""
+    """The plant continues under its last effort while the servo stands still."""
     rtp = cell.processor("rtp0")
     axes, keep = machine(cell, on=rtp, max_following_error=0.05), late(rtp, 300)
     moving = gpac.motion.move_velocity.asynch(axes, 0.3, time_limit="3 s")
@@ -83,7 +84,7 @@ def test_a_joint_that_strayed_in_a_gap_that_is_allowed_is_brought_to_rest_too(ce
 
 
 def test_a_joint_that_cannot_be_held_after_a_gap_is_made_safe_and_the_motion_has_lost_time(cell: gpac.System) -> None:
-    """Its drive takes no effort that changes faster than it may, so it slows down far less than its reference."""
+    """The drive limits the rate of the effort, so it slows down far less than its reference."""
     rtp = cell.processor("rtp0")
     fast = rtp.timer("fast", period="1 ms", priority=80)
     rtp.timer("slow", period="20 ms", priority=60)
@@ -126,7 +127,7 @@ def test_a_drive_that_closes_the_loop_has_no_effort_to_tell(cell: gpac.System) -
     fast = rtp.timer("fast", period="1 ms", priority=80)
     rtp.timer("slow", period="20 ms", priority=60)
     plant = rtp.physical_device("plant", gpac.drivers.loopback("x", command="position"), exchange=fast)
-    # The drive is one release behind, which is more than this joint allows.
+    # The drive lags by one release, which is more than this joint allows.
     axes = gpac.Group("axes", gpac.robots.Joint("axes.x", drive=plant["x"], on=fast, max_following_error=1e-4)).enable()
     with pytest.raises(gpac.Terminated) as ended:
         gpac.motion.move_absolute(axes, 1.0)
@@ -143,7 +144,7 @@ def test_a_servo_that_swings_is_unstable_and_its_joint_in_fault(cell: gpac.Syste
     joint = axes[0 if found[1] == "x" else 1]
     assert joint.state == "fault"
     assert "it swings at" in cell.alarms["servo_unstable"].text
-    # As the positions of the last 20 ms turn, which are ten periods of the fastest swing.
+    # The positions of the last 20 ms turn like this, that is, over ten periods of the fastest oscillation.
     steps = np.sign(np.diff(joint.sensed.history[-21:]["value"]))
     assert float(found[2]) == pytest.approx(1000 * np.count_nonzero(np.diff(steps)) / 2 / 19, rel=0.2)
 
@@ -170,7 +171,7 @@ def test_a_position_that_ripples_is_unstable_though_its_effort_is_within_its_lim
 
 @pytest.mark.parametrize("error", [0.1, 0.0])
 def test_a_ripple_at_rest_is_unstable_though_it_is_far_from_every_other_limit(cell: gpac.System, error: float) -> None:
-    """At this gain a loopback part overshoots by half a per cent more than it was off, at each sample."""
+    """At this gain a loopback part overshoots by half a per cent more than its error, at each sample."""
     joint = machine(cell, kp=2005.0, max_effort=1e6, max_following_error=error, max_ripple=1e-3)[0]
     gpac.motion.move_absolute(joint, 0.1)
     cell.advance("4 s")

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Poses: composition, the way back, units, and what is refused."""
+"""Poses: composition, inverse, units, and refusals."""
 
 from __future__ import annotations
 

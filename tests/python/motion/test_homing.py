@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Homing: a joint that does not know where it is refuses moves to positions until a switch or a person has told it."""
+"""Homing: an unhomed joint refuses moves to positions until a switch or a person has set its position."""
 
 from __future__ import annotations
 
@@ -11,11 +11,11 @@ from opengpac import motion
 from opengpac.robots import Joint
 
 SWITCH_AT = 0.37
-"""Where the switch is, by the encoder: true beyond it."""
+"""Position of the switch by the encoder: on beyond it."""
 
 
 def switched(axes: gpac.Group[Joint]) -> gpac.SVV[bool]:
-    """A switch that is on where the first axis is beyond its place; the verb that tells so runs."""
+    """Returns a switch that is on when the first axis is beyond its position; starts the verb that reports it."""
     cell = axes.system
     level = cell.svv("switch", bool)
     where = cell.svv("where", "double")

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The kinematic blocks against MuJoCo's own numbers, and the geometry that is read from a model."""
+"""The kinematic blocks compared with MuJoCo's own numbers, and the geometry read from a model."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ GANTRY = """
 
 @pytest.fixture(scope="module")
 def gantry_file(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Two slides, two hinges with offsets, and a finger."""
+    """Writes a model of two slides, two hinges with offsets, and a finger."""
     path = tmp_path_factory.mktemp("models") / "gantry.xml"
     path.write_text(GANTRY)
     return path
@@ -46,7 +46,7 @@ def gantry_file(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture(params=["ur5e", "gantry"])
 def model(request: pytest.FixtureRequest, gantry_file: Path) -> tuple[mujoco.MjModel, gpac.robots.Kinematics]:
-    """A model and the geometry that is read from it."""
+    """Returns a model and the geometry read from it."""
     path = MODEL if request.param == "ur5e" else gantry_file
     loaded = mujoco.MjModel.from_xml_path(str(path))
     return loaded, gpac.robots.Kinematics.of_mjcf(path, [loaded.joint(j).name for j in range(loaded.njnt)])
@@ -54,7 +54,7 @@ def model(request: pytest.FixtureRequest, gantry_file: Path) -> tuple[mujoco.MjM
 
 @pytest.fixture
 def arm() -> Iterator[gpac.robots.Arm]:
-    """A UR5e under the virtual clock."""
+    """Yields a UR5e under the virtual clock."""
     made = gpac.robots.load("ur5e", clock="virtual")
     with made.system:
         yield made

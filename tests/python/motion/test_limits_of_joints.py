@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Limits of joints are plausible, and motions have a range at each that is."""
+"""Limits of joints are plausible, and motions have plausible ranges at each."""
 
 from __future__ import annotations
 

@@ -15,33 +15,33 @@ from opengpac.motion import LineRefused, PathRefused, follow, follow_linear, mov
 
 @pytest.fixture
 def arm() -> Iterator[gpac.robots.Arm]:
-    """An enabled UR5e at home."""
+    """Yields an enabled UR5e at home."""
     made = gpac.robots.load("ur5e", clock="virtual")
     with made.system, made.enabled():
         yield made
 
 
 def sensed(arm: gpac.robots.Arm, since: float) -> np.ndarray:
-    """The joint positions of each millisecond since a time: one row each."""
+    """Returns the joint positions of each millisecond since a time: one row each."""
     columns = [joint.sensed.history[:] for joint in arm]
     return np.array([column["value"][column["time"] > since] for column in columns]).T
 
 
 def commanded(arm: gpac.robots.Arm, since: float) -> np.ndarray:
-    """The set-points since a time: one row each."""
+    """Returns the set-points since a time: one row each."""
     columns = [joint.commanded.history[:] for joint in arm]
     return np.array([column["value"][column["time"] > since] for column in columns]).T
 
 
 def off_the_line(points: np.ndarray, start: np.ndarray, goal: np.ndarray) -> float:
-    """How far the farthest of the points is from a straight line."""
+    """Returns the maximum distance of the points from a straight line."""
     along = (goal - start) / np.linalg.norm(goal - start)
     away = (points - start) - np.outer((points - start) @ along, along)
     return float(np.linalg.norm(away, axis=1).max())
 
 
 def check_speeds(arm: gpac.robots.Arm, since: float) -> None:
-    """No joint faster than its limit in any millisecond, no set-point step above it."""
+    """Checks that no joint exceeds its limit in any millisecond, nor any step of a set-point."""
     speeds = np.array(arm.values("max_speed"))
     assert (np.abs(np.diff(sensed(arm, since), axis=0)) <= speeds * 1e-3 * 1.05).all()
     assert (np.abs(np.diff(commanded(arm, since), axis=0)) <= speeds * 0.02 * (1 + 1e-9)).all()
@@ -53,7 +53,7 @@ def test_the_tool_goes_straight_and_turns_evenly(arm: gpac.robots.Arm) -> None:
     moved = move_linear(arm, goal, speed=0.2)
     assert arm.pose().distance(goal) < 1e-4
     assert arm.pose().angle(goal) < 1e-3
-    # The textbook's time of such a motion; the turn and the joints may ask for a little more.
+    # Textbook duration of such a motion; the turn and the joints may require a little more.
     least = start.distance(goal) / 0.2 + 0.2 / 1.0 + 1.0 / 10.0
     assert least <= moved.duration < least * 1.05
     poses = [arm.forward(q) for q in sensed(arm, since)[::5]]

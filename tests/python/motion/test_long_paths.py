@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Paths of thousands of way-points, the plan of a planner, on a UR5e under the virtual clock: limits, halt, take-over, refusals."""
+"""Paths of thousands of way-points, as a planner outputs, on a UR5e under the virtual clock: limits, halt, take-over, refusals."""
 
 from __future__ import annotations
 
@@ -18,14 +18,14 @@ PERIOD_S = 0.02
 
 @pytest.fixture
 def arm() -> Iterator[gpac.robots.Arm]:
-    """An enabled UR5e at home."""
+    """Yields an enabled UR5e at home."""
     made = gpac.robots.load("ur5e", clock="virtual")
     with made.system, made.enabled():
         yield made
 
 
 def smooth(start: np.ndarray, seed: int, count: int) -> np.ndarray:
-    """A random smooth way from where the joints are: one row each point."""
+    """Returns a random smooth path from the present joint positions: one row for each point."""
     rng = np.random.default_rng(seed)
     s = np.linspace(0, 1, count)[:, None]
     shape = (3, len(start))
@@ -35,13 +35,13 @@ def smooth(start: np.ndarray, seed: int, count: int) -> np.ndarray:
 
 
 def commanded(arm: gpac.robots.Arm, since: float) -> np.ndarray:
-    """The set-points since a time: one row each."""
+    """Returns the set-points since a time: one row each."""
     columns = [joint.commanded.history[:] for joint in arm]
     return np.array([column["value"][column["time"] > since] for column in columns]).T
 
 
 def check_limits(arm: gpac.robots.Arm, setpoints: np.ndarray) -> None:
-    """Speed and acceleration of the set-points are those of the joints at most."""
+    """Checks that speed and acceleration of the set-points are within the joints' limits."""
     speed = np.diff(setpoints, axis=0) / PERIOD_S
     assert (np.abs(speed) <= np.array(arm.values("max_speed")) * (1 + 1e-9)).all()
     acceleration = np.diff(speed, axis=0) / PERIOD_S
@@ -49,7 +49,7 @@ def check_limits(arm: gpac.robots.Arm, setpoints: np.ndarray) -> None:
 
 
 def off_the_way(setpoints: np.ndarray, points: np.ndarray) -> float:
-    """How far the farthest set-point is from the way-points' line, in its worst joint."""
+    """Returns the maximum distance of the set-points from the way-points' line, in the worst joint."""
     begins, along = points[:-1], np.diff(points, axis=0)
     squares = np.maximum((along**2).sum(axis=1), 1e-30)
     worst = 0.0
@@ -68,7 +68,7 @@ def test_4096_points_of_a_smooth_way_are_followed_within_the_limits(arm: gpac.ro
     setpoints = commanded(arm, since)
     check_limits(arm, np.vstack([points[0], setpoints]))
     assert off_the_way(setpoints[::5], points) < 1e-4
-    # In the middle of the way it goes as fast as it may: no stops, no creeping from point to point.
+    # In the middle of the path it moves at full speed: no stops, no creeping from point to point.
     length = np.abs(np.diff(points, axis=0)).max(axis=1).sum()
     assert moved.duration < 3 * length
 
@@ -81,7 +81,7 @@ def test_65_points_go_where_64_go(arm: gpac.robots.Arm) -> None:
         move_absolute(arm, start)
         moved.append(follow(arm, [*points, *extra], blend=0.0, speed=0.5))
     assert [m.verb for m in moved] == ["follow", "follow_long"]
-    # Where it stops at each point a plan of one is that of the other.
+    # With a stop at each point both plans are the same.
     assert moved[0].duration == pytest.approx(moved[1].duration, rel=1e-9)
 
 
@@ -255,7 +255,7 @@ PLANNED = gpac.Verb(
 
 
 def table(seed: int) -> np.ndarray:
-    """A smooth way of six joints from zero, in a table of 16."""
+    """Returns a smooth path of six joints from zero, in a table of 16."""
     points = np.zeros((4096, 16))
     points[:, :6] = smooth(np.zeros(6), seed, 4096)
     return points

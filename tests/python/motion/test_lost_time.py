@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Lost time is not made up for: whatever is late, the speed asked for is kept, and a gap beyond the joints' bound brings them to rest."""
+"""Lost time is not made up for: after any delay the requested speed is kept, and a gap beyond the joints' bound brings them to rest."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ MOTIONS: dict[str, Callable[[Axes], gpac.VerbInstance[Any]]] = {
 
 @pytest.fixture(params=[50, 100, 300, 480])
 def bounded(request: pytest.FixtureRequest) -> Iterator[tuple[Axes, Callable[[], None]]]:
-    """Two axes, and a gap that their bound allows."""
+    """Yields two axes, and a function that makes a gap within their bound."""
     with gpac.System("late", clock="virtual", seed=1) as cell:
         rtp = cell.processor("rtp0")
         yield machine(cell, on=rtp), late(rtp, request.param)
@@ -75,7 +75,7 @@ def test_a_gap_beyond_the_bound_brings_the_joints_to_rest_and_tells_its_length(o
 
 
 def tells(cell: gpac.System, words: str) -> bool:
-    """Whether an alarm for lost time says so."""
+    """Returns whether an alarm for lost time contains these words."""
     return any(alarm.code == "time_lost" and re.search(words, alarm.text) for alarm in cell.alarms)
 
 
@@ -94,7 +94,7 @@ def test_an_alarm_tells_the_length_in_a_composition_too(place: str) -> None:
 
 
 def keeps_its_limits(joint: Joint) -> None:
-    """The reference has kept speed and acceleration in every ms but those of gaps."""
+    """Checks that the reference kept speed and acceleration in every ms outside gaps."""
     rows = joint.reference.history[:]
     step, whole = np.diff(rows["value"]), np.diff(rows["number"]) == 1
     change = np.diff(step)[whole[:-1] & whole[1:]]
@@ -104,7 +104,7 @@ def keeps_its_limits(joint: Joint) -> None:
 
 @pytest.mark.parametrize("of", MOTIONS)
 def test_a_joint_that_ran_on_in_a_gap_brakes_from_where_it_is_and_stays_enabled(of: str) -> None:
-    """The plant goes on under its last effort while its servo stands still, 0.21 rad here."""
+    """The plant continues under its last effort while its servo stands still, 0.21 rad here."""
     with gpac.System("late", clock="virtual", seed=1) as cell:
         rtp = cell.processor("rtp0")
         axes, keep = machine(cell, on=rtp, max_following_error=0.05), late(rtp, 700)
@@ -140,7 +140,7 @@ def test_a_joint_at_rest_that_is_where_it_was_has_lost_nothing() -> None:
 
 
 def a_velocity(name: str) -> Any:
-    """A verb that is no motion of the package, and has no end for lost time."""
+    """Returns a verb that is not a motion of the package, and has no end condition for lost time."""
     return gpac.Verb(
         name,
         blocks={"go": gpac.library.velocity_generator},
@@ -188,7 +188,7 @@ PLACES: dict[str, Callable[[Axes, Any], Any]] = {
 
 @pytest.mark.parametrize("place", PLACES)
 def test_lost_time_ends_whatever_moves_the_joint_wherever_it_is(place: str) -> None:
-    """The servo stood still alone: its generators, on another processor, lost nothing."""
+    """Only the servo stood still: its generators, on another processor, lost nothing."""
     with gpac.System("late", clock="virtual", seed=1) as cell:
         rtp, other = cell.processor("rtp0"), cell.processor("rtp1")
         axes, keep = machine(cell, on=rtp, max_following_error=0.05), late(rtp, 700)

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Random compositions of motions come to rest, each joint within its limits, whatever ends them, and nothing begins after that.
+"""Random compositions of motions come to rest, each joint within its limits, whatever ends them, and nothing begins afterwards.
 
-The compositions rotate with the day; a failure names its seed, and `OPENGPAC_MOVED_FROM=seed OPENGPAC_MOVED=1` runs that one again.
+The compositions vary with the day; a failure names its seed, and `OPENGPAC_MOVED_FROM=seed OPENGPAC_MOVED=1` runs that one again.
 """
 
 from __future__ import annotations
@@ -20,13 +20,13 @@ from opengpac import motion
 Motion = gpac.Verb[..., Any] | gpac.ComposedVerb
 CYCLE_S = 0.02
 REST_S = 2.5
-"""How long a trial is watched after its end."""
+"""Time for which a trial is observed after its end."""
 WITHIN_LIMITS = ("halt", "halt", "time limit", "suspend and halt", "abort")
 SWITCHED_OFF = ("disable", "emergency stop")
 
 
 class Cell:
-    """Two simulated arms, `left` and `right`, whose motions give way to new ones."""
+    """System with two simulated arms, `left` and `right`, whose motions yield to new ones."""
 
     def __init__(self) -> None:
         self.system = gpac.System("resting", clock="virtual")
@@ -40,7 +40,7 @@ class Cell:
         self.limits = np.array([(joint.max_speed, joint.max_acceleration, joint.max_jerk) for joint in self.all]).T
 
     def begin_again(self) -> None:
-        """Switches everything on, and brings the arms to where trials begin."""
+        """Switches everything on, and moves the arms to the start of trials."""
         self.system.reset()
         for arm in (self.left, self.right):
             arm.enable()
@@ -48,24 +48,24 @@ class Cell:
         self.system.advance("100 ms")
 
     def way(self, speed: np.ndarray) -> np.ndarray:
-        """How far a joint may go on at the most that has this speed, and speeds up, when it is told to stop."""
+        """Returns an upper bound of the distance that a joint travels in a stop from this speed, while it still accelerates."""
         _, acceleration, jerk = self.limits
         most = np.abs(speed) + acceleration**2 / (2 * jerk)
         return most**2 / (2 * acceleration) + most * (2 * acceleration / jerk + 2 * CYCLE_S)
 
 
 class Drawn:
-    """A random composition of motions of both arms, and the values of its inputs."""
+    """Random composition of motions of both arms, and the values of its inputs."""
 
     def __init__(self, rng: random.Random) -> None:
         self.rng, self.count = rng, 0
         self.inputs: dict[str, Any] = {}
         self.is_smooth = True
-        """Whether all of its motions limit their jerk."""
+        """True if all motions of the composition limit their jerk."""
         self.verb = self.together() if rng.random() < 0.6 else self.chain("left", 2)
 
     def leaf(self, arm: str) -> Motion:
-        """One motion of an arm; its inputs and outputs have names of their own."""
+        """Returns one motion of an arm, with inputs and outputs of unique names."""
         rng, number = self.rng, self.number()
         goal = [rng.uniform(-1.2, 1.2) for _ in range(2)]
         kind = rng.choice(["absolute", "absolute", "relative", "velocity", "path", "stop"])
@@ -85,7 +85,7 @@ class Drawn:
         return self.count
 
     def chain(self, arm: str, depth: int) -> Motion:
-        """Up to `depth` + 1 motions of one arm after each other, now and then in a loop."""
+        """Returns up to `depth` + 1 consecutive motions of one arm, now and then in a loop."""
         first = self.chain(arm, depth - 1) if depth else self.leaf(arm)
         if not depth or self.rng.random() < 0.3:
             return first
@@ -94,7 +94,7 @@ class Drawn:
         return gpac.compose(f"chain{self.number()}", {"a": first, "b": second}, transitions={("a", None): "b", **back})
 
     def together(self) -> Motion:
-        """Motions of both arms at once, and perhaps one more of `left`."""
+        """Returns motions of both arms at once, sometimes followed by one more of `left`."""
         goes_on = self.rng.random() < 0.5
         parts = {"l": self.leaf("left"), "r": self.leaf("right")}
         both = gpac.together(parts, name=f"both{self.number()}", until=self.rng.choice(["any", "all"]))
@@ -104,7 +104,7 @@ class Drawn:
 
 
 def is_beyond(cell: Cell, begun_s: float, is_smooth: bool) -> str:
-    """Says where the joints went beyond their limits since an instant; nothing if they did not."""
+    """Returns where the joints exceeded their limits since an instant; empty if they did not."""
     for joint, (speed, acceleration, jerk) in zip(cell.all, cell.limits.T, strict=True):
         rows = joint.reference.history[:]
         value = rows["value"][rows["time"] >= begun_s - 1e-9]
@@ -122,7 +122,7 @@ def is_beyond(cell: Cell, begun_s: float, is_smooth: bool) -> str:
 
 
 def end(cell: Cell, moving: gpac.VerbInstance[Any], how: str) -> None:
-    """Ends a motion in this way; its time limit ends it by itself."""
+    """Ends a motion in the given way; a time limit ends it by itself."""
     if how == "suspend and halt":
         moving.suspend()
     if how in ("halt", "suspend and halt"):
@@ -137,7 +137,7 @@ def end(cell: Cell, moving: gpac.VerbInstance[Any], how: str) -> None:
 
 
 def trial(cell: Cell, seed: int) -> bool:
-    """Draws a composition and ends it at a random instant; false where the model refuses it or it has ended before."""
+    """Draws a composition and ends it at a random instant; returns false if the model refuses it or it had already ended."""
     rng = random.Random(seed)
     try:
         drawn = Drawn(rng)

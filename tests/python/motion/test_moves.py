@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Moves to positions: they arrive exactly and together, within the limits, also from a moving start; goals outside are refused."""
+"""Moves to positions arrive exactly and together, within the limits, even from a moving start; goals outside are refused."""
 
 from __future__ import annotations
 

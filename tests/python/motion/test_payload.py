@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A payload that the plant does not know, hung on the tool of a simulated arm."""
+"""A payload unknown to the plant is attached to the tool of a simulated arm."""
 
 from __future__ import annotations
 
@@ -18,14 +18,14 @@ MASS = 2.0
 
 @pytest.fixture
 def arm() -> Iterator[gpac.robots.Arm]:
-    """A UR5e under the virtual clock."""
+    """Yields a UR5e under the virtual clock."""
     made = gpac.robots.load("ur5e", clock="virtual")
     with made.system:
         yield made
 
 
 def hang(arm: gpac.robots.Arm, weight: float) -> gpac.VerbInstance[Any]:
-    """Pulls the simulated tool down by a weight in N."""
+    """Pulls the simulated tool down with a weight in N."""
     pull = gpac.Verb(
         "pull",
         blocks={"write": lib.block("write_vector")},
@@ -39,7 +39,7 @@ def hang(arm: gpac.robots.Arm, weight: float) -> gpac.VerbInstance[Any]:
 
 
 def sag(arm: gpac.robots.Arm) -> float:
-    """How far the joints are from where they are commanded to be, together."""
+    """Returns the distance of the joints from their commanded positions, all together."""
     arm.system.advance("1 s")
     return float(np.abs(np.array(arm.values("commanded")) - arm.values("sensed")).sum())
 

@@ -1,8 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
-"""No plain move of an arm known by name ends in a following error: any goal within the ranges, at any share of its speed.
+"""No plain move of an arm from the catalogue ends in a following error, for any goal within the ranges and any fraction of its speed.
 
-8 moves are tried, others each day, or as many as `OPENGPAC_PLAIN_MOVES` says; `OPENGPAC_SEED` is the first seed. They go through the arms
-whose packages are installed, and each is made from home, on a way on which nothing touches and at which every motor bears gravity.
+8 moves are tried, different ones each day; `OPENGPAC_PLAIN_MOVES` sets their number, `OPENGPAC_SEED` the first seed. They cycle
+through the arms whose packages are installed, and each starts from home, on a path without contact on which every motor can bear
+gravity.
 """
 
 from __future__ import annotations
@@ -24,21 +25,21 @@ MOVES = int(os.environ.get("OPENGPAC_PLAIN_MOVES", "8"))
 FIRST = int(os.environ.get("OPENGPAC_SEED", datetime.date.today().toordinal() * 1000))
 ARMS = [name for name, arm in KNOWN.items() if arm.is_installed()]
 GOALS = 50
-"""Goals that are drawn until one is found to which the arm can go."""
+"""Maximum number of goals drawn until the arm can reach one."""
 PLACES = 12
-"""Poses of a way that are looked at."""
+"""Number of poses of a path that are checked."""
 TURN, SLIDE = np.pi, 0.5
-"""How far a joint without a range moves either way, rad and m."""
+"""Maximum movement of a joint without a range, in either direction, rad and m."""
 LONGEST_S = 20.0
-"""A slow move goes only part of the way, so that it takes no longer than about this."""
+"""Approximate maximum duration of a move; a slow move goes only part of the way."""
 BEARABLE = 0.9
-"""The share of a motor's effort that gravity may take on the way."""
+"""Maximum fraction of a motor's effort that gravity may take on the path."""
 
 mujoco: Any = importlib.import_module("mujoco")
 
 
 class Model:
-    """What is simulated, apart from its simulation: the gravity that each joint of the arm bears in a pose."""
+    """Copy of the simulated model: the gravity that each joint of the arm bears in a pose."""
 
     def __init__(self, file: Path, joints: list[str]) -> None:
         self.model = mujoco.MjModel.from_xml_path(str(file))
@@ -49,14 +50,14 @@ class Model:
         self.places, self.freedoms = self.model.jnt_qposadr[ids], self.model.jnt_dofadr[ids]
 
     def gravity(self, pose: np.ndarray) -> np.ndarray:
-        """The efforts that hold the arm in a pose, N.m or N."""
+        """Returns the efforts that hold the arm in a pose, N.m or N."""
         self.data.qpos[self.places] = pose
         mujoco.mj_forward(self.model, self.data)
         return np.abs(self.data.qfrc_bias[self.freedoms] - self.data.qfrc_passive[self.freedoms])
 
 
 def a_goal(arm: gpac.robots.Arm, share: float, rng: np.random.Generator) -> np.ndarray:
-    """A goal within the ranges to which the arm can go: it meets nothing, and its motors can hold it everywhere on the way."""
+    """Returns a goal within the ranges that the arm can reach: without contact, and with motors that can hold it everywhere on the path."""
     names = [joint.name.removeprefix(f"{arm.name}.") for joint in arm]
     home, most = np.array(arm.values("sensed")), np.array(arm.values("max_effort"))
     whole = np.array([SLIDE if joint.sensed.unit == "m" else TURN for joint in arm])

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Joints that stand outside their range: `enable` says so, and a call drives them back in, slowly."""
+"""Joints outside their range: `enable` reports them, and a call drives them back in, slowly."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from opengpac import motion
 
 
 def axes(*starts: float, low: float = -0.5, high: float = 0.2) -> gpac.Group[gpac.robots.Joint]:
-    """Axes that stand at these positions, in rad, each with that range."""
+    """Returns axes at these positions, in rad, each with that range."""
     cell = gpac.System("outside", clock="virtual")
     rtp = cell.processor("rtp0")
     fast = rtp.timer("fast", period="1 ms", priority=80)

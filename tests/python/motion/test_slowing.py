@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A motion that slows down already is not stopped dead by a suspension, a first halt or its time limit: it comes to rest."""
+"""A motion that is already decelerating is not stopped abruptly by a suspension, a first halt or its time limit: it comes to rest."""
 
 from __future__ import annotations
 
@@ -24,12 +24,12 @@ ENDS = {"move_absolute": "timed_out", "move_velocity": "stopped", "follow": "tim
 
 
 def speed(axes: Axes) -> float:
-    """How fast the axes are commanded to move."""
+    """Returns the commanded speed of the axes."""
     return max(abs(of) for of in axes.values("commanded_velocity"))
 
 
 def slowing(axes: Axes, of: str) -> tuple[Watch, gpac.VerbInstance[Any]]:
-    """A motion whose time is up, and which slows down."""
+    """Returns a motion whose time limit has passed, and which is decelerating."""
     watch = Watch(axes)
     moving = MOTIONS[of](axes)
     watch.run(680)

@@ -14,7 +14,7 @@ from opengpac import motion
 
 
 def goal(arm: gpac.robots.Arm, *by: float) -> list[float]:
-    """The present positions, the first joints moved by so much."""
+    """Returns the present positions, with the first joints displaced by `by`."""
     present = [float(q) for q in arm.values("sensed")]
     return [q + step for q, step in zip(present, [*by, *[0.0] * (len(present) - len(by))], strict=True)]
 
@@ -105,7 +105,8 @@ MOTIONS: dict[str, Callable[[gpac.robots.Arm, float], gpac.VerbInstance[Any]]] =
 @pytest.mark.parametrize("second", MOTIONS)
 @pytest.mark.parametrize("first", [name for name in MOTIONS if name != "stop"])
 def test_every_motion_takes_over_every_other_within_the_limits(first: str, second: str) -> None:
-    """At an instant of each: while it speeds up, moves evenly, slows down; to the other side or the same."""
+    """The second motion starts at an instant of each phase: acceleration, constant speed, deceleration; in the opposite direction or the
+    same."""
     for when, to in (("107 ms", -1.0), ("320 ms", -1.0), ("320 ms", 1.0)):
         arm = gpac.robots.load("ur5e", clock="virtual", arbitration="abort")
         with arm.system as cell, arm.enabled():
@@ -136,7 +137,7 @@ AWAY: dict[str, tuple[gpac.Verb[..., Any], Callable[[gpac.robots.Arm], dict[str,
 
 
 def taken_away(arm: gpac.robots.Arm, name: str, when_s: float) -> None:
-    """Ends a motion by the end of another part after so long: its generators write no more, and nothing slows it down."""
+    """Ends a motion by the end of another part after `when_s`: its generators stop writing, and nothing decelerates it."""
     part, inputs = AWAY[name]
     clock = gpac.Verb(
         "clock",
@@ -149,7 +150,7 @@ def taken_away(arm: gpac.robots.Arm, name: str, when_s: float) -> None:
 
 
 def check(arm: gpac.robots.Arm, told: str) -> None:
-    """The references of all joints kept to speed, acceleration and range at 1 ms."""
+    """Checks that the references of all joints kept to speed, acceleration and range at 1 ms."""
     for joint in arm:
         reference = joint.reference.history[:]["value"]
         assert np.abs(np.diff(reference)).max() / 1e-3 <= joint.max_speed * (1 + 1e-6), f"{joint.short_name}: {told}"
@@ -161,7 +162,7 @@ def check(arm: gpac.robots.Arm, told: str) -> None:
 @pytest.mark.parametrize("after", [1, 33, 2000])
 @pytest.mark.parametrize("name", AWAY)
 def test_a_motion_that_is_taken_away_is_braked_and_the_next_one_begins_from_there(name: str, after: int) -> None:
-    """While it speeds up and while it moves evenly; the next one begins at once, while the servo brakes, or at rest."""
+    """The motion is ended during acceleration and at constant speed; the next one begins at once, while the servo brakes, or at rest."""
     for when_s in (0.107, 0.15):
         for second, to in [(name, -1.0) for name in MOTIONS if after == 33 or name in ("joints", "line")]:
             arm = gpac.robots.load("ur5e", clock="virtual", arbitration="abort")

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Frames by three places and tools by four touches, against SciPy's rotations and a tool that is known."""
+"""Frames from three points and tools from four touches, compared with SciPy's rotations and a known tool."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ TOOL = gpac.Frame((0.02, -0.03, 0.15), rpy=(0, "20 deg", 0))
 
 @pytest.fixture
 def arm() -> Iterator[gpac.robots.Arm]:
-    """An enabled UR5e at home."""
+    """Yields an enabled UR5e at home."""
     made = gpac.robots.load("ur5e", clock="virtual")
     with made.system, made.enabled():
         yield made
@@ -56,7 +56,7 @@ def test_places_that_tell_no_frame_are_refused() -> None:
 
 
 def touches(arm: gpac.robots.Arm, angles: float, count: int = 4, noise: float = 0.0) -> list[np.ndarray]:
-    """Joint positions at which the tip of `TOOL` touches one point, the tool turned by up to `angles` about several axes."""
+    """Returns joint positions at which the tip of `TOOL` touches one point, with the tool turned by up to `angles` about several axes."""
     chance = np.random.default_rng(5)
     before, arm.tool = arm.tool, TOOL
     tip, found = arm.pose(), []
@@ -69,7 +69,7 @@ def touches(arm: gpac.robots.Arm, angles: float, count: int = 4, noise: float = 
 
 
 def test_a_tool_is_found_from_four_touches_of_its_tip(arm: gpac.robots.Arm) -> None:
-    # The tool that is set now does not count.
+    # The present tool does not matter.
     for now in (gpac.Frame(), gpac.Frame((0.1, 0, 0), rpy=(1, 0, 0))):
         arm.tool = now
         found = tool_by_touching(arm, touches(arm, 0.4), orientation=(0, "20 deg", 0))
@@ -96,7 +96,7 @@ def test_places_that_tell_no_tool_are_refused(arm: gpac.robots.Arm) -> None:
         tool_by_touching(arm, touches(arm, 0.4)[:3])
     with pytest.raises(gpac.ValueRefused, match="turned too much alike"):
         tool_by_touching(arm, touches(arm, 0.02))
-    # All about one axis: the way along that axis is not seen.
+    # All turns are about one axis: the displacement along that axis cannot be observed.
     about_one = [[*arm.values("sensed")[:5], angle] for angle in (0.0, 1.0, 2.0, 3.0)]
     with pytest.raises(gpac.ValueRefused, match="about two axes"):
         tool_by_touching(arm, about_one)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Two arms at once: `together` ends with the first that has arrived, or when all have; a halt brings all of them to rest."""
+"""Two arms at once: `together` ends with the first arrival or with the last; a halt brings all arms to rest."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ NEAR, FAR = [0.2, -0.2], [1.2, -1.2]
 
 
 class Arms:
-    """Two arms in one system, each on a processor of its own or both on one."""
+    """Two arms in one system, each on its own processor or both on one."""
 
     def __init__(self, processors: int) -> None:
         self.cell = gpac.System("two_arms", clock="virtual")
@@ -30,24 +30,24 @@ class Arms:
         self.right = gpac.robots.load("two_joint", on=timers[-1], name="right").enable()
 
     def verb(self, **options: Any) -> gpac.ComposedVerb:
-        """A motion of both."""
+        """Returns a motion of both arms."""
         parts = {"left": motion.move_absolute.on(self.slow[0]), "right": motion.move_absolute.on(self.slow[-1])}
         return gpac.together(parts, name="move_both", rename=APART, **options)
 
     def speeds(self) -> np.ndarray:
-        """How fast the joints are commanded to move."""
+        """Returns the commanded speeds of the joints."""
         return np.array([*self.left.values("commanded_velocity"), *self.right.values("commanded_velocity")])
 
 
 def keeps_to_its_limits(arm: gpac.robots.Arm) -> bool:
-    """Whether the references of all joints kept to their accelerations at 1 ms."""
+    """Returns whether the references of all joints kept to their accelerations at 1 ms."""
     changes = [np.abs(np.diff(joint.reference.history[:]["value"], 2)).max() / 1e-6 for joint in arm]
     return all(change <= joint.max_acceleration * (1 + 1e-6) for joint, change in zip(arm, changes, strict=True))
 
 
 @pytest.fixture(params=[1, 2])
 def arms(request: pytest.FixtureRequest) -> Iterator[Arms]:
-    """Arms on one processor, and on two."""
+    """Yields arms on one processor, and on two."""
     made = Arms(request.param)
     with made.cell:
         yield made

@@ -17,21 +17,21 @@ TICK_S = 0.02
 
 @pytest.fixture
 def arm() -> Iterator[gpac.robots.Arm]:
-    """An enabled UR5e at home."""
+    """Yields an enabled UR5e at home."""
     made = gpac.robots.load("ur5e", clock="virtual")
     with made.system, made.enabled():
         yield made
 
 
 class Held:
-    """A button that is held: each tick of it is a new number in its heartbeat."""
+    """Held button, which increments its heartbeat at each tick."""
 
     def __init__(self, arm: gpac.robots.Arm) -> None:
         self.arm = arm
         self.svv = arm.system.svv("button", int)
 
     def run(self, instance: Any, seconds: float, until: Callable[[], bool] = lambda: False) -> None:
-        """Holds the button for a time, or until something holds."""
+        """Holds the button for a time, or until a condition holds."""
         for _ in range(round(seconds / TICK_S)):
             if instance.done or until():
                 return
@@ -40,13 +40,13 @@ class Held:
 
 
 def setpoints(arm: gpac.robots.Arm, since: float) -> np.ndarray:
-    """The set-points since a time: one row each."""
+    """Returns the set-points since a time: one row each."""
     columns = [joint.commanded.history[:] for joint in arm]
     return np.array([column["value"][column["time"] > since] for column in columns]).T
 
 
 def check_limits(arm: gpac.robots.Arm, rows: np.ndarray, speed: str = "jog_speed") -> None:
-    """No set-point leaves a range, or asks for more speed, acceleration or jerk than its joint has."""
+    """Checks that no set-point leaves its range, or exceeds the speed, acceleration or jerk of its joint."""
     steps = {speed: 1, "max_acceleration": 2, "max_jerk": 3}
     for member, order in steps.items():
         bound = np.array(arm.values(member)) * TICK_S**order
@@ -68,7 +68,7 @@ def test_the_speed_along_an_axis_is_held(arm: gpac.robots.Arm, in_tool: bool) ->
         arm.system.advance(1.0)
         assert jogging.wait().condition == "halted"
         way = np.subtract(arm.pose().position, begin.position)
-        # Of the tool's own axes the model may be turned: the way is that of one unit vector of the frame.
+        # The model may have turned the tool's own axes: the displacement is that of one unit vector of the frame.
         direction = velocity / 0.05 if not in_tool else (begin @ gpac.Pose(velocity)).position - np.array(begin.position)
         direction = direction / np.linalg.norm(direction)
         assert way @ direction == pytest.approx(0.05, abs=0.006)
@@ -138,7 +138,7 @@ def test_near_a_singularity_and_at_a_range_it_rests_and_the_way_back_is_free(arm
 def test_directions_speeds_and_overrides_at_random_keep_every_limit(arm: gpac.robots.Arm) -> None:
     draw, button = np.random.default_rng(7), Held(arm)
     for _ in range(6):
-        # Well above the floor, and upward more than down: what is touched is another test's.
+        # Well above the floor, and upward more than down: contact is tested elsewhere.
         goal = np.array([0.0, -1.5, 1.2, -1.3, -1.57, 0.0]) + draw.uniform(-0.3, 0.3, 6)
         move_absolute(arm, goal.tolist(), speed="50 %")
         since = arm.system.now

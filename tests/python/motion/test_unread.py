@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A reading of a device that was never enabled is refused in words; one that was read before has its age."""
+"""A reading of a device that was never enabled is refused with a message; one that was read before has its age."""
 
 from __future__ import annotations
 

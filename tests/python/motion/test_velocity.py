@@ -36,7 +36,7 @@ def test_a_joint_stops_before_the_end_of_its_range(axes: gpac.Group[Joint]) -> N
         watch.wait(motion.move_velocity.asynch(axes, [1.0, 0.1]))
     watch.smooth()
     assert axes[0].reference.value == 2.0 and axes[0].limited.value == 0
-    # From there it can only go back.
+    # From there only a motion back is possible.
     with pytest.raises(motion.LimitReached):
         motion.move_velocity(axes[0], 0.3)
     motion.move_velocity(axes[0], -0.3, time_limit="1 s")

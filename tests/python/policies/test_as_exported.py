@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Networks in the forms in which exporters write them, with the values of the reference evaluator of `onnx`."""
+"""Networks in the forms in which exporters write them, compared with the reference evaluator of `onnx`."""
 
 from collections.abc import Callable
 from pathlib import Path
@@ -25,7 +25,7 @@ def saved(tmp_path: Path, made: onnx.ModelProto, name: str = "net.onnx", **how: 
 
 
 def same_as_reference(file: Path, policy: gpac.Policy, **given: np.ndarray) -> None:
-    """One invocation of the block has the values that the reference has for the inputs in their own shapes."""
+    """Checks that one invocation of the block gives the reference's values for the inputs in their own shapes."""
     expected = ReferenceEvaluator(str(file)).run(None, given)
     ran = policy.run(**{name: [np.ravel(value).astype(float)] for name, value in given.items()})
     assert ran.fault is None, ran.fault
@@ -152,7 +152,7 @@ def test_half_precision_is_read_to_the_bit(tmp_path: Path) -> None:
 
 
 def test_an_input_of_integers_chooses_rows_of_a_table(tmp_path: Path) -> None:
-    """An embedding of a command, as language and skill policies have it."""
+    """An embedding of a command, as in language and skill policies."""
     graph = helper.make_graph(
         [helper.make_node("Gather", ["table", "skill"], ["row"]), helper.make_node("Add", ["row", "obs"], ["y"])],
         "skills",
@@ -185,7 +185,7 @@ def test_integers_in_an_operator_for_floats_are_refused_by_the_node(tmp_path: Pa
 
 
 def test_what_depends_on_constants_alone_is_computed_at_once(tmp_path: Path) -> None:
-    """Weights behind Slice, Concat, Equal, Where and Range, and a shape that is computed: the product still has constant weights."""
+    """Weights behind Slice, Concat, Equal, Where and Range, and a computed shape: the product still has constant weights."""
     nodes = [
         helper.make_node("Shape", ["obs"], ["shape"]),
         helper.make_node("Gather", ["shape", "last"], ["width"], axis=0),

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""`action_chunk` plays chunks without a step of position or velocity, whatever the inference takes, and beside SciPy's spline."""
+"""`action_chunk` plays chunks without a step of position or velocity, for any inference time, and agrees with SciPy's spline."""
 
 import numpy as np
 import pytest
@@ -15,7 +15,8 @@ def motion(t: np.ndarray) -> np.ndarray:
 
 
 def inferred(delay_ms: int, error: float, steps: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """What a policy gives that sees the world, needs `delay_ms`, gives a chunk and begins again; chunks differ by up to `error`."""
+    """Returns the outputs of a policy that observes the world, needs `delay_ms`, outputs a chunk and repeats; chunks differ by up to
+    `error`."""
     rng = np.random.default_rng(3)
     actions, number, observed = np.zeros((steps, N)), np.zeros(steps, dtype=int), np.zeros(steps, dtype=int)
     for i, seen in enumerate(range(0, steps, delay_ms)):
@@ -32,7 +33,7 @@ def test_position_and_velocity_are_continuous_whatever_the_inference_takes(delay
     trial = library.action_chunk.run(n=N, interval=INTERVAL, blend=blend, present=0.0, actions=actions, number=number, observed=observed)
     assert trial.fault is None
     y, velocity = trial.y, trial.velocity
-    # The greatest acceleration: of the motion's spline, of a stop at a chunk's end, and of a correction.
+    # Maximum acceleration: of the motion's spline, of a stop at a chunk's end, and of a correction.
     fastest = 0.4 * np.pi + 0.26 * np.pi
     bound = (
         0.4 * np.pi**2

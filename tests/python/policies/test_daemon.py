@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A daemon with a journal that is killed while a policy runs, and started again, has it again: the network is in the journal's keeping."""
+"""A daemon with a journal that is killed while a policy runs has the policy again after its restart: the network is kept in the journal."""
 
 from pathlib import Path
 
@@ -24,7 +24,7 @@ def test_a_daemon_that_was_killed_runs_its_policy_again(tmp_path: Path) -> None:
     )
 
     class Walker(gpac.LogicalDevice, verb=verb, name="walker"):
-        """What a policy keeps going."""
+        """Device that a policy keeps running."""
 
         x = gpac.svv("double[3]", initial=SEEN)
         y = gpac.svv("double[3]")

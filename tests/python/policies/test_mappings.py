@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A policy gives the same bits under the virtual clock, in a process, and tried alone."""
+"""A policy gives the same bits under the virtual clock, in a process, and in a trial."""
 
 from pathlib import Path
 
@@ -14,7 +14,7 @@ SEEN = [0.1, 0.2, 0.3]
 
 
 def walking(file: Path) -> tuple[gpac.Policy, gpac.Verb[..., gpac.Report]]:
-    """A policy of one small network, and a verb that runs it for 100 ms."""
+    """Returns a policy of one small network, and a verb that runs it for 100 ms."""
     policy = gpac.policy(dense(file, [3, 16, 3]), every="20 ms")
     verb = gpac.Verb(
         "walking",

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What a network's numbers mean is said, read from the file, and compared: faults of meaning are refused with both ends."""
+"""The meaning of a network's numbers is declared, read from the file, and compared: mismatches are refused with both sides."""
 
 from pathlib import Path
 
@@ -25,7 +25,7 @@ FILE = {
     "action_units": "rad",
     "period": "0.02",
 }
-"""As mjlab and the exporters of whole-body tracking write it, with our keys for units and the period."""
+"""Metadata as mjlab and the exporters of whole-body tracking write them, with our keys for units and the period."""
 
 POSITION = {"names": JOINTS, "unit": "rad", "history": 2, "observation": "joint_pos"}
 VELOCITY = {"names": JOINTS, "unit": "rad/s", "observation": "joint_vel"}

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The node tests of the onnx package, for every operator that is said to be supported: many nodes in one block, for few compilations."""
+"""The node tests of the onnx package, for every operator declared as supported: many nodes in one block, to save compilations."""
 
 import importlib
 import os
@@ -21,18 +21,19 @@ import opengpac as gpac
 ALL = os.environ.get("OPENGPAC_NODES") == "all"
 SHARES = 3
 VALUES_MAX = 25_000
-"""Values of the cases of one network, whose scratch has a bound."""
+"""Maximum number of values of one network's cases, as its scratch memory is bounded."""
 
 OPERATORS = Path(__file__).parents[3] / "docs" / "policies.md"
 
 AT_RUN_TIME = {"Gemm", "MatMul", "LayerNormalization", "PRelu", "Sub", "Where", "Greater", "And", "Einsum"}
-"""Operators that are tried a second time with every input as a value at run time: those that are translated otherwise, and one for all."""
+"""Operators that are also tried with every input as a value at run time: those with a different translation then, and one for all
+others."""
 
 ANY_KIND = {
     "Equal", "Greater", "GreaterOrEqual", "Less", "LessOrEqual", "And", "Or", "Xor", "Not", "Where", "ArgMax", "ArgMin", "Einsum",
     "Range", "Size", "Tile",
 }  # fmt: skip
-"""Operators whose node tests are run with integers, truth values and floats of other widths, too."""
+"""Operators whose node tests also run with integers, truth values and floats of other widths."""
 
 ROUNDED = {"test_averagepool_2d_ceil_last_window_starts_on_pad"}
 """Tests whose values are written with four digits."""
@@ -56,7 +57,7 @@ REFUSED = {
     "reshape_allowzero": "no elements",
     "slice_start_out_of_bounds": "no elements",
 }
-"""Parts of the names of tests that are not for policies, with the reason."""
+"""Parts of the names of tests that do not apply to policies, with the reason."""
 
 
 @dataclass
@@ -69,13 +70,13 @@ class Case:
 
 
 def supported() -> set[str]:
-    """The operators that the page lists."""
+    """Returns the operators that the page lists."""
     table = OPERATORS.read_text().split("<!-- operators -->")[1]
     return set(re.findall(r"`([A-Z]\w+)`", table))
 
 
 def _collected() -> list[Any]:
-    """The node tests in the files of these operators: to make all of the package's takes nine seconds."""
+    """Returns the node tests in the files of these operators; generating all of the package's takes nine seconds."""
     words = {re.sub(r"[^a-z]", "", operator.lower()) for operator in supported()}
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", RuntimeWarning)  # the infinities of their test values
@@ -110,7 +111,7 @@ def cases() -> Iterator[Case]:
 
 
 def joined(group: list[Case], opset: int) -> tuple[onnx.ModelProto, np.ndarray]:
-    """One network that has all of them: each takes its inputs from one long vector, and gives its outputs into another."""
+    """Returns one network that contains all cases: each takes its inputs from one long vector, and writes its outputs into another."""
     nodes, initializers, given, results, at = [], [], [], [], 0
     for i, case in enumerate(group):
         names = {}
@@ -171,7 +172,7 @@ def by_opset() -> dict[int, list[Case]]:
 
 
 def share(group: list[Case]) -> list[Case]:
-    """All of them where `OPENGPAC_NODES=all`, as in `make faults`; else a third, another one each day.
+    """Returns all cases if `OPENGPAC_NODES=all`, as in `make faults`; otherwise a third, a different one each day.
 
     The C compiler takes half a minute for all.
     """
@@ -179,7 +180,7 @@ def share(group: list[Case]) -> list[Case]:
 
 
 def parts(group: list[Case]) -> Iterator[list[Case]]:
-    """The cases in parts whose values fit the scratch of one network together."""
+    """Yields the cases in parts whose values fit the scratch memory of one network."""
     part: list[Case] = []
     size = 0
     for case in group:
@@ -196,7 +197,7 @@ def test_the_node_tests_have_every_operator() -> None:
     groups = by_opset().values()
     seen = {node.op_type for group in groups for case in group for node in case.model.graph.node}
     assert sum(map(len, groups)) > 250
-    # Their tests have no floats at the first input, or there are none.
+    # Operators whose tests have no floats at the first input, or that have no tests.
     assert supported() - seen <= {"Cast", "ConstantOfShape", "Expand", "Shape", "Constant", "Pad", "Range", "Not"}, supported() - seen
 
 

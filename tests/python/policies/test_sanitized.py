@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The C of policies beside the sanitizers of the C compiler: no access beyond an array, no overflow, nothing undefined, no allocation, and
-the same numbers as in the system."""
+"""The C code of policies under the C compiler's sanitizers: no access beyond an array, no overflow, nothing undefined, no allocation,
+and the same numbers as in the system."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from policies.test_nodes import ALL, Case, by_opset, joined
 SANITIZERS = ["-fsanitize=address,undefined", "-fno-sanitize-recover=all", "-fno-omit-frame-pointer"]
 COUNTED = "-Wl,--wrap=malloc,--wrap=calloc,--wrap=realloc"
 A_DAY = 12
-"""The sanitizers make the compiler slow: so many nodes of one opset each day, all of them in `make faults`."""
+"""Number of nodes of one opset per day, because sanitizers slow the compiler down; `make faults` tries all."""
 DRIVEN = Path(__file__).parent / "driven.c"
 
 KEEPING = """#!{python}
@@ -36,7 +36,7 @@ os.execvp("cc", ["cc", *arguments])
 
 @pytest.fixture
 def kept(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """Where the text of what is compiled from now on is kept, with its header beside it."""
+    """Returns the folder that keeps the C text of further compilations, with its header."""
     text, compiler = tmp_path / "text.c", tmp_path / "cc"
     compiler.write_text(KEEPING.format(python=sys.executable, kept=str(text)))
     compiler.chmod(0o700)
@@ -45,7 +45,7 @@ def kept(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 
 def driven(text: Path, given: np.ndarray, more: str = "") -> np.ndarray:
-    """What the block of that C gives for rows of inputs, under the sanitizers."""
+    """Returns the outputs of the block of that C text for rows of inputs, under the sanitizers."""
     whole, program = text.with_name("whole.c"), text.with_name("whole")
     whole.write_text(text.read_text() + more + DRIVEN.read_text())
     flags = ["-std=gnu11", "-O1", "-g", "-w", *SANITIZERS, COUNTED]
@@ -56,7 +56,7 @@ def driven(text: Path, given: np.ndarray, more: str = "") -> np.ndarray:
 
 
 def parts(groups: dict[int, list[Case]], day: int) -> dict[int, list[Case]]:
-    """The nodes that are tried on that day, by their opset."""
+    """Returns the nodes that are tried on that day, by opset."""
     if ALL:
         return groups
     turn, opset = divmod(day, len(groups))
@@ -80,7 +80,7 @@ def test_the_nodes_of_every_operator(tmp_path: Path, kept: Path) -> None:
 
 
 def test_an_access_beyond_an_array_is_seen(tmp_path: Path, kept: Path) -> None:
-    """The sanitizers are there: a block that reads one element too many ends the program."""
+    """The sanitizers work: a block that reads one element too many ends the program."""
     (tmp_path / "beyond.c").write_text(
         '#include <opengpac.h>\n#include <string.h>\nFUNCTION_BLOCK(beyond, "Reads beyond.", in(double[4], u, "u"), out(double, y, "y"))\n'
         "{\n    static const double table[] = {1, 2, 3, 4};\n    self->y = table[(int)self->u[3]];\n    return OK;\n}\n"

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Functions that are no blocks: name → (source, line of the fault within it, part of the message, part of the remedy)."""
+"""Functions that are not valid blocks: name → (source, line of the fault within it, part of the message, part of the remedy)."""
 
 HEAD = """import math
 import numpy as np
@@ -12,7 +12,7 @@ def helper(x): return x
 U, Y = A[float, Input("u")], A[float, Output("y")]
 @gpac.block
 """
-"""What stands before each; the function begins on the line after it."""
+"""Text before each source; the function begins on the line after it."""
 
 _IN = "def f(u: U, y: Y):\n    "
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Blocks that stay Python: on the virtual clock, in a process, and what happens where they are late, raise, die or do not return."""
+"""Blocks that stay Python: on the virtual clock, in a process, and when they are late, raise, die or do not return."""
 
 import contextlib
 import importlib
@@ -33,7 +33,7 @@ def fit(
     sums: A[np.ndarray, State(type="double[2]")] = (0.0, 0.0),  # type: ignore[assignment]
     weight: A[float, Parameter()] = 1.0,
 ) -> None:
-    """A straight line through the samples, summed up."""
+    """Sum of the straight lines through the samples."""
     found = np.polynomial.polynomial.polyfit([0.0, 1.0, 2.0], u * weight, 1)
     sums = sums + found
     line, seen, steep = sums, now.number + 1, bool(found[1] > 1)
@@ -47,21 +47,21 @@ def test_any_python_runs_in_a_trial() -> None:
 
 @gpac.block(native=False)
 def thorough(y: A[float, Output()]) -> None:
-    """Computes for longer than the budget of compiled blocks on trial, as one does that loads a network first."""
+    """Computes for longer than the budget of compiled blocks in a trial, like a block that first loads a network."""
     end = time.monotonic() + 1.3
     while time.monotonic() < end:
         y = y + 1.0
 
 
 def test_a_trial_gives_python_the_time_that_it_takes() -> None:
-    """A call that a budget ended would keep the interpreter's lock, and this process would stand still for ever."""
+    """A call ended by a budget would keep the interpreter's lock, and this process would hang."""
     tried = thorough.run(steps=2)
     assert tried.fault is None and tried.y[0] > 0
 
 
 @gpac.block(native=False, deadline="1 us")
 def slow(y: A[float, Output()], pid: A[int, Output()], now: Invocation) -> None:
-    """Counts, says where it runs, and takes longer than it may."""
+    """Counts, outputs its process, and exceeds its budget."""
     y, pid = now.number + 1.0, os.getpid()
 
 
@@ -83,12 +83,12 @@ def dying(y: A[float, Output()], pid: A[int, Output()], now: Invocation) -> None
 
 @gpac.block
 def count(n: A[int, Output()]) -> None:
-    """Compiled: counts its invocations."""
+    """Counts its invocations; compiled."""
     n += 1
 
 
 def looking(block: Any, **more: Any) -> gpac.Verb[..., Any]:
-    """The block on a processor of its own, and one on another processor that reads its value whenever that comes."""
+    """Returns a verb with the block on its own processor, and one on another processor that reads its value asynchronously."""
     start = [activate("copy", every="2 ms"), activate("count", every="2 ms"), activate("look", every="10 ms", budget="60 s")]
     more.setdefault("command_lists", {"start": start})
     return gpac.Verb("look",
@@ -98,7 +98,7 @@ def looking(block: Any, **more: Any) -> gpac.Verb[..., Any]:
 
 
 class Eyes:
-    """A system with a processor of this program and one for Python, and the SVVs of `looking`."""
+    """System with a processor of this program and one for Python, and the SVVs of `looking`."""
 
     def __init__(self, clock: str = "monotonic") -> None:
         self.cell = gpac.System("eyes", clock=clock, progress=False)
@@ -155,7 +155,7 @@ def test_one_that_does_not_return_holds_up_no_firing_and_its_age_is_a_condition(
     door, shut = tmp_path / "door", tmp_path / "shut"
     os.mkfifo(door)
     text = HEAD.replace("@gpac.block", "@gpac.block(native=False)")
-    # Open for reading and writing: it waits until there is something to read, whoever else has opened it.
+    # Opened for reading and writing: it waits for data even if no other process has opened it.
     text += f"def wait(y: Y, pid: A[int, Output()]):\n    import os\n    y = 1.0\n    if os.path.exists({str(shut)!r}):\n"
     text += f"        with open({str(door)!r}, 'r+b', buffering=0) as door:\n            y = float(door.read(3))\n"
     (tmp_path / "program.py").write_text(text)
@@ -171,7 +171,7 @@ def test_one_that_does_not_return_holds_up_no_firing_and_its_age_is_a_condition(
             command_lists={"start": [activate("count", every="2 ms"), activate("look", every="10 ms", budget="60 s")]})  # fmt: skip
         y, seen, aged = (eyes.cell.svv(name) for name in ("y", "seen", "aged"))
         looks.on({"look": eyes.look, "*": eyes.fast}).asynch(y, eyes.counted)
-        # Connected while it returns: a source that is busy takes a new reader in only behind its invocation.
+        # Connected while the invocation returns: a busy source accepts a new reader only after its invocation.
         watch.on(eyes.fast).asynch(y, seen)
         until(lambda: seen.value == 1, "its values come")
         old = watch.on(eyes.fast).asynch(y, aged, age_max="1 s")
@@ -183,7 +183,8 @@ def test_one_that_does_not_return_holds_up_no_firing_and_its_age_is_a_condition(
         assert seen.value == 1
 
         def came() -> bool:
-            """Offers its value once more: who begins to read while an invocation waits is served after it, or after the next one."""
+            """Offers the value once more; returns whether it has arrived. A reader that begins while an invocation waits is served after
+            that invocation or the next one."""
             with contextlib.suppress(BlockingIOError):
                 os.write(offer, b"7.0")
             return seen.value == 7

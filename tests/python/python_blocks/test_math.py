@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The functions of `math` in compiled blocks: those of the page have Python's values, all others are refused by name."""
+"""The functions of `math` in compiled blocks: the documented ones give Python's values, all others are refused by name."""
 
 import importlib.util
 import math

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Blocks in Python: what they give, what is refused, that each is compiled once, and what is said where numba is missing."""
+"""Blocks in Python: their values, refusals, one compilation each, and the message if numba is missing."""
 
 import importlib
 import math
@@ -56,7 +56,7 @@ def items(
     now: Invocation,
     m: A[np.ndarray, Parameter(type="int32_t[2][2]")] = ((1, 2), (3, 4)),  # type: ignore[assignment]
 ) -> None:
-    """Each kind of item."""
+    """Uses each kind of item."""
     time = now.time
     if flag:
         return
@@ -66,7 +66,7 @@ def items(
 
 @gpac.block
 def pick(i: A[int, Input()], q: A[np.ndarray, Input(type="double[3]")], y: A[float, Output()]) -> None:
-    """Element i divided by i."""
+    """Divides element i by i."""
     y = q[i] / i
 
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A function gives the same bits as C made from LLVM's text and as LLVM's own assembly, and what it gives as Python."""
+"""A function gives the same bits as C generated from LLVM's text and as LLVM's own assembly, and the same values as in Python."""
 
 import math
 from pathlib import Path
@@ -29,7 +29,7 @@ def numbers(
     x: A[np.ndarray, State(type="double[2][2]")] = ((1.0, 0.5), (0.0, -1.0)),  # type: ignore[assignment]
     k: A[float, Parameter()] = 0.3,
 ):
-    """Each operator, loops, arrays, functions of libm."""
+    """Uses each operator, loops, arrays, and functions of libm."""
     real = math.sin(u) * math.exp(-abs(u)) + math.atan2(u, 2.0) - math.hypot(u, k) + u**3 + math.floor(u)
     real += max(u, k) - min(u, -k) + math.copysign(k, u) + round(u) + (u % 0.4) + (u // 0.4) + math.sqrt(abs(u))
     whole = i // 7 + i % 7 - (-i) // 5 + (i << 2) - (i >> 1) + (i & 12) + (i | 3) + (i ^ 5) + abs(i) + int(u) + i * i
@@ -84,7 +84,7 @@ def test_c_and_assembly_give_the_same_bits_and_python_the_same_numbers(tmp_path:
         patch.setattr(compiling, "translated", unknown)
         assert outcome(gpac.block(numbers), given) == expected
     values, conditions = outcome(gpac.block(native=False)(numbers), given)
-    # numba multiplies where Python calls pow.
+    # numba multiplies, while Python calls pow.
     np.testing.assert_allclose(np.frombuffer(values.pop("real")), np.frombuffer(expected[0].pop("real")), rtol=1e-12, atol=1e-12)
     assert (values, conditions) == expected
 

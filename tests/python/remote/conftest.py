@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Daemons with a Unix socket, and a small cell there that others configured."""
+"""Daemons with a Unix socket, and a small cell there that another program configured."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from daemons import Daemon
 
 @pytest.fixture
 def daemon(tmp_path: Path) -> Iterator[Daemon]:
-    """A daemon with the virtual clock."""
+    """Yields a daemon with the virtual clock."""
     made = Daemon(tmp_path)
     yield made
     made.stop()
@@ -22,7 +22,7 @@ def daemon(tmp_path: Path) -> Iterator[Daemon]:
 
 @pytest.fixture
 def real_daemon(tmp_path: Path) -> Iterator[Daemon]:
-    """A daemon in real time."""
+    """Yields a daemon in real time."""
     made = Daemon(tmp_path, "monotonic")
     yield made
     made.stop()
@@ -30,7 +30,7 @@ def real_daemon(tmp_path: Path) -> Iterator[Daemon]:
 
 @pytest.fixture
 def far(daemon: Daemon) -> Iterator[gpac.System]:
-    """A remote system, under the virtual clock, with a processor `rtp0` and its timer `fast` (1 ms)."""
+    """Yields a remote system, under the virtual clock, with a processor `rtp0` and its timer `fast` (1 ms)."""
     with gpac.connect(daemon.url, name="tests") as cell:
         cell.processor("rtp0").timer("fast", period="1 ms", priority=80)
         yield cell

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A programming system that is killed: it starts a motion, says so, and then says how the joint moves until somebody ends it.
+"""A programming system that is killed: it starts a motion, prints so, and then prints the motion of the joint until it is ended.
 
 python operator_program.py URL NAME POLICY [waits]
 """
@@ -13,7 +13,7 @@ import swing
 
 
 def main(url: str, name: str, policy: str, does: str = "looks") -> None:
-    """Starts `swing` with that policy, for longer than anybody waits; then it looks at the joint, or waits for the end."""
+    """Starts `swing` with that policy and a duration longer than any test; then observes the joint, or waits for the end."""
     with gpac.connect(url, name=name) as cell:
         joint = cell.device("axis", swing.Joint) if "axis" in cell.names["logical_devices"] else swing.build(cell)
         joint.enable()

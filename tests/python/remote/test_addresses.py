@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What is an address of a system, and what the refusal of another says."""
+"""Valid addresses of a system, and the refusals of invalid ones."""
 
 from __future__ import annotations
 
@@ -58,7 +58,7 @@ def test_where_nobody_answers_it_says_how_to_start_one(tmp_path: Path) -> None:
 
 @pytest.fixture
 def foreign() -> Iterator[Any]:
-    """A web server that is no control interface; its `answer` is what it says to everything."""
+    """Yields a web server that is not a control interface; its `answer` is its response to every request."""
 
     class Foreign(http.server.BaseHTTPRequestHandler):
         def do_GET(self) -> None:

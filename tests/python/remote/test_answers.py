@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Answers of HTTP as they come over a socket: whole, in pieces, of a length that is known at the end only, and what is none."""
+"""HTTP answers as they arrive over a socket: whole, in pieces, with a length known only at the end, and invalid ones."""
 
 from __future__ import annotations
 
@@ -19,11 +19,11 @@ PLAIN = b"HTTP/1.1 200 OK\r\ncontent-type: application/json\r\nContent-Length: 1
 
 
 def told(pieces: Sequence[bytes]) -> tuple[Answer, bool]:
-    """What is read where the other side sends these pieces, and then nothing more."""
+    """Returns the result of reading these pieces from a peer that sends nothing further."""
     here, there = socket.socketpair()
 
     def send() -> None:
-        # Who refuses what it reads hears no more of it.
+        # A reader that refuses the answer has closed the connection.
         with contextlib.suppress(OSError):
             for piece in pieces:
                 there.sendall(piece)

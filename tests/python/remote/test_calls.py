@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Calls on a remote system do what they do on an embedded one: values of every type, errors, code, waits."""
+"""Calls on a remote system behave as on an embedded one: values of every type, errors, code, waits."""
 
 from __future__ import annotations
 

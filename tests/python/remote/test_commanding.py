@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""CallTransport for command and answering who asks, between programs with one daemon."""
+"""Requests for command, and answers to them, between programs with one daemon."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from opengpac.remote.session import Session
 
 @pytest.fixture
 def two(daemon: Daemon) -> Iterator[tuple[Session, Session]]:
-    """A session that commands, and one that watches, whose person is Bert."""
+    """Yields a session that commands, and one that watches, whose person is Bert."""
     with gpac.connect(daemon.url, name="first") as first, gpac.connect(daemon.url, name="second", command=False, person="Bert") as second:
         assert first.session is not None and second.session is not None
         yield first.session, second.session
@@ -26,13 +26,13 @@ def two(daemon: Daemon) -> Iterator[tuple[Session, Session]]:
 
 @pytest.fixture
 def aside() -> Iterator[Callable[[Callable[[], None]], Future[None]]]:
-    """Runs something beside the test."""
+    """Yields a function that runs another in parallel to the test."""
     with ThreadPoolExecutor(1) as pool:
         yield lambda call: pool.submit(call)
 
 
 def asking(session: Session) -> CommandRequest:
-    """The request that comes."""
+    """Returns the next request."""
     while not (requests := session.command.requests):
         pass
     return requests[0]
@@ -49,7 +49,7 @@ def test_the_holder_sees_who_asks_and_hands_over(two: tuple[Session, Session], a
     first.hand_over(asks)
     answered.result()
     assert second.commands and not first.commands and first.holder == "second"
-    # It is handed to one that did not ask, too.
+    # Command can also be handed over to a session that did not request it.
     second.hand_over("first")
     assert first.command.holder == "first" and first.commands and not second.commands
 

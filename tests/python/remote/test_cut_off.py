@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A programming system that dies in the middle of a motion: the policy of its verb follows, its report is kept, it can come back."""
+"""A programming system that dies during a motion: the policy of its verb is followed, its report is kept, and it can reconnect."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ KILLS = 20
 
 
 class Operator:
-    """A programming system in a process of its own, with a motion under way: `instance` is its name."""
+    """Programming system in a process of its own, with a motion in progress; `instance` is the motion's name."""
 
     def __init__(self, url: str, *words: str) -> None:
         paths = environment()["PYTHONPATH"] + ":" + str(PROGRAM.parent.parent)
@@ -31,12 +31,12 @@ class Operator:
         self.instance = self.line().removeprefix("started ")
 
     def line(self) -> str:
-        """The next thing that it says."""
+        """Returns the next line of output."""
         assert self.process.stdout is not None
         return self.process.stdout.readline().strip()
 
     def end(self, how: signal.Signals) -> int:
-        """Ends it; its exit code."""
+        """Ends the process; returns its exit code."""
         self.process.send_signal(how)
         self.process.communicate(timeout=PATIENCE_S)
         return self.process.returncode
@@ -44,14 +44,14 @@ class Operator:
 
 @pytest.fixture
 def watcher(real_daemon: Daemon) -> Iterator[gpac.System]:
-    """Somebody who watches."""
+    """Yields a session that watches."""
     with gpac.connect(real_daemon.url, name="watcher", command=False) as cell:
         yield cell
 
 
 @pytest.fixture
 def operator(real_daemon: Daemon) -> Iterator[Callable[..., Operator]]:
-    """Starts programming systems; none is left over."""
+    """Yields a function that starts programming systems; ends all of them."""
     made: list[Operator] = []
 
     def start(*words: str) -> Operator:
@@ -65,7 +65,7 @@ def operator(real_daemon: Daemon) -> Iterator[Callable[..., Operator]]:
 
 
 def until(what: Callable[[], bool]) -> None:
-    """Asks until it holds; a test that hangs is ended by its own limit."""
+    """Polls a condition until it holds; a test that hangs is ended by its own time limit."""
     while not what():
         pass
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What exists already is found by its name, in an embedded system and in one elsewhere."""
+"""Existing objects are found by name, in an embedded system and in a remote one."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from opengpac.robots import Joint
 
 @pytest.fixture(params=["near", "far"])
 def cell(request: pytest.FixtureRequest) -> Iterator[gpac.System]:
-    """A system with the joint `axis`, whose program is gone where it is one elsewhere."""
+    """Yields a system with the joint `axis`; if it is remote, its program has exited."""
     if request.param == "near":
         with gpac.System("near", clock="virtual") as near:
             swing.build(near)
@@ -52,7 +52,7 @@ def test_a_device_of_which_the_class_is_not_known(cell: gpac.System) -> None:
 
 def test_a_device_is_of_one_class(cell: gpac.System) -> None:
     class Other(gpac.LogicalDevice):
-        """Something else."""
+        """Unrelated type."""
 
         level: gpac.SVV[float] = gpac.svv()
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A daemon with a journal that is killed and started again: programs find their cell as it was."""
+"""A daemon with a journal is killed and restarted: programs find their cell as it was."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ MODEL = """<mujoco><worldbody><body name="link"><joint name="hinge" axis="0 1 0"
 
 @pytest.fixture
 def start(tmp_path: Path) -> Iterator[Callable[..., Daemon]]:
-    """Starts the daemon of one journal, again and again; none is left over."""
+    """Yields a function that starts the daemon of one journal repeatedly; ends all of them."""
     made: list[Daemon] = []
 
     def again(*options: str) -> Daemon:
@@ -127,7 +127,7 @@ def test_where_the_disk_is_full_it_says_so_and_knows_it_later(start: Callable[..
 
 
 def refused(tmp_path: Path, *options: str) -> str:
-    """What a daemon says that does not start."""
+    """Returns the message of a daemon that does not start."""
     words = [
         "rts",
         "--name",

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The largest call there is goes over the control interface: a path of 4,096 way-points of 16 joints."""
+"""The largest possible call fits the control interface: a path of 4,096 way-points of 16 joints."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What a model refers to goes with it, by names that lie beside each other."""
+"""Files to which a model refers are transferred with it, under names in one folder."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The OpenAPI document and the schemas of the control interface, judged by implementations that nobody here wrote."""
+"""The OpenAPI document and the schemas of the control interface, checked by third-party implementations."""
 
 from __future__ import annotations
 
@@ -18,12 +18,12 @@ from daemons import Daemon
 SCHEMAS = Path(__file__).parents[3] / "crates" / "control" / "schemas"
 DOCUMENT = json.loads((SCHEMAS / "openapi-v1.json").read_text())
 REFUSED = DOCUMENT["components"]["responses"]["Refused"]["content"]["application/json"]["schema"]
-# Calls without arguments that only look.
+# Read-only calls without arguments.
 PLAIN = ("names", "installed", "statistics", "configuration", "verbs", "library", "alarms", "log", "now", "mode")
 
 
 def asked(daemon: Daemon, method: str, path: str, body: object = None) -> Any:
-    """What the daemon answers, as JSON."""
+    """Returns the daemon's answer as JSON."""
     connection = http.client.HTTPConnection("localhost")
     connection.sock = socket.socket(socket.AF_UNIX)
     connection.sock.connect(str(daemon.socket))
@@ -35,7 +35,7 @@ def asked(daemon: Daemon, method: str, path: str, body: object = None) -> Any:
 
 
 def check(answer: Any, schema: dict[str, Any]) -> None:
-    """Refuses an answer that is not of a schema of the document."""
+    """Checks that an answer conforms to a schema of the document."""
     validator = jsonschema.Draft202012Validator({**schema, "components": DOCUMENT["components"]})
     wrong = [f"{'/'.join(map(str, error.absolute_path))}: {error.message[:300]}" for error in validator.iter_errors(answer)]
     assert not wrong, wrong[:5]
@@ -63,7 +63,7 @@ def test_every_schema_is_one() -> None:
 
 
 def test_no_answer_is_any() -> None:
-    """What a call answers has a type; what is really a value of the user's type is a `Value`."""
+    """Every answer of a call has a type; only a value of the user's own type is a `Value`."""
     schemas = json.loads((SCHEMAS / "control-v1.json").read_text())
     assert not [name for name, call in schemas["calls"].items() if call["result"] in (True, {})]
 

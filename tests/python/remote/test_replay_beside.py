@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A daemon runs a recording of its folder again, beside its system: progress, equal runs, the first difference, whose code may run."""
+"""A daemon replays a recording of its folder in parallel to its system: progress, equal runs, the first difference, permitted code."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ def _source(folder: Path, jump: str = "") -> Path:
 
 
 def _run(cell: gpac.System, present: bool = False) -> Any:
-    """Runs it again, to its end, and how it stood there."""
+    """Replays the recording to its end; returns its final state."""
     calls = cell._alive()
     number = calls.replay("run.mcap", present=present)["replay"]
     until(lambda: not calls.replaying(number)["running"], "the replay ends")
@@ -67,7 +67,7 @@ def test_a_recording_is_run_again_beside_the_system(tmp_path: Path) -> None:
             assert (equal["failure"], equal["found"]["stopped"], equal["found"]["same"]) == (None, "end", True)
             assert equal["firings"] >= 100 and equal["found"]["difference"] is None
             assert _run(cell, present=True)["found"]["same"]
-            # Another code of that name: the record's own still runs, since the system has had it.
+            # The module has been replaced by another of that name; the record's own still runs, since the system has had it before.
             cell.download(_source(tmp_path / "changed", " + (self->n == 41.0 ? 0.5 : 0.0)"))
             assert _run(cell)["found"]["same"]
             differs = _run(cell, present=True)["found"]["difference"]
@@ -95,7 +95,7 @@ def test_code_out_of_a_recording_runs_only_where_its_digest_is_trusted(tmp_path:
     try:
         with gpac.connect(trusting.url) as cell:
             assert _run(cell)["found"]["same"]
-            # A recording without what comes from outside has nothing to replay.
+            # A recording without external input has nothing to replay.
             with cell.record("plain.mcap"):
                 cell.advance("1 ms")
             with pytest.raises(_native.Refused, match="nothing to replay"):

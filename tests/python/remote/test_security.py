@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A port: tokens, roles and TLS, as a programming system meets them."""
+"""A port with tokens, roles and TLS, from a programming system's point of view."""
 
 from __future__ import annotations
 
@@ -17,14 +17,14 @@ CERTIFICATES = Path(__file__).parent / "certificates"
 
 
 def token(folder: Path, role: str) -> str:
-    """A new token of that role."""
+    """Returns a new token of that role."""
     words = ["token", "new", "--tokens", str(folder / "tokens.json"), "--role", role, "--name", f"who may {role}".replace(" ", "-")]
     done = subprocess.run([sys.executable, "-m", "opengpac", *words], env=environment(), capture_output=True, text=True, check=True)
     return done.stdout.split()[-1]
 
 
 def key(folder: Path) -> Path:
-    """The server's key where only its owner reads it."""
+    """Returns the server's key, readable only by its owner."""
     own = folder / "server.key"
     own.write_bytes((CERTIFICATES / "server.key").read_bytes())
     own.chmod(0o600)
@@ -33,7 +33,7 @@ def key(folder: Path) -> Path:
 
 @pytest.fixture
 def on_a_port(tmp_path: Path) -> Iterator[tuple[str, dict[str, str]]]:
-    """The URL of a daemon on a port of this host, and a token for each role."""
+    """Yields the URL of a daemon on a port of this host, and a token for each role."""
     tokens = {role: token(tmp_path, role) for role in ("observe", "operate", "configure", "download")}
     made = Daemon(tmp_path, "virtual", "--listen", "127.0.0.1:0", "--tokens", str(tmp_path / "tokens.json"))
     yield next(url for url in made.urls if url.startswith("http")), tokens
@@ -42,7 +42,7 @@ def on_a_port(tmp_path: Path) -> Iterator[tuple[str, dict[str, str]]]:
 
 @pytest.fixture
 def with_tls(tmp_path: Path) -> Iterator[tuple[str, str]]:
-    """The URL of a daemon on a port with TLS, and a token."""
+    """Yields the URL of a daemon on a port with TLS, and a token."""
     made_token = token(tmp_path, "download")
     files = ["--tls-cert", str(CERTIFICATES / "server.pem"), "--tls-key", str(key(tmp_path))]
     made = Daemon(tmp_path, "virtual", "--listen", "127.0.0.1:0", "--tokens", str(tmp_path / "tokens.json"), *files)

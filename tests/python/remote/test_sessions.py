@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Sessions: who watches, who commands, how a session ends, and what of it can be taken up."""
+"""Sessions: watching, commanding, their ends, and resumption."""
 
 from __future__ import annotations
 

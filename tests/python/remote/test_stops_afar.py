@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A program that is cut off in the middle of a random composition: it is halted, and nothing of it begins any more."""
+"""A program that is cut off during a random composition: the composition is halted, and nothing of it begins afterwards."""
 
 from __future__ import annotations
 
@@ -12,11 +12,11 @@ from drawn_compositions import Trial, drawn_trial, of_svvs, work
 from rig import Rig
 
 TRIED = 10
-"""Compositions that are cut off while they run."""
+"""Number of compositions that are cut off while they run."""
 
 
 class FarRig(Rig):
-    """The rig of a program that comes to what others made."""
+    """Rig of a program that connects to an existing system."""
 
     def __init__(self, cell: gpac.System, built: dict[str, str]) -> None:
         self.cell, self.built, self._modules = cell, built, {}
@@ -24,7 +24,7 @@ class FarRig(Rig):
 
 
 def cut_off(trial: Trial, watcher: gpac.System) -> bool:
-    """Starts it and cuts its program off while it runs; false if it had ended before."""
+    """Starts the composition and cuts its program off while it runs; returns false if it had ended before."""
     operator = trial.rig.cell
     assert operator.session is not None and watcher.session is not None
     at_ms = trial.rng.randint(0, 25) + 0.5

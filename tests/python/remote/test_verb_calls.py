@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A call of a verb on a remote system, `verb(...)`: one request, which leaves nothing, whatever becomes of it."""
+"""A call of a verb on a remote system, `verb(...)`: one request, which leaves nothing behind, however it ends."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from rig import Rig
 
 @pytest.fixture
 def far_rig(real_daemon: Daemon, built: dict[str, str]) -> Iterator[Rig]:
-    """The small system in a daemon, in real time."""
+    """Yields the small system in a daemon, in real time."""
     with gpac.connect(real_daemon.url, name="tests") as cell:
         yield Rig(cell, built)
 

@@ -12,7 +12,7 @@ from opengpac.studio import server
 
 @pytest.fixture
 def page(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """The folder of a page, which is the one that comes with the package in this test."""
+    """Returns the folder of a page, which replaces the package's own in this test."""
     folder = tmp_path / "page"
     (folder / "assets").mkdir(parents=True)
     (folder / "index.html").write_text("<!doctype html><html><title>studio</title></html>")

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What the page draws of a whole cell: an arm that is installed, its shape, its forms."""
+"""The page's view of a whole cell: an installed arm, its shape, its forms."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from opengpac import motion
 
 
 def drawn(text: str) -> Any:
-    """What a call of the core answers."""
+    """Returns the answer of a call of the core."""
     return json.loads(text)
 
 
@@ -89,7 +89,7 @@ def test_a_mesh_is_drawn_by_its_triangles_where_the_model_has_it(tmp_path: Path)
         rtp = cell.processor("rtp0")
         gpac.robots.load(model, rtp, on=rtp.timer("fast", period="1 ms", priority=80))
         shape = drawn(cell._native.call("geometry", json.dumps({"device": "wedge"})))
-        # A recording has it too, however short it is.
+        # A recording contains it too, however short it is.
         cell.record(tmp_path / "run.mcap").stop()
         with open(tmp_path / "run.mcap", "rb") as file:
             (kept,) = [json.loads(message.data) for _, _, message in reader.make_reader(file).iter_messages("/geometry/wedge")]
@@ -99,12 +99,12 @@ def test_a_mesh_is_drawn_by_its_triangles_where_the_model_has_it(tmp_path: Path)
     (mesh,) = shape["meshes"]
     vertices, faces = np.reshape(mesh["vertices"], (-1, 3)), np.reshape(mesh["faces"], (-1, 3))
     for geom, lifted in ((first, 0), (second, 3)):
-        # Where MuJoCo has turned and moved a mesh into its own axes, its place on the body undoes that.
+        # If MuJoCo has turned and moved a mesh into its own axes, the mesh's pose on the body undoes that.
         turn = np.zeros(9)
         mujoco.mju_quat2Mat(turn, np.array(geom["quaternion"]))
         corners = vertices @ turn.reshape(3, 3).T + geom["position"] - [0, 0, lifted]
         assert sorted(np.round(corners, 5).tolist()) == sorted(CORNERS)
-    # Four faces, each of three different corners, and each edge of two of them.
+    # Four faces, each with three different corners, and each edge common to two of them.
     assert len(faces) == 4 and sorted(faces.ravel().tolist()) == sorted([0, 1, 2, 3] * 3)
 
 

@@ -30,7 +30,7 @@ with gpac.System("line", clock="virtual") as cell:
 
 
 class Running:
-    """A command that serves a page, and what it says."""
+    """Command that serves a page, and its output."""
 
     def __init__(self, folder: Path, page: Path, *words: str, last: str = "") -> None:
         (folder / "line.py").write_text(PROGRAM.format(last=last))
@@ -42,7 +42,7 @@ class Running:
         return self.process.stdout.readline().rstrip()
 
     def end(self, number: signal.Signals | None = signal.SIGINT) -> tuple[int, str]:
-        """Its status, and what it said of errors."""
+        """Ends the command; returns its status and standard error."""
         if number is not None:
             self.process.send_signal(number)
         _, said = self.process.communicate(timeout=300)
@@ -65,7 +65,7 @@ def test_a_program_goes_on_with_its_page_until_it_is_ended(page: Path, tmp_path:
 
 
 def test_no_sleep_of_ours_delays_an_end(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Python acts on a signal that arrives just before a sleep when that sleep is over: it must be a short one."""
+    """Python handles a signal that arrives just before a sleep only after that sleep, which must therefore be short."""
     slept: list[float] = []
 
     def sleep(seconds: float) -> None:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A page offers motions of joints without a line of program."""
+"""A page offers motions of joints without any program."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ def test_motions_of_joints_are_offered_where_a_page_may_start_them(cell: gpac.Sy
         arm(cell)
     assert {*cell.names["verbs"]} >= OFFERED
     assert "studio.heartbeat" in cell.names["svvs"]
-    # What a program says besides stays possible.
+    # Other commands of a program remain possible.
     cell.svv("studio.heartbeat", int)
     group = cell.devices["ur5e.elbow"].enable()
     assert gpac.motion.move_absolute(group, 1.0).condition == "arrived"

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Taught points of a page and of a program are in one file: each reads and changes what the other wrote, and nothing is lost."""
+"""Taught points of a page and of a program are in one file: each reads and changes the other's entries, and nothing is lost."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from opengpac.studio import server
 
 
 class Rig:
-    """An arm with points of a program, and the calls that a page makes."""
+    """Arm with points of a program, and the calls that a page makes."""
 
     def __init__(self, folder: Path, cell: gpac.System) -> None:
         (folder / "page").mkdir()
@@ -27,7 +27,7 @@ class Rig:
         self.home = [round(q, 9) for q in self.arm.values("sensed")]
 
     def page(self) -> dict[str, Any]:
-        """The points by their names, as the page sees them."""
+        """Returns the points by name, as the page sees them."""
         return {one["name"]: one for one in self.calls.points("ur5e")["points"]}
 
 
@@ -53,7 +53,7 @@ def test_points_of_a_program_and_of_a_page_are_in_one_file(rig: Rig, tmp_path: P
     assert pick["joints"] == pytest.approx([*points["pick"].taught_joints.values()], abs=1e-9)
     configuration = points["pick"].configuration
     assert configuration is not None and pick["configuration"] == configuration.signs
-    # What the page writes the program reads.
+    # The program reads the page's entries.
     rig.calls.teach_point("ur5e", {**pick, "name": "place", "position": [0.1, 0.2, 0.3], "rpy_deg": [180, 0, 0], "note": "on the belt"})
     rig.calls.teach_point("ur5e", {"name": "park", "joints": [0.1, -1, 1, -1, -1, 0]})
     place = points["place"]

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The scope of a page, counted end to end: what comes and what is told to be lost are together what was stored."""
+"""The scope of a page, counted end to end: received values and values reported as lost add up to those stored."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ CHANNELS = 16
 
 
 class Run(NamedTuple):
-    """What a frame has of one channel."""
+    """Values of one channel in a frame."""
 
     channel: int
     lost: int
@@ -26,7 +26,7 @@ class Run(NamedTuple):
 
 
 def runs(frame: bytes) -> list[Run]:
-    """The runs of a frame, each value of one component, as docs/control.md says."""
+    """Returns the runs of a frame, each value of one component, as docs/control.md specifies."""
     magic, length = struct.unpack_from("<II", frame)
     assert magic == 0x47534331 and frame[8 : 8 + length] == b"s1"
     at = 8 + -(-length // 8) * 8
@@ -45,11 +45,11 @@ def runs(frame: bytes) -> list[Run]:
 
 
 def counted(stream: Stream, stored: int) -> tuple[int, int]:
-    """Values that came and values that were lost, when every channel has as many of both as were stored."""
+    """Returns the received and the lost values, once their sum for every channel is the number stored."""
     after, got, lost = [0] * CHANNELS, [0] * CHANNELS, [0] * CHANNELS
     while any(came + missed < stored for came, missed in zip(got, lost, strict=True)):
         for run in runs(stream.next()):
-            # The first number is as far on as values were lost before it; then none is missing.
+            # The first number is ahead by the values lost before it; after that none is missing.
             first = after[run.channel] + run.lost
             assert [number for _, number in run.stamps] == list(range(first, first + len(run.stamps)))
             assert all(time_ns == (number + 1) * 1_000_000 for time_ns, number in run.stamps)
@@ -78,7 +78,7 @@ def test_what_comes_and_what_is_lost_is_what_was_stored(page: Path, seconds: int
         assert [channel["name"] for channel in stream.next()["scope"]["channels"]] == names
         for instance in instances:
             instance.start()
-        # Nobody reads meanwhile: of two seconds the connection holds all, of sixty it cannot.
+        # The stream is not read meanwhile: the connection can buffer two seconds, but not sixty.
         for _ in range(seconds):
             cell.advance("1 s")
         got, lost = counted(stream, seconds * 1000)

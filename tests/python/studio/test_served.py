@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""`cell.studio()`: the page of a system inside a program, for whom, and how long."""
+"""`cell.studio()`: the page of a system inside a program, its users, and its lifetime."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ CLOCKS = ("virtual", "monotonic")
 
 
 def wave(cell: gpac.System) -> gpac.VerbInstance:
-    """A verb that runs until it is ended, writing the SVV `y`."""
+    """Starts a verb that writes the SVV `y` until it is ended."""
     fast = cell.processor("rtp0").timer("fast", period="1 ms", priority=80)
     made = gpac.Verb(
         "wave",
@@ -105,7 +105,7 @@ def test_requests_are_answered_while_python_does_nothing_else(page: Path, tmp_pa
         asking = subprocess.Popen(script, env={"PYTHONPATH": str(Path(__file__).parent.parent)})
         sys.setswitchinterval(1000.0)
         try:
-            # No other thread of Python gets a turn by time.
+            # Python switches to no other thread by time.
             turns = 0
             while not done.exists() and asking.poll() is None:
                 turns += sum(range(100_000)) > 0
@@ -199,7 +199,7 @@ def test_no_browser_is_opened_without_a_screen(page: Path, monkeypatch: pytest.M
         monkeypatch.setenv("DISPLAY", ":0")
         assert cell.studio(open=True) is there
         (url,) = opened
-        # The command line of a browser can be read by everybody.
+        # Every user can read the command line of a browser.
         assert there.url not in url and url.startswith("file://")
         file = Path(url.removeprefix("file://"))
         assert there.url in file.read_text() and file.stat().st_mode & 0o077 == 0 and file.parent.stat().st_mode & 0o077 == 0

@@ -11,7 +11,7 @@ POINTS = 5
 
 
 def drawn(seed: int) -> tuple[ca.Function, dict[str, np.ndarray]]:
-    """A function of up to four arguments and three results, of SX or MX, with shapes from scalars to matrices."""
+    """Returns a function of up to four arguments and three results, of SX or MX, with shapes from scalars to matrices."""
     random = np.random.default_rng(seed)
     kind = ca.SX if seed % 2 else ca.MX
     count = int(random.integers(1, 5))

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Symbolic functions as blocks: the values of CasADi's own evaluation, on every mapping, and what is refused."""
+"""Symbolic functions as blocks: they give the values of CasADi's own evaluation on every mapping; and refusals."""
 
 import importlib
 from pathlib import Path
@@ -72,13 +72,13 @@ def test_a_solver_that_fails_is_a_fault() -> None:
 
 
 def law() -> gpac.CasadiBlock:
-    """A filter, as a symbolic function."""
+    """Returns a filter as a symbolic function."""
     x, u = ca.SX.sym("x"), ca.SX.sym("u")
     return gpac.casadi(ca.Function("smooth", [x, u], [x + 0.1 * ca.sin(u - x)] * 2, ["x", "u"], ["y", "next"]), states={"x": "next"})
 
 
 def smoothing() -> gpac.Verb[..., gpac.Report]:
-    """A graph with that block, for 100 ms."""
+    """Returns a verb that runs a graph with that block for 100 ms."""
     graph = gpac.Graph("graph", blocks={"law": law(), "twice": library.gain(k=2.0)}, inputs={"u": "law.u"}, outputs={"y": "twice.y"},
                        cells={"x": ["law.y", "twice.u"]})  # fmt: skip
     return gpac.Verb(
@@ -111,13 +111,13 @@ def test_a_recorded_function_is_run_again(tmp_path: Path) -> None:
 
 
 def one(*ins: Any, outs: Any = None, names: tuple[list[str], list[str]] = (["x"], ["y"])) -> ca.Function:
-    """A function of some arguments."""
+    """Returns a function of some arguments."""
     inputs = list(ins) or [ca.MX.sym("x")]
     return ca.Function("f", inputs, [inputs[0] if outs is None else outs], *names)
 
 
 def refused() -> dict[str, tuple[Any, dict[str, Any], str]]:
-    """What is refused: the function, arguments, and words of the message."""
+    """Returns the refused cases: the function, arguments, and words of the message."""
 
     class Outside(ca.Callback):
         def __init__(self) -> None:
@@ -154,7 +154,7 @@ def refused() -> dict[str, tuple[Any, dict[str, Any], str]]:
 
 
 KEPT: list[Any] = []
-"""Callbacks that CasADi refers to."""
+"""Callbacks to which CasADi holds references."""
 
 
 @pytest.mark.parametrize("what", list(refused()))

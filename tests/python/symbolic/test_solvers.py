@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Solvers in blocks: an invocation is a fault where CasADi's own evaluation finds no solution, and has its values otherwise."""
+"""Solvers in blocks: an invocation is a fault if CasADi's own evaluation finds no solution, and otherwise has its values."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -20,7 +20,7 @@ SQP: dict[str, Any] = {
 
 @dataclass
 class Problem:
-    """A solver for `x` of parameters p and b, and its other arguments by those of the block."""
+    """Solver for `x` with parameters p and b; `arguments` computes its other arguments from these."""
 
     solver: ca.Function
     arguments: Callable[[Any, Any], dict[str, Any]]
@@ -31,7 +31,7 @@ class Problem:
         return ca.Function("solved", [p, b], [self.solver(**self.arguments(p, b))["x"]], ["p", "b"], ["x"])
 
     def solved(self, p: Any, b: Any) -> Any:
-        """CasADi's own solution, or None where it finds none."""
+        """Returns CasADi's own solution, or `None` if it finds none."""
         try:
             x = self.solver(**self.arguments(p, b))["x"]
         except RuntimeError:
@@ -40,7 +40,7 @@ class Problem:
 
 
 def _bounds(p: Any, b: Any) -> dict[str, Any]:
-    """The sum is to be about b, which three numbers up to 1 cannot reach where b is 5."""
+    """Constrains the sum to about b, which three numbers up to 1 cannot reach if b is 5."""
     return {"x0": 0, "p": p, "lbg": b, "ubg": b + 0.1, "lbx": -1, "ubx": 1}
 
 

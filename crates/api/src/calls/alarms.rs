@@ -3,13 +3,13 @@
 use crate::sure;
 use supervisor::{Alarm, AlarmList, AlarmText, ShelvingRequest};
 
-/// Caller that shelves an alarm, where none is given.
+/// Default name of the caller that shelves an alarm.
 const PROGRAM: &str = "program";
 
 crate::calls! {
     /// Alarms.
     pub(super) const ALARMS about "alarms" = [
-        /// Says what the alarms of a code mean.
+        /// Defines the text of an alarm code.
         Configure define_alarm(must code: String, whole said: AlarmText) -> (): commands("code"), replaces(&["code"])
             => |system| system.define_alarm(&code, said);
         /// Raises an alarm.
@@ -20,34 +20,35 @@ crate::calls! {
             may text: String,
         ) -> (): commands("code"), told
             => |system| system.raise_alarm(&code, &source, &text);
-        /// Says that the cause of an alarm is gone. Returns whether there was one.
+        /// Clears the cause of an alarm. Returns true if the alarm was active.
         Operate clear_alarm(must code: String, may source: Option<String>) -> bool: commands("code"), told
             => |system| system.clear_alarm(&code, source.as_deref());
-        /// Returns all alarms, those that are shelved, and their history.
+        /// Returns the current alarms, the shelved ones, and the history.
         Observe alarms() -> AlarmList
             => |system| sure(system.alarms());
-        /// Acknowledges one alarm, or all that are not shelved. Returns how many.
+        /// Acknowledges one alarm, or all that are not shelved. Returns the number of newly acknowledged alarms.
         Operate acknowledge_alarms(may number: Option<u64>) -> usize: commands(""), told, free
             => |system| system.acknowledge_alarms(number);
-        /// Takes an alarm out of the list for a time. Emergency stops, what is lost, and the severity critical stay in it.
+        /// Removes an alarm from the list for a limited time. Emergency stops, losses, and alarms of the severity critical cannot be
+        /// shelved.
         Operate shelve_alarm(
             must number: u64,
-            /// Reason for it.
+            /// Reason for the shelving.
             must reason: String,
-            /// Duration on the system's clock: 24 h at most.
+            /// Duration on the system's clock; at most 24 h.
             must for_ns: i64,
-            /// Person or session that shelves it: the control interface enters its caller.
+            /// Person or session that shelves the alarm; set by the control interface to its caller.
             may who: Option<String>,
         ) -> (): commands(""), told, free, signed("who")
             => |system| system.shelve_alarm(&ShelvingRequest { number, reason, for_ns, who: who.unwrap_or_else(|| PROGRAM.to_owned()) });
-        /// Puts a shelved alarm back into the list. Returns whether it was shelved.
+        /// Returns a shelved alarm to the list. Returns true if it was shelved.
         Operate unshelve_alarm(
             must number: u64,
-            /// Person or session that does it: the control interface enters its caller.
+            /// Person or session that unshelves the alarm; set by the control interface to its caller.
             may who: Option<String>,
         ) -> bool: commands(""), told, free, signed("who")
             => |system| system.unshelve_alarm(number, who.as_deref().unwrap_or(PROGRAM));
-        /// Enters the history of an earlier life.
+        /// Restores the alarm history of an earlier run.
         Configure restore_alarms(must history: Vec<Alarm>) -> (): commands(""), replaces(&[])
             => |system| system.restore_alarms(history);
     ];

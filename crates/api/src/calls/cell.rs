@@ -10,18 +10,19 @@ crate::calls! {
         /// Stops everything that moves, until `reset`.
         Operate emergency_stop(must reason: String) -> (): commands("reason"), told_of_system, outcome_journalled, stops_all, free
             => |system| system.emergency_stop(&reason);
-        /// Lets a channel of a device stop everything that moves.
+        /// Lets a channel of a device trip the emergency stop.
         Configure emergency_stop_input(
             must device: String,
             must channel: String,
-            /// True if it stops at zero, not at one.
+            /// True if it trips at zero rather than at one.
             may at_zero: bool,
         ) -> (): commands("device"), goes_with("delete_physical_device", "device"), watches
             => |system| system.emergency_stop_input(&device, &channel, at_zero);
-        /// Ends the emergency stop, and opens devices again that were lost. Returns those that are lost still, each with why.
+        /// Resets the emergency stop, and reopens lost devices. Returns the devices that are still lost, with the reasons.
         Operate reset() -> BTreeMap<String, String>: commands(""), told, outcome_journalled, moves
             => |system| system.reset();
-        /// Suspends what is done with these logical devices, or with all, and waits until it is. Returns the names of these instances.
+        /// Suspends all actions on these logical devices, or on all devices, and waits until they are suspended. Returns the names of
+        /// these instances.
         Operate pause(may devices: Option<Vec<String>>) -> Vec<String>: commands(""), told, outcome_journalled, lasts, stops, free
             => |system, slice| {
                 let (ids, names): (Vec<u64>, Vec<String>) = system.pause(devices.as_deref())?.into_iter().unzip();
@@ -30,7 +31,7 @@ crate::calls! {
         /// Waits until these instances have stopped. Returns their names.
         Operate paused(must instances: Vec<u64>, must names: Vec<String>) -> Vec<String>: outcome_journalled, lasts, free
             => |system, slice| until_paused(system, &instances, names, slice);
-        /// Takes a pause back. Returns the names of the instances that go on or begin.
+        /// Ends a pause. Returns the names of the instances that resume or begin.
         Operate resume_program(may devices: Option<Vec<String>>) -> Vec<String>: commands(""), told, outcome_journalled, moves
             => |system| Ok::<_, crate::Refusals>(system.resume_program(devices.as_deref())?.into_iter().map(|(_, name)| name).collect::<Vec<_>>());
         /// Returns "automatic" or "manual".
@@ -39,7 +40,7 @@ crate::calls! {
         /// Changes the mode.
         Operate set_mode(must mode: Mode) -> (): commands("mode"), told_of_system, journalled, moves, replaces(&[]), watches
             => |system| system.set_mode(mode);
-        /// Names the channel of the enabling switch, without which nothing moves in manual mode.
+        /// Sets the channel of the enabling switch, without which nothing moves in manual mode.
         Configure enabling_switch(must device: String, must channel: String) -> ():
             commands("device"), replaces(&[]), goes_with("delete_physical_device", "device"), watches
             => |system| system.enabling_switch(&device, &channel);

@@ -12,41 +12,41 @@ use std::time::Duration;
 use supervisor::{InProcess, Location, Patience, PhysicalDeviceAbout, System, TakenOver};
 
 crate::calls! {
-    /// Parts that a system is made of.
+    /// Processors, interrupt sources, physical devices.
     pub(super) const CONFIGURATION about "configuration" = [
-        /// Makes a real-time processor.
+        /// Creates a real-time processor.
         Configure processor(
             must name: String,
-            /// The core that it is bound to.
+            /// CPU core that the processor is bound to.
             may core: Option<usize>,
-            /// true: the supervisor is there; if no processor says so, it is on the first one.
+            /// true if the supervisor runs on the processor; by default it runs on the first one.
             may supervisor: bool,
-            /// true: in a process of its own; a text: in the process of that name.
+            /// true: a process of its own; a text: the process of that name.
             may process: InProcess,
-            /// A host that has joined.
+            /// Name of a host that has joined the system.
             may host: Option<String>,
-            /// Time for which a process may stand still until it counts as lost.
+            /// Maximum time for which the process may hang before it counts as lost.
             may lost_after_ns: Option<u64>,
-            /// Time for which a process may miss its supervisor.
+            /// Maximum time for which the process may be without its supervisor.
             may patience_ns: Option<u64>,
         ) -> (): commands("name")
             => |system| {
                 let location = Location::of(&name, process, host)?;
                 system.processor_within(&name, core, supervisor, location, Patience { lost_after_ns, patience_ns })
             };
-        /// Lets other hosts join.
+        /// Allows other hosts to join the system.
         Download listen(
             /// "tcp/HOST:PORT" or "tls/HOST:PORT".
             must endpoint: String,
-            /// The name of this host.
+            /// Name of this host.
             must name: String,
-            /// The file of the authority that signs the others' certificates.
+            /// File of the authority that signs the other hosts' certificates.
             may authority: Option<String>,
             may certificate: Option<String>,
             may key: Option<String>,
-            /// The text that a host must know to join.
+            /// Secret that a host must present to join.
             may token: Option<String>,
-            /// Maximum difference of the clocks.
+            /// Maximum difference between the clocks.
             may clock_limit_ns: Option<u64>,
         ) -> (): commands("endpoint"), secret(&["token"])
             => |system| {
@@ -61,10 +61,11 @@ crate::calls! {
                 }
                 system.listen(&options.to_string())
             };
-        /// Lets go on what runs in processes that lost a system of this name; the system is opened with "adopt": true.
+        /// Takes over processes that lost a system of this name, and continues what runs in them; the system must be opened with "adopt":
+        /// true.
         Configure take_over() -> TakenOver: commands(""), unjournalled, moves
             => |system| system.take_over();
-        /// Makes an interrupt source of a processor.
+        /// Creates an interrupt source of a processor.
         Configure source(
             must processor: String,
             must name: String,
@@ -77,7 +78,7 @@ crate::calls! {
             may virtual_cost_ns: u64,
         ) -> (): commands("name")
             => |system| system.source(&processor, &name, source_kind(&kind, period_ns)?, priority, virtual_cost_ns);
-        /// Requests a software source: it fires once.
+        /// Requests one firing of a software source.
         Operate request(
             /// "processor.source".
             must source: String,
@@ -87,7 +88,7 @@ crate::calls! {
         Configure physical_device(
             must processor: String,
             must name: String,
-            /// The driver: "mujoco", "loopback", "scripted", ...
+            /// Driver: "mujoco", "loopback", "scripted", ...
             must kind: String,
             /// Options of the driver.
             may options: Option<Map<String, Json>>,
@@ -98,10 +99,10 @@ crate::calls! {
                 let options = Json::Object(options.unwrap_or_default());
                 system.physical_device(&processor, &name, &kind, &options, &source, place)
             };
-        /// Lets the driver of a device carry out a service, off the cycle. Returns what that answers.
+        /// Calls an acyclic service of a device's driver. Returns the answer of the service.
         Operate device_service(
             must device: String,
-            /// Service that the driver declares: `configuration` lists them.
+            /// Service declared by the driver, as listed by `configuration`.
             must service: String,
             /// Arguments of the service.
             may arguments: Option<Map<String, Json>>,
@@ -110,32 +111,32 @@ crate::calls! {
                 let errand = system.service(&device, &service, Json::Object(arguments.unwrap_or_default()))?;
                 served(system, errand, slice)
             };
-        /// Looks on the host of the system for devices that a driver could open; nothing moves. Returns what each is, and the options that
-        /// open it.
+        /// Searches the host of the system for devices that a driver could open, without moving anything. Returns a description of each,
+        /// and the options that open it.
         Configure scan_devices(
-            /// The driver.
+            /// Name of the driver.
             must kind: String,
-            /// Options of the driver that say where to look.
+            /// Options of the driver that define the search.
             may options: Option<Map<String, Json>>,
         ) -> Option<Value>: unjournalled, lasts, free, for_driver(DriverArgument::Options)
             => |system, slice| {
                 let errand = system.scan(&kind, Json::Object(options.unwrap_or_default()))?;
                 served(system, errand, slice)
             };
-        /// Waits for a service or a search that goes on. Returns what it answers, once.
+        /// Waits for a service or search in progress. Returns the answer, only once.
         Operate device_served(must errand: u64) -> Option<Value>: lasts, free
             => |system, slice| served(system, errand, slice);
-        /// Opens a device that was lost again, with everything that is bound to it.
+        /// Reopens a lost device with all its bindings.
         Operate reopen_physical_device(must name: String) -> (): commands("name"), told, moves
             => |system| system.reopen(&name);
         /// Closes a device.
         Configure delete_physical_device(must name: String) -> (): commands("name")
             => |system| system.delete_physical_device(&name);
-        /// Lets a channel of a device request a source.
+        /// Lets a channel of a device raise a source.
         Configure raises(must device: String, must channel: String, must source: String, may place: Option<SourceLocation>) -> ():
             commands("device"), goes_with("delete_physical_device", "device")
             => |system| system.raise(&device, &channel, &source, place);
-        /// Says on which sources blocks run that nothing else places: source by pattern of labels.
+        /// Sets the sources for blocks that are not placed otherwise: source by label pattern.
         Configure place(whole placement: IndexMap<String, String>) -> (): commands("")
             => |system| system.place(placement);
     ];
@@ -145,7 +146,7 @@ fn served(system: &System, errand: u64, slice: Duration) -> Result<Outcome<Optio
     Ok(lasting(system.served(errand, slice)?, None, "device_served", || json!({ "errand": errand })))
 }
 
-/// Returns the kind of an interrupt source by its name; a timer has a period.
+/// Returns the kind of an interrupt source by its name; a timer requires a period.
 fn source_kind(kind: &str, period_ns: u64) -> Result<SourceKind, Refusals> {
     match kind {
         "timer" => Ok(SourceKind::Timer { period_ns }),

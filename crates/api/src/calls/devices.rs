@@ -10,18 +10,18 @@ use supervisor::{DeviceRequest, DeviceState};
 crate::calls! {
     /// Logical devices.
     pub(super) const DEVICES about "logical devices" = [
-        /// Makes a logical device, with its own verb instance.
+        /// Creates a logical device with its own verb instance.
         Configure device(must name: String, whole request: DeviceRequest) -> (): commands("name"), goes_with("delete_device", "name")
             => |system| system.device(&name, request);
-        /// Starts the verb that keeps a device going. Returns that instance, 0 where there is none. It is enabled when it is ready.
+        /// Starts a device's own verb. Returns the instance, or 0 if there is none. The device is enabled when the verb is ready.
         Operate enable(must name: String) -> u64: commands("name"), told, journalled, moves, effect(Effect::EnablesDevice)
             => |system| system.enable(&name);
-        /// Waits until a device is enabled. Returns whether it is.
+        /// Waits until a device is enabled. Returns true if it is.
         Observe wait_enabled(
             must name: String,
-            /// Time limit from now, on the system's clock.
+            /// Timeout relative to the call, on the system's clock.
             may timeout_ns: Option<i64>,
-            /// Time of the limit, instead.
+            /// Absolute time of the timeout, as an alternative.
             may until_ns: Option<i64>,
         ) -> bool: lasts
             => |system, slice| {
@@ -29,10 +29,10 @@ crate::calls! {
                 let waited = system.wait_enabled(&name, until_ns, slice)?;
                 Ok(lasting(waited, false, "wait_enabled", || json!({ "name": name, "until_ns": until_ns })))
             };
-        /// Ends the verbs that use a device, then its own; waits until that is done.
+        /// Ends the verbs that use a device, then its own; waits for their ends.
         Operate disable(must name: String) -> (): commands("name"), told, outcome_journalled, lasts, stops, free
             => |system, slice| Ok(lasting(system.disable(&name, slice)?, (), "disable", || json!({ "name": name })));
-        /// Replaces the verb that keeps a device going by another one, within one firing where it is enabled.
+        /// Replaces a device's own verb by another one, within one firing if the device is enabled.
         Configure exchange_verb(must device: String, must verb: String, may place: Option<SourceLocation>) -> ():
             commands("device"), told, moves, replaces(&["device"]), goes_with("delete_device", "device")
             => |system| system.exchange_verb(&device, &verb, place);

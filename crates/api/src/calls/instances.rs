@@ -14,7 +14,7 @@ use model::value::Value;
 use serde_json::json;
 use supervisor::{CommandSubject, InstanceAbout, InstanceState, Limits, Report, System};
 
-/// Reads the arguments of a call of a verb, and makes its instance.
+/// Parses the arguments of a call of a verb, and creates its instance.
 pub fn prepare<'a>(system: &'a System, arguments: &str) -> Result<PreparedVerb<'a>, Refusals> {
     let mut given = CallArguments::of(with_effect(Effect::PerformsVerb).name, arguments)?;
     let limits = given.may("limits")?;
@@ -24,10 +24,10 @@ pub fn prepare<'a>(system: &'a System, arguments: &str) -> Result<PreparedVerb<'
 crate::calls! {
     /// Verb instances.
     pub(super) const INSTANCES about "verb instances" = [
-        /// Plans an application without making anything. Returns the plan.
+        /// Plans an application without creating anything. Returns the plan.
         Observe check(whole application: Application) -> Plan: costs
             => |system| system.check(&application);
-        /// Calls a verb: makes an instance, starts it with the values of the application, waits until it has ended and deletes it.
+        /// Calls a verb: creates an instance, starts it with the values of the application, waits until it has ended and deletes it.
         /// Returns its end report.
         Operate perform(
             may limits: Limits,
@@ -38,26 +38,26 @@ crate::calls! {
                 let command = with_effect(Effect::StartsInstance).command(CommandSubject::Instance(prepared.instance()));
                 system.as_program(&command, || prepared.start())?.completed(slice)
             };
-        /// Goes on with the call of a verb: waits until its instance has ended and deletes it. Returns its end report.
+        /// Continues the call of a verb: waits until its instance has ended and deletes it. Returns its end report.
         Operate performed(must instance: u64) -> Option<Report>: lasts, effect(Effect::CompletesVerb)
             => |system, slice| performed(system, instance, slice);
-        /// Makes an instance. Returns its number.
+        /// Creates an instance. Returns its number.
         Operate create(whole application: Application) -> u64: commands("verb"), journalled, brief, effect(Effect::CreatesInstance)
             => |system| system.create(&application);
         /// Starts an instance.
         Operate start(
             must instance: u64,
-            /// Input parameter to value.
+            /// Input parameter → value.
             may values: IndexMap<String, Value>,
             may limits: Limits,
         ) -> (): commands("instance"), told, journalled, brief, moves, effect(Effect::StartsInstance)
             => |system| system.start(instance, &values, limits);
-        /// Waits until an instance has ended. Returns its end report, null after the timeout.
+        /// Waits until an instance has ended. Returns its end report, or null after the timeout.
         Observe wait(
             must instance: u64,
-            /// Time limit from now, on the system's clock.
+            /// Timeout relative to the call, on the system's clock.
             may timeout_ns: Option<i64>,
-            /// Time of the limit, instead.
+            /// Absolute time of the timeout, as an alternative.
             may until_ns: Option<i64>,
         ) -> Option<Report>: lasts, brief, effect(Effect::ReportsEnd)
             => |system, slice| {
@@ -65,12 +65,13 @@ crate::calls! {
                 let waited = system.wait(instance, until_ns, slice)?;
                 Ok(lasting(waited, None, "wait", || json!({ "instance": instance, "until_ns": until_ns })))
             };
-        /// Ends an instance and waits until it has ended: a transition on `halted` may lie between, a second halt is immediate. Returns its end report.
+        /// Ends an instance and waits until it has ended: first follows a transition on `halted`, if there is one; a second halt is
+        /// immediate. Returns its end report.
         Operate halt(
             must instance: u64,
-            /// Time limit from now, on the system's clock.
+            /// Timeout relative to the call, on the system's clock.
             may timeout_ns: Option<i64>,
-            /// Time of the limit, instead.
+            /// Absolute time of the timeout, as an alternative.
             may until_ns: Option<i64>,
         ) -> Option<Report>: commands("instance"), told, outcome_journalled, lasts, stops, free, effect(Effect::EndsInstance)
             => |system, slice| {
@@ -79,10 +80,10 @@ crate::calls! {
                 let waited = system.wait(instance, until_ns, slice)?;
                 Ok(lasting(waited, None, "wait", || json!({ "instance": instance, "until_ns": until_ns })))
             };
-        /// Lets what an instance is doing run dry, then holds it.
+        /// Suspends an instance after its running step is complete.
         Operate suspend(must instance: u64) -> (): commands("instance"), told, outcome_journalled, stops, free
             => |system| system.suspend(instance);
-        /// Lets a suspended instance go on.
+        /// Resumes a suspended instance.
         Operate resume(must instance: u64) -> (): commands("instance"), told, outcome_journalled, brief, moves
             => |system| system.resume(instance);
         /// Deletes an instance that has ended.
@@ -91,18 +92,18 @@ crate::calls! {
         /// Returns "created", "queued", "running", "suspended", "ended" or "deleted".
         Observe state(must instance: u64) -> InstanceState: brief
             => |system| sure(InstanceState::named(system.state(instance)));
-        /// Returns what an instance is: its name, verb, state, blocks, conditions and lists.
+        /// Returns the name, verb, state, blocks, conditions and lists of an instance.
         Observe instance(must instance: u64) -> InstanceAbout
             => |system| system.instance_about(instance);
-        /// Returns the end report of the latest start, null while it lasts.
+        /// Returns the end report of the latest start, null while it runs.
         Observe report(must instance: u64) -> Option<Report>: brief, effect(Effect::ReportsEnd)
             => |system| system.report(instance);
         /// Sets tunable input parameters and intervals of a running instance.
         Operate set(
             must instance: u64,
-            /// Input parameter to value.
+            /// Input parameter → value.
             may values: IndexMap<String, Value>,
-            /// Label of a block to interval.
+            /// Label of a block → interval.
             may every_ns: IndexMap<String, u64>,
         ) -> (): commands("instance"), told, journalled, brief, moves, effect(Effect::TunesInstance)
             => |system| system.set(instance, &values, &every_ns);

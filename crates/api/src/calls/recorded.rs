@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Recordings on disk: which there are, what was at a time, what was over a span.
+//! Recordings on disk: their list, their state at a time, their data over a span.
 use crate::values::Reading;
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
@@ -11,36 +11,36 @@ use serde::Serialize;
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 
-/// Chunks that one call reads, of 1 MiB each or so: what takes longer is asked for again.
+/// Maximum number of chunks, of about 1 MiB each, that one call reads; longer answers are continued by further calls.
 const CHUNKS_MAX: usize = 96;
-/// Columns of one channel.
+/// Maximum number of columns of one channel.
 const COLUMNS_MAX: u32 = 10_000;
 
-/// State at a time of a recording.
+/// State of a recording at a time.
 #[derive(Serialize, JsonSchema)]
 #[schemars(rename = "RecordedAt")]
 struct At {
-    /// Values that were stored last; null: there was none yet.
+    /// Last stored values; null if there was none yet.
     values: IndexMap<String, Option<Reading>>,
-    /// Messages of other channels that came last, with their times; null: there was none yet. What is known is left out.
+    /// Last messages of other channels, with their times; null if there was none yet. Messages that the caller already has are omitted.
     messages: IndexMap<String, Option<RecordedMessage>>,
 }
 
-/// Messages of a channel in their order.
+/// Messages of a channel, in order.
 #[derive(Serialize, JsonSchema)]
 #[schemars(rename = "RecordedMessages")]
 struct Messages {
     messages: Vec<RecordedMessage>,
-    /// The number of the next one, where there may be more: to be asked for with `since`.
+    /// Number of the next message if there may be more; pass it as `since`.
     next: Option<usize>,
 }
 
-/// Some channels over a span.
+/// Channels over a span.
 #[derive(Serialize, JsonSchema)]
 #[schemars(rename = "RecordedSpan")]
 struct Span {
     channels: Vec<Trace>,
-    /// Where this is not all, `since` of the call that goes on: what that returns follows what is here, and its sums are more.
+    /// If the answer is incomplete, `since` for the call that continues it: its samples follow these, and its sums are to be added.
     next: Option<usize>,
 }
 
@@ -48,8 +48,8 @@ struct Span {
 #[derive(Serialize, JsonSchema)]
 #[schemars(rename = "RecordedTrace")]
 struct Trace {
-    /// Value stored last before the span; of each column the first value, the last, and of each number the minimum and the maximum,
-    /// whole values with their own times. In base64, little endian: (i64 time in ns, u64 number) of all, then the numbers as f64.
+    /// Last value stored before the span, then for each column the first and last values and the minimum and maximum of each number, all
+    /// as complete values with their own times. In base64, little endian: (i64 time in ns, u64 number) of all, then the numbers as f64.
     samples: String,
     /// Sums of each number, over all values of the span.
     sums: Vec<Sums>,
@@ -58,16 +58,17 @@ struct Trace {
 crate::calls! {
     /// Recordings on disk.
     pub(super) const RECORDED about "recordings" = [
-        /// Returns the recordings of a folder, the newest first.
+        /// Returns the recordings in a folder, newest first.
         Observe recordings(
-            /// Over the control interface it is the daemon's own, and is left out.
+            /// Folder; over the control interface it is the daemon's own and must be omitted.
             may folder: PathBuf,
         ) -> Vec<RecordingFile>: costs, record_folder("folder")
             => |_system| recorder::recordings(&folder);
-        /// Returns what a recording is: when, of what, how it ended. One that is under way is told as far as it is on the disk.
+        /// Returns a description of a recording: its time, its contents and its end. A recording in progress is described as far as it is
+        /// on disk.
         Observe recorded(must path: PathBuf) -> RecordingContents: costs, record_path("path")
             => |_system| opened(&path)?.about();
-        /// Returns what was at a time of a recording.
+        /// Returns the state of a recording at a time.
         Observe recorded_at(
             must path: PathBuf,
             /// Time on the system's clock.
@@ -76,35 +77,35 @@ crate::calls! {
             may names: Vec<String>,
             /// Names of other channels, `/installed`, `/statistics`, `/alarms`, …
             may topics: Vec<String>,
-            /// Times of the messages that the caller has, by channel: they are not told again.
+            /// Times of the messages that the caller already has, by channel: these messages are omitted.
             may known: HashMap<String, i64>,
         ) -> At: costs, record_path("path")
             => |_system| at(&path, time_ns, names, topics, &known);
-        /// Returns messages of a channel that has no values, `/log`, `/ends`, …
+        /// Returns messages of a channel without values, `/log`, `/ends`, …
         Observe recorded_messages(
             must path: PathBuf,
             must topic: String,
-            /// The number of the first one.
+            /// Number of the first message.
             may since: usize,
         ) -> Messages: costs, record_path("path")
             => |_system| opened(&path)?.records(&topic, since, CHUNKS_MAX).map(|(messages, next)| Messages { messages, next });
-        /// Returns SVVs and cells over a span of a recording, drawn together into columns, with exact sums.
+        /// Returns SVVs and cells over a span of a recording, condensed into columns, with exact sums.
         Observe recorded_span(
             must path: PathBuf,
             must names: Vec<String>,
             must from_ns: i64,
             must to_ns: i64,
-            /// Columns of each channel, at most 10,000: as many values as lie in one are drawn together.
+            /// Number of columns per channel, at most 10,000; the values within a column are condensed.
             must columns: u32,
-            /// The `next` of the part before.
+            /// `next` of the previous answer.
             may since: usize,
         ) -> Span: costs, record_path("path")
             => |_system| span(&path, &names, (from_ns, to_ns), columns, since);
-        /// Returns the time of the next firing of a recording that stored a value, or of the one before; null where there is none.
+        /// Returns the time of the next firing of a recording that stored a value, or of the previous one; null if there is none.
         Observe recorded_firing(
             must path: PathBuf,
             must time_ns: i64,
-            /// The one before.
+            /// True for the previous firing.
             may back: bool,
         ) -> Option<i64>: costs, record_path("path")
             => |_system| opened(&path)?.firing(time_ns, !back);

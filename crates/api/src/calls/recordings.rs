@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Recordings: begin one, look at it, end it; run one again.
+//! Recordings: starting, inspecting, ending and replaying them.
 use crate::effect::Effect;
 use crate::sure;
 use model::refusal::{Class, Refusal, Refusals};
@@ -11,71 +11,73 @@ use std::sync::Arc;
 use std::time::Duration;
 use supervisor::System;
 
-/// Time for which one call waits for the end of a recording: a slow disk may take longer.
+/// Maximum time that one call waits for the end of a recording; a slow disk may take longer.
 const END_MAX: Duration = Duration::from_millis(500);
 
-/// A recording that has begun.
+/// A started recording.
 #[derive(Serialize, JsonSchema)]
 #[schemars(rename = "RecordingBegun")]
 struct StartedRecording {
-    /// Its number.
+    /// Number of the recording.
     recording: u64,
 }
 
-/// A replay that has begun.
+/// A started replay.
 #[derive(Serialize, JsonSchema)]
 struct ReplayBegun {
-    /// Its number.
+    /// Number of the replay.
     replay: u64,
 }
 
 crate::calls! {
     /// Recordings.
     pub(super) const RECORDINGS about "recordings" = [
-        /// Begins to record into a new MCAP file. Returns its number.
+        /// Starts recording into a new MCAP file. Returns its number.
         Configure record(
             must path: PathBuf,
-            /// Names of SVVs, with * and ?; all where they are left out.
+            /// Names of SVVs, with * and ?; all if omitted.
             may svvs: Option<Vec<String>>,
-            /// The private cells of all verb instances too.
+            /// True to include the private cells of all verb instances.
             may cells: bool,
-            /// Everything that comes from outside too, so that the run can be run again.
+            /// True to include all external inputs, so that the run can be replayed.
             may replay: bool,
-            /// Bytes of a file, about, from which on the next one begins: run.mcap, run-2.mcap and so on. A recording for a replay has none.
+            /// Approximate size of a file, bytes, at which the next one begins: run.mcap, run-2.mcap and so on. A recording for a replay
+            /// cannot be split.
             may split_bytes: Option<u64>,
-            /// Files that stay where the recording is split; the oldest goes. All where it is left out.
+            /// Number of files kept when the recording is split; the oldest is deleted. All are kept if omitted.
             may keep: Option<u32>,
-            /// Identity of the recording, which its files have in their metadata. Over the control interface the daemon gives it one.
+            /// Identity of the recording, stored in the metadata of its files. Over the control interface the daemon sets it.
             may identity: Option<String>,
-            /// true: goes on behind the files of that path that are there, and those of this identity count for `keep`. Over the control
-            /// interface it is the daemon's own, and is left out.
+            /// true: continues after the existing files of that path, and those with this identity count for `keep`. Over the control
+            /// interface the daemon sets it, and it must be omitted.
             may resumes: bool,
         ) -> StartedRecording: replaces(&["path"]), goes_with("stop_recording", "path"), record_path("path"), record_resumes("identity", "resumes"), effect(Effect::BeginsRecording)
             => |system| {
                 let options = Options { svvs: svvs.unwrap_or_else(|| Options::default().svvs), cells, replay, split_bytes, keep, identity, resumes };
                 Recorder::start(system, &path, &options).map(|(recording, _)| StartedRecording { recording })
             };
-        /// Returns how a recording stands.
+        /// Returns the state of a recording.
         Observe recording(must recording: u64) -> Summary
             => |system| sure(of(system, recording)?.summary());
-        /// Ends a recording. Returns how it stands; where it still runs, it is to be called again.
+        /// Ends a recording. Returns its state; if it still runs, call again.
         Configure stop_recording(must recording: u64) -> Summary: outcome_journalled, effect(Effect::EndsRecording)
             => |system, slice| sure(of(system, recording)?.stop_within(slice.min(END_MAX)));
-        /// Begins to run a recording again, in a process of its own beside the system, which it does not touch, and compares every value. Returns
-        /// its number. Code modules that the recording brings run only where their SHA-256 digests are those of modules that the system has
-        /// had, or are in `trust`.
+        /// Starts the replay of a recording in a separate process, without affecting the system, and compares every value. Returns its
+        /// number. Code modules in the recording run only if their SHA-256 digests are those of modules that the system has had, or are
+        /// in `trust`.
         Configure replay(
             must path: PathBuf,
-            /// Digests of code modules that may run. Over the control interface they are the daemon's own, and are left out.
+            /// Digests of code modules that may run. Over the control interface the daemon sets them, and they must be omitted.
             may trust: Vec<String>,
-            /// true: the modules of the same names that the system has now take the place of the recording's; then the first difference is of them.
+            /// true: the system's current modules replace those of the same names in the recording; the first difference is then due to
+            /// them.
             may present: bool,
         ) -> ReplayBegun: unjournalled, free, costs, record_path("path"), trusts("trust")
             => |system| Again::start(system, &path, trust, present).map(|replay| ReplayBegun { replay });
-        /// Returns how a replay stands.
+        /// Returns the state of a replay.
         Observe replaying(must replay: u64) -> Replaying
             => |system| sure(again(system, replay)?.standing());
-        /// Ends a replay where it is, and forgets it. Returns how it stood.
+        /// Stops a replay at its current position and deletes it. Returns its last state.
         Configure stop_replay(must replay: u64) -> Replaying: unjournalled, free
             => |system| {
                 let ended = again(system, replay)?;
@@ -86,7 +88,7 @@ crate::calls! {
     ];
 }
 
-/// Returns true if a recording of this number is under way.
+/// Returns true if a recording with this number is in progress.
 pub fn is_recording(system: &System, number: u64) -> bool {
     of(system, number).is_ok_and(|recorder| recorder.summary().running)
 }

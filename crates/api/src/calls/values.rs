@@ -11,9 +11,10 @@ crate::calls! {
     pub(super) const VALUES about "values and time" = [
         /// Returns one consistent snapshot.
         Observe read(
-            /// Names of SVVs, of private cells, "move#1:coefficients", and of channels, "plant.elbow.position".
+            /// Names of SVVs, of private cells, "move#1:coefficients", or of channels, "plant.elbow.position".
             must names: Vec<String>,
-            /// Instead of "value", which cannot say NaN or infinity in JSON: "bytes", the memory of the C type in base64, little endian.
+            /// True to return "bytes", the memory of the C type in base64, little endian, instead of "value", which cannot represent NaN
+            /// or infinity in JSON.
             may raw: bool,
         ) -> Snapshot: rated
             => |system| snapshot(system, &names, raw);
@@ -25,20 +26,20 @@ crate::calls! {
             must name: String,
             /// Maximum number of values.
             must count: usize,
-            /// "bytes" instead of "value", as of `read`.
+            /// True to return "bytes" instead of "value", as in `read`.
             may raw: bool,
         ) -> Vec<Reading>: costs, rated
             => |system| past(system, &name, count, raw);
-        /// Returns what is known of an SVV, a private cell or a channel: its type, unit, history, writers.
+        /// Returns the properties of an SVV, a private cell or a channel: its type, unit, history, writers.
         Observe svv_about(must name: String) -> SvvAbout
             => |system| system.svv_about(&name);
         /// Returns the time of the system, ns.
         Observe now() -> i64: brief
             => |system| sure(system.now_ns());
-        /// Under the virtual clock: runs the firings in (now, now + duration].
+        /// Runs the firings in (now, now + duration] under the virtual clock.
         Operate advance(must duration_ns: i64) -> (): lasts
             => |system, slice| advanced(system, duration_ns, slice);
-        /// Under the virtual clock: runs the next firing, whenever that is. Returns false where nothing is ever going to happen.
+        /// Runs the next firing under the virtual clock, however far ahead. Returns false if nothing will ever happen.
         Operate step() -> bool
             => |system| system.step();
     ];

@@ -8,26 +8,26 @@ use supervisor::WorkspaceAbout;
 crate::calls! {
     /// Layouts of panels, for the studio.
     pub(super) const WORKSPACES about "workspaces" = [
-        /// Enters a workspace that a program ships, in the place of the one that it shipped before under that name.
+        /// Enters a workspace shipped by a program, replacing a shipped one of the same name.
         Configure ship_workspace(whole workspace: Workspace) -> (): commands("name"), replaces(&["name"]), goes_with("withdraw_workspace", "name")
             => |system| system.ship_workspace(workspace);
-        /// Removes a workspace that a program has shipped.
+        /// Removes a workspace shipped by a program.
         Configure withdraw_workspace(must name: String) -> (): commands("name")
             => |system| system.withdraw_workspace(&name);
-        /// Keeps a workspace for all who look at the system. One that a program has shipped is not replaced.
+        /// Saves a workspace for all users of the system. Cannot replace one shipped by a program.
         Operate keep_workspace(whole workspace: Workspace) -> ():
             commands("name"), told, journalled, replaces(&["name"]), goes_with("forget_workspace", "name"), free
             => |system| system.keep_workspace(workspace);
-        /// Removes a workspace that a person keeps.
+        /// Removes a workspace saved by a person.
         Operate forget_workspace(must name: String) -> (): commands("name"), told, journalled, free
             => |system| system.forget_workspace(&name);
-        /// Returns the workspaces, each in one line.
+        /// Returns one-line summaries of the workspaces.
         Observe workspaces() -> Vec<WorkspaceAbout>
             => |system| sure(system.workspaces());
         /// Returns a workspace.
         Observe workspace(must name: String) -> Workspace
             => |system| system.workspace(&name);
-        /// Returns all that is wrong with a workspace here and now: its form, and what it names and is not there.
+        /// Returns all mistakes of a workspace in the current system: in its form, and names of missing items.
         Observe check_workspace(whole workspace: Workspace) -> Vec<Refusal>: costs
             => |system| sure(system.check_workspace(&workspace));
     ];

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The list of calls in `opengpac_ps.h`.
+//! List of calls in `opengpac_ps.h`.
 use super::{answer, by_subject, ordered, signature, wrapped};
 use crate::Call;
 
-/// The lines between which the list stands.
+/// Lines that enclose the list.
 const BEGIN: &str = " * ---- the calls, made from their declarations in crates/api ----\n";
 const END: &str = " * ---- end of the calls ----\n";
 
-/// Returns the list of calls, lines of a comment in C.
+/// Returns the list of calls as lines of a C comment.
 pub fn header<'a>(calls: impl Iterator<Item = &'a Call>) -> String {
     by_subject(calls).into_iter().map(|(subject, calls)| format!(" * {subject}\n{}", calls.into_iter().map(one).collect::<String>())).collect()
 }
@@ -22,7 +22,7 @@ fn one(call: &Call) -> String {
     text.replace("*/", "* /")
 }
 
-/// Returns a header with this list in the place of the one that it has. Nothing where it has no place for one.
+/// Returns a header with its list replaced by this one; `None` if it has no place for a list.
 pub fn in_header(header: &str, list: &str) -> Option<String> {
     let (before, rest) = header.split_once(BEGIN)?;
     let (_, after) = rest.split_once(END)?;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The page of the calls in the docs.
+//! Documentation page of the calls.
 use super::{answer, by_subject, ordered, signature, word, wrapped};
 use crate::Call;
 
@@ -37,7 +37,7 @@ fn one(call: &Call) -> String {
     text
 }
 
-/// Returns the role of a call, and what else is to be known of it, in a sentence each.
+/// Returns the role of a call, and its other properties, in one sentence each.
 fn properties(call: &Call) -> String {
     let role = format!("Role: {}{}.", call.role.word(), if call.free { ", without command" } else { "" });
     let more = [

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The calls as methods in Python: the same for a system in this process and for a remote one.
+//! Python methods of the calls, the same for a system in this process and for a remote one.
 use super::{ordered, wrapped};
 use crate::Call;
 use schemars::SchemaGenerator;
@@ -58,7 +58,7 @@ fn method(call: &Call) -> String {
     format!("\n    def {}({}) -> {answer}:\n{words}        return {given}\n", named(call.name), parameters.join(", "))
 }
 
-/// Returns a name that Python takes.
+/// Returns a name that is valid in Python.
 fn named(name: &str) -> String {
     if matches!(name, "from" | "in" | "is" | "for" | "with" | "global" | "lambda") { format!("{name}_") } else { name.to_owned() }
 }

@@ -6,7 +6,7 @@ use crate::abi::{self, Descriptor, Header, Item};
 
 const INSTANCE_BYTES_MAX: u32 = 1 << 28;
 
-/// The memory of an instance as a whole.
+/// Checks the memory of an instance as a whole.
 pub(super) fn check_memory(block: &str, descriptor: &Descriptor) -> Result<(), Refusal> {
     let (size, align) = (descriptor.instance_size, descriptor.instance_align);
     if (size as usize) < size_of::<Header>() || size > INSTANCE_BYTES_MAX || !align.is_power_of_two() || align > 4096 || !size.is_multiple_of(align) {
@@ -55,7 +55,7 @@ pub(super) fn check_item(block: &str, name: &str, descriptor: &Descriptor, item:
     Ok(())
 }
 
-/// The items of a block together: names, sizes, types.
+/// Checks the items of a block together: names, sizes, types.
 pub(super) fn check_block(block: &BlockFace, types: &[TypeFace]) -> Result<(), Refusal> {
     let bad = |item: &str, what: &str| Err(invalid(&block.name, item, what));
     if !is_name(&block.name) {

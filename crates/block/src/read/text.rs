@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The text of a type.
+//! Parsing of type texts.
 
 use super::TypeFace;
 
-/// One way to write a type: no blanks but between two words, `_Bool` is `bool`.
+/// Returns the normal form of a type text: blanks only between two words, `bool` for `_Bool`.
 pub fn normalise(text: &str) -> String {
     let mut words = String::new();
     let is_letter = |c: char| c.is_ascii_alphanumeric() || c == '_';
     for word in text.split_whitespace() {
-        // Blanks stay between two words, and between the members of a struct.
+        // Blanks are kept between two words, and between the members of a struct.
         let apart = words.ends_with([';', '{', ']']) && !word.starts_with(['[', ';']) || word.starts_with(['{', '}']);
         let joined = words.ends_with(is_letter) && word.starts_with(is_letter);
         if !words.is_empty() && (apart || joined) {
@@ -19,17 +19,17 @@ pub fn normalise(text: &str) -> String {
     words.replace("_Bool", "bool")
 }
 
-/// A type's text in parts: `double[n][3]` is `double` with the lengths `n` and `3`.
+/// A parsed type text: `double[n][3]` is `double` with the lengths `n` and `3`.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct TypeText {
-    /// The scalar or struct.
+    /// Scalar or struct type.
     pub base: String,
-    /// The lengths, outermost first; the first may be the name of a size.
+    /// Lengths, outermost first; the first may be the name of a size.
     pub lengths: Vec<String>,
 }
 
 impl TypeText {
-    /// Reads a normalised text; `None` where it is none.
+    /// Parses a normalised text; returns `None` if it is not a type.
     pub fn parse(text: &str) -> Option<TypeText> {
         let (base, mut rest) = text.split_at(text.find('[').unwrap_or(text.len()));
         let mut lengths = Vec::new();
@@ -42,7 +42,7 @@ impl TypeText {
         (!base.is_empty() && numbers && lengths.iter().all(|length| !length.is_empty())).then(|| TypeText { base: base.to_string(), lengths })
     }
 
-    /// Bytes of the base type.
+    /// Returns the size of the base type in bytes.
     pub fn base_size(&self, types: &[TypeFace]) -> Option<usize> {
         match self.base.as_str() {
             "double" | "int64_t" | "uint64_t" => Some(8),
@@ -53,17 +53,17 @@ impl TypeText {
         }
     }
 
-    /// The name of the size that is the first length, if that is no number.
+    /// Returns the name of the size that is the first length, unless that is a number.
     pub fn size_name(&self) -> Option<&String> {
         self.lengths.first().filter(|length| length.parse::<usize>().is_err())
     }
 
-    /// Elements of the base type, where all lengths are numbers.
+    /// Returns the number of elements of the base type if all lengths are numbers.
     pub fn count(&self) -> usize {
         self.lengths.iter().filter_map(|length| length.parse::<usize>().ok()).product()
     }
 
-    /// Elements of the base type where the size is `n`.
+    /// Returns the number of elements of the base type for size `n`.
     pub fn count_of(&self, n: usize) -> usize {
         self.lengths.iter().skip(1).filter_map(|length| length.parse::<usize>().ok()).product::<usize>() * n
     }

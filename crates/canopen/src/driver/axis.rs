@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! An axis on a bus: its drive's process data.
+//! An axis on a bus: the process data of its drive.
 use super::options::AxisOptions;
 use crate::message::emergency_name;
 use crate::pdo::{self, Pdo, Word};
@@ -7,13 +7,13 @@ use cia402::axis;
 use cia402::{BrakeOptions, DriveCommand, Entry, Mode};
 use device::Layout;
 
-/// An axis, and what its drive was told last.
+/// An axis, and the last command to its drive.
 pub struct Axis {
     pub moved: axis::Axis,
     pub mode: Mode,
     brake: Option<BrakeOptions>,
     told: DriveCommand,
-    /// Its error code, and that of its latest emergency.
+    /// Error code of the drive, and that of its latest emergency.
     error: u16,
     emergency: u16,
 }
@@ -25,7 +25,7 @@ impl Axis {
         Axis { told: moved.commander.tell_idle(), moved, mode: of.mode.mode(), brake: of.brake, error: 0, emergency: 0 }
     }
 
-    /// Returns the PDOs that the controller sends to its drive.
+    /// Returns the PDOs that the controller sends to the drive.
     pub fn outputs(&self) -> pdo::Pdos {
         pdo::outputs(self.mode, self.brake_word())
     }
@@ -34,7 +34,7 @@ impl Axis {
         self.brake.map(|brake| brake.object().mapped(32))
     }
 
-    /// Returns the settings that are written to its drive before it operates, each if it has it.
+    /// Returns the settings that are written to the drive before it operates, if it has them.
     pub fn settings(&self) -> Vec<(Entry, Vec<u8>)> {
         self.brake.iter().flat_map(BrakeOptions::settings).collect()
     }
@@ -44,7 +44,7 @@ impl Axis {
         !pdo::is_optional(word)
     }
 
-    /// Takes process data of its drive.
+    /// Processes process data of the drive.
     pub fn take(&mut self, pdo: &Pdo, bytes: &[u8]) {
         let number = |of| pdo::number(bytes, pdo, of);
         let mut measured = self.moved.measured;
@@ -61,33 +61,33 @@ impl Axis {
         }
     }
 
-    /// Takes an emergency; code 0: the error is gone.
+    /// Processes an emergency; code 0 means that the error has disappeared.
     pub fn heed(&mut self, code: u16) {
         self.emergency = code;
         self.moved.measured.error = self.code();
     }
 
-    /// Returns its error code, as far as it reports one.
+    /// Returns the error code, if the drive reports one.
     fn code(&self) -> u16 {
         if self.error != 0 { self.error } else { self.emergency }
     }
 
-    /// Sets what it is told until the next cycle.
+    /// Sets the command until the next cycle.
     pub fn tell(&mut self, commands: &[u8], is_engaged: bool, span_s: f64) {
         self.told = self.moved.tell(commands, is_engaged, span_s);
     }
 
-    /// Sets what it is told while nothing is commanded.
+    /// Sets the idle command, for use while nothing is commanded.
     pub fn tell_idle(&mut self) {
         self.told = self.moved.commander.tell_idle();
     }
 
-    /// Returns the value of an object that it is told.
+    /// Returns the commanded value of an object.
     pub fn carried(&self, word: Word) -> u32 {
         self.in_words(&self.told, word)
     }
 
-    /// Returns the same if another process tells it, because this one is gone.
+    /// Returns the value of an object that another process sends if this one has exited.
     pub fn last_carried(&self, word: Word) -> u32 {
         self.in_words(&self.moved.commander.last_words(), word)
     }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Settings of a node before it exchanges process data.
+//! Configures a node before it exchanges process data.
 use super::options::PdosFrom;
 use super::station::{Station, What};
 use crate::client::{Client, SdoError};
@@ -8,14 +8,14 @@ use crate::pdo::{self, LEN_MAX, PDOS, Pdo};
 use cia402::identity::Identity;
 use cia402::{Entry, Mode};
 
-/// Bits of a PDO's identifier: it is not used; nobody may ask for it.
+/// Bits of a PDO's identifier: PDO unused; remote requests not allowed.
 const UNUSED: u32 = 0x8000_0000;
 const NOT_ASKED_FOR: u32 = 0x4000_0000;
 /// Transmission with each SYNC.
 const EACH_SYNC: u8 = 1;
-/// Action of a drive without its controller (0x6007): a quick stop.
+/// Reaction of a drive to the loss of its controller (0x6007): a quick stop.
 const QUICK_STOP: i16 = 3;
-/// Action of a module without its controller (0x1029): it stops, and its outputs have their error values.
+/// Reaction of a module to the loss of its controller (0x1029): it stops, and its outputs take their error values.
 const STOPS: u8 = 2;
 /// Profiles, in the lower half of a node's type.
 const DRIVES: u32 = 402;
@@ -29,7 +29,7 @@ pub struct Terms {
     pub cycle_ns: i64,
 }
 
-/// Direction of PDOs: their parameters, their mappings, and the identifier of the first.
+/// Direction of PDOs: their parameters, their mappings, and the identifier of the first one.
 #[derive(Clone, Copy)]
 struct Way {
     parameters: u16,
@@ -47,10 +47,10 @@ struct NodeSetup<'a> {
     mapping: PdosFrom,
 }
 
-/// Reads what a node says that it is (object 0x1018); 0 where it does not say. It is pre-operational then.
+/// Reads the identity of a node (object 0x1018); 0 for numbers that it does not provide. Afterwards the node is pre-operational.
 ///
 /// # Errors
-/// For people: it does not answer.
+/// Fails with a message if the node does not answer.
 pub fn identify(client: &mut Client, station: &Station) -> Result<Identity, String> {
     client.send(&Command::PreOperational.frame(station.node)).map_err(|error| error.to_string())?;
     let mut told = NodeSetup { client, node: station.node, title: station.title(), mapping: station.mapping };
@@ -58,10 +58,10 @@ pub fn identify(client: &mut Client, station: &Station) -> Result<Identity, Stri
     Ok(Identity { vendor: number(1)?, product: number(2)?, revision: number(3)?, serial: number(4)?, alias: 0 })
 }
 
-/// Configures a node: it is pre-operational then, and moves nothing.
+/// Configures a node. It is pre-operational meanwhile, and moves nothing.
 ///
 /// # Errors
-/// For people: it does not answer, is of another profile than it should be, or lacks what is needed.
+/// Fails with a message if the node does not answer, has another profile than expected, or lacks a required object.
 pub fn configure(client: &mut Client, station: &mut Station, terms: &Terms) -> Result<(), String> {
     client.send(&Command::PreOperational.frame(station.node)).map_err(|error| error.to_string())?;
     let mut told = NodeSetup { client, node: station.node, title: station.title(), mapping: station.mapping };
@@ -101,13 +101,13 @@ pub fn configure(client: &mut Client, station: &mut Station, terms: &Terms) -> R
     }
 }
 
-/// Returns an error value of 32 bits as one of 16, which some modules have; none: it is of another length, or does not fit.
+/// Converts an error value from 32 bits to the 16 bits that some modules have; returns `None` if it has another length or does not fit.
 fn shortened(value: &[u8]) -> Option<[u8; 2]> {
     let whole = i32::from_le_bytes(value.try_into().ok()?);
     Some(i16::try_from(whole).ok()?.to_le_bytes())
 }
 
-/// Leaves out objects that, by the EDS file of a node, cannot be mapped.
+/// Removes objects that cannot be mapped according to the EDS file of a node.
 fn leave_out(station: &mut Station) -> Result<(), String> {
     let Some(eds) = station.eds.clone() else { return Ok(()) };
     let cannot = |word: &pdo::Word| eds.object(pdo::entry(*word)).is_none_or(|object| !object.is_mappable);
@@ -134,7 +134,7 @@ impl NodeSetup<'_> {
         Ok(number(&value))
     }
 
-    /// Reads an object that a node may lack.
+    /// Reads an optional object of a node.
     fn try_read(&mut self, index: u16, sub: u8) -> Result<Option<u32>, String> {
         match self.client.upload(self.node, Entry { index, sub }) {
             Ok(value) => Ok(Some(number(&value))),
@@ -147,7 +147,7 @@ impl NodeSetup<'_> {
         self.client.download(self.node, Entry { index, sub }, value).map_err(|why| self.wrong(index, sub, &why))
     }
 
-    /// Writes an object that a node may lack, or have otherwise; false: it refuses.
+    /// Writes an object that a node may lack, or implement differently; returns false if the node refuses.
     fn try_write(&mut self, index: u16, sub: u8, value: &[u8]) -> Result<bool, String> {
         match self.client.download(self.node, Entry { index, sub }, value) {
             Ok(()) => Ok(true),
@@ -156,7 +156,7 @@ impl NodeSetup<'_> {
         }
     }
 
-    /// Checks that it is what it is asked for as: profile, mode, and the product of its data sheet.
+    /// Checks that the node matches its configuration: profile, mode, and the product of its data sheet.
     fn recognise(&mut self, station: &Station) -> Result<(), String> {
         let title = self.title.clone();
         let profile = self.read(0x1000, 0)? & 0xFFFF;
@@ -174,7 +174,7 @@ impl NodeSetup<'_> {
                 }
             }
         }
-        // Which modes it has: a bit each, where it says so.
+        // The node may state its supported modes, one bit each.
         let Some(mode) = station.mode() else { return Ok(()) };
         match self.try_read(0x6502, 0)? {
             Some(modes) if modes >> (mode as u32 - 1) & 1 == 0 => {
@@ -184,7 +184,8 @@ impl NodeSetup<'_> {
         }
     }
 
-    /// Checks that it has as many terminals as channels need: each group's object, how many subindices are needed, and what they are.
+    /// Checks that the node has the terminals that its channels need: for each group the object, the number of subindices needed, and
+    /// their kind.
     fn count(&mut self, groups: impl Iterator<Item = (u16, u8, &'static str)>) -> Result<(), String> {
         for (index, needed, what) in groups {
             let has = self.try_read(index, 0)?.unwrap_or(0);
@@ -195,7 +196,7 @@ impl NodeSetup<'_> {
         Ok(())
     }
 
-    /// Lets the node say that it is there, and watch whether this controller is.
+    /// Makes the node send its heartbeat and monitor that of this controller.
     fn watch(&mut self, terms: &Terms, is_watched: bool) -> Result<(), String> {
         let ms = |ns: i64| (ns / 1_000_000) as u16;
         self.write(0x1017, 0, &ms(terms.heartbeat_ns).to_le_bytes())?;
@@ -207,11 +208,11 @@ impl NodeSetup<'_> {
         Ok(())
     }
 
-    /// Tells the drive the duration of a cycle, if it takes it.
+    /// Sets the duration of a cycle in the drive, if the drive accepts it.
     fn pace(&mut self, terms: &Terms) -> Result<(), String> {
         let micros = (terms.cycle_ns / 1000) as u32;
         self.try_write(0x1006, 0, &micros.to_le_bytes())?;
-        // A mantissa of one byte, and a power of ten of seconds.
+        // The encoding is a mantissa of one byte, and a power of ten of seconds.
         let (mut mantissa, mut power) = (micros, -6i8);
         while mantissa > 255 || mantissa.is_multiple_of(10) {
             (mantissa, power) = (mantissa / 10, power + 1);
@@ -220,7 +221,8 @@ impl NodeSetup<'_> {
         self.try_write(0x60C2, 2, &power.to_le_bytes()).map(drop)
     }
 
-    /// Has a PDO carry these objects with each SYNC; one that the node may lack, and does not map, is left out. One that carries none is not used.
+    /// Maps these objects to a PDO that is exchanged with each SYNC. An optional object that the node does not map is left out; a PDO
+    /// without objects is disabled.
     fn map(&mut self, way: Way, number: u16, wanted: &mut Pdo, is_needed: impl Fn(pdo::Word) -> bool) -> Result<(), String> {
         let (index, mapping) = (way.parameters + number, way.mappings + number);
         if self.mapping == PdosFrom::Device {
@@ -258,7 +260,7 @@ impl NodeSetup<'_> {
         if wanted.is_empty() { Ok(()) } else { self.write(mapping, 0, &[wanted.words.len() as u8]) }
     }
 
-    /// Returns the objects that a PDO of the node carries as it is; none if it is not used, or has what is not counted in bytes.
+    /// Returns the present mapping of a PDO of the node; `None` if the PDO is unused, or contains objects that are not whole bytes.
     fn mapped(&mut self, index: u16, mapping: u16) -> Result<Pdo, String> {
         let is_used = self.try_read(index, 1)?.is_some_and(|id| id & UNUSED == 0);
         let count = if is_used { self.try_read(mapping, 0)?.unwrap_or(0) } else { 0 };
@@ -267,7 +269,7 @@ impl NodeSetup<'_> {
         Ok(if is_whole && pdo.len() <= LEN_MAX { pdo } else { Pdo::default() })
     }
 
-    /// Checks that a drive that keeps its own mapping exchanges what an axis needs.
+    /// Checks that a drive that keeps its own mapping exchanges the objects that an axis needs.
     fn check_mapped(&self, mode: Mode, station: &Station) -> Result<(), String> {
         let has = |pdos: &pdo::Pdos, word| pdos.iter().any(|pdo| pdo.at(word).is_some());
         let outputs = [pdo::CONTROL, pdo::target(mode)].into_iter().find(|word| !has(&station.outputs, *word));
@@ -278,7 +280,7 @@ impl NodeSetup<'_> {
         }
     }
 
-    /// Uses a PDO no more, where the node has it.
+    /// Disables a PDO, if the node has it.
     fn drop_pdo(&mut self, index: u16) -> Result<(), String> {
         match self.try_read(index, 1)? {
             Some(id) => self.try_write(index, 1, &(id | UNUSED).to_le_bytes()).map(drop),
@@ -287,7 +289,7 @@ impl NodeSetup<'_> {
     }
 }
 
-/// Returns a value of up to 4 bytes without a sign.
+/// Returns a value of up to 4 bytes as an unsigned number.
 fn number(value: &[u8]) -> u32 {
     value.iter().take(4).rev().fold(0, |number, byte| number << 8 | u32::from(*byte))
 }

@@ -33,7 +33,7 @@ pub static DRIVER: Declaration = Declaration {
     ..Declaration::new("canopen", "drives by CiA 402 on CANopen, an axis each, and modules by CiA 401", &OPTIONS, open)
 };
 
-/// Reach of the electronic data sheets, which each axis and module may have.
+/// Access of the driver to the electronic data sheets of axes and modules.
 const SHEETS: Reach = Reach::Entries(&[("eds", Reach::File)]);
 
 const OPTIONS: [OptionWord; 8] = [
@@ -67,7 +67,7 @@ const OPTIONS: [OptionWord; 8] = [
     OptionWord::with_default("own_node", Kind::Whole, "127", "the number of this controller on the bus").within(1.0, NODE_MAX as f64),
 ];
 
-/// The number of a node, as axes and modules have it.
+/// Option for the number of a node, used by axes and modules.
 const NODE: [OptionWord; 1] = [OptionWord::needed("node", Kind::Whole, "its number on the bus").within(1.0, NODE_MAX as f64)];
 const MODULE: [OptionWord; 1] = [OptionWord::needed("channels", Kind::Table, "by name").entries(&[&CHANNEL, &device::counts::WORDS])];
 const ELSE: &str = "another terminal is given";
@@ -96,14 +96,14 @@ fn open(given: &GivenOptions<'_>) -> Result<OpenedDriver, DriverError> {
     Ok((Box::new(CanOpen::new(&options, bus, stations, layout.into_channels())), json!({ "parts": parts })))
 }
 
-/// Returns the nodes of an emulated bus that has what is asked for.
+/// Returns the nodes of an emulated bus that satisfies the options.
 fn emulated(options: &Options) -> Vec<NodeOptions> {
     let axes = options.axes.iter().map(|of| NodeOptions { name: of.axis.name.clone(), node: of.node, ..NodeOptions::default() });
     let modules = options.modules.iter().map(|of| NodeOptions { name: of.name.clone(), node: of.node, module: Some(terminals(of)), ..NodeOptions::default() });
     axes.chain(modules).collect()
 }
 
-/// Returns as many as the channels of a module need.
+/// Returns the number of terminals that the channels of a module need.
 fn terminals(of: &ModuleOptions) -> Terminals {
     let mut all = Terminals::default();
     for channel in of.channels.values() {

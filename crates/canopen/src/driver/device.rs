@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The driver in its life: brings its nodes to operation, exchanges, comes to rest.
+//! Life cycle of the driver: brings its nodes to operation, exchanges, and comes to rest.
 use super::bring_up::{Terms, configure, identify};
 use super::counters::Count;
 use super::heard::Missing;
@@ -19,21 +19,21 @@ use device::{Channel, Counters, DeviceError, Driver, SafeHandle, Services};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-/// Messages that the cycle hears: emergencies, process data, heartbeats.
+/// Messages that the cycle receives: emergencies, process data, heartbeats.
 const HEARD: [(u16, u16); 6] = [(0x080, 0x780), (0x180, 0x780), (0x280, 0x780), (0x380, 0x780), (0x480, 0x780), (0x700, 0x780)];
-/// Frames that a cycle takes at most: the rest is for the next.
+/// Maximum number of frames read in a cycle; the rest is read in the next one.
 const TAKEN_MAX: usize = 1024;
-/// Time limit for nodes to send their first process data, and one cycle off the clock.
+/// Time limit for nodes to send their first process data, and for one cycle off the clock.
 const TO_OPERATION: Duration = Duration::from_secs(5);
 const ANSWER: Duration = Duration::from_millis(100);
-/// An object, from a node that may be busy with its storage.
+/// Time limit for an object of a node that may be busy with its storage.
 pub const OBJECT: Duration = Duration::from_secs(1);
 
 pub struct CanOpen {
     interface: Interface,
-    /// The axes first, then the modules.
+    /// Stations: first the axes, then the modules.
     stations: Vec<Station>,
-    /// The station of each node.
+    /// Index of the station of each node.
     by_node: [Option<u8>; NODE_MAX as usize + 1],
     channels: Vec<Channel>,
     terms: Terms,
@@ -41,7 +41,7 @@ pub struct CanOpen {
     counters: Arc<Counters>,
     beside: Arc<Beside>,
     link: Option<Box<dyn Link>>,
-    /// A SYNC was sent since the last reading.
+    /// True if a SYNC was sent since the last reading.
     has_asked: bool,
     is_bus_off: bool,
     written_ns: Option<i64>,
@@ -92,14 +92,14 @@ impl CanOpen {
         (self.is_bus_off, self.written_ns, self.beaten_ns) = (false, None, None);
         self.exchange_idle()?;
         self.reset_faults()?;
-        // What was said of them before they were started is old.
+        // Reports from before the start of the nodes are out of date.
         self.stations.iter_mut().for_each(|station| station.heard.expect());
         self.has_asked = false;
         self.beside.shared.reach(Nodes { client, of_axes: self.stations.iter().map(|station| station.node).collect() });
         Ok(())
     }
 
-    /// Refuses a bus on which a node is not the one that its axis or module had, or is to have.
+    /// Refuses a bus on which a node is not the one that its axis or module had before, or is configured to have.
     fn identify(&self, client: &mut Client) -> Result<(), String> {
         let opened = self.stations.iter().map(|station| {
             let place = format!("canopen {} {} {}", self.interface, station.node, station.name);
@@ -108,7 +108,7 @@ impl CanOpen {
         identity::check(&opened.collect::<Result<Vec<_>, String>>()?)
     }
 
-    /// Exchanges a cycle with no axis commanded, off the clock; again until all drives have sent their process data.
+    /// Exchanges a cycle off the clock with no axis commanded; repeats it until all drives have sent their process data.
     fn exchange_idle(&mut self) -> Result<(), String> {
         let end = Instant::now() + TO_OPERATION;
         loop {
@@ -129,7 +129,7 @@ impl CanOpen {
         }
     }
 
-    /// Faults that are there already go; one that comes again is told when its axis is engaged.
+    /// Resets existing faults; a fault that recurs is reported when its axis is engaged.
     fn reset_faults(&mut self) -> Result<(), String> {
         for _ in 0..4 {
             let commanders = self.stations.iter_mut().filter_map(Station::axis_mut).map(|axis| &mut axis.moved.commander);
@@ -139,7 +139,7 @@ impl CanOpen {
         self.exchange_idle()
     }
 
-    /// Takes all that came.
+    /// Processes all received frames.
     fn receive(&mut self, now_ns: i64) -> std::io::Result<()> {
         for _ in 0..TAKEN_MAX {
             let Some(link) = &mut self.link else { return Ok(()) };
@@ -156,7 +156,7 @@ impl CanOpen {
     }
 
     fn take(&mut self, frame: &Frame, now_ns: i64) {
-        // Other nodes of the bus are nobody's here.
+        // This driver does not serve the other nodes of the bus.
         let Some(station) = self.by_node[usize::from(frame.id & 0x7F)] else { return };
         let station = &mut self.stations[usize::from(station)];
         match message::read(frame) {
@@ -171,7 +171,7 @@ impl CanOpen {
         }
     }
 
-    /// Notes what the adapter reports about the bus.
+    /// Notes a report of the adapter about the bus.
     fn note(&mut self, classes: u32, controller: u8) {
         if classes & frame::BUS_OFF != 0 {
             self.is_bus_off = true;
@@ -187,7 +187,7 @@ impl CanOpen {
 
     fn send(&mut self, frame: &Frame) {
         let sent = self.link.as_mut().is_some_and(|link| link.send(frame).is_ok());
-        // What is not sent brings no process data back: the readings tell it.
+        // A frame that is not sent brings no process data back, which the readings show.
         self.counters.add(Count::Unsent, u64::from(!sent));
     }
 
@@ -197,7 +197,7 @@ impl CanOpen {
         self.send(&nmt::sync());
     }
 
-    /// Sends what all are told.
+    /// Sends the commands to all nodes.
     fn send_told(&mut self) {
         for index in 0..self.stations.len() {
             for frame in self.stations[index].frames().into_iter().flatten() {
@@ -206,7 +206,7 @@ impl CanOpen {
         }
     }
 
-    /// Returns what is wrong with the bus or a node, at this cycle.
+    /// Returns the problem with the bus or a node in this cycle.
     fn lost(&mut self, now_ns: i64) -> Option<String> {
         if self.is_bus_off {
             return Some(
@@ -279,7 +279,7 @@ impl Driver for CanOpen {
         for (index, station) in self.stations.iter_mut().enumerate() {
             let can_home = station.can_home();
             match &mut station.what {
-                // Each axis has one written channel, and they are in front of those of the modules.
+                // Each axis has one written channel, and these precede those of the modules.
                 What::Axis(axis) => {
                     let (commander, is_engaged) = (&mut axis.moved.commander, engaged[index]);
                     if self.beside.shared.resets(index) {
@@ -292,7 +292,7 @@ impl Driver for CanOpen {
             }
         }
         self.send_told();
-        // A drive hears it four times before its patience ends, and never without a source that goes on.
+        // A drive receives the heartbeat four times within its timeout, and never without a running source.
         if self.beaten_ns.is_none_or(|beaten| release_ns - beaten >= self.terms.timeout_ns / 4 || release_ns < beaten) {
             self.beaten_ns = Some(release_ns);
             self.send(&nmt::heartbeat(self.terms.own_node, NodeState::Operational));

@@ -1,21 +1,21 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Presence of a node: what was heard of it, and when.
+//! Presence of a node: the signs of life received from it, and their times.
 use crate::nmt::NodeState;
 
-/// Heartbeats that may be missed one after another.
+/// Maximum number of consecutive missed heartbeats.
 const BEATS_MAX: i64 = 3;
 
 /// Signs of life of a node.
 #[derive(Default)]
 pub struct SignsOfLife {
-    /// None: nothing yet.
+    /// `None` before the first sign of life.
     when_ns: Option<i64>,
-    /// Its process data have come since the last SYNC.
+    /// True if its process data have arrived since the last SYNC.
     pub is_fresh: bool,
-    /// Cycles one after another without them.
+    /// Number of consecutive cycles without process data.
     pub cycles: u32,
     beats: i64,
-    /// State after it has left operation, or restarted.
+    /// State of a node that has left operation or restarted.
     left: Option<NodeState>,
 }
 
@@ -28,17 +28,17 @@ pub enum Missing {
 }
 
 impl SignsOfLife {
-    /// Starts to expect its signs of life.
+    /// Restarts the expectation of signs of life.
     pub fn expect(&mut self) {
         *self = SignsOfLife::default();
     }
 
-    /// Notes that something came from it.
+    /// Notes a sign of life.
     pub fn data(&mut self, now_ns: i64) {
         (self.when_ns, self.beats) = (Some(now_ns), 0);
     }
 
-    /// Its process data came.
+    /// Notes that its process data arrived.
     pub fn fresh(&mut self, now_ns: i64) {
         self.data(now_ns);
         (self.is_fresh, self.cycles) = (true, 0);
@@ -49,10 +49,10 @@ impl SignsOfLife {
         self.left = Some(state).filter(|state| *state != NodeState::Operational);
     }
 
-    /// Returns, at a cycle, what is wrong, and how many heartbeats more were missed.
+    /// Returns the problem in this cycle, and the number of newly missed heartbeats.
     pub fn missing(&mut self, now_ns: i64, heartbeat_ns: i64, lost_after: u32) -> (Option<Missing>, u64) {
         let silent_ns = now_ns - *self.when_ns.get_or_insert(now_ns);
-        // Half a period is how late one may be.
+        // A heartbeat may be late by half a period.
         let beats = ((silent_ns - heartbeat_ns / 2) / heartbeat_ns).max(0);
         let more = (beats - self.beats).max(0);
         self.beats = beats;

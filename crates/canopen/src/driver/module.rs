@@ -1,17 +1,18 @@
 // SPDX-License-Identifier: Apache-2.0
-//! A module of inputs and outputs by CiA 401: which object and bit each of its channels is.
+//! A module of inputs and outputs by CiA 401: maps each channel to its object and bit.
 use super::options::{ChannelOptions, ModuleOptions, Terminal};
 use crate::pdo::{self, Pdo, Pdos, Word};
 use cia402::Entry;
 use device::counts::Counts;
 use device::{Channel, Layout, Number, Slot, Type};
 
-/// Objects of a module: digital in bytes, analog in 16 bits; each terminal is a bit or a subindex.
+/// Objects of a module: digital terminals in bytes, analog ones in 16 bits; each terminal is a bit or a subindex.
 const DIGITAL_INPUTS: u16 = 0x6000;
 const DIGITAL_OUTPUTS: u16 = 0x6200;
 const ANALOG_INPUTS: u16 = 0x6401;
 const ANALOG_OUTPUTS: u16 = 0x6411;
-/// Objects of the outputs that have an error value if the controller is gone, and that value; analog ones as 32 bits with a sign.
+/// Objects of the outputs that take an error value if the controller is lost, and of that value; those of analog outputs have 32 bits
+/// with a sign.
 const DIGITAL_ERROR_MODE: u16 = 0x6206;
 const DIGITAL_ERROR_VALUE: u16 = 0x6207;
 const ANALOG_ERROR_MODE: u16 = 0x6443;
@@ -19,11 +20,11 @@ const ANALOG_ERROR_VALUE: u16 = 0x6444;
 /// Number of analog values in a PDO.
 const ANALOG_IN_ONE: usize = 4;
 
-/// The place of a channel in the process data, and the meaning of its counts.
+/// Position of a channel in the process data, and the meaning of its counts.
 #[derive(Clone, Copy)]
 struct ChannelPlace {
     word: Word,
-    /// Bit of a digital one.
+    /// Bit of a digital channel.
     bit: Option<u8>,
     counts: Counts,
 }
@@ -31,7 +32,7 @@ struct ChannelPlace {
 struct Input {
     slot: Slot,
     wired: ChannelPlace,
-    /// Counts, or 0 and 1.
+    /// Present value: counts, or 0 and 1.
     seen: i32,
 }
 
@@ -42,7 +43,7 @@ struct Output {
     safe: i32,
 }
 
-/// A module, and what its terminals are.
+/// A module with its terminals.
 pub struct Module {
     inputs: Vec<Input>,
     outputs: Vec<Output>,
@@ -71,17 +72,17 @@ impl Module {
         Module { inputs, outputs, error, emergency: 0 }
     }
 
-    /// Returns the PDOs that it sends: digital inputs in PDO 1, analog ones in the others.
+    /// Returns the PDOs that the module sends: digital inputs in PDO 1, analog ones in the others.
     pub fn inputs(&self) -> Pdos {
         pdos(self.inputs.iter().map(|input| input.wired.word))
     }
 
-    /// Returns the PDOs that it receives.
+    /// Returns the PDOs that the module receives.
     pub fn outputs(&self) -> Pdos {
         pdos(self.outputs.iter().map(|output| output.wired.word))
     }
 
-    /// Returns each group of terminals that it needs: its object, how many subindices of it, and what they are.
+    /// Returns each group of terminals that the module needs: its object, the number of subindices, and their kind.
     pub fn groups(&self) -> impl Iterator<Item = (u16, u8, &'static str)> {
         let words = || self.inputs.iter().map(|of| of.wired.word).chain(self.outputs.iter().map(|of| of.wired.word));
         [
@@ -97,7 +98,8 @@ impl Module {
         })
     }
 
-    /// Returns the settings that are written before it operates, each if it has it: the values of its outputs if its controller is gone.
+    /// Returns the settings that are written before the module operates, if it has them: the values of its outputs if the controller is
+    /// lost.
     pub fn settings(&self) -> Vec<(Entry, Vec<u8>)> {
         let mut settings = Vec::new();
         let mut words: Vec<Word> = self.outputs.iter().map(|output| output.wired.word).collect();
@@ -115,7 +117,7 @@ impl Module {
         settings
     }
 
-    /// Takes its process data.
+    /// Processes process data of the module.
     pub fn take(&mut self, pdo: &Pdo, bytes: &[u8]) {
         for input in &mut self.inputs {
             if let Some(number) = pdo::number(bytes, pdo, input.wired.word) {
@@ -128,7 +130,7 @@ impl Module {
         self.emergency = code;
     }
 
-    /// Stores what it sent.
+    /// Stores the values that the module sent.
     pub fn show(&self, readings: &mut [u8]) {
         self.error.of_mut(readings).copy_from_slice(&self.emergency.to_ne_bytes());
         for input in &self.inputs {
@@ -139,7 +141,7 @@ impl Module {
         }
     }
 
-    /// Sets the commands that it is told.
+    /// Sets the commands to the module.
     pub fn tell(&mut self, commands: &[u8]) {
         for output in &mut self.outputs {
             output.told = match output.wired.bit {
@@ -152,17 +154,17 @@ impl Module {
         }
     }
 
-    /// Sets its safe values as what it is told.
+    /// Sets the safe values as commands.
     pub fn be_safe(&mut self) {
         self.outputs.iter_mut().for_each(|output| output.told = output.safe);
     }
 
-    /// Returns the value of an object that it is told.
+    /// Returns the commanded value of an object.
     pub fn carried(&self, word: Word) -> u32 {
         self.joined(word, |output| output.told)
     }
 
-    /// Returns the same of its safe values.
+    /// Returns the safe value of an object.
     pub fn safely_carried(&self, word: Word) -> u32 {
         self.joined(word, |output| output.safe)
     }
@@ -196,12 +198,12 @@ impl ChannelPlace {
     }
 }
 
-/// Returns the object of the terminal group with this number from 0.
+/// Returns the object of a terminal group, numbered from 0.
 fn entry(index: u16, number: u8, bits: u8) -> Word {
     Entry { index, sub: number + 1 }.mapped(bits)
 }
 
-/// Returns the PDOs with each object once: those of 8 bits in the first, those of 16 in the others.
+/// Returns PDOs that contain each object once: those of 8 bits in the first, those of 16 in the others.
 fn pdos(words: impl Iterator<Item = Word>) -> Pdos {
     let mut words: Vec<Word> = words.collect();
     words.sort_unstable();

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The options of the driver, checked.
+//! The checked options of the driver.
 use crate::eds::Eds;
 use crate::pdo::PDOS;
 use cia402::axis;
@@ -19,11 +19,11 @@ const CYCLE_NS: i64 = 10_000_000;
 pub const HEARTBEAT_NS: i64 = 100_000_000;
 const LOST_AFTER: u32 = 3;
 const OWN_NODE: u8 = 127;
-/// The longest time that a node can be told.
+/// Maximum time that can be set in a node.
 pub const TOLD_NS_MAX: i64 = 65_535_000_000;
-/// The identifiers of a bus of 1 Mbit/s have no room for more.
+/// Maximum number of nodes: the identifiers of a bus of 1 Mbit/s have no room for more.
 const NODES_MAX: usize = 32;
-/// A PDO has room for so many digital terminals; the others together for so many analog ones.
+/// Maximum number of digital terminals in a PDO, and of analog terminals in all others together.
 pub const DIGITAL_MAX: u8 = 64;
 pub const ANALOG_MAX: u8 = 4 * (PDOS as u8 - 1);
 
@@ -42,12 +42,12 @@ struct WrittenOptions {
     own_node: Option<u8>,
 }
 
-/// Options, with what is left out.
+/// Options including defaults.
 pub struct Options {
     pub interface: String,
     pub axes: Vec<AxisOptions>,
     pub modules: Vec<ModuleOptions>,
-    /// The watchdog of the nodes.
+    /// Watchdog time of the nodes.
     pub timeout_ns: i64,
     pub cycle_ns: i64,
     /// Period of a node's heartbeat.
@@ -56,35 +56,35 @@ pub struct Options {
     pub own_node: u8,
 }
 
-/// An axis, as it is asked for.
+/// Options of an axis.
 #[derive(Clone, Debug, Deserialize)]
 pub struct AxisOptions {
     #[serde(flatten)]
     pub axis: axis::AxisOptions,
-    /// Its number on the bus.
+    /// Number of the node on the bus.
     pub node: u8,
-    /// True if the drive is to watch for this controller.
+    /// True if the drive has to monitor this controller.
     pub watchdog: Option<bool>,
     #[serde(default)]
     pub pdos: PdosFrom,
-    /// Its electronic data sheet.
+    /// Electronic data sheet of the node.
     pub eds: Option<PathBuf>,
     #[serde(flatten)]
     rest: Map<String, Value>,
 }
 
-/// Source of the objects that a node exchanges.
+/// Origin of the PDO mapping of a node.
 #[derive(Clone, Copy, Debug, Default, Deserialize, PartialEq, Eq)]
 #[serde(rename_all = "snake_case")]
 pub enum PdosFrom {
     /// The driver writes the mapping.
     #[default]
     Written,
-    /// The node has its mapping already.
+    /// The node keeps its present mapping.
     Device,
 }
 
-/// A module of inputs and outputs, as it is asked for.
+/// Options of a module of inputs and outputs.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct ModuleOptions {
@@ -94,7 +94,7 @@ pub struct ModuleOptions {
     pub channels: BTreeMap<String, ChannelOptions>,
     pub watchdog: Option<bool>,
     pub eds: Option<PathBuf>,
-    /// Its identity (object 0x1018), where it is to be compared.
+    /// Identity of the module (object 0x1018), if it is to be compared.
     vendor: Option<u32>,
     product: Option<u32>,
     revision: Option<u32>,
@@ -102,13 +102,13 @@ pub struct ModuleOptions {
 }
 
 impl ModuleOptions {
-    /// Returns the identity that it is to have.
+    /// Returns the expected identity.
     pub fn expected(&self) -> ExpectedIdentity {
         ExpectedIdentity { vendor: self.vendor, product: self.product, revision: self.revision, serial: self.serial, alias: None }
     }
 }
 
-/// A channel of a module: the terminal that it is, and what its counts mean.
+/// Options of a module's channel: its terminal, and the meaning of its counts.
 #[derive(Clone, Debug, Deserialize)]
 pub struct ChannelOptions {
     input: Option<u8>,
@@ -158,7 +158,7 @@ impl ChannelOptions {
         digital.into_iter().chain(analog).flatten()
     }
 
-    /// Returns the terminal that it is: that there is one was checked.
+    /// Returns the terminal of the channel: checked to exist.
     pub fn terminal(&self) -> Terminal {
         self.terminals().next().unwrap_or(Terminal::Input(0))
     }
@@ -173,10 +173,10 @@ impl ChannelOptions {
     }
 }
 
-/// Reads and checks them.
+/// Parses and checks the options.
 ///
 /// # Errors
-/// [`DriverError::Option`] names one that is wrong.
+/// Fails with [`DriverError::Option`], which names the wrong option.
 pub fn read(given: &GivenOptions<'_>) -> Result<Options, DriverError> {
     let written: WrittenOptions = given.read()?;
     let options = Options {
@@ -198,7 +198,7 @@ pub fn read(given: &GivenOptions<'_>) -> Result<Options, DriverError> {
 /// Reads the electronic data sheet of a node.
 ///
 /// # Errors
-/// The file cannot be read, or is none.
+/// Fails if the file cannot be read, or is not a data sheet.
 pub fn data_sheet(given: &GivenOptions<'_>, file: Option<&Path>) -> Result<Option<Arc<Eds>>, DriverError> {
     let Some(path) = file else { return Ok(None) };
     let failed = |problem: String| given.wrong("eds", format!("'{}': {problem}", path.display()));

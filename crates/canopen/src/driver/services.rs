@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Services of the driver beside its cycle: objects of its nodes, network management, faults, homing.
+//! Services of the driver outside its cycle: objects of its nodes, network management, faults, homing.
 use crate::client::Client;
 use crate::eds::Eds;
 use crate::nmt::Command;
@@ -56,7 +56,7 @@ pub const SERVICES: [ServiceWord; 6] = [
     HOME,
 ];
 
-/// A way to the nodes, beside that of the cycle.
+/// A connection to the nodes, separate from that of the cycle.
 pub struct Nodes {
     pub client: Client,
     pub of_axes: Vec<u8>,
@@ -72,10 +72,10 @@ impl Reach for Nodes {
     }
 }
 
-/// The services of an open device: those that all axes have, and those of a bus.
+/// Services of an open device: those of all axes, and those of a bus.
 pub struct Beside {
     pub shared: ServiceState<Nodes>,
-    /// So many of its nodes are axes; the others are modules.
+    /// Number of nodes that are axes; the others are modules.
     pub axes: usize,
     pub data_sheets: Vec<Option<Arc<Eds>>>,
 }
@@ -101,7 +101,7 @@ impl Beside {
         }
     }
 
-    /// Reads or writes an object, which may be named as its EDS file names it.
+    /// Reads or writes an object, which may be named as in its EDS file.
     fn object(&self, node: usize, service: &str, arguments: &Value, is_stopped: &dyn Fn() -> bool) -> Result<Value, String> {
         let Some(name) = arguments["object"].as_str() else {
             if arguments["index"].is_null() {

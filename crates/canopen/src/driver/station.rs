@@ -11,7 +11,7 @@ use cia402::identity::ExpectedIdentity;
 use cia402::{Mode, Scale};
 use std::sync::Arc;
 
-/// The identifier of the first PDO that goes to a node, and how far it is from one to the next.
+/// Identifier of the first PDO to a node, and the distance between consecutive ones.
 const RECEIVED: u16 = 0x200;
 const NEXT: u16 = 0x100;
 
@@ -21,16 +21,16 @@ pub enum What {
     Module(Module),
 }
 
-/// A node, what it exchanges and what was heard of it.
+/// A node, its process data, and the signs of life received from it.
 pub struct Station {
     pub node: u8,
     pub name: String,
-    /// True if it watches whether this controller is there.
+    /// True if the node monitors this controller.
     pub is_watched: bool,
-    /// The identity that it is to have.
+    /// Expected identity of the node.
     pub expected: ExpectedIdentity,
     pub what: What,
-    /// Where the mapping of its PDOs is from, and what it says.
+    /// Origin of the mapping of its PDOs, and the mapping itself.
     pub mapping: PdosFrom,
     pub eds: Option<Arc<Eds>>,
     pub inputs: Pdos,
@@ -56,7 +56,7 @@ impl Station {
         station
     }
 
-    /// Returns its name as `axis 'x'`.
+    /// Returns the station's name in the form `axis 'x'`.
     pub fn what(&self) -> String {
         match self.what {
             What::Axis(_) => format!("axis '{}'", self.name),
@@ -64,12 +64,12 @@ impl Station {
         }
     }
 
-    /// Returns its title as `node 5 (axis 'x')`.
+    /// Returns the station's title in the form `node 5 (axis 'x')`.
     pub fn title(&self) -> String {
         format!("node {} ({})", self.node, self.what())
     }
 
-    /// Returns what its services need of it: name, title in errors, scale.
+    /// Returns the data that the services need: name, title in errors, scale.
     pub fn beside(&self) -> (String, String, Scale) {
         let scale = match &self.what {
             What::Axis(axis) => axis.moved.commander.scale(),
@@ -78,7 +78,7 @@ impl Station {
         (self.name.clone(), format!("{} (node {})", self.what(), self.node), scale)
     }
 
-    /// Begins again: it is to exchange all that it could, and nothing was heard of it.
+    /// Resets the station: it is expected to exchange everything it can, and nothing has been received from it.
     pub fn expect(&mut self) {
         (self.inputs, self.outputs) = match &self.what {
             What::Axis(axis) => (pdo::inputs(), axis.outputs()),
@@ -95,7 +95,7 @@ impl Station {
         }
     }
 
-    /// Returns true if the process data of this number show that it has heard the SYNC: those with the status word, or the first that a module sends.
+    /// Returns true if the process data of this number answer a SYNC: those with the status word, or the first that a module sends.
     fn is_answer(&self, number: usize) -> bool {
         match self.what {
             What::Axis(_) => self.inputs[number].at(pdo::STATUS).is_some(),
@@ -103,12 +103,12 @@ impl Station {
         }
     }
 
-    /// Returns true if it answers a SYNC at all: a module that has only outputs does not.
+    /// Returns true if the node answers a SYNC at all: a module with outputs only does not.
     pub fn answers(&self) -> bool {
         self.inputs.iter().any(|pdo| !pdo.is_empty())
     }
 
-    /// Takes a PDO, numbered from 1; false: it has not the length that was configured.
+    /// Processes a PDO, numbered from 1; returns false if it does not have the configured length.
     pub fn take(&mut self, number: u8, bytes: &[u8], now_ns: i64) -> bool {
         let number = usize::from(number) - 1;
         let Some(pdo) = self.inputs.get(number).filter(|pdo| !pdo.is_empty() && pdo.len() == bytes.len()) else { return false };
@@ -122,7 +122,7 @@ impl Station {
         true
     }
 
-    /// Takes an emergency; code 0: the error is gone.
+    /// Processes an emergency; code 0 means that the error has disappeared.
     pub fn heed(&mut self, code: u16) {
         match &mut self.what {
             What::Axis(axis) => axis.heed(code),
@@ -130,7 +130,7 @@ impl Station {
         }
     }
 
-    /// Stores what it said.
+    /// Stores the values that the node sent.
     pub fn show(&self, readings: &mut [u8]) {
         match &self.what {
             What::Axis(axis) => axis.moved.show(readings),
@@ -138,7 +138,7 @@ impl Station {
         }
     }
 
-    /// Returns why it cannot do what it is engaged for.
+    /// Returns the reason why the node cannot perform its task while it is engaged.
     pub fn fault(&self) -> Option<String> {
         match &self.what {
             What::Axis(axis) => axis.moved.fault(),
@@ -161,13 +161,13 @@ impl Station {
         }
     }
 
-    /// Returns true if its drive exchanges what homing needs.
+    /// Returns true if the drive exchanges the objects that homing needs.
     pub fn can_home(&self) -> bool {
         let has = |pdos: &Pdos, word| pdos.iter().any(|pdo| pdo.at(word).is_some());
         has(&self.outputs, pdo::MODE) && has(&self.inputs, pdo::MODE_SHOWN)
     }
 
-    /// Tells it nothing but to be at rest: an axis where it is, a module its safe values.
+    /// Sets the idle command: an axis keeps its position, a module outputs its safe values.
     pub fn tell_idle(&mut self) {
         match &mut self.what {
             What::Axis(axis) => axis.tell_idle(),
@@ -175,14 +175,14 @@ impl Station {
         }
     }
 
-    /// Comes to rest: an axis until it is no longer engaged.
+    /// Comes to rest; an axis stays at rest until it is engaged again.
     pub fn stop(&mut self) {
         if let What::Axis(axis) = &mut self.what {
             axis.moved.commander.stop();
         }
     }
 
-    /// Returns the frames of what it is told. Real-time safe.
+    /// Returns the frames of the commands. Real-time safe.
     pub fn frames(&self) -> [Option<Frame>; PDOS] {
         self.framed(|word| match &self.what {
             What::Axis(axis) => axis.carried(word),
@@ -190,7 +190,7 @@ impl Station {
         })
     }
 
-    /// Returns the frames that another process sends if this one is gone.
+    /// Returns the frames that another process sends if this one has exited.
     pub fn last_frames(&self) -> [Option<Frame>; PDOS] {
         self.framed(|word| match &self.what {
             What::Axis(axis) => axis.last_carried(word),
@@ -203,7 +203,7 @@ impl Station {
             let pdo = &self.outputs[number];
             let (mut bytes, mut at) = ([0; LEN_MAX], 0);
             for word in &pdo.words {
-                // What is no number of ours has no more than 4 bytes of it, and 0 behind them.
+                // An object that is longer than our 4-byte values is padded with 0.
                 let (len, value) = (pdo::len(*word).min(LEN_MAX - at), u64::from(carried(*word)).to_le_bytes());
                 bytes[at..at + len].copy_from_slice(&value[..len]);
                 at += len;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The emulated line.
+//! The emulated bus line.
 use super::node::Node;
 use super::said::{NodeOptions, Out, SAID_MAX};
 use crate::frame::{self, FRAME_LEN, Frame};
@@ -10,7 +10,7 @@ use std::collections::VecDeque;
 pub struct Bus {
     nodes: Vec<Node>,
     said: VecDeque<[u8; FRAME_LEN]>,
-    /// Number of coming frames that are lost, or spoiled.
+    /// Number of further frames that are lost, or spoiled.
     lose: u64,
     spoil: u64,
     frames: u64,
@@ -29,23 +29,23 @@ impl Bus {
         self.nodes.iter_mut().filter(|node| node.is_on).for_each(|node| act(node, &mut out));
     }
 
-    /// Takes a frame that a controller sends.
+    /// Processes a frame from a controller.
     pub fn take(&mut self, frame: &Frame) {
         self.frames += 1;
         self.each(|node, out| node.take(frame, out));
     }
 
-    /// Moves time on.
+    /// Advances time.
     pub fn go_on(&mut self, span_ns: i64) {
         self.each(|node, out| node.go_on(span_ns, out));
     }
 
-    /// Returns the next frame, or report, that is on the line.
+    /// Returns the next frame, or report, on the line.
     pub fn said(&mut self) -> Option<[u8; FRAME_LEN]> {
         self.said.pop_front()
     }
 
-    /// Frames that have come from controllers.
+    /// Returns the number of frames received from controllers.
     pub fn frames(&self) -> u64 {
         self.frames
     }
@@ -54,7 +54,7 @@ impl Bus {
         self.nodes.iter_mut().find(|of| of.id() == node)
     }
 
-    /// Switches the voltage of a drive. With it comes one that knows nothing, its axis where it was.
+    /// Switches the supply of a drive. When switched on, the drive has lost its settings, but its axis has not moved.
     pub fn power(&mut self, node: u8, is_on: bool) {
         let mut out = Out { said: &mut self.said, lose: &mut self.lose, spoil: &mut self.spoil };
         if let Some(node) = self.nodes.iter_mut().find(|of| of.id() == node) {
@@ -72,7 +72,7 @@ impl Bus {
         self.spoil = frames;
     }
 
-    /// Makes a drive find something wrong: an error code of CiA 402.
+    /// Triggers a fault in a drive: an error code of CiA 402.
     pub fn fail(&mut self, node: u8, error: u16) {
         let mut out = Out { said: &mut self.said, lose: &mut self.lose, spoil: &mut self.spoil };
         if let Some(node) = self.nodes.iter_mut().find(|of| of.id() == node) {
@@ -97,24 +97,25 @@ impl Bus {
         self.find(node).map_or(0, |node| node.number(index, sub))
     }
 
-    /// Its state by name.
+    /// Returns the state of a node by name.
     pub fn state(&mut self, node: u8) -> String {
         self.find(node).map_or_else(String::new, |node| if node.is_on { node.state().to_string() } else { "off".to_owned() })
     }
 
-    /// Returns the value of a terminal of a module: `input`, `output`, `analog_input` or `analog_output`, counted from 0; none: there is none such.
+    /// Returns the value of a terminal of a module: `input`, `output`, `analog_input` or `analog_output`, counted from 0; `None` if it
+    /// does not exist.
     pub fn terminal(&mut self, node: u8, what: &str, number: u8) -> Option<i64> {
         self.find(node).and_then(|node| node.terminal(what, number))
     }
 
-    /// Puts something on a terminal of a module.
+    /// Sets the value at a terminal of a module.
     pub fn put(&mut self, node: u8, what: &str, number: u8, value: i64) {
         if let Some(node) = self.find(node) {
             node.put(what, number, value);
         }
     }
 
-    /// Returns its state, for people and tests.
+    /// Returns the state of the bus, for people and tests.
     pub fn show(&mut self) -> Value {
         let (modules, drives): (Vec<&Node>, Vec<&Node>) = self.nodes.iter().partition(|node| node.is_module());
         let state = |node: &Node| if node.is_on { node.state().to_string() } else { "off".to_owned() };

@@ -10,14 +10,14 @@ pub(super) enum Machine {
 }
 
 impl Machine {
-    /// Goes on by a time.
+    /// Advances by a time.
     pub fn step(&mut self, objects: &mut Objects, span_s: f64) {
         if let Machine::Drive(drive) = self {
             drive.step(objects, span_s);
         }
     }
 
-    /// Acts as it does when its controller is gone.
+    /// Acts as the node does when its controller is lost.
     pub fn lose_communication(&mut self, objects: &mut Objects) {
         match self {
             Machine::Drive(drive) => drive.lose_communication(objects),
@@ -32,7 +32,7 @@ impl Machine {
         }
     }
 
-    /// Makes it find something wrong.
+    /// Triggers a fault.
     pub fn fail(&mut self, error: u16, objects: &mut Objects) {
         match self {
             Machine::Drive(drive) => drive.fail(error, objects),
@@ -40,7 +40,7 @@ impl Machine {
         }
     }
 
-    /// Returns its error.
+    /// Returns the error code.
     pub fn error(&self, objects: &Objects) -> u16 {
         match self {
             Machine::Drive(_) => objects.find(cia402::Entry { index: 0x603F, sub: 0 }).map_or(0, |at| objects.number(at)) as u16,

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! A bus of CANopen that is only a program: drives by CiA 402 and modules by CiA 401, as a controller sees them through its frames.
+//! An emulated CANopen bus: drives by CiA 402 and modules by CiA 401, as a controller sees them through its frames.
 //!
 //! | | |
 //! |---|---|

@@ -10,7 +10,7 @@ use crate::nmt::{Command, NodeState, heartbeat};
 use cia402::Entry;
 use cia402::emulated::{MappedObject, Objects};
 
-/// Bits of a PDO's identifier: it is not used; the identifier itself.
+/// Bits of a PDO's identifier: PDO unused; the identifier itself.
 const UNUSED: u32 = 0x8000_0000;
 const IDENTIFIER: u32 = 0x7FF;
 const CONTROLLER_MISSED: u16 = 0x8130;
@@ -24,7 +24,7 @@ pub(super) struct Node {
     server: Server,
     received: [Pdo; 4],
     sent: [Pdo; 4],
-    /// Since its own heartbeat, that of its controller (none: never heard), and its axis last went on.
+    /// Times since its own heartbeat, since that of its controller (`None`: never received), and since its axis was last advanced.
     beaten_ns: i64,
     heard_ns: Option<i64>,
     stepped_ns: i64,
@@ -35,11 +35,11 @@ pub(super) struct Node {
 /// A PDO, as it was configured when the node was started.
 #[derive(Default)]
 struct Pdo {
-    /// 0: it is not used.
+    /// Identifier; 0 if the PDO is unused.
     id: u16,
     is_synchronous: bool,
     mapped: Vec<MappedObject>,
-    /// Data that came and wait for the next SYNC.
+    /// Received data that wait for the next SYNC.
     waiting: Option<[u8; 8]>,
 }
 
@@ -78,7 +78,7 @@ impl Node {
         self.objects.find(Entry { index, sub }).map_or(0, |at| self.objects.bits(at))
     }
 
-    /// Says that it has started.
+    /// Sends the boot-up message.
     pub fn boot(&mut self, out: &mut Out<'_>) {
         out.say(&heartbeat(self.id(), NodeState::BootUp));
     }
@@ -100,14 +100,14 @@ impl Node {
         matches!(self.machine, Machine::Module(_))
     }
 
-    /// Returns the value of a terminal of a module; none: it has none such.
+    /// Returns the value of a terminal of a module, or `None` if it does not exist.
     pub fn terminal(&self, what: &str, number: u8) -> Option<i64> {
         let (of, bit) = terminal(what, number)?;
         let value = self.objects.number(self.objects.find(of).ok()?);
         Some(bit.map_or(value, |bit| value >> bit & 1))
     }
 
-    /// Puts something on a terminal of a module, where it has such a one.
+    /// Sets the value at a terminal of a module, if it exists.
     pub fn put(&mut self, what: &str, number: u8, value: i64) {
         let found = terminal(what, number).and_then(|(of, bit)| Some((self.objects.find(of).ok()?, bit)));
         if let Some((at, bit)) = found {
@@ -122,13 +122,13 @@ impl Node {
         self.machine.set_enable_input(is_closed);
     }
 
-    /// Finds something wrong.
+    /// Triggers a fault.
     pub fn fail(&mut self, error: u16, out: &mut Out<'_>) {
         self.machine.fail(error, &mut self.objects);
         self.complain(out);
     }
 
-    /// Tells an error that has come, or gone.
+    /// Reports an error that has appeared or disappeared.
     fn complain(&mut self, out: &mut Out<'_>) {
         let error = self.machine.error(&self.objects);
         if error != std::mem::replace(&mut self.error, error) {
@@ -137,7 +137,7 @@ impl Node {
         }
     }
 
-    /// Moves time on: heartbeats, and an axis that nobody commands.
+    /// Advances time: heartbeats, and an axis without a command.
     pub fn go_on(&mut self, span_ns: i64, out: &mut Out<'_>) {
         self.stepped_ns += span_ns;
         self.beaten_ns += span_ns;
@@ -167,7 +167,7 @@ impl Node {
         self.machine.step(&mut self.objects, span_s);
     }
 
-    /// Takes a frame from the line.
+    /// Processes a frame from the line.
     pub fn take(&mut self, frame: &Frame, out: &mut Out<'_>) {
         let own = u16::from(self.id());
         match (frame.id, frame.bytes()) {
@@ -244,7 +244,7 @@ impl Node {
         }
     }
 
-    /// Handles a SYNC: what was received counts, the axis goes on, and what it measures is sent.
+    /// Handles a SYNC: received data take effect, the axis advances, and its measurements are sent.
     fn synchronise(&mut self, out: &mut Out<'_>) {
         self.apply();
         self.step();

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The objects of an emulated node beside those of its drive.
+//! Objects of an emulated node in addition to those of its drive.
 use super::machine::Machine;
 use super::said::NodeOptions;
 use super::terminals::SwitchedTerminals;
@@ -9,7 +9,7 @@ use cia402::emulated::{Access, Drive, Objects, PRODUCT, VENDOR};
 const DRIVE: u32 = 0x0002_0192;
 const MODULE: u32 = 0x000F_0191;
 
-/// Objects of a node, and its machine.
+/// Creates the objects of a node, and its machine.
 pub(super) fn made(options: &NodeOptions) -> (Objects, Machine) {
     let (name, node) = (&options.name, options.node);
     let kind = if options.module.is_some() { MODULE } else { DRIVE };
@@ -20,7 +20,7 @@ pub(super) fn made(options: &NodeOptions) -> (Objects, Machine) {
     objects.add(0x1005, 0, Written, &0x80u32.to_le_bytes());
     objects.add(0x1006, 0, Written, &0u32.to_le_bytes());
     objects.add(0x1008, 0, Constant, name.as_bytes());
-    // Longer than an answer, so that it comes in segments.
+    // The value is longer than an answer, so it is sent in segments.
     objects.add(0x100A, 0, Constant, concat!("emulated node of OpenGPAC, version ", env!("CARGO_PKG_VERSION")).as_bytes());
     objects.add(0x1010, 0, Constant, &[1]);
     objects.add(0x1010, 1, Written, &1u32.to_le_bytes());
@@ -36,7 +36,7 @@ pub(super) fn made(options: &NodeOptions) -> (Objects, Machine) {
     if options.module.is_none() {
         objects.add(0x6007, 0, Written, &1i16.to_le_bytes());
     }
-    // A text that a controller may write.
+    // A controller may write this text.
     objects.add(0x2000, 0, Written, &[b' '; 20]);
     for number in 0..4u16 {
         let id = u32::from(node) + 0x100 * u32::from(number);

@@ -9,20 +9,20 @@ use std::collections::VecDeque;
 #[serde(deny_unknown_fields)]
 pub struct NodeOptions {
     pub name: String,
-    /// Its number on the bus, 1 to 127.
+    /// Number on the bus, 1 to 127.
     pub node: u8,
-    /// Counts: where its axis stands at the start.
+    /// Initial position of its axis, counts.
     #[serde(default)]
     pub position: i32,
-    /// True if it heeds the heartbeat of its controller; left out: it does.
+    /// True, the default, if the node monitors the heartbeat of its controller.
     pub watchdog: Option<bool>,
-    /// Where the switches at the ends of its machine are, counts; left out: it has none.
+    /// Positions of the limit switches of its machine, counts; omitted: it has none.
     pub limits: Option<[f64; 2]>,
-    /// Speed at which a load falls that neither its brake nor its motor holds, counts/s; left out: it has neither load nor brake.
+    /// Speed at which a load falls if neither brake nor motor holds it, counts/s; omitted: there is neither load nor brake.
     pub falls: Option<f64>,
-    /// Its serial number; left out: that of its node.
+    /// Serial number; omitted: that of the node.
     pub serial: Option<u32>,
-    /// Numbers of terminals of a module; left out: it is a drive.
+    /// Numbers of terminals of a module; omitted: the node is a drive.
     pub module: Option<Terminals>,
 }
 
@@ -30,19 +30,19 @@ pub struct NodeOptions {
 #[derive(Clone, Copy, Debug, Default, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Terminals {
-    /// Digital ones, up to 64.
+    /// Number of digital terminals, up to 64.
     pub inputs: u8,
     pub outputs: u8,
     pub analog_inputs: u8,
     pub analog_outputs: u8,
-    /// The error values of its analog outputs have 16 bits, not 32.
+    /// True if the error values of its analog outputs have 16 bits, not 32.
     pub short_error_values: bool,
 }
 
-/// Maximum number of messages of its nodes that have not been taken yet.
+/// Maximum number of pending messages of its nodes.
 pub(super) const SAID_MAX: usize = 4096;
 
-/// Messages of nodes, on their way to the line.
+/// Messages of nodes to be put on the line.
 pub(super) struct Out<'a> {
     pub said: &'a mut VecDeque<[u8; FRAME_LEN]>,
     pub lose: &'a mut u64,
@@ -58,7 +58,7 @@ impl Out<'_> {
         let mut bytes = frame.encoded();
         if *self.spoil > 0 {
             *self.spoil -= 1;
-            // Shorter than it was: what the check sum of CAN does not see, for the sender itself was wrong.
+            // The frame is shorter than configured; CAN's checksum does not detect this, because the sender itself was wrong.
             bytes[4] = bytes[4].saturating_sub(1);
         }
         if self.said.len() < SAID_MAX {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Answers the frames of a local socket with an emulated bus: in a thread, or as a process of its own.
+//! Answers the frames of a local socket with an emulated bus: in a thread, or as a separate process.
 use super::bus::Bus;
 use super::said::NodeOptions;
 use crate::frame::{self, Came};
@@ -13,20 +13,20 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
-/// Period at which time goes on if no controller tells it, and at which a server notices that it is to stop.
+/// Period at which time advances without a controller's time, and at which a server checks for its stop.
 const NOTICE_MS: i32 = 10;
-/// Time limit for an end that has asked for something to listen.
+/// Time limit for an end to receive the answer that it requested.
 const LISTENS: Duration = Duration::from_secs(1);
-/// Time for which, after a controller has told its time, that counts and no other.
+/// Time for which a time set by a controller takes precedence.
 const TOLD: Duration = Duration::from_millis(200);
 
 /// A bus that answers until it is dropped.
 pub type Server = emulated::Server<Bus>;
 
-/// Answers on a local socket (`local:NAME`), in a thread of its own.
+/// Answers on a local socket (`local:NAME`) in a separate thread.
 ///
 /// # Errors
-/// The name is taken.
+/// Fails if the name is taken.
 pub fn serve(interface: &str, bus: Bus) -> io::Result<Server> {
     if !interface.starts_with(LOCAL) {
         return Err(io::Error::new(io::ErrorKind::InvalidInput, "an emulated bus answers on local:NAME"));
@@ -39,7 +39,7 @@ pub fn serve(interface: &str, bus: Bus) -> io::Result<Server> {
 struct Line {
     socket: OwnedFd,
     ends: Vec<End>,
-    /// The time of the controller, and when it was told.
+    /// Time of the controller, and the instant at which it was received.
     told: Option<(i64, Instant)>,
     gone_on: Instant,
 }
@@ -70,7 +70,7 @@ impl Line {
         let mut bytes = [0; 64];
         while !stop.load(Ordering::Relaxed) {
             let mut poll = libc::pollfd { fd: self.socket.as_raw_fd(), events: libc::POLLIN, revents: 0 };
-            // SAFETY: one entry, ours for the call.
+            // SAFETY: one entry, owned by us during the call.
             unsafe { libc::poll(&raw mut poll, 1, NOTICE_MS) };
             let mut bus = bus.lock().unwrap_or_else(PoisonError::into_inner);
             while let Some((len, from)) = self.take(&mut bytes) {
@@ -85,7 +85,7 @@ impl Line {
         }
     }
 
-    /// Does what a datagram asks for: a frame, or a time up to which all is to be answered.
+    /// Executes a datagram: a frame, or a time up to which everything has to be answered.
     fn heed(&mut self, bus: &mut Bus, bytes: &[u8], from: &Address) {
         if let Some(heard) = wishes(bytes) {
             self.ends.push(End { at: *from, heard });
@@ -98,7 +98,7 @@ impl Line {
                 (self.told, self.gone_on) = (Some((now_ns, Instant::now())), Instant::now());
                 bus.go_on(span_ns);
                 self.pass_on(bus, Some(from));
-                // One that has gone meanwhile asks for nothing.
+                // An end that has disconnected meanwhile needs no answer.
                 let _ = self.put_surely(bytes, from);
             }
             (_, Came::Frame(frame)) => {
@@ -109,20 +109,20 @@ impl Line {
         }
     }
 
-    /// Gives what nodes say to all ends. The one that asked has it surely; one that does not listen misses it.
+    /// Sends the messages of the nodes to all ends. The requesting end receives them reliably; others miss them if they do not listen.
     fn pass_on(&mut self, bus: &mut Bus, asker: Option<&Address>) {
         while let Some(bytes) = bus.said() {
             let ends = std::mem::take(&mut self.ends);
             let put = |end: &Address| if asker == Some(end) { self.put_surely(&bytes, end) } else { self.put(&bytes, end) };
             let is_there = |put: &io::Result<()>| put.as_ref().err().is_none_or(|error| error.kind() == io::ErrorKind::WouldBlock);
             let is_for = |end: &End| !matches!(frame::read(&bytes), Came::Frame(frame) if !hears(&end.heard, frame.id));
-            // One that does not hear it is not asked whether it is there; the next that it hears tells.
+            // An end that filters a frame out is not checked by it; the next frame that it receives shows whether it exists.
             let there: Vec<End> = ends.into_iter().filter(|end| !is_for(end) || is_there(&put(&end.at))).collect();
             self.ends = there;
         }
     }
 
-    /// Puts a frame surely: the queue of a local socket is short, and its end is about to listen.
+    /// Sends a frame reliably: the queue of a local socket is short, and the end will listen soon.
     fn put_surely(&self, bytes: &[u8], to: &Address) -> io::Result<()> {
         let until = Instant::now() + LISTENS;
         loop {
@@ -136,16 +136,16 @@ impl Line {
     /// Sends to an end.
     fn put(&self, bytes: &[u8], to: &Address) -> io::Result<()> {
         let flags = libc::MSG_DONTWAIT | libc::MSG_NOSIGNAL;
-        // SAFETY: the bytes and the address are ours for the call, and of these lengths.
+        // SAFETY: the bytes and the address are owned by us during the call, and have these lengths.
         let sent = unsafe { libc::sendto(self.socket.as_raw_fd(), bytes.as_ptr().cast(), bytes.len(), flags, (&raw const to.of).cast(), to.len) };
         if sent < 0 { Err(io::Error::last_os_error()) } else { Ok(()) }
     }
 
     fn take(&self, into: &mut [u8]) -> Option<(usize, Address)> {
-        // SAFETY: zero is a value of this type of the C library.
+        // SAFETY: all zeros are a valid value of this C type.
         let mut from = Address { of: unsafe { zeroed() }, len: size_of::<libc::sockaddr_un>() as libc::socklen_t };
         let (socket, at) = (self.socket.as_raw_fd(), into.as_mut_ptr().cast());
-        // SAFETY: the bytes and the address are ours for the call, and of these lengths.
+        // SAFETY: the bytes and the address are owned by us during the call, and have these lengths.
         let received = unsafe { libc::recvfrom(socket, at, into.len(), libc::MSG_DONTWAIT, (&raw mut from.of).cast(), &raw mut from.len) };
         usize::try_from(received).ok().map(|len| (len, from))
     }
@@ -158,7 +158,7 @@ struct Options {
     nodes: Vec<NodeOptions>,
 }
 
-/// Order to a bus, a line each.
+/// Command to a bus, one per line.
 #[derive(Deserialize)]
 #[serde(tag = "do", rename_all = "snake_case", deny_unknown_fields)]
 enum Order {
@@ -172,12 +172,12 @@ enum Order {
     Show,
 }
 
-/// Runs a process that is a bus: its options are the first line of its input, `{"interface": "local:x", "nodes": [{"name": "x", "node":
-/// 1}]}`; then each line is an order, `{"do": "power", "node": 1, "on": false}`, answered by a line that shows the bus. It ends with its
-/// input.
+/// Runs a process that is a bus. The first line of its input contains its options, `{"interface": "local:x", "nodes": [{"name": "x",
+/// "node": 1}]}`; each further line is a command, `{"do": "power", "node": 1, "on": false}`, answered by a line with the state of the
+/// bus. The process ends with its input.
 ///
 /// # Errors
-/// For people.
+/// Fails with a message.
 pub fn run() -> Result<(), String> {
     let start = |options: Options| serve(&options.interface, Bus::new(&options.nodes)).map_err(|error| format!("interface '{}': {error}", options.interface));
     emulated::serve_orders(start, carry_out, Bus::show)

@@ -10,9 +10,9 @@ const LENGTH: u32 = 0x0607_0010;
 const IN_USE: u32 = 0x0800_0022;
 const TOO_LONG: u32 = 0x0604_0042;
 const NOT_SAVED: u32 = 0x0800_0020;
-/// The longest value that it takes.
+/// Maximum length of a value that it accepts.
 const VALUE_MAX: usize = 256;
-/// "save", as an object that stores all others takes it.
+/// The text "save", as expected by an object that stores all others.
 const SAVE: [u8; 4] = *b"save";
 
 /// A transfer of one object at a time.
@@ -26,14 +26,14 @@ pub(super) struct Server {
 enum Doing {
     #[default]
     Nothing,
-    /// The value, and how much of it was sent.
+    /// Upload: the value, and the number of bytes sent.
     Upload(Entry, Vec<u8>, usize),
-    /// A download, with the bytes that came and the number still to come.
+    /// Download: the bytes received, and the number still missing.
     Download(Entry, Vec<u8>, usize),
 }
 
 impl Server {
-    /// Answers a request; none: it asks for no answer.
+    /// Answers a request; returns `None` if no answer is needed.
     pub fn answer(&mut self, objects: &mut Objects, request: &[u8; 8]) -> Option<[u8; 8]> {
         let of = Entry { index: u16::from_le_bytes([request[1], request[2]]), sub: request[3] };
         let about = match (&self.doing, request[0] >> 5) {
@@ -121,7 +121,7 @@ impl Server {
     }
 }
 
-/// Stores a value, by the rules of CiA 301 for PDOs: a mapping changes while its PDO is not used.
+/// Stores a value, by the rules of CiA 301 for PDOs: a mapping may change only while its PDO is unused.
 fn store(objects: &mut Objects, of: Entry, value: &[u8]) -> Result<(), u32> {
     let bits = |objects: &Objects, index, sub| objects.find(Entry { index, sub }).map_or(0, |at| objects.bits(at));
     match of.index {

@@ -4,30 +4,30 @@ use super::said::Terminals;
 use cia402::Entry;
 use cia402::emulated::{Access, Handle, Objects};
 
-/// Terminals that a module switches.
+/// Terminals that a module controls.
 #[derive(Default)]
 pub(super) struct SwitchedTerminals {
     outputs: Vec<Output>,
     pub error: u16,
 }
 
-/// An object of outputs, and what it is where the controller is gone.
+/// An object of outputs, and its value if the controller is lost.
 struct Output {
     at: Handle,
-    /// Mask of its bits that have an error value; of an analog one: whether it has one.
+    /// Mask of the bits that have an error value; for an analog output: whether it has one.
     mode: Handle,
     value: Handle,
     is_digital: bool,
 }
 
-/// Objects of terminals: those of a drive's kind, and their error values.
+/// Objects of the terminals, digital and analog.
 const INPUTS: u16 = 0x6000;
 const OUTPUTS: u16 = 0x6200;
 const ANALOG_INPUTS: u16 = 0x6401;
 const ANALOG_OUTPUTS: u16 = 0x6411;
 
 impl SwitchedTerminals {
-    /// Its objects come to those that are there.
+    /// Adds the objects of the terminals to the existing ones.
     pub fn new(objects: &mut Objects, of: Terminals) -> SwitchedTerminals {
         let mut switched = SwitchedTerminals::default();
         let bytes = |terminals: u8| terminals.div_ceil(8);
@@ -71,7 +71,8 @@ fn add(objects: &mut Objects, index: u16, count: u8, access: Access, value: &[u8
     (1..=count).map(|sub| objects.add(index, sub, access, value)).collect()
 }
 
-/// Returns where a terminal is: its object, and its bit if it is digital. `what` is `input`, `output`, `analog_input` or `analog_output`.
+/// Returns the location of a terminal: its object, and its bit if it is digital. `what` is `input`, `output`, `analog_input` or
+/// `analog_output`.
 pub(super) fn terminal(what: &str, number: u8) -> Option<(Entry, Option<u8>)> {
     let digital = |index| Some((Entry { index, sub: number / 8 + 1 }, Some(number % 8)));
     let analog = |index| Some((Entry { index, sub: number.checked_add(1)? }, None));

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! An end of an emulated bus of this process: what is sent is answered in the same call, and time is the exchange's.
+//! An end of an emulated bus in this process: frames are answered in the same call, and time is that of the exchange.
 use super::bus::Bus;
 use crate::frame::{self, Came, FRAME_LEN, Frame};
 use crate::link::{Link, hears};
@@ -12,7 +12,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError, Weak};
 use std::time::Duration;
 
-/// Frames that an end keeps at most.
+/// Maximum number of frames that an end stores.
 const ROOM: usize = 4096;
 
 /// A bus and its ends.
@@ -22,7 +22,8 @@ pub struct SharedBus {
 
 struct Inner {
     bus: Bus,
-    /// Through which others send frames: it is its own other end, so that a duplicate can be written to when this process is gone.
+    /// Socket through which other processes send frames: it is connected to itself, so a duplicate can be written even when this process
+    /// has exited.
     outside: Option<UnixDatagram>,
     now_ns: Option<i64>,
     ends: Vec<(u64, End)>,
@@ -39,7 +40,7 @@ impl SharedBus {
         Arc::new(SharedBus { inner: Mutex::new(Inner { bus, outside: None, now_ns: None, ends: Vec::new(), next: 0 }) })
     }
 
-    /// Does something to the bus.
+    /// Executes an action on the bus.
     pub fn with<T>(&self, act: impl FnOnce(&mut Bus) -> T) -> T {
         let mut inner = self.lock();
         let done = act(&mut inner.bus);
@@ -53,7 +54,7 @@ impl SharedBus {
 }
 
 impl Inner {
-    /// Takes the frames that were sent from outside.
+    /// Processes the frames sent from other processes.
     fn admit(&mut self) {
         let mut bytes = [0; FRAME_LEN];
         while let Some(len) = self.outside.as_ref().and_then(|outside| outside.recv(&mut bytes).ok()) {
@@ -100,7 +101,7 @@ impl End {
 /// Buses of this process, by the names of their interfaces.
 static BUSES: Mutex<Vec<(String, Weak<SharedBus>)>> = Mutex::new(Vec::new());
 
-/// Makes a bus known by the name of its interface, `emulated:NAME`, as long as somebody has it.
+/// Registers a bus under the name of its interface, `emulated:NAME`, for as long as it has an owner.
 pub fn publish(name: &str, bus: &Arc<SharedBus>) {
     let mut buses = BUSES.lock().unwrap_or_else(PoisonError::into_inner);
     buses.retain(|(_, bus)| bus.strong_count() > 0);
@@ -113,7 +114,7 @@ pub fn published(name: &str) -> Option<Arc<SharedBus>> {
     buses.iter().rev().find(|(of, _)| of == name).and_then(|(_, bus)| bus.upgrade())
 }
 
-/// One end.
+/// An end of an emulated bus.
 pub struct Within {
     of: Arc<SharedBus>,
     number: u64,
@@ -150,7 +151,7 @@ impl Link for Within {
         Ok(end.and_then(|(_, end)| end.came.pop_front()).map(|bytes| frame::read(&bytes)))
     }
 
-    // All that will come is there already.
+    // All frames that will arrive have already arrived.
     fn wait(&mut self, _: Duration) {}
 
     fn settle(&mut self, now_ns: i64) -> io::Result<()> {

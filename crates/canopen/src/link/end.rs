@@ -8,7 +8,7 @@ use std::time::Duration;
 /// Prefix of the name of a local socket.
 pub const LOCAL: &str = "local:";
 
-/// Returns true if an end hears an identifier: each pair is one with the bits that count of it; none: it hears all.
+/// Returns true if an end receives an identifier: each pair is an identifier and a mask. An end without pairs receives all.
 pub fn hears(heard: &[(u16, u16)], id: u16) -> bool {
     heard.is_empty() || heard.iter().any(|(of, mask)| id & mask == of & mask)
 }
@@ -18,32 +18,32 @@ pub trait Link: Send {
     /// Sends a frame. It never waits and never allocates.
     ///
     /// # Errors
-    /// The interface is down, or its queue is full.
+    /// Fails if the interface is down, or its queue is full.
     fn send(&mut self, frame: &Frame) -> io::Result<()>;
 
-    /// Receives what is there; none: nothing is. It never waits and never allocates.
+    /// Receives a frame, or returns `None` if none has arrived. It never waits and never allocates.
     ///
     /// # Errors
-    /// The interface is down.
+    /// Fails if the interface is down.
     fn receive(&mut self) -> io::Result<Option<Came>>;
 
-    /// Waits until something is there, or for this time.
+    /// Waits until a frame arrives, or for this time.
     fn wait(&mut self, time: Duration);
 
-    /// Brings an emulated bus to this time, with everything answered that was sent before. A bus of copper does so by itself.
+    /// Advances an emulated bus to this time, when everything sent before has been answered. A physical bus does so by itself.
     ///
     /// # Errors
-    /// The emulated bus is gone.
+    /// Fails if the emulated bus has exited.
     fn settle(&mut self, _now_ns: i64) -> io::Result<()> {
         Ok(())
     }
 
-    /// Frames that came and that the queue of the socket had no room for, so far.
+    /// Returns the total number of frames for which the queue of the socket had no room.
     fn overflowed(&self) -> u32 {
         0
     }
 
-    /// Returns where another process can send frames, 16 bytes each; none: nowhere. It allocates.
+    /// Returns a descriptor to which another process can send frames, 16 bytes each, or `None` if there is none. It allocates.
     fn duplicate(&self) -> Option<OwnedFd> {
         None
     }

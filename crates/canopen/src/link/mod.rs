@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Carrier of frames: an interface of SocketCAN, or a local socket on which an emulated bus answers.
+//! Carrier of frames: a SocketCAN interface, or a local socket on which an emulated bus answers.
 mod end;
 mod socket;
 

@@ -11,35 +11,35 @@ use std::time::{Duration, Instant};
 
 /// Time limit for an emulated bus to answer everything.
 const SETTLES: Duration = Duration::from_secs(10);
-/// Room of the socket for frames that came, bytes.
+/// Size of the socket's receive buffer, bytes.
 const ROOM: libc::c_int = 1 << 20;
 
-/// One end.
+/// One end of a bus on a socket.
 pub struct Socket {
     socket: Device<OwnedFd>,
     is_local: bool,
     overflowed: u32,
-    /// Frames that came while the bus was being settled: nothing is lost by that.
+    /// Frames that arrived while the bus was being settled, kept so that none is lost.
     kept: std::collections::VecDeque<Came>,
 }
 
-/// Frames that are kept at most.
+/// Maximum number of frames that are kept.
 const KEPT_MAX: usize = 4096;
 
 impl Socket {
     /// Opens the end of a controller.
     ///
     /// # Errors
-    /// There is no such interface; no bus answers on that local socket.
+    /// Fails if there is no such interface, or no bus answers on that local socket.
     pub fn open(name: &str, heard: &[(u16, u16)]) -> io::Result<Socket> {
         match name.strip_prefix(LOCAL) {
             None => Socket::raw(name, heard),
             Some(local) => {
                 let end = Socket::local()?;
-                // A name of its own, given by the kernel, to which the bus answers.
+                // The kernel assigns a name, to which the bus answers.
                 end.bind(&address(""), size_of::<libc::sa_family_t>())?;
                 let (to, len) = local_address(local);
-                // SAFETY: the address is of that length, and the descriptor is ours.
+                // SAFETY: the address has that length, and we own the descriptor.
                 check(unsafe { libc::connect(end.socket.as_raw_fd(), (&raw const to).cast(), len) })?;
                 end.put(&wish(heard))?;
                 Ok(end)
@@ -50,7 +50,7 @@ impl Socket {
     /// Opens the end of a bus on a local socket.
     ///
     /// # Errors
-    /// The name is taken.
+    /// Fails if the name is taken.
     pub fn answering(name: &str) -> io::Result<OwnedFd> {
         let end = Socket::local()?;
         let (at, len) = local_address(name.strip_prefix(LOCAL).unwrap_or(name));
@@ -60,7 +60,7 @@ impl Socket {
 
     fn raw(name: &str, heard: &[(u16, u16)]) -> io::Result<Socket> {
         let interface = CString::new(name).map_err(|_| io::ErrorKind::InvalidInput)?;
-        // SAFETY: the text ends with a zero.
+        // SAFETY: the text is NUL-terminated.
         let index = unsafe { libc::if_nametoindex(interface.as_ptr()) };
         if index == 0 {
             return Err(io::Error::last_os_error());
@@ -77,7 +77,7 @@ impl Socket {
         end.set(libc::SOL_CAN_RAW, libc::CAN_RAW_ERR_FILTER, &[reports])?;
         end.set(libc::SOL_SOCKET, libc::SO_RCVBUF, &[ROOM])?;
         end.set(libc::SOL_SOCKET, libc::SO_RXQ_OVFL, &[1 as libc::c_int])?;
-        // SAFETY: zero is a value of this type of the C library.
+        // SAFETY: all zeros are a valid value of this C type.
         let mut to: libc::sockaddr_can = unsafe { zeroed() };
         (to.can_family, to.can_ifindex) = (libc::AF_CAN as u16, index as i32);
         end.bind(&to, size_of::<libc::sockaddr_can>())?;
@@ -89,7 +89,7 @@ impl Socket {
     }
 
     fn of(family: i32, kind: i32, protocol: i32, is_local: bool) -> io::Result<Socket> {
-        // SAFETY: a new descriptor, which is ours alone.
+        // SAFETY: a new descriptor, which we alone own.
         let socket = unsafe { OwnedFd::from_raw_fd(check(libc::socket(family, kind | libc::SOCK_NONBLOCK | libc::SOCK_CLOEXEC, protocol))?) };
         let kept = std::collections::VecDeque::with_capacity(if is_local { KEPT_MAX } else { 0 });
         Ok(Socket { socket: Device::new(socket), is_local, overflowed: 0, kept })
@@ -97,23 +97,23 @@ impl Socket {
 
     fn set<T>(&self, level: i32, option: i32, values: &[T]) -> io::Result<()> {
         let len = size_of_val(values) as libc::socklen_t;
-        // SAFETY: the values are of that length, and the descriptor is ours.
+        // SAFETY: the values have that length, and we own the descriptor.
         check(unsafe { libc::setsockopt(self.socket.as_raw_fd(), level, option, values.as_ptr().cast(), len) }).map(drop)
     }
 
     fn bind<A>(&self, to: &A, len: usize) -> io::Result<()> {
-        // SAFETY: the address is of at least that length, and the descriptor is ours.
+        // SAFETY: the address has at least that length, and we own the descriptor.
         check(unsafe { libc::bind(self.socket.as_raw_fd(), (&raw const *to).cast(), len as libc::socklen_t) }).map(drop)
     }
 
-    /// Sends at once on a bus. A local socket has a short queue, and its bus is a program that is about to take it: that is waited for.
+    /// Sends at once on a bus. A local socket has a short queue, which its bus is about to read; this call waits for that.
     fn put(&self, bytes: &[u8]) -> io::Result<()> {
         let until = self.is_local.then(|| Instant::now() + SETTLES);
         loop {
             match (self.put_now(bytes), until) {
                 (Err(error), Some(until)) if error.kind() == io::ErrorKind::WouldBlock && Instant::now() < until => {
                     let mut poll = libc::pollfd { fd: self.socket.as_raw_fd(), events: libc::POLLOUT, revents: 0 };
-                    // SAFETY: one entry, ours for the call.
+                    // SAFETY: one entry, owned by us during the call.
                     unsafe { libc::poll(&raw mut poll, 1, 10) };
                 }
                 (put, _) => return put,
@@ -122,20 +122,20 @@ impl Socket {
     }
 
     fn put_now(&self, bytes: &[u8]) -> io::Result<()> {
-        // SAFETY: the bytes are ours for the call.
+        // SAFETY: the bytes are owned by us during the call.
         let sent = unsafe { libc::send(self.socket.as_raw_fd(), bytes.as_ptr().cast(), bytes.len(), libc::MSG_DONTWAIT | libc::MSG_NOSIGNAL) };
         if sent < 0 { Err(io::Error::last_os_error()) } else { Ok(()) }
     }
 
-    /// Takes a datagram, with what the kernel says about those that it had no room for.
+    /// Receives a datagram, with the kernel's count of those for which it had no room.
     fn take(&mut self, into: &mut [u8]) -> io::Result<Option<usize>> {
         let mut part = libc::iovec { iov_base: into.as_mut_ptr().cast(), iov_len: into.len() };
         let mut about = [0u64; 8];
-        // SAFETY: zero is a value of this type of the C library.
+        // SAFETY: all zeros are a valid value of this C type.
         let mut message: libc::msghdr = unsafe { zeroed() };
         (message.msg_iov, message.msg_iovlen) = (&raw mut part, 1);
         (message.msg_control, message.msg_controllen) = (about.as_mut_ptr().cast(), size_of_val(&about));
-        // SAFETY: all that the message points to lives through the call.
+        // SAFETY: everything to which the message points lives through the call.
         let received = unsafe { libc::recvmsg(self.socket.as_raw_fd(), &raw mut message, libc::MSG_DONTWAIT) };
         if received < 0 {
             let error = io::Error::last_os_error();
@@ -169,7 +169,7 @@ impl Link for Socket {
         let mut bytes = [0; FRAME_LEN + 1];
         loop {
             match self.take(&mut bytes)? {
-                // An answer to a settling that is over.
+                // The answer belongs to an earlier request to settle.
                 Some(8) if self.is_local => {}
                 taken => return Ok(taken.map(|len| frame::read(&bytes[..len]))),
             }
@@ -179,7 +179,7 @@ impl Link for Socket {
     fn wait(&mut self, time: Duration) {
         let mut poll = libc::pollfd { fd: self.socket.as_raw_fd(), events: libc::POLLIN, revents: 0 };
         let time_ms = time.as_nanos().div_ceil(1_000_000).min(1_000_000) as i32;
-        // SAFETY: one entry, ours for the call.
+        // SAFETY: one entry, owned by us during the call.
         unsafe { libc::poll(&raw mut poll, 1, time_ms) };
     }
 
@@ -216,20 +216,20 @@ fn check(returned: i32) -> io::Result<i32> {
     if returned < 0 { Err(io::Error::last_os_error()) } else { Ok(returned) }
 }
 
-/// Returns the message that tells an emulated bus of an end, and of what it hears: never as long as a frame or a time.
+/// Returns the message that registers an end and its identifiers with an emulated bus; its length differs from that of a frame or a time.
 fn wish(heard: &[(u16, u16)]) -> Vec<u8> {
     let pairs = heard.iter().flat_map(|(id, mask)| [id.to_ne_bytes(), mask.to_ne_bytes()].concat());
     [0].into_iter().chain(pairs).collect()
 }
 
-/// Returns the identifiers that a new end hears; none: this is no such message.
+/// Returns the identifiers of a new end, or `None` if this is another message.
 pub fn wishes(bytes: &[u8]) -> Option<Vec<(u16, u16)>> {
     let (pairs, rest) = bytes.get(1..)?.as_chunks::<4>();
     let heard = pairs.iter().map(|[a, b, c, d]| (u16::from_ne_bytes([*a, *b]), u16::from_ne_bytes([*c, *d])));
     (bytes[0] == 0 && rest.is_empty()).then(|| heard.collect())
 }
 
-/// Returns a name that no file has; it is gone with its socket.
+/// Returns an abstract name, which exists as long as its socket and has no file.
 fn local_address(name: &str) -> (libc::sockaddr_un, libc::socklen_t) {
     let text = format!("\0opengpac-canopen-{name}");
     let to = address(&text);
@@ -237,7 +237,7 @@ fn local_address(name: &str) -> (libc::sockaddr_un, libc::socklen_t) {
 }
 
 fn address(text: &str) -> libc::sockaddr_un {
-    // SAFETY: zero is a value of this type of the C library.
+    // SAFETY: all zeros are a valid value of this C type.
     let mut to: libc::sockaddr_un = unsafe { zeroed() };
     to.sun_family = libc::AF_UNIX as libc::sa_family_t;
     for (to, byte) in to.sun_path.iter_mut().zip(text.bytes()) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! An emulated bus with two drives, and the driver that has it open. Time is a number.
+//! An emulated bus with two drives, and the driver that has opened it. Time is a number set by the test.
 #![allow(dead_code)]
 use canopen::emulator::{Bus, NodeOptions};
 use canopen::emulator::{SharedBus, publish};
@@ -12,7 +12,7 @@ pub const COUNTS: f64 = 1000.0;
 pub const PERIOD_NS: i64 = 10_000_000;
 pub const SWITCH_ON_DISABLED: u16 = 0x40;
 pub const OPERATION_ENABLED: u16 = 0x27;
-/// Nodes of the axes `x` and `y`.
+/// Node IDs of the axes `x` and `y`.
 pub const X: u8 = 5;
 pub const Y: u8 = 6;
 
@@ -32,7 +32,7 @@ pub fn two_drives() -> Bus {
     Bus::new(&[drive("first", X, 1000), drive("second", Y, 2000)])
 }
 
-/// Axes of which each moves 10 rad/s at most.
+/// Returns two axes, each limited to 10 rad/s.
 pub fn two_axes() -> Value {
     json!([{ "name": "x", "node": X, "counts": COUNTS, "speed_max": 10 }, { "name": "y", "node": Y, "counts": COUNTS, "speed_max": 10 }])
 }
@@ -46,7 +46,7 @@ impl Rig {
         Rig::on(two_drives(), axes, more)
     }
 
-    /// These axes of this bus.
+    /// Opens a driver with these axes on this bus.
     pub fn on(bus: Bus, axes: Value, more: Value) -> Rig {
         static NEXT: AtomicU32 = AtomicU32::new(0);
         let interface = format!("emulated:test-{}", NEXT.fetch_add(1, Ordering::Relaxed));
@@ -56,14 +56,14 @@ impl Rig {
         Rig { bus, interface, driver, readings: vec![0; 512], now_ns: 0, axes, more }
     }
 
-    /// Reads and writes, as one firing does.
+    /// Reads and writes once, as a firing does.
     pub fn exchange(&mut self, goals: &[Option<f64>]) -> Result<(), DeviceError> {
         self.now_ns += PERIOD_NS;
         self.driver.read(self.now_ns, &mut self.readings)?;
         let axes = self.axes.as_array().expect("a list").len();
         let engaged: Vec<bool> = (0..axes).map(|of| goals.get(of).copied().flatten().is_some()).collect();
         let mut commands: Vec<u8> = (0..axes).flat_map(|of| goals.get(of).copied().flatten().unwrap_or(f64::NAN).to_ne_bytes()).collect();
-        // What else there is carries its safe value.
+        // All other channels carry their safe values.
         for channel in self.driver.channels().iter().filter(|channel| channel.direction == Direction::Write).skip(axes) {
             commands.resize(channel.offset, 0);
             commands.extend(&channel.safe);
@@ -71,14 +71,14 @@ impl Rig {
         self.driver.write(self.now_ns, &commands, &engaged)
     }
 
-    /// Reads and writes these commands.
+    /// Reads once and writes these raw commands.
     pub fn raw(&mut self, commands: &[u8], engaged: &[bool]) -> Result<(), DeviceError> {
         self.now_ns += PERIOD_NS;
         self.driver.read(self.now_ns, &mut self.readings)?;
         self.driver.write(self.now_ns, commands, engaged)
     }
 
-    /// Exchanges until something holds.
+    /// Exchanges until a condition holds.
     pub fn until(&mut self, goals: &[Option<f64>], what: &str, mut holds: impl FnMut(&Rig) -> bool) {
         for _ in 0..10_000 {
             if holds(self) {
@@ -130,20 +130,20 @@ impl Rig {
         self.driver.services().expect("services").call(service, &arguments).map_err(|error| error.message)
     }
 
-    /// Puts another bus where this one was.
+    /// Replaces the bus.
     pub fn put(&mut self, bus: Bus) {
         self.driver.close();
         self.bus = SharedBus::new(bus);
         publish(&self.interface, &self.bus);
     }
 
-    /// Opens a driver with these axes, and closes it again.
+    /// Opens another driver with these axes and closes it.
     pub fn open_again(&mut self, axes: Value) -> Result<(), String> {
         self.driver.close();
         opened(&self.interface, &axes, &self.more).map(|mut driver| driver.close())
     }
 
-    /// Makes a new driver, as a reset of the device does.
+    /// Replaces the driver with a new one, as a reset of the device does.
     pub fn reset(&mut self) {
         self.driver.close();
         self.driver = opened(&self.interface, &self.axes, &self.more).expect("opened again");

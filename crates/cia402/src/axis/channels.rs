@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The channels of an axis, and what can be made a joint of.
+//! Channels of an axis, and the part from which a joint can be made.
 use super::options::{AxisOptions, CommandKind, Unit};
 use device::{Channel, Command, Layout, Number, Part, Servo, Slot, Type, UNLIMITED};
 
@@ -40,7 +40,7 @@ impl Channels {
     }
 }
 
-/// Returns what can be made a joint of; an axis that is commanded by velocity is its channels alone.
+/// Returns the part from which a joint can be made; an axis that is commanded by velocity has channels only.
 pub fn part(axis: &AxisOptions) -> Option<Part> {
     let command = match axis.mode {
         CommandKind::Position => Command::Position,

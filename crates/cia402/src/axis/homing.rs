@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The service `home`: what it asks of the cycle, and how it waits for it.
+//! The service `home`: its requests to the cycle, and its wait for the result.
 use crate::commander::{Commander, Scale};
 use crate::homing::HomingState;
 use crate::objects::Entry;
@@ -27,12 +27,12 @@ pub const HOME: ServiceWord = ServiceWord {
     moves: true,
 };
 
-/// Bound for a search where none is given.
+/// Default time limit of a search.
 const TIMEOUT_S: f64 = 60.0;
-/// Interval at which it is looked whether an axis is home.
+/// Interval at which the service checks whether an axis is home.
 const LOOK: Duration = Duration::from_millis(1);
 
-/// Progress of an axis on its way home. The service asks and ends, the cycle answers.
+/// Progress of the homing of an axis. The service starts and ends it, the cycle answers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u8)]
 pub enum HomingProgress {
@@ -59,10 +59,11 @@ impl HomingProgress {
     }
 }
 
-/// Requests of homing services to the axes. A service begins long before it asks: a safe state in between ends it, and a request behind one is not served.
+/// Requests of homing services to the axes. A service begins long before its request: a safe state in between ends the service, and a
+/// request after it is not served.
 pub struct Homes {
     asked: Vec<AtomicU8>,
-    /// Number of safe states before the service began that asks.
+    /// Number of safe states before the requesting service began.
     begun: Vec<AtomicU64>,
     /// Number of safe states so far.
     rests: AtomicU64,
@@ -83,23 +84,23 @@ impl Homes {
         }
     }
 
-    /// Begins a homing, before anything is sent to the drive. `is_stopped`: whether an emergency stop is latched.
+    /// Begins a homing, before anything is sent to the drive. `is_stopped` returns true if an emergency stop is latched.
     ///
     /// # Errors
-    /// For people: one is.
+    /// Fails with a message if an emergency stop is latched.
     pub fn begin(&self, is_stopped: &dyn Fn() -> bool) -> Result<ServiceStart, String> {
-        // In this order: a stop that is latched behind the look has its safe state counted behind the number.
+        // The order matters: if a stop is latched after the check, its safe state is counted after this number.
         let rests = self.rests.load(Ordering::Acquire);
         if is_stopped() { Err(device::under_a_stop("home").message) } else { Ok(ServiceStart(rests)) }
     }
 
-    /// Notes that the device is brought to its safe state: no axis is on its way home, and no homing that has begun asks for anything.
+    /// Notes that the device is brought to its safe state: this ends every homing, and those that have begun make no requests.
     pub fn rest(&self) {
         self.rests.fetch_add(1, Ordering::AcqRel);
         self.end_with(HomingProgress::Stopped);
     }
 
-    /// Returns whether an axis was asked by a service that a safe state has overtaken.
+    /// Returns true if the request to an axis came from a service that a safe state has overtaken.
     fn is_overtaken(&self, axis: usize) -> bool {
         self.begun[axis].load(Ordering::Acquire) != self.rests.load(Ordering::Acquire)
     }
@@ -114,7 +115,7 @@ impl Homes {
         self.asked[axis].store(answer as u8, Ordering::Release);
     }
 
-    /// Has an axis do what the service asks of it, and tells the service how far it is. Real-time safe.
+    /// Makes an axis follow the request of the service, and reports its progress. Real-time safe.
     pub fn serve(&self, axis: usize, commander: &mut Commander, can_home: bool, is_engaged: bool) {
         match self.asked(axis) {
             HomingProgress::Home if self.is_overtaken(axis) => self.answer(axis, HomingProgress::Stopped),
@@ -137,7 +138,7 @@ impl Homes {
         }
     }
 
-    /// Ends every way home.
+    /// Ends every homing.
     pub fn end(&self) {
         self.end_with(HomingProgress::Gone);
     }
@@ -150,10 +151,10 @@ impl Homes {
         }
     }
 
-    /// Returns the objects of a drive that say how it looks for its home.
+    /// Returns the objects of a drive that define its homing.
     ///
     /// # Errors
-    /// For people: an argument is out of its range.
+    /// Fails with a message if an argument is out of range.
     pub fn objects(&self, axis: usize, arguments: &Value) -> Result<Vec<(Entry, Vec<u8>)>, String> {
         let Scale { counts, offset, .. } = self.scales[axis];
         let entry = |index, sub| Entry { index, sub };
@@ -176,10 +177,10 @@ impl Homes {
         Ok(objects)
     }
 
-    /// Asks an axis to go home, and waits.
+    /// Requests an axis to go home, and waits.
     ///
     /// # Errors
-    /// For people: it is not home.
+    /// Fails with a message if the axis is not home.
     pub fn go(&self, axis: usize, ServiceStart(begun): ServiceStart, arguments: &Value) -> Result<Value, String> {
         let timeout_s = arguments["timeout_s"].as_f64().unwrap_or(TIMEOUT_S);
         if matches!(self.asked(axis), HomingProgress::Home | HomingProgress::GoingOn) {

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-//! An axis of a driver, on whatever bus: a driver adds where its drive is and how bytes come and go.
+//! An axis of a driver on any bus: a driver adds the address of its drive and the transport of bytes.
 //!
 //! | | |
 //! |---|---|
-//! | [`AxisOptions`], [`check`] | how an axis is asked for, and what is refused |
-//! | [`Axis`] | its channels and what its drive is told |
-//! | [`Homes`], [`HomingProgress`] | homing: what the service asks of the cycle, and how it waits |
-//! | [`ServiceState`], [`Reach`] | services beside the cycle: objects, faults, homing |
+//! | [`AxisOptions`], [`check`] | options of an axis, and their refusals |
+//! | [`Axis`] | its channels and the commands to its drive |
+//! | [`Homes`], [`HomingProgress`] | homing: requests of the service to the cycle, and its wait |
+//! | [`ServiceState`], [`Reach`] | services outside the cycle: objects, faults, homing |
 //! | [`held`] | objects that are not written while an emergency stop is latched |
 mod channels;
 mod homing;

@@ -1,34 +1,34 @@
 // SPDX-License-Identifier: Apache-2.0
-//! An axis: what its drive answers as channels, and what its channels make of its drive.
+//! An axis: converts readings of its drive to channels, and channels to commands to its drive.
 use super::channels::Channels;
 use super::options::AxisOptions;
 use crate::commander::{Commander, DriveCommand, Scale};
 use crate::states::FOLLOWING_ERROR;
 use device::Layout;
 
-/// Readings of a drive, in its own units; 0 where it does not say.
+/// Readings of a drive, in its own units; 0 for values that it does not provide.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct DriveReadings {
     pub status: u16,
     pub position: i32,
     pub velocity: i32,
-    /// Thousandths of the rated torque.
+    /// Torque, thousandths of the rated torque.
     pub torque: i16,
     pub error: u16,
-    /// The mode that it is in.
+    /// Present mode of the drive.
     pub mode: i8,
 }
 
-/// An axis, and what it is doing. Nothing but making it allocates.
+/// An axis and its state. Only its creation allocates.
 pub struct Axis {
     pub name: String,
     pub commander: Commander,
     pub measured: DriveReadings,
     /// Name in errors: `axis 'x' (node 5)`.
     title: String,
-    /// Meaning of its error codes.
+    /// Returns the meaning of an error code.
     named: fn(u16) -> &'static str,
-    /// Bound for the time that its drive takes to come into operation, s.
+    /// Time limit for the drive to reach operation, s.
     operating_within_s: f64,
     channels: Channels,
 }
@@ -50,18 +50,18 @@ impl Axis {
         &self.title
     }
 
-    /// Returns what its services need of it: name, title, scale.
+    /// Returns the data that the services need: name, title, scale.
     pub fn beside(&self) -> (String, String, Scale) {
         (self.name.clone(), self.title.clone(), self.commander.scale())
     }
 
-    /// Takes what its drive said.
+    /// Processes readings of the drive.
     pub fn look(&mut self, measured: DriveReadings) {
         self.measured = measured;
         self.commander.see(measured.status, measured.position, measured.mode);
     }
 
-    /// Stores what its drive said last.
+    /// Stores the last readings of the drive.
     pub fn show(&self, readings: &mut [u8]) {
         let Axis { channels, commander, measured, .. } = self;
         channels.position.set_double(readings, 0, commander.position());
@@ -76,7 +76,7 @@ impl Axis {
         channels.operating.of_mut(readings)[0] = u8::from(commander.is_operating());
     }
 
-    /// Returns why it cannot do what it is engaged for.
+    /// Returns the reason why the axis cannot follow its commands while it is engaged.
     pub fn fault(&self) -> Option<String> {
         let (title, code, commander) = (&self.title, self.measured.error, &self.commander);
         if commander.is_wanted() && commander.is_faulty() {
@@ -96,7 +96,7 @@ impl Axis {
             .then(|| format!("{title} has left operation by itself: it is in '{state}', error {code:#06x}; look at its enable input, then reset the device"))
     }
 
-    /// Returns the state of the axis at a following error that its drive found, and what to change.
+    /// Describes the state of the axis when its drive has detected a following error, and the remedy.
     fn following_text(&self) -> String {
         let torque = match self.measured.torque {
             0 => String::new(),
@@ -109,7 +109,7 @@ impl Axis {
         )
     }
 
-    /// Returns what its drive is told until the next cycle, which comes after `span_s`.
+    /// Returns the command to the drive until the next cycle, which follows after `span_s`.
     pub fn tell(&mut self, commands: &[u8], is_engaged: bool, span_s: f64) -> DriveCommand {
         self.commander.tell(self.channels.command.double(commands, 0), is_engaged, span_s)
     }

@@ -8,17 +8,17 @@ use device::{Kind, OptionWord};
 use serde::Deserialize;
 use serde_json::{Map, Value};
 
-/// An axis, as it is asked for, without what its bus adds.
+/// Options of an axis, without those that its bus adds.
 #[derive(Clone, Debug, Deserialize)]
 pub struct AxisOptions {
     pub name: String,
     #[serde(default)]
     pub mode: CommandKind,
-    /// Counts to a unit of position.
+    /// Counts per unit of position.
     pub counts: f64,
     #[serde(default)]
     pub unit: Unit,
-    /// Units of position per second.
+    /// Maximum speed, units of position per second.
     pub speed_max: Option<f64>,
     pub range: Option<[f64; 2]>,
     /// N.m or N.
@@ -26,14 +26,14 @@ pub struct AxisOptions {
     /// Counts at position 0.
     #[serde(default)]
     pub offset: f64,
-    /// The output of its brake; left out: its drive serves it by itself, or there is none.
+    /// Output for the brake; omitted if the drive controls it by itself, or if there is none.
     pub brake: Option<BrakeOptions>,
-    /// Identity of its drive (object 0x1018), where it is to be compared.
+    /// Identity of the drive (object 0x1018), if it is to be compared.
     pub vendor: Option<u32>,
     pub product: Option<u32>,
     pub revision: Option<u32>,
     pub serial: Option<u32>,
-    /// Bound for the time that its drive takes to come into operation once it is engaged, s.
+    /// Time limit for the drive to reach operation after it has been engaged, s.
     #[serde(default = "operating_within_s")]
     pub operating_within_s: f64,
 }
@@ -42,7 +42,7 @@ fn operating_within_s() -> f64 {
     3.0
 }
 
-/// Largest number of 32 bits.
+/// Maximum 32-bit number.
 const U32: f64 = u32::MAX as f64;
 
 /// Options that an axis has on every bus.
@@ -95,7 +95,7 @@ impl CommandKind {
 }
 
 impl AxisOptions {
-    /// Returns the identity that its drive is to have.
+    /// Returns the expected identity of the drive.
     pub fn expected(&self) -> ExpectedIdentity {
         ExpectedIdentity { vendor: self.vendor, product: self.product, revision: self.revision, serial: self.serial, alias: None }
     }
@@ -106,19 +106,19 @@ impl AxisOptions {
     }
 }
 
-/// Refuses an axis that is asked for with something that none has; `own` is what the bus adds.
+/// Refuses unknown options of an axis; `own` are those that the bus adds.
 ///
 /// # Errors
-/// For people.
+/// Fails with a message.
 pub fn unknown(name: &str, rest: &Map<String, Value>, own: &[&str]) -> Result<(), String> {
     let Some(field) = rest.keys().next() else { return Ok(()) };
     Err(format!("'{name}': there is no {field}; an axis has {}, {}", FIELDS.map(|word| word.name).join(", "), own.join(", ")))
 }
 
-/// Refuses what no axis can be.
+/// Refuses impossible options of axes.
 ///
 /// # Errors
-/// For people, with the name of the axis.
+/// Fails with a message that contains the name of the axis.
 pub fn check<'a>(axes: impl Iterator<Item = &'a AxisOptions> + Clone) -> Result<(), String> {
     for (index, axis) in axes.clone().enumerate() {
         let name = &axis.name;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! A homing that a stop overtakes: its drive takes its time for the objects that it is sent, and the stop comes meanwhile.
+//! Tests of a homing that is overtaken by a stop: the drive takes its time to accept objects, and the stop occurs meanwhile.
 use super::homing::HomingProgress;
 use super::services::{Reach, ServiceState};
 use crate::commander::{Commander, Scale};
@@ -12,7 +12,7 @@ use std::sync::mpsc::{Receiver, Sender, channel};
 
 const SCALE: Scale = Scale { mode: Mode::Position, counts: 1000.0, offset: 0.0, speed_max: 1.0, rated_torque: 1.0 };
 
-/// A drive that says that an object has come, and takes it when it is let.
+/// A drive that reports the arrival of an object, and accepts it when permitted.
 struct HeldDrive {
     came: Sender<()>,
     takes: Receiver<()>,
@@ -44,7 +44,7 @@ impl Rig {
         Rig { shared, came: came.1, takes: takes.0 }
     }
 
-    /// Brings the axes to their safe state, as a driver does it.
+    /// Brings the axes to their safe state, as a driver does.
     fn rest(&self, commander: &mut Commander) {
         self.shared.homes.rest();
         commander.stop();
@@ -56,7 +56,7 @@ impl Rig {
         commander.homed()
     }
 
-    /// Asks for a homing, does `meanwhile` while its object is on the way, then writes until the service has answered.
+    /// Requests a homing, runs `meanwhile` while its object is on the way, then writes until the service has answered.
     fn home(&self, meanwhile: impl FnOnce(&mut Commander)) -> (Result<Value, String>, HomingState) {
         let (mut commander, shared) = (Commander::new(SCALE, None), &self.shared);
         let answer = std::thread::scope(|scope| {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Services of a driver of axes, beside its cycle: objects of its drives, faults, homing.
+//! Services of a driver of axes, outside its cycle: objects of its drives, faults, homing.
 use super::homing::Homes;
 use super::stopped::held;
 use crate::commander::Scale;
@@ -38,39 +38,40 @@ pub const WRITE_OBJECT: ServiceWord = ServiceWord {
 pub const RESET_FAULT: ServiceWord =
     ServiceWord { name: "reset_fault", doc: "resets the fault of a drive with the next cycle", arguments: &[AXIS], answer: None, moves: false };
 
-/// Returns whether a service looks for emergency stops itself: `write_object`, of which only some objects are refused under one.
+/// Returns true if a service checks for emergency stops itself: `write_object`, of which a stop forbids only some objects.
 pub fn is_told_of_stops(service: &str) -> bool {
     service == WRITE_OBJECT.name
 }
 
-/// Access to the objects of the drives, beside the cycle. An axis is its place among those of the driver.
+/// Access to the objects of the drives, outside the cycle. An axis is identified by its index in the driver.
 pub trait Reach: Send {
     /// Reads an object.
     ///
     /// # Errors
-    /// For people: the drive does not answer, or refuses.
+    /// Fails with a message if the drive does not answer, or refuses.
     fn upload(&mut self, axis: usize, of: Entry) -> Result<Vec<u8>, String>;
 
     /// Writes an object.
     ///
     /// # Errors
-    /// As [`Reach::upload`].
+    /// Fails as [`Reach::upload`] does.
     fn download(&mut self, axis: usize, of: Entry, value: &[u8]) -> Result<(), String>;
 }
 
-/// State that services share with the cycle: a flag for each axis. Their messages go their own way.
+/// State that services share with the cycle: a flag for each axis. Their messages use a separate path.
 pub struct ServiceState<R> {
     pub homes: Homes,
     resets: Vec<AtomicBool>,
     names: Vec<String>,
     titles: Vec<String>,
-    /// Refusal where the device is not open.
+    /// Refusal if the device is not open.
     closed: String,
     reached: Mutex<Option<R>>,
 }
 
 impl<R: Reach> ServiceState<R> {
-    /// Makes the services of these axes, each with its name, its title in errors and its scale. `place` says what is not open: `the bus on 'can0'`.
+    /// Creates the services of these axes, each with its name, its title in errors and its scale. `place` names the object that is not
+    /// open: `the bus on 'can0'`.
     pub fn new(place: &str, axes: impl Iterator<Item = (String, String, Scale)>) -> ServiceState<R> {
         let (mut names, mut titles, mut scales) = (Vec::new(), Vec::new(), Vec::new());
         for (name, title, scale) in axes {
@@ -83,40 +84,41 @@ impl<R: Reach> ServiceState<R> {
         ServiceState { resets, homes: Homes::new(scales), names, titles, closed, reached: Mutex::new(None) }
     }
 
-    /// Sets how drives are reached.
+    /// Sets the access to the drives.
     pub fn reach(&self, by: R) {
         *self.reached.lock().unwrap_or_else(PoisonError::into_inner) = Some(by);
     }
 
-    /// Forgets how drives are reached; none is on its way home.
+    /// Drops the access to the drives and ends every homing.
     pub fn leave(&self) {
         self.homes.end();
         *self.reached.lock().unwrap_or_else(PoisonError::into_inner) = None;
     }
 
-    /// Does something with what reaches an axis.
+    /// Executes an action with the access to an axis.
     ///
     /// # Errors
-    /// The device is not open; what `act` says, behind the name of the axis.
+    /// Fails if the device is not open, and with the message of `act`, preceded by the name of the axis.
     pub fn on<T>(&self, axis: usize, act: impl FnOnce(&mut R) -> Result<T, String>) -> Result<T, String> {
         let mut reached = self.reached.lock().unwrap_or_else(PoisonError::into_inner);
         let Some(reached) = reached.as_mut() else { return Err(self.closed.clone()) };
         act(reached).map_err(|error| format!("{}: {error}", self.titles[axis]))
     }
 
-    /// Returns the axis that the arguments name.
+    /// Returns the axis named in the arguments.
     ///
     /// # Errors
-    /// There is none of that name.
+    /// Fails if there is none of that name.
     pub fn axis(&self, arguments: &Value) -> Result<usize, String> {
         let name = arguments["axis"].as_str().unwrap_or_default();
         self.names.iter().position(|of| of == name).ok_or_else(|| format!("there is no axis '{name}'; the axes are {}", self.names.join(", ")))
     }
 
-    /// Carries out [`READ_OBJECT`], [`WRITE_OBJECT`], [`RESET_FAULT`] or [`HOME`](super::HOME). `is_stopped`: whether an emergency stop is latched.
+    /// Executes [`READ_OBJECT`], [`WRITE_OBJECT`], [`RESET_FAULT`] or [`HOME`](super::HOME). `is_stopped` returns true if an emergency
+    /// stop is latched.
     ///
     /// # Errors
-    /// For people.
+    /// Fails with a message.
     pub fn carry_out(&self, service: &str, arguments: &Value, is_stopped: &dyn Fn() -> bool) -> Result<Value, String> {
         let axis = self.axis(arguments)?;
         match service {
@@ -129,7 +131,7 @@ impl<R: Reach> ServiceState<R> {
             _ => {
                 let (of, value) = (entry(arguments)?, value(arguments)?);
                 self.on(axis, |reached| {
-                    // Behind what others wait for too: it may have been latched meanwhile.
+                    // This check follows the wait for other services, during which a stop may have been latched.
                     may_be_written(of, is_stopped)?;
                     reached.download(axis, of, &value)
                 })?;
@@ -138,10 +140,11 @@ impl<R: Reach> ServiceState<R> {
         Ok(Value::Null)
     }
 
-    /// Carries out [`HOME`](super::HOME). `is_stopped`: whether an emergency stop is latched. One that is latched on the way ends it.
+    /// Executes [`HOME`](super::HOME). `is_stopped` returns true if an emergency stop is latched. A stop that is latched during the
+    /// homing ends it.
     ///
     /// # Errors
-    /// For people.
+    /// Fails with a message.
     pub fn home(&self, arguments: &Value, is_stopped: &dyn Fn() -> bool) -> Result<Value, String> {
         let axis = self.axis(arguments)?;
         let titled = |error| format!("{}: {error}", self.titles[axis]);
@@ -152,7 +155,7 @@ impl<R: Reach> ServiceState<R> {
         self.homes.go(axis, begun, arguments).map_err(titled)
     }
 
-    /// Returns whether a fault of the axis is to be reset, once for each request. Real-time safe.
+    /// Returns true if a fault of the axis has to be reset, once per request. Real-time safe.
     pub fn resets(&self, axis: usize) -> bool {
         self.resets[axis].swap(false, Ordering::Relaxed)
     }
@@ -167,10 +170,10 @@ fn may_be_written(of: Entry, is_stopped: &dyn Fn() -> bool) -> Result<(), String
     }
 }
 
-/// Returns the entry that arguments name by `index` and `sub`.
+/// Returns the entry named in the arguments by `index` and `sub`.
 ///
 /// # Errors
-/// One of them is out of its range.
+/// Fails if one of them is out of range.
 pub fn entry(arguments: &Value) -> Result<Entry, String> {
     let whole = |word: &str, maximum: u64| match arguments[word].as_u64() {
         None if arguments[word].is_null() => Ok(0),
@@ -192,7 +195,7 @@ fn shown(value: &[u8]) -> Value {
     let number = (value.len() <= 8).then(|| value.iter().rev().fold(0u64, |number, byte| number << 8 | u64::from(*byte)));
     let text = std::str::from_utf8(value).ok().filter(|text| !text.chars().any(char::is_control));
     let mut shown = json!({ "bytes": value });
-    // What it is not is left out: a null is no value of an answer.
+    // Missing values are left out: an answer does not contain null.
     number.into_iter().for_each(|number| shown["number"] = number.into());
     text.into_iter().for_each(|text| shown["text"] = text.into());
     shown

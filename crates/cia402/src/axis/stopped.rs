@@ -1,13 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Objects that are not written while an emergency stop is latched: what moves a machine, and what a node does of a stop.
+//! Objects that are not written while an emergency stop is latched: those that move a machine, and those that define a node's reaction to
+//! a stop.
 use crate::objects::Entry;
 
-/// A drive of a device with several has its objects so many behind those of the one before it.
+/// Distance between the objects of consecutive drives in a device with several.
 const OF_A_DRIVE: u16 = 0x800;
 
-/// Returns the name of an object that must stay as it is while an emergency stop is latched; none: a setting, which may be written.
+/// Returns the name of an object that must not change while an emergency stop is latched; `None` for a setting, which may be written.
 ///
-/// By CiA 301, 401, 402 and ETG.1000. Objects of a vendor (0x2000 to 0x5FFF) are settings here: nobody but the vendor knows what they do.
+/// By CiA 301, 401, 402 and ETG.1000. Objects of a vendor (0x2000 to 0x5FFF) count as settings here: only the vendor knows their effects.
 pub fn held(of: Entry) -> Option<&'static str> {
     match of.index {
         0x1016 | 0x1029 => Some("what it does without its controller"),

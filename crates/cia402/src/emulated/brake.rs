@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The brake of an emulated drive, and a load that falls where nothing holds it.
+//! The brake of an emulated drive, and a load that falls if nothing holds it.
 use super::objects::{Access, Handle, Objects};
 
-/// The bit of the digital outputs that closes it.
+/// Bit of the digital outputs that closes the brake.
 const CLOSED: u32 = 1;
 
 pub struct Brake {
     outputs: Handle,
     mask: Handle,
-    /// Speed at which the load falls, counts/s; none: there is no brake.
+    /// Speed at which the load falls, counts/s; `None` if there is no brake.
     falls: Option<f64>,
 }
 
@@ -20,17 +20,17 @@ impl Brake {
         Brake { outputs, mask, falls: None }
     }
 
-    /// Sets that there is one, and a load that falls so fast, counts/s.
+    /// Adds a brake, and a load that falls at this speed, counts/s.
     pub fn set_load(&mut self, falls: Option<f64>) {
         self.falls = falls;
     }
 
-    /// Returns how far the load falls in a time if nothing holds it, counts.
+    /// Returns the distance by which the load falls in a time if nothing holds it, counts.
     pub fn fall(&self, span_s: f64) -> f64 {
         self.falls.unwrap_or(0.0) * span_s
     }
 
-    /// Returns true if it holds the axis: as it is told if its bit is the main device's, else where the motor does not.
+    /// Returns true if the brake holds the axis: as commanded if the main device controls its bit, otherwise whenever the motor does not.
     pub fn is_closed(&self, objects: &Objects, is_powered: bool) -> bool {
         let is_told = objects.bits(self.mask) & CLOSED != 0;
         self.falls.is_some() && if is_told { objects.bits(self.outputs) & CLOSED != 0 } else { !is_powered }

@@ -5,36 +5,36 @@ use super::homing::{Limits, Search};
 use super::objects::{Access, Handle, Objects};
 use crate::states::{DriveState, FOLLOWING_ERROR, Mode, RESET};
 
-/// Vendor of the emulated drives: a number that no vendor has.
+/// Vendor of the emulated drives: an unassigned number.
 pub const VENDOR: u32 = 0x0000_6A1C;
 pub const PRODUCT: u32 = 0x0000_0402;
-/// Faults, as 0x603F says them.
+/// Faults, in the form of 0x603F.
 const COMMUNICATION: u16 = 0x8130;
 const BLOCKED: u16 = 0x7121;
-/// Counts by which an axis moves though its brake is closed.
+/// Distance by which an axis moves even if its brake is closed, counts.
 const SLACK: f64 = 2.0;
-/// Least option of the quick stop by which a drive stays in it.
+/// Minimum quick-stop option with which a drive stays in that state.
 const STAYS: i64 = 5;
-/// Acceleration by torque, counts/s² for a thousandth of the rated torque; friction takes velocity away, 1/s.
+/// Acceleration by torque, counts/s² per thousandth of the rated torque; friction reduces velocity, 1/s.
 const ACCELERATION: f64 = 100.0;
 const FRICTION: f64 = 2.0;
-/// Deceleration at which it stops by itself, counts/s².
+/// Deceleration at which the drive stops by itself, counts/s².
 const STOPPING: f64 = 2_000_000.0;
 
-/// The drive's axis.
+/// An emulated drive with its axis.
 pub struct Drive {
     at: Handles,
     state: DriveState,
-    /// Counts and counts/s.
+    /// Position and velocity, counts and counts/s.
     position: f64,
     velocity: f64,
     had_reset: bool,
     search: Search,
     brake: Brake,
     limits: Limits,
-    /// Offset from a place of the machine to its position, counts.
+    /// Offset from a position of the machine to that of the drive, counts.
     origin: f64,
-    /// Its enable input is open: it goes no further than "switch on disabled".
+    /// True if the enable input is open: the drive then stays in "switch on disabled".
     is_disabled: bool,
 }
 
@@ -55,7 +55,7 @@ struct Handles {
 }
 
 impl Drive {
-    /// Makes a drive that stands at this position; its objects come to those that are there.
+    /// Creates a drive at this position, and adds its objects to the existing ones.
     pub fn new(objects: &mut Objects, position: i32) -> Drive {
         let mut word = |index, access, len: usize, value: i64| objects.add(index, 0, access, &value.to_le_bytes()[..len]);
         use Access::{Measured, Written};
@@ -92,22 +92,22 @@ impl Drive {
         }
     }
 
-    /// Sets the switches at the ends of its machine, counts of the position at which it was made.
+    /// Sets the limit switches of the machine, counts relative to the zero at creation.
     pub fn set_limits(&mut self, limits: Limits) {
         self.limits = limits;
     }
 
-    /// Sets a brake, and a load that falls so fast where neither it nor the motor holds it, counts/s.
+    /// Adds a brake, and a load that falls at this speed if neither the brake nor the motor holds it, counts/s.
     pub fn set_load(&mut self, falls: Option<f64>) {
         self.brake.set_load(falls);
     }
 
-    /// Closes or opens the enable input of the drive; it is closed at first.
+    /// Closes or opens the enable input of the drive; it is closed initially.
     pub fn set_enable_input(&mut self, is_closed: bool) {
         self.is_disabled = !is_closed;
     }
 
-    /// Goes on by a time, with the commands that are in the objects, and stores what it measures.
+    /// Advances by a time, with the commands in the objects, and stores the measurements.
     pub fn step(&mut self, objects: &mut Objects, span_s: f64) {
         let control = objects.bits(self.at.control) as u16;
         self.change_state(control, objects);
@@ -139,7 +139,7 @@ impl Drive {
         }
         let is_home = self.search.is_home();
         let follows = self.state == DriveState::OperationEnabled && mode != Some(Mode::Homing) || is_home;
-        // Remote always; voltage is there but under a fault.
+        // "Remote" is always set; "voltage enabled" is cleared only by a fault.
         let homing = u16::from(is_home) << 10 | u16::from(self.search.has_failed()) << 13;
         let status = self.state.status() | 1 << 9 | u16::from(follows) << 12 | homing;
         let at = &self.at;
@@ -203,7 +203,7 @@ impl Drive {
             (Fault, _) | (_, None) => self.state,
             (QuickStopActive, Some(SwitchOnDisabled)) if control & 0x02 != 0 => self.state,
             (QuickStopActive, Some(to)) if to != SwitchOnDisabled => self.state,
-            // One step a time upwards.
+            // Upwards, only one step is made at a time.
             (SwitchOnDisabled, Some(ReadyToSwitchOn | SwitchOnDisabled)) => next.unwrap_or(self.state),
             (SwitchOnDisabled, _) => self.state,
             (ReadyToSwitchOn, Some(OperationEnabled)) => SwitchedOn,
@@ -214,7 +214,7 @@ impl Drive {
         }
     }
 
-    /// Takes note that outputs no longer come, as a drive does.
+    /// Reacts to the loss of outputs, as a drive does.
     pub fn lose_communication(&mut self, objects: &mut Objects) {
         objects.set_number(self.at.control, 0);
         if self.state == DriveState::OperationEnabled {
@@ -222,7 +222,7 @@ impl Drive {
         }
     }
 
-    /// Makes the drive find something wrong.
+    /// Triggers a fault in the drive.
     pub fn fail(&mut self, error: u16, objects: &mut Objects) {
         self.state = DriveState::Fault;
         objects.set_number(self.at.error, i64::from(error));

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Homing of an emulated drive: by the methods 1, 2, 17, 18, 33, 34, 35 and 37 of CiA 402.
+//! Homing of an emulated drive, by the methods 1, 2, 17, 18, 33, 34, 35 and 37 of CiA 402.
 use super::objects::{Access, Handle, Objects};
 
-/// Counts from one index pulse to the next.
+/// Counts between index pulses.
 const INDEX: f64 = 4096.0;
 
-/// Positions of the machine's switches, counts of the position at which the drive was made; none: it has none.
+/// Positions of the machine's switches, counts relative to the zero at which the drive was created; `None` if it has none.
 pub type Limits = Option<[f64; 2]>;
 
 pub struct Search {
@@ -21,11 +21,11 @@ struct Handles {
     offset: Handle,
 }
 
-/// Part of the search.
+/// Phase of the search.
 #[derive(Clone, Copy, PartialEq)]
 enum Way {
     Idle,
-    /// To a place of the machine, and then to the one behind it; counts.
+    /// Motion to a position of the machine, and then to the next one; counts.
     Going {
         to: f64,
         then: Option<f64>,
@@ -34,10 +34,10 @@ enum Way {
     Failed,
 }
 
-/// Motion in a step.
+/// Motion during a step.
 pub struct HomingMotion {
     pub velocity: f64,
-    /// New position of its place.
+    /// New position value for the drive's location.
     pub position: Option<f64>,
 }
 
@@ -61,12 +61,12 @@ impl Search {
         self.way == Way::Failed
     }
 
-    /// Forgets how far it came: the drive is in another mode.
+    /// Resets the search, because the drive is in another mode.
     pub fn leave(&mut self) {
         (self.way, self.had_start) = (Way::Idle, false);
     }
 
-    /// Goes on by a time, at this place of the machine.
+    /// Advances by a time, from this position of the machine.
     pub fn step(&mut self, objects: &Objects, starts: bool, place: f64, limits: Limits, span_s: f64) -> HomingMotion {
         if starts && !self.had_start {
             self.way = way(objects.number(self.at.method) as i8, place, limits);
@@ -90,7 +90,7 @@ fn way(method: i8, place: f64, limits: Limits) -> Way {
     let index = |from: f64, up: bool| if up { (from / INDEX).floor() * INDEX + INDEX } else { (from / INDEX).ceil() * INDEX - INDEX };
     let to = |to: f64, then: Option<f64>| Way::Going { to, then };
     match (method, limits) {
-        // To a switch, and back to the next pulse.
+        // The search goes to a switch, and back to the next pulse.
         (1, Some([minimum, _])) => to(minimum, Some(index(minimum, true))),
         (2, Some([_, maximum])) => to(maximum, Some(index(maximum, false))),
         (17, Some([minimum, _])) => to(minimum, Some(minimum)),

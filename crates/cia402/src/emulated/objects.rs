@@ -6,10 +6,10 @@ use crate::objects::Entry;
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Access {
     Constant,
-    /// Only the drive writes it.
+    /// Written by the drive only.
     Measured,
     Written,
-    /// The main device writes it in PREOP.
+    /// Written by the main device in PREOP.
     Configured,
 }
 
@@ -28,7 +28,7 @@ const TOO_LONG: u32 = 0x0607_0012;
 const TOO_SHORT: u32 = 0x0607_0013;
 const NOT_MAPPABLE: u32 = 0x0604_0041;
 
-/// Objects, by index and subindex. Values keep their lengths.
+/// Objects, by index and subindex. Values keep their length.
 #[derive(Default)]
 pub struct Objects {
     all: Vec<Object>,
@@ -38,7 +38,7 @@ pub struct Objects {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Handle(usize);
 
-/// A mapped object: where it is, and how many bytes it has.
+/// A mapped object: its location, and its length in bytes.
 #[derive(Clone, Copy, Debug)]
 pub struct MappedObject {
     pub of: Handle,
@@ -51,7 +51,7 @@ impl Objects {
         Handle(self.all.len() - 1)
     }
 
-    /// Returns the object at an entry, or the code of an abort.
+    /// Returns the object at an entry, or an abort code.
     pub fn find(&self, of: Entry) -> Result<Handle, u32> {
         let found = self.all.iter().position(|object| object.of == of).map(Handle);
         let is_known = || self.all.iter().any(|object| object.of.index == of.index);
@@ -71,7 +71,7 @@ impl Objects {
         i64::from_le_bytes(eight)
     }
 
-    /// Returns a value of up to 4 bytes without a sign.
+    /// Returns a value of up to 4 bytes as an unsigned number.
     pub fn bits(&self, at: Handle) -> u32 {
         self.number(at) as u32 & u32::MAX.checked_shr(32 - 8 * self.value(at).len().min(4) as u32).unwrap_or(0)
     }
@@ -82,12 +82,12 @@ impl Objects {
         to.copy_from_slice(&value.to_le_bytes()[..len]);
     }
 
-    /// Takes a value from the process data.
+    /// Sets a value from the process data.
     pub fn set_value(&mut self, at: Handle, value: &[u8]) {
         self.all[at.0].value.copy_from_slice(value);
     }
 
-    /// Writes a value from outside, or says why not.
+    /// Writes a value from outside, or returns the abort code of a refusal.
     pub fn write(&mut self, of: Entry, value: &[u8], in_preop: bool) -> Result<(), u32> {
         let at = self.find(of)?;
         let object = &self.all[at.0];
@@ -109,7 +109,8 @@ impl Objects {
         Ok(())
     }
 
-    /// Returns the objects that a direction's assignment (0x1C12 outputs, 0x1C13 inputs) maps, in their order; none: something there is no object.
+    /// Returns the objects mapped by a direction's assignment (0x1C12 outputs, 0x1C13 inputs), in order; `None` if one of them does not
+    /// exist.
     pub fn mapping(&self, assignment: u16) -> Option<Vec<MappedObject>> {
         let count = |index| self.find(Entry { index, sub: 0 }).ok().map(|at| self.bits(at));
         let at = |index, sub: u32| self.find(Entry { index, sub: sub as u8 }).ok().map(|at| self.bits(at));
@@ -123,7 +124,7 @@ impl Objects {
         Some(mapped)
     }
 
-    /// Reads index, subindex and bits in one number.
+    /// Parses index, subindex and bits from one number.
     fn mapped(&self, word: u32) -> Option<MappedObject> {
         let of = self.find(Entry { index: (word >> 16) as u16, sub: (word >> 8) as u8 }).ok()?;
         let len = self.value(of).len();

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Serves an emulated bus: in a thread of this process, or as a process of its own that is told what happens to it.
+//! Serves an emulated bus: in a thread of this process, or as a separate process that receives commands.
 use serde::de::DeserializeOwned;
 use serde_json::{Value, json};
 use std::io::{self, BufRead, Write};
@@ -15,10 +15,10 @@ pub struct Server<B> {
 }
 
 impl<B: Send + 'static> Server<B> {
-    /// Has `answer` answer for the bus until it is told to stop, in a thread of this name.
+    /// Runs `answer` for the bus in a thread of this name, until it has to stop.
     ///
     /// # Errors
-    /// There is no thread to be had.
+    /// Fails if no thread can be created.
     pub fn start(name: &str, bus: B, answer: impl FnOnce(&Mutex<B>, &AtomicBool) + Send + 'static) -> io::Result<Server<B>> {
         let (bus, stop) = (Arc::new(Mutex::new(bus)), Arc::new(AtomicBool::new(false)));
         let (of, until) = (bus.clone(), stop.clone());
@@ -28,7 +28,7 @@ impl<B: Send + 'static> Server<B> {
 }
 
 impl<B> Server<B> {
-    /// Locks the bus, to do something to it or to look at it.
+    /// Locks the bus, to change or to inspect it.
     pub fn lock(&self) -> MutexGuard<'_, B> {
         self.bus.lock().unwrap_or_else(PoisonError::into_inner)
     }
@@ -43,11 +43,11 @@ impl<B> Drop for Server<B> {
     }
 }
 
-/// Runs a process that is a bus. `serve` starts it from its options, which are the first line of the input; then each line is an order,
-/// which `carry_out` does to the bus and a line that `show` makes of the bus answers. It ends with its input.
+/// Runs a process that is a bus. `serve` starts it from its options, which are the first line of the input; each further line is a
+/// command, which `carry_out` executes on the bus, and which is answered by a line that `show` creates. The process ends with its input.
 ///
 /// # Errors
-/// For people: the options are wrong, or the bus cannot be served.
+/// Fails with a message if the options are wrong, or the bus cannot be served.
 pub fn serve_orders<B, Options: DeserializeOwned, Order: DeserializeOwned>(
     serve: impl FnOnce(Options) -> Result<Server<B>, String>,
     carry_out: impl Fn(&mut B, &Order),
@@ -72,6 +72,6 @@ pub fn serve_orders<B, Options: DeserializeOwned, Order: DeserializeOwned>(
 
 fn say(what: &Value) {
     let mut out = io::stdout().lock();
-    // The program that started it may be gone; then its input ends too.
+    // The program that started it may have exited; then its input ends too.
     let _ = writeln!(out, "{what}").and_then(|()| out.flush());
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Requests that bring code and files.
+//! Requests that upload code and files.
 use crate::http::request::{Answer, ServiceState, apart, body};
 use crate::presence::present;
 use api::Role;

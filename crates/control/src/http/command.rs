@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Requests about command: who has it, taking it, asking for it, handing it over.
+//! Requests that concern command: query, take, request, and hand over.
 use crate::http::request::{Answer, BODY_TIME, ServiceState, apart, body};
 use crate::http::sessions::to_stop;
 use crate::presence::{needed, present};
@@ -20,7 +20,7 @@ use serde_json::{Value, json};
 use std::sync::Arc;
 use std::time::Duration;
 
-/// Returns the holder of command, as every request about it is answered.
+/// Returns the holder of command: the answer to every request that concerns it.
 fn told(service: &Service) -> Json<Value> {
     Json(json!({ "result": service.sessions.command(now()) }))
 }
@@ -29,11 +29,11 @@ pub(super) async fn holder(State(service): ServiceState) -> Json<Value> {
     told(&service)
 }
 
-/// A request about command of a session: its body, then what it does, in the audit file and the log under this name.
+/// A request about the command of a session: its body, its action, and the name of the action in the audit file and the log.
 struct About {
     name: &'static str,
     lane: Lane,
-    /// Recorded as about this session, instead of the system.
+    /// Session to which the record refers, instead of the system.
     of: fn(&Value) -> String,
 }
 
@@ -47,7 +47,7 @@ async fn of_command<T: DeserializeOwned + Send + 'static>(
     let asked: T = requests::object(&given)?;
     let here = service.clone();
     apart(&here, lane, &caller.clone(), move || {
-        // Who is lost commands no longer.
+        // A lost session does not keep command.
         service.look_after(now());
         let mut act = Act::new(&caller, &presence.name, name, &given);
         act.about = of(&serde_json::from_slice(&given).unwrap_or_default());

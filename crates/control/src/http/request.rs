@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Common part of all requests: their bodies, with the limits of size and time, and where they run.
+//! Common part of all requests: reads bodies within limits of size and time, and runs requests on the threads of their lanes.
 use crate::refused::RefusedRequest;
 use axum::Json;
 use axum::body::{Body, Bytes, HttpBody};
@@ -22,14 +22,14 @@ pub(super) type Answer = Result<Json<Value>, RefusedRequest>;
 /// Time limit for a body to arrive.
 pub(super) const BODY_TIME: Duration = Duration::from_secs(10);
 
-/// Reads a body of this size at the most.
+/// Reads a body of at most `most` bytes.
 pub(super) async fn body(body: Body, most: usize, time: Duration) -> Result<Bytes, Failure> {
     let late =
         |_| Failure::new(Class::LimitExceeded, format!("the body has not arrived within {} s", time.as_secs()), "send it faster").ground(Ground::TooSlow);
     tokio::time::timeout(time, collect(body, most)).await.map_err(late)?
 }
 
-/// Collects a body. Of one that is too large the rest is read too, as far as that goes, so that its sender hears why it is refused.
+/// Collects a body. The rest of a body that is too large is read too, up to a limit, so that its sender receives the refusal.
 async fn collect(mut body: Body, most: usize) -> Result<Bytes, Failure> {
     let refused = || Failure::new(Class::LimitExceeded, format!("the body has more than {most} bytes, or was broken off"), "send less at once");
     let (mut text, mut size) = (Vec::new(), 0);
@@ -45,14 +45,14 @@ async fn collect(mut body: Body, most: usize) -> Result<Bytes, Failure> {
     if size > most { Err(refused()) } else { Ok(text.into()) }
 }
 
-/// Reads a body of a call, with its share of the room for those of all callers.
+/// Reads the body of a call, and claims its share of the memory for the bodies of all callers.
 pub(super) async fn roomy(service: &Service, caller: &Caller, given: Body, most: usize) -> Result<(Bytes, Option<Share>), Failure> {
     let size = given.size_hint().upper().and_then(|size| usize::try_from(size).ok()).unwrap_or(most).min(most);
     let share = if size > SMALL { Some(service.lanes.bodies.take(caller, size)?) } else { None };
     Ok((body(given, most, BODY_TIME).await?, share))
 }
 
-/// Runs a request that is no call on a thread of its lane.
+/// Runs a request that is not a call on a thread of its lane.
 pub(super) async fn apart<T: Send + 'static>(
     service: &Service,
     lane: Lane,

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Requests about sessions: who is there, which end reports wait.
+//! Requests that concern sessions: who is present, and which end reports are pending.
 use crate::http::request::{Answer, BODY_TIME, ServiceState, apart, body};
 use crate::presence::{SessionHold, needed, present};
 use api::Role;
@@ -19,10 +19,10 @@ use serde::Deserialize;
 use serde_json::{Value, json};
 use std::time::Duration;
 
-/// Period at which a held connection looks whether its session is still there.
+/// Period at which a held connection checks that its session still exists.
 const HOLD_LOOK: Duration = Duration::from_millis(100);
 
-/// Returns the lane of what leads to a stop.
+/// Returns the lane of requests that lead to a stop.
 pub(super) fn to_stop(caller: &Caller) -> Lane {
     if caller.role >= Role::Operate { Lane::Stop } else { Lane::Usual }
 }
@@ -62,7 +62,7 @@ pub(super) async fn heartbeat(State(service): ServiceState, Extension(caller): E
 }
 
 pub(super) async fn hold(State(service): ServiceState, Extension(caller): Extension<Caller>, headers: HeaderMap) -> Answer {
-    // The request itself must not count as under way: silence is silence.
+    // This request must not itself count as under way: a silent session stays silent.
     let id = needed(present(&service, &headers, &caller)?)?.id.clone();
     let mut held = SessionHold::new(service.clone(), id.clone());
     let mut look = tokio::time::interval(HOLD_LOOK);

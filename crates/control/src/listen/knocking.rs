@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Panels that come while hundreds of addresses knock, in time that is simulated: the same order of events at every run.
+//! Panels that connect while hundreds of addresses flood the listener, in simulated time: every run has the same order of events.
 use super::*;
 use api::Role;
 use axum::Extension;
@@ -10,18 +10,18 @@ use tokio::io::{AsyncReadExt, AsyncWriteExt, DuplexStream, ReadHalf, WriteHalf};
 use tokio::time::{Instant, sleep, sleep_until};
 use tokio_rustls::TlsConnector;
 
-/// Addresses that knock.
+/// Number of addresses that flood the listener.
 const ADDRESSES: u16 = 500;
-/// Connections of each that are open at a time.
+/// Connections that each of them holds open at a time.
 const OPEN_EACH: u16 = 3;
-/// Pause of one that knocks until it comes again.
+/// Pause of a flooding client before it reconnects.
 const AGAIN: Duration = Duration::from_millis(100);
-/// Time within which a panel is in.
+/// Time within which a panel is admitted.
 const PANEL_MAX: Duration = Duration::from_secs(1);
 /// Head of a TLS record that announces a greeting of 512 bytes.
 const BEGINS: [u8; 5] = [22, 3, 1, 2, 0];
 
-/// A listener with TLS, without a socket.
+/// A listener with TLS but without a socket.
 #[derive(Clone)]
 struct Door {
     slots: Arc<Slots>,
@@ -53,7 +53,7 @@ impl Door {
         }
     }
 
-    /// Returns the client's end of a connection that was accepted just now.
+    /// Returns the client's end of a newly accepted connection.
     fn accept(&self, from: IpAddr) -> DuplexStream {
         let (client, server) = tokio::io::duplex(16 << 10);
         let slot = self.slots.enter(from);
@@ -62,7 +62,7 @@ impl Door {
         client
     }
 
-    /// Knocks from one address without end: each connection stays until it gives way, or for so long; the next begins then.
+    /// Floods from one address without end: each connection stays until it gives way or `stays` has passed, and is then replaced.
     async fn knock(self, from: IpAddr, speaks: bool, stays: Duration) {
         loop {
             let mut stream = self.accept(from);
@@ -74,10 +74,10 @@ impl Door {
         }
     }
 
-    /// Comes as a panel that is so far away, one way. Returns what it reads, empty where it is not let in, and the stream.
+    /// Connects as a panel at a one-way delay of `away`. Returns the answer, empty if the panel is not admitted, and the stream.
     async fn come(&self, from: IpAddr, away: Duration) -> (String, Option<tokio_rustls::client::TlsStream<DuplexStream>>) {
         let (near, far) = tokio::io::duplex(16 << 10);
-        // As behind a proxy that accepts at once: its greeting comes later than its connection.
+        // The link behaves like a proxy that accepts at once: the greeting arrives later than the connection.
         join(far, self.accept(from), away);
         sleep(away).await;
         let name = ServerName::try_from("localhost").expect("a name");
@@ -87,7 +87,7 @@ impl Door {
     }
 }
 
-/// Asks once over a connection that stays.
+/// Makes one request over a persistent connection.
 async fn ask(stream: &mut tokio_rustls::client::TlsStream<DuplexStream>) -> String {
     let mut answer = [0; 1024];
     let asked = stream.write_all(b"GET / HTTP/1.1\r\nhost: localhost\r\n\r\n").await;
@@ -95,7 +95,7 @@ async fn ask(stream: &mut tokio_rustls::client::TlsStream<DuplexStream>) -> Stri
     String::from_utf8_lossy(&answer[..length]).into_owned()
 }
 
-/// Joins two streams by a line on which every byte takes so long.
+/// Joins two streams by a line that delays every byte by `takes`.
 fn join(one: DuplexStream, other: DuplexStream, takes: Duration) {
     let ((one_read, one_write), (other_read, other_write)) = (tokio::io::split(one), tokio::io::split(other));
     tokio::spawn(carry(one_read, other_write, takes));
@@ -128,7 +128,8 @@ fn address(number: u16) -> IpAddr {
     IpAddr::from([10, 1, (number >> 8) as u8, number as u8])
 }
 
-/// Panels 5 to 50 ms away, each from an address of its own, come while all others knock; each gets in, and what was known before stays.
+/// Connects panels that are 5 to 50 ms away, each from an address of its own, during a flood from all other addresses. Each gets in, and
+/// connections that were authenticated before stay.
 async fn panels_get_in(speaks: bool, stays: Duration) {
     let door = Door::new();
     let (before, known) = door.come(IpAddr::from([10, 9, 9, 9]), Duration::from_millis(20)).await;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The audit file: what is in it, and what happens when it is full.
+//! The audit file: its contents, and the behaviour when it is full.
 use crate::rig::{Rig, class};
 use serde_json::json;
 use std::os::unix::fs::PermissionsExt;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Asking for command, handing it over, declining: by the table of sessions with a time that the test says, and once over a socket.
+//! Requests for command, hand-over and refusal: on the table of sessions with a time set by the test, and once over a socket.
 use crate::rig::Rig;
 use api::Role;
 use daemon::requests::OpenSession;
@@ -12,7 +12,7 @@ fn s(seconds: u64) -> Duration {
     Duration::from_secs(seconds)
 }
 
-/// Sessions of these names that may operate, `looker`, which may not, and `holder`, which commands.
+/// Opens sessions with these names that may operate, `looker`, which may not, and `holder`, which commands.
 fn three(now: Instant) -> (Sessions, Vec<String>) {
     let sessions = Sessions::default();
     let open = |name: &str, role| {
@@ -26,7 +26,7 @@ fn three(now: Instant) -> (Sessions, Vec<String>) {
     (sessions, ids)
 }
 
-/// Returns the end of each request, in order: name, outcome, and who ended it.
+/// Returns the outcome of each request in order: name, outcome, and who settled it.
 fn ends(sessions: &Sessions, now: Instant) -> Vec<(String, Outcome, Option<String>)> {
     sessions.command(now).settled.into_iter().map(|settled| (settled.name, settled.outcome, settled.by)).collect()
 }
@@ -72,7 +72,7 @@ fn caller(name: &str) -> Caller {
     Caller { who: format!("token {name}"), role: Role::Operate, from: "here".to_owned() }
 }
 
-/// Takes a session up, for its ID.
+/// Resumes a session to get its ID.
 fn sessions_id(sessions: &Sessions, name: &str) -> String {
     let asked = OpenSession { name: name.to_owned(), lost_after_ms: 60_000, take_up: true, person: None };
     sessions.open(&caller(name), &asked, Instant::now()).expect("taken up").session
@@ -118,7 +118,7 @@ fn command_that_is_given_back_or_lost_goes_to_who_asked_first() {
     sessions.ask("holder", "", s(60), now);
     sessions.close(&ids[1]).expect("it closes");
     assert_eq!(sessions.holder().as_deref(), Some("bert"), "who asked first, not who asked last");
-    // All of them are silent: command goes to none of the lost.
+    // All of them are silent: command is not given to a lost session.
     sessions.lose(now + s(99));
     assert_eq!(sessions.holder(), None);
     let outcomes: Vec<Outcome> = sessions.command(now + s(99)).settled.into_iter().map(|settled| settled.outcome).collect();
@@ -167,7 +167,7 @@ fn it_is_asked_for_over_a_socket_and_the_log_has_it() {
     let (status, answer) = ask(&first, "POST", "/v1/command/decline", json!({ "name": "second", "reason": "in a minute" }));
     assert_eq!((status, &answer["result"]["settled"][0]["outcome"]), (200, &json!("declined")), "{answer}");
     ask(&second, "POST", "/v1/command/request", json!({}));
-    // Who asks stops all the same.
+    // A session that requests command can still stop.
     let instance = rig.running(&first, "wave");
     assert_eq!(rig.call(&second, "halt", json!({ "instance": instance }))["condition"], "halted");
     let (status, answer) = ask(&first, "POST", "/v1/command/hand_over", json!({ "to": "second" }));

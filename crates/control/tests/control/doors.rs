@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The doors of TCP: a client without a token keeps out none that has one.
+//! The TCP listeners: a client without a token does not keep out clients with one.
 use crate::rig::{Rig, class, receive, send};
 use api::Role;
 use daemon::tokens;
@@ -9,7 +9,7 @@ use std::os::unix::net::UnixStream;
 use tungstenite::Message;
 use tungstenite::client::IntoClientRequest;
 
-/// A served system on a port, its address, and a token for each of these names.
+/// Serves a system on a port; returns its address and a token for each name.
 fn on_a_port<const N: usize>(names: [&str; N]) -> (Rig, String, [String; N]) {
     let mut made = [const { String::new() }; N];
     let rig = Rig::with("virtual", |options, folder| {
@@ -21,7 +21,7 @@ fn on_a_port<const N: usize>(names: [&str; N]) -> (Rig, String, [String; N]) {
     (rig, address, made)
 }
 
-/// A request that leaves its connection open.
+/// Sends a request that keeps its connection open.
 fn ask_and_stay(stream: &mut (impl Read + Write), token: &str) -> String {
     stream
         .write_all(format!("POST /v1/call/now HTTP/1.1\r\nhost: localhost\r\nauthorization: Bearer {token}\r\ncontent-length: 0\r\n\r\n").as_bytes())
@@ -53,14 +53,14 @@ fn strangers_who_say_nothing_keep_nobody_out() {
     drop(rig);
 }
 
-/// Half of the connections for which this process has descriptors, both ends being its own; at most so many.
+/// Half of the connections for which this process has descriptors (both ends are its own), but at most `most`.
 fn affordable(most: usize) -> usize {
     let limits = std::fs::read_to_string("/proc/self/limits").expect("limits");
     let files = limits.lines().find_map(|line| line.strip_prefix("Max open files")?.split_whitespace().next()?.parse::<usize>().ok());
     files.map_or(most, |files| most.min(files / 4))
 }
 
-/// A served system with TLS at this address, and what its clients trust.
+/// Serves a system with TLS at this address; returns what its clients need to trust it.
 fn with_tls(listen: &str, token: &mut String) -> (Rig, std::net::SocketAddr, tokio_rustls::TlsConnector) {
     let key = rcgen::generate_simple_self_signed(["localhost".to_owned()]).expect("a certificate");
     let rig = Rig::with("virtual", |options, folder| {
@@ -80,14 +80,14 @@ fn with_tls(listen: &str, token: &mut String) -> (Rig, std::net::SocketAddr, tok
     (rig, address, std::sync::Arc::new(client.with_root_certificates(roots).with_no_client_auth()).into())
 }
 
-/// Connects from this address of this machine.
+/// Connects from this local address.
 async fn connect_from(from: std::net::IpAddr, to: std::net::SocketAddr) -> std::io::Result<tokio::net::TcpStream> {
     let socket = if from.is_ipv4() { tokio::net::TcpSocket::new_v4() } else { tokio::net::TcpSocket::new_v6() }?;
     socket.bind((from, 0).into())?;
     socket.connect(to).await
 }
 
-/// Asks for the time as a panel with TLS does.
+/// Requests the time as a panel with TLS does.
 async fn time_asked(stream: tokio::net::TcpStream, connector: tokio_rustls::TlsConnector, token: &str) -> String {
     use tokio::io::{AsyncReadExt, AsyncWriteExt};
     let name = rustls::pki_types::ServerName::try_from("localhost").expect("a name");
@@ -114,7 +114,7 @@ fn panels_with_tls_get_in_while_strangers_of_hundreds_of_addresses_have_begun_ha
             let mut strangers = Vec::new();
             for number in 0..affordable(500) {
                 let mut stream = connect_from(stranger(number), address).await.expect("it listens");
-                // Half of them have begun a handshake. Those that gave way are gone.
+                // Half of them begin a handshake. The ones that were evicted are closed.
                 if number % 2 == 0 {
                     let _gone = stream.write_all(&[22, 3, 1, 2, 0]).await;
                 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Files that a programming system brings, and code modules.
+//! Files supplied by a programming system, and code modules.
 use crate::rig::{Rig, class, receive, send};
 use api::Role;
 use daemon::Files;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Tests of a stream's frames, and that no text at all brings the decoder down.
+//! Tests the frames of a stream, and that no text can crash the decoder.
 use control::{StreamRequest, Topic, frame};
 use proptest::prelude::*;
 use std::time::Duration;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Tests of the gate: hosts, origins, tokens, certificates.
+//! Tests the gate: hosts, origins, tokens, certificates.
 use crate::rig::Folder;
 use api::Role;
 use axum::http::{HeaderMap, HeaderName, HeaderValue};
@@ -10,7 +10,7 @@ use std::net::SocketAddr;
 use std::os::unix::fs::PermissionsExt;
 use std::time::{Duration, Instant};
 
-/// A gate, and the site before it.
+/// A gate, and the site checks in front of it.
 struct Entrance {
     gate: Gate,
     site: Site,
@@ -149,7 +149,7 @@ fn who_comes_too_often_is_told_when_to_come_again() {
     rates.take("a", now + Duration::from_millis(500)).expect("it fills with time");
     assert!(rates.take("a", now + Duration::from_millis(600)).is_err());
     for index in 0..2_000 {
-        // More callers than are remembered: the idle ones are forgotten, nothing grows.
+        // More callers than are remembered: idle ones are forgotten, so memory stays bounded.
         let _whatever = rates.take(&format!("c{index}"), now + Duration::from_secs(index));
     }
     rates.take("a", now + Duration::from_secs(3_000)).expect("it is let in again");

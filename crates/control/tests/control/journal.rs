@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! A daemon that dies and starts again: what it knows then, what runs, and what it refuses.
+//! A daemon that dies and restarts: the state it has then, what runs, and what it refuses.
 use crate::rig::{Folder, MessageKeeper, Rig, class, receive, send, system, wave};
 use control::{Options, Server};
 use serde_json::{Value as Json, json};
@@ -15,7 +15,7 @@ fn kept() -> Rig {
     Rig::with("virtual", |of, folder| *of = options(folder))
 }
 
-/// A copy of what lies on the disk now: what is left when the daemon is killed in this moment.
+/// Copies the present contents of the disk: the state left if the daemon is killed at this moment.
 pub fn killed(rig: &Rig) -> Folder {
     let left = Folder::new();
     std::fs::copy(rig.folder.file("j"), left.file("j")).expect("a journal");
@@ -26,14 +26,14 @@ pub fn killed(rig: &Rig) -> Folder {
     left
 }
 
-/// The daemon that starts on what is left.
+/// Starts a daemon on the remaining files.
 fn again(left: Folder) -> (Rig, Vec<String>) {
     let (options, mut told) = (options(&left), MessageKeeper::default());
     let rig = Rig::within(left, "virtual", &options, &mut told).unwrap_or_else(|r| panic!("{r:?}"));
     (rig, told.0)
 }
 
-/// Returns why no daemon starts on what is left, which it leaves as it was.
+/// Returns why no daemon starts on the remaining files, and checks that they are unchanged.
 fn refused(left: &Folder, change: impl FnOnce(&mut Options), watcher: &mut MessageKeeper) -> String {
     let mut options = options(left);
     change(&mut options);
@@ -52,7 +52,7 @@ pub fn count(folder: &Folder) -> usize {
     text(folder).lines().count()
 }
 
-/// A verb that goes on, whose level can be set while it runs.
+/// Returns a verb that runs until ended and whose level can be set while it runs.
 fn level(name: &str, policy: &str) -> Json {
     let mut verb = wave(name, json!(policy));
     verb["blocks"]["wave"]["constants"] = json!({ "shape": 0 });
@@ -158,7 +158,7 @@ fn a_call_of_a_verb_in_one_request_is_recorded_before_it_starts_and_gone_with_it
     assert!(states(&twin).is_empty(), "{told:?}");
 }
 
-/// A system whose only source fires when it is asked: nothing happens there by itself.
+/// Returns a system whose only source fires on request, so that nothing happens by itself.
 fn kept_without_a_timer() -> Rig {
     let system = Arc::new(api::open("cell", "virtual", "{}").unwrap_or_else(|r| panic!("{r:?}")));
     let say = |name: &str, arguments: Json| api::call(&system, name, &arguments.to_string()).unwrap_or_else(|r| panic!("{name}: {r:?}"));
@@ -400,7 +400,7 @@ fn workspaces_are_there_again_and_keeping_one_needs_no_command() {
     rig.call(&session, "ship_workspace", of("shipped", "alarms"));
     rig.call(&session, "ship_workspace", of("gone", "alarms"));
     rig.call(&session, "withdraw_workspace", json!({ "name": "gone" }));
-    // Nothing is moved by it: any session that may operate keeps one, with or without command. What it names need not be there, then or ever.
+    // A workspace moves nothing: any session that may operate can keep one, with or without command. The things it names need not exist.
     let other = rig.open("other");
     let mut mine = of("mine", "verb");
     mine["layout"]["verb"] = json!("no_such");
@@ -428,7 +428,7 @@ fn a_daemon_that_is_killed_right_after_an_emergency_stop_starts_strictly() {
     rig.call(&session, "start", json!({ "instance": kept }));
     let running = text(&rig.folder);
     rig.call(&session, "emergency_stop", json!({ "reason": "door" }));
-    // What lies there if the ends were not written, and if a start was written behind the stop.
+    // States of the file if the ends were not written, and if a start was written after the stop.
     let start = running.lines().last().expect("the start").to_owned() + "\n";
     let stopped = "{\"line\":\"stopped\",\"reason\":\"door\"}\n";
     for on_the_disk in [text(&rig.folder), format!("{running}{stopped}"), running.replace(&start, &format!("{stopped}{start}"))] {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Tests that a request which stops waits for no reader: in one process, over the router alone.
+//! Tests that a stop request waits for no reader, using only the router in one process.
 use crate::rig::{Folder, class, system};
 use api::Role;
 use axum::Router;
@@ -14,7 +14,7 @@ use supervisor::System;
 use tokio::sync::mpsc;
 use tower::ServiceExt;
 
-/// A system with its interface in this process, and a token for each of these.
+/// A system whose interface is served in this process, and a token for each client.
 struct ServedSystem<const N: usize> {
     system: Arc<System>,
     inside: Inside,
@@ -30,7 +30,7 @@ fn served<const N: usize>(clock: &str, names: [(&str, Role); N]) -> ServedSystem
     ServedSystem { system, inside, tokens, folder }
 }
 
-/// One request of a token, in a session or none.
+/// Sends one request with a token, in a session if one is passed.
 async fn ask(router: Router, token: &str, session: &str, path: &str, body: Json) -> (u16, Json) {
     let request = Request::post(path)
         .header("host", "localhost")
@@ -43,7 +43,7 @@ async fn ask(router: Router, token: &str, session: &str, path: &str, body: Json)
     (status, serde_json::from_slice(&text).expect("JSON"))
 }
 
-/// A session that commands.
+/// Opens a session that commands.
 async fn commander(router: &Router, token: &str) -> String {
     let (_, opened) = ask(router.clone(), token, "", "/v1/sessions", json!({ "name": "panel" })).await;
     let session = opened["result"]["session"].as_str().unwrap_or_else(|| panic!("{opened}")).to_owned();
@@ -51,7 +51,7 @@ async fn commander(router: &Router, token: &str) -> String {
     session
 }
 
-/// An instance of `wave` that runs.
+/// Starts an instance of `wave`.
 async fn running(router: &Router, token: &str, session: &str) -> u64 {
     let wave = json!({ "verb": "wave", "arguments": { "y": { "svv": "y" } }, "placement": { "*": "rtp0.fast" } });
     let (_, made) = ask(router.clone(), token, session, "/v1/call/create", wave).await;
@@ -68,7 +68,7 @@ async fn observers_that_wait_are_in_the_way_of_no_halt() {
     let session = commander(&router, &panel).await;
     let instance = running(&router, &panel, &session).await;
     let (answers, mut answered) = mpsc::unbounded_channel();
-    // A slice of a wait ends after a second, however slow the machine is: then the caller asks again, as clients do.
+    // A slice of a wait ends after a second, however slow the machine is; the caller then repeats the request, as clients do.
     let wait = |who: &'static str, token: &str| {
         let (router, token, answers) = (router.clone(), token.to_owned(), answers.clone());
         tokio::spawn(async move {
@@ -83,7 +83,7 @@ async fn observers_that_wait_are_in_the_way_of_no_halt() {
     };
     for (who, token) in [("first", &first), ("second", &second)] {
         (0..40).for_each(|_| wait(who, token));
-        // One caller has 24 places at the most: so many of its waits are refused.
+        // A caller may have at most 24 waits: the excess ones are refused.
         let mut refused = 0;
         while refused < 16 {
             let (whose, status, answer) = answered.recv().await.expect("an answer");

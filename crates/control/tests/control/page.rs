@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The studio's page: what is served of a folder and what is not, to whom, and the token of a run.
+//! The studio's page: which files of a folder are served and to whom, and the token of a run.
 use crate::rig::{Folder, Rig, class, send, system};
 use api::Role;
 use axum::body::{Body, to_bytes};
@@ -11,7 +11,7 @@ use std::io::Read;
 use std::net::{SocketAddr, TcpStream};
 use tower::ServiceExt;
 
-/// A page as the build leaves it, and something beside it that nobody is to read.
+/// Creates a page as the build does, and a file next to it that must not be served.
 fn page(folder: &Folder) -> std::path::PathBuf {
     let page = folder.file("page");
     std::fs::create_dir_all(page.join("assets")).expect("ours");
@@ -131,7 +131,7 @@ fn pages_of_others_get_neither_the_page_nor_a_call() {
     }
 }
 
-/// The token that the address has.
+/// Returns the token in the address.
 fn token(rig: &Rig) -> String {
     rig.server.studio().expect("an address").split_once("/#token=").expect("a token").1.to_owned()
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Options of drivers that name files or code, by callers who may bring neither.
+//! Driver options that name files or code, from callers who may supply neither.
 use crate::rig::{Rig, class};
 use api::Role;
 use daemon::tokens;
@@ -8,7 +8,7 @@ use serde_json::{Value as Json, json};
 
 const SECRET: &str = "root:*:19000:0:99999:7:::";
 
-/// A served system with the token of a caller of this role, who commands, and a file that he may not read.
+/// A served system with a token for a caller of this role, who has command, and a file that the caller may not read.
 struct Door {
     rig: Rig,
     session: String,
@@ -42,7 +42,7 @@ impl Door {
         self.rig.ask("POST", path, &headers, &body.to_string())
     }
 
-    /// Tries to open a device. What is answered never has what stands in the file.
+    /// Tries to open a device, and checks that the answer contains nothing of the file.
     fn opens(&self, kind: &str, options: &Json) -> (u16, Json) {
         let device = json!({ "processor": "rtp0", "name": "d", "kind": kind, "options": options, "source": "rtp0.fast" });
         self.answered("/v1/call/physical_device", &device)
@@ -62,7 +62,7 @@ impl Door {
     }
 }
 
-/// Values of an option that name this path, in each form that the option has.
+/// Returns values of an option that name this path, in each form that the option accepts.
 fn naming(word: &OptionWord, path: &str) -> Json {
     match (word.reach, word.kind) {
         (Reach::Entries(words), _) => json!([words.iter().map(|(name, _)| ((*name).to_owned(), json!(path))).collect::<serde_json::Map<_, _>>()]),
@@ -81,7 +81,7 @@ fn no_option_of_any_driver_reads_a_file_or_runs_code_for_who_may_not_bring_it() 
             let mut options = json!({ word.name: naming(word, &door.secret) });
             if word.reach == Reach::Device {
                 if of.kind == "ur" && word.name != "wait_ns" {
-                    // No controller is there to be waited for.
+                    // There is no controller to wait for.
                     options["wait_ns"] = json!(1);
                 }
                 door.opens(of.kind, &options);

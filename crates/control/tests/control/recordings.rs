@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Recordings of a daemon that dies and starts again.
+//! Recordings of a daemon that dies and restarts.
 use crate::journal::{count, killed, options, text};
 use crate::rig::{Folder, MessageKeeper, Rig};
 use control::Options;
@@ -10,7 +10,7 @@ fn recording(records: &Folder, left: &Folder) -> Options {
     Options { records: Some(records.0.clone()), ..options(left) }
 }
 
-/// The daemon that starts on what is left.
+/// Starts a daemon on the remaining files.
 fn go_on(records: &Folder, left: Folder) -> Rig {
     let with = recording(records, &left);
     Rig::within(left, "virtual", &with, &mut MessageKeeper::default()).unwrap_or_else(|r| panic!("{r:?}"))

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! A served system in a folder of its own, and a client of a few lines.
+//! A served system in its own folder, and a minimal client.
 use control::{Options, Server};
 use daemon::Watcher;
 use serde_json::{Value as Json, json};
@@ -10,7 +10,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 use supervisor::System;
 
-/// A folder that goes with the test.
+/// A folder that is deleted with the test.
 pub struct Folder(pub PathBuf);
 
 impl Folder {
@@ -32,7 +32,7 @@ impl Drop for Folder {
     }
 }
 
-/// A system under the virtual clock with one timer, the SVV `y`, and the verb `wave`, which runs until it is ended.
+/// Returns a system under the virtual clock with one timer, the SVV `y`, and the verb `wave`, which runs until it is ended.
 pub fn system(clock: &str) -> Arc<System> {
     let system = api::open("cell", clock, "{}").unwrap_or_else(|r| panic!("{r:?}"));
     let say = |name: &str, arguments: Json| api::call(&system, name, &arguments.to_string()).unwrap_or_else(|r| panic!("{name}: {r:?}"));
@@ -43,7 +43,7 @@ pub fn system(clock: &str) -> Arc<System> {
     Arc::new(system)
 }
 
-/// A verb of this policy.
+/// Returns a verb with this policy.
 pub fn wave(name: &str, policy: Json) -> Json {
     json!({
         "name": name, "if_cut_off": policy,
@@ -53,7 +53,7 @@ pub fn wave(name: &str, policy: Json) -> Json {
     })
 }
 
-/// Keeps what it is told, and goes on as often as asked.
+/// Collects the messages it receives; the number limits how often the server may continue.
 pub struct MessageKeeper(pub Vec<String>, pub usize);
 
 impl Default for MessageKeeper {
@@ -74,7 +74,7 @@ impl Watcher for MessageKeeper {
 }
 
 pub struct Rig {
-    // Before the folder: it is stopped first.
+    // Declared before the folder, so that the server stops first.
     pub server: Server,
     pub system: Arc<System>,
     pub folder: Folder,
@@ -92,7 +92,7 @@ impl Rig {
         Rig::within(folder, clock, &options, &mut MessageKeeper::default()).unwrap_or_else(|r| panic!("{r:?}"))
     }
 
-    /// A served system in a folder that may have something from before.
+    /// Serves a system in a folder that may contain files of an earlier run.
     pub fn within(folder: Folder, clock: &str, options: &Options, watcher: &mut dyn Watcher) -> Result<Rig, api::Refusals> {
         let system = system(clock);
         let server = Server::start_watched(system.clone(), options, watcher)?;
@@ -103,14 +103,14 @@ impl Rig {
         UnixStream::connect(self.folder.file("s")).expect("it listens")
     }
 
-    /// One request: its status, and its answer.
+    /// Sends one request; returns its status and its answer.
     pub fn ask(&self, method: &str, path: &str, headers: &[(&str, &str)], body: &str) -> (u16, Json) {
         let mut stream = self.connect();
         send(&mut stream, method, path, headers, body.as_bytes());
         receive(&mut stream)
     }
 
-    /// A call of a session, or of none, that is answered.
+    /// Makes a call in a session, or in none, and returns its result.
     pub fn call(&self, session: &str, name: &str, arguments: Json) -> Json {
         let headers: &[(&str, &str)] = if session.is_empty() { &[] } else { &[("opengpac-session", session)] };
         let (status, answer) = self.ask("POST", &format!("/v1/call/{name}"), headers, &arguments.to_string());
@@ -118,7 +118,7 @@ impl Rig {
         answer["result"].clone()
     }
 
-    /// A new session that commands.
+    /// Opens a new session and takes command.
     pub fn commander(&self, name: &str) -> String {
         let session = self.open(name);
         let (status, answer) = self.ask("POST", "/v1/command", &[("opengpac-session", &session)], "{}");
@@ -132,14 +132,14 @@ impl Rig {
         answer["result"]["session"].as_str().expect("an ID").to_owned()
     }
 
-    /// An instance of a verb that runs.
+    /// Starts an instance of a verb.
     pub fn running(&self, session: &str, verb: &str) -> u64 {
         let id = self.call(session, "create", json!({ "verb": verb, "arguments": { "y": { "svv": "y" } }, "placement": { "*": "rtp0.fast" } }));
         self.call(session, "start", json!({ "instance": id }));
         id.as_u64().expect("a number")
     }
 
-    /// Looks until something holds; what never comes to hold hangs, and the test's time limit ends it.
+    /// Polls until a condition holds; if it never does, the test's time limit ends the test.
     pub fn until(&self, holds: impl Fn(&Rig) -> bool) {
         while !holds(self) {
             std::thread::yield_now();
@@ -171,7 +171,7 @@ pub fn receive(stream: &mut impl Read) -> (u16, Json) {
     (status, serde_json::from_str(body).unwrap_or_else(|why| panic!("{why}: {text}")))
 }
 
-/// The class of the first error of an answer.
+/// Returns the class of the first error of an answer.
 pub fn class(answer: &Json) -> &str {
     answer["errors"][0]["class"].as_str().unwrap_or("none")
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Every call × role × state of the token × transport: one table says who may, and nothing else does.
+//! Every call × role × state of the token × transport: a single table decides what is permitted.
 use crate::rig::{Rig, class};
 use api::Role;
 use axum::body::{Body, to_bytes};
@@ -19,7 +19,7 @@ enum Token {
     Right,
 }
 
-/// The tokens of each role: (expired, revoked, right).
+/// Creates the tokens of each role: (expired, revoked, valid).
 fn made(path: &std::path::Path) -> Vec<[String; 3]> {
     let of = |role: Role| {
         let name = |state: &str| format!("{state} {}", role.word());
@@ -32,7 +32,8 @@ fn made(path: &std::path::Path) -> Vec<[String; 3]> {
     Role::ALL.into_iter().map(of).collect()
 }
 
-/// Returns the requests of the interface: the calls, and the other paths with their least role. `commands`: it needs command too.
+/// Returns the requests of the interface: the calls, and the other paths with their minimum role. The last item is true if the request
+/// needs command too.
 fn asked() -> Vec<(&'static str, String, Role, bool)> {
     let calls = all().map(|call| {
         let role = call.role_under(true);
@@ -53,7 +54,7 @@ fn asked() -> Vec<(&'static str, String, Role, bool)> {
 }
 
 async fn answer(router: &axum::Router, peer: &Peer, token: Option<&str>, method: &str, path: &str) -> (u16, Json) {
-    // The emergency stop without its reason stops nothing; of the others nothing runs without command.
+    // Without its reason the emergency stop stops nothing; the other requests run nothing without command.
     let mut request = Request::builder().method(method).uri(path).header("host", "localhost");
     if let Some(token) = token {
         request = request.header("authorization", format!("Bearer {token}"));
@@ -91,14 +92,14 @@ fn every_command_by_role_token_and_transport() {
                     };
                     let (status, answer) = runtime.block_on(answer(&router, &peer, token, method, &path));
                     let case = format!("{method} {path} as {} with {state:?} from {peer:?}: {status} {answer}", role.word());
-                    // Who may open the socket has every right, unless a token says less.
+                    // Anyone who can open the socket has every right, unless a token restricts it.
                     let has = match (state, &peer) {
                         (Token::Right, _) => Some(role),
                         (Token::None, Peer::Unix { .. }) => Some(Role::Download),
                         _ => None,
                     };
                     match has {
-                        // Beyond the rate of failures it is said without a look at what else is wrong.
+                        // Above the rate of failures the refusal comes before any other check.
                         None => assert!(matches!((status, class(&answer)), (401, "NotAllowed") | (429, "LimitExceeded")), "{case}"),
                         Some(has) if has < least => assert_eq!((status, class(&answer)), (403, "NotAllowed"), "{case}"),
                         Some(_) if commands => assert_eq!((status, class(&answer)), (403, "NotCommanding"), "{case}"),
@@ -150,7 +151,7 @@ fn another_user_of_the_machine_needs_a_token() {
 
 #[test]
 fn the_table_has_the_calls_of_the_session() {
-    // The header of the C package is the list; `download` comes by another way.
+    // The header of the C package is the list; `download` uses a different path.
     let header = include_str!("../../../c-package/include/opengpac_ps.h");
     let system = crate::rig::system("virtual");
     for call in all() {

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The committed schemas are those of the code, and what calls answer fits them.
+//! Checks that the committed schemas match the code, and that the results of calls conform to them.
 use serde_json::Value as Json;
 
-/// Checks that a committed document is that of the code; if it is asked for, it is written first.
+/// Checks that a committed document matches the code; rewrites it first if requested.
 fn is_kept(name: &str, document: &Json, remedy: &str) {
     let path = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("schemas").join(name);
     let now = serde_json::to_string_pretty(document).expect("JSON") + "\n";

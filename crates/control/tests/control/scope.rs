@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The scope, counted end to end: what a reader gets and what it is told that it lost are together what was stored, value by value.
+//! The scope, counted end to end: for each channel, values received plus values reported as lost equal the values stored.
 use crate::rig::{Rig, class};
 use crate::stream::{next, open, say};
 use serde_json::json;
 use std::os::unix::net::UnixStream;
 use tungstenite::{Message, WebSocket};
 
-/// A run of one channel in a frame.
+/// A run of values of one channel in a frame.
 struct Run {
     channel: usize,
     lost: u64,
@@ -14,7 +14,7 @@ struct Run {
     values: Vec<f64>,
 }
 
-/// The runs of the next binary frame, as docs/control.md has its form.
+/// Returns the runs of the next binary frame, in the format of docs/control.md.
 fn frame(stream: &mut WebSocket<UnixStream>, id: &str, components: &[usize]) -> Vec<Run> {
     let bytes = loop {
         match stream.read().expect("it goes on") {
@@ -47,7 +47,7 @@ fn frame(stream: &mut WebSocket<UnixStream>, id: &str, components: &[usize]) -> 
     runs
 }
 
-/// A cell with so many SVVs, each written by an instance of its own at 1 kHz.
+/// Creates `count` SVVs, each written at 1 kHz by its own instance.
 fn channels(rig: &Rig, session: &str, count: usize) -> Vec<String> {
     let names: Vec<String> = (0..count).map(|k| format!("c{k}")).collect();
     for name in &names {
@@ -67,7 +67,7 @@ struct ChannelCounts {
 }
 
 impl ChannelCounts {
-    /// One run: its first number is as far on as it says that values were lost; then none is missing.
+    /// Counts one run: its first number must skip exactly the values reported as lost, and no value within it may be missing.
     fn count(&mut self, run: &Run) {
         for (index, (time_ns, number)) in run.stamps.iter().enumerate() {
             let expected = if index == 0 { self.next + run.lost } else { self.next };
@@ -92,7 +92,7 @@ fn subscribe(stream: &mut WebSocket<UnixStream>, names: &[String]) {
     assert_eq!(head["scope"]["channels"][0], json!({ "name": names[0], "type_text": "double", "unit": "", "components": 1 }));
 }
 
-/// Reads until every channel has as many values, got or lost.
+/// Reads until every channel is accounted for, received or lost.
 fn count(stream: &mut WebSocket<UnixStream>, channels: usize, stored: u64) -> Vec<ChannelCounts> {
     let mut counted = vec![ChannelCounts::default(); channels];
     while counted.iter().any(|of| of.got + of.lost < stored) {
@@ -118,7 +118,7 @@ fn every_value_of_64_channels_at_1_khz_arrives_once() {
     let counted = reader.join().expect("it counts");
     let lost: u64 = counted.iter().map(|of| of.lost).sum();
     let got: u64 = counted.iter().map(|of| of.got).sum();
-    // A reader that reads may be slow on a busy machine; then it is told, and the sum is exact all the same.
+    // Even a reader that keeps reading may fall behind on a busy machine; the loss is then reported, and the sum is still exact.
     assert_eq!(got + lost, 64 * 2_000);
     for name in &names {
         assert_eq!(rig.call(&session, "read", json!({ "names": [name] }))["values"][name]["number"], 1_999);
@@ -199,7 +199,7 @@ fn what_is_installed_comes_when_it_has_changed_and_statistics_come_again_and_aga
     let mut came = 0;
     while came < 2 {
         let frame = next(&mut stream);
-        // One of what was subscribed to before may still have been on its way.
+        // A frame of the earlier subscription may still have been in transit.
         if frame["id"] == "s" {
             assert_eq!(frame["statistics"]["sources"]["rtp0.fast"]["period_ns"], 1_000_000, "{frame}");
             came += 1;

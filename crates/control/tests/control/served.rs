@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! A system that is served: sessions, command, calls, waits, and a programming system that is gone.
+//! A served system: sessions, command, calls, waits, and a programming system that disconnects.
 use crate::rig::{Rig, class, receive, send, wave};
 use crate::stream::{next, open};
 use serde_json::{Value as Json, json};
@@ -42,7 +42,7 @@ fn one_commands_and_all_may_look_and_stop() {
     assert_eq!(rig.call(&second, "mode", json!({})), "automatic");
     rig.call(&second, "emergency_stop", json!({ "reason": "somebody saw something" }));
     assert_eq!(class(&rig.ask("POST", "/v1/call/reset", &of(&second), "").1), "NotCommanding");
-    // Two of the same life of a system see the same.
+    // Two sessions of the same run of a system see the same ID.
     let run = |session: &str| rig.ask("GET", "/v1/version", &of(session), "").1["run"].clone();
     assert!(run(&first).is_string() && run(&first) == run(&second));
     rig.call(&first, "reset", json!({}));
@@ -50,7 +50,7 @@ fn one_commands_and_all_may_look_and_stop() {
     let (status, answer) = rig.ask("POST", "/v1/command", &of(&second), r#"{"force": true}"#);
     assert_eq!((status, &answer["result"]["holder"]), (200, &json!("second")));
     assert_eq!(class(&rig.ask("POST", "/v1/call/svv", &of(&first), &start).1), "NotCommanding");
-    // Who has lost command can still stop what it has started, and so can everybody who may operate.
+    // A session that has lost command can still stop what it has started, and so can everyone who may operate.
     rig.call(&first, "suspend", json!({ "instance": instance }));
     assert_eq!(class(&rig.ask("POST", "/v1/call/resume", &of(&first), &json!({ "instance": instance }).to_string()).1), "NotCommanding");
     assert_eq!(rig.call(&first, "halt", json!({ "instance": instance }))["condition"], "halted");
@@ -59,7 +59,7 @@ fn one_commands_and_all_may_look_and_stop() {
     assert_eq!(rig.ask("GET", "/v1/command", &[], "").1["result"]["holder"], Json::Null);
 }
 
-/// Holds a session by a connection.
+/// Holds a session open with a connection.
 fn hold(rig: &Rig, name: &str, session: &str) -> UnixStream {
     let mut stream = rig.connect();
     send(&mut stream, "GET", "/v1/hold", &[("opengpac-session", session)], b"");
@@ -99,7 +99,7 @@ fn what_runs_follows_its_policy_when_its_programming_system_is_gone() {
     let kept = &reports(&rig)["reports"][0];
     assert_eq!((&kept["instance"], &kept["report"]["condition"]), (&halted, &json!("halted")));
     assert!(kept["report"]["message"].as_str().is_some_and(|m| m.contains("'panel' was cut off")), "{kept}");
-    // It has ended and nobody could ask for it: it is deleted, its report is not.
+    // The instance has ended and no client could ask for it: it is deleted, but its report is kept.
     rig.until(|rig| rig.system.state(halted.as_u64().expect("a number")) == "deleted");
     let (_, back) = rig.ask("POST", "/v1/sessions", &[], r#"{"name": "panel"}"#);
     let back = &back["result"];
@@ -111,7 +111,7 @@ fn what_runs_follows_its_policy_when_its_programming_system_is_gone() {
     assert!(rig.audit().iter().any(|line| line["call"] == "cut_off" && line["session"] == "panel"));
 }
 
-/// An instance of `wave` that the program has made, at rest.
+/// Creates an instance of `wave` on behalf of the program, not started.
 fn of_the_program(rig: &Rig) -> u64 {
     let made = json!({ "verb": "wave", "arguments": { "y": { "svv": "y" } }, "placement": { "*": "rtp0.fast" } });
     let made = api::call(&rig.system, "create", &made.to_string()).unwrap_or_else(|r| panic!("{r:?}"));
@@ -127,7 +127,7 @@ fn an_instance_of_the_program_outlives_the_session_that_started_it() {
     rig.call(&panel, "start", json!({ "instance": instance }));
     drop(held);
     rig.until(|rig| is_lost(rig, "panel") && rig.system.state(instance) == "ended");
-    // Each session that opens has the lost ones looked after first.
+    // Opening a session first handles the lost ones.
     let next = rig.commander("next");
     assert_eq!(rig.system.state(instance), "ended", "it was halted, and it is there");
     rig.call(&next, "start", json!({ "instance": instance }));

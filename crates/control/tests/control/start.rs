@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Tests of TLS, and of refusals before anything listens.
+//! Tests TLS, and refusals before anything listens.
 use crate::rig::{Folder, Rig, receive, send, system};
 use api::Role;
 use control::{Options, Server};
@@ -26,7 +26,7 @@ fn token(folder: &Folder) -> String {
     tokens::add(&folder.file("tokens.json"), "panel", Role::Operate, None).expect("a token")
 }
 
-/// A certificate of `localhost` and its key as files.
+/// Writes a certificate for `localhost` and its key to files.
 fn certificate(options: &mut Options, folder: &Folder) -> CertifiedKey {
     let made = rcgen::generate_simple_self_signed(["localhost".to_owned(), "127.0.0.1".to_owned()]).expect("a certificate");
     (options.tls_cert, options.tls_key) = (Some(folder.file("cert.pem")), Some(folder.file("key.pem")));
@@ -36,7 +36,7 @@ fn certificate(options: &mut Options, folder: &Folder) -> CertifiedKey {
     made
 }
 
-/// Gives a file this mode.
+/// Sets the mode of a file.
 fn allow(file: &Path, mode: u32) {
     std::fs::set_permissions(file, Permissions::from_mode(mode)).expect("ours");
 }
@@ -135,7 +135,7 @@ fn a_socket_that_nobody_serves_any_more_is_replaced_and_a_file_is_not() {
     assert_eq!(std::fs::read(folder.file("s")).expect("it is there"), b"mine");
 }
 
-/// A TLS client that trusts one certificate and has one itself, or none.
+/// Returns a TLS client that trusts one certificate and may present its own.
 fn tls(address: &str, trusts: &CertifiedKey, own: Option<(&rcgen::Certificate, &KeyPair)>) -> StreamOwned<ClientConnection, TcpStream> {
     let mut roots = RootCertStore::empty();
     roots.add(trusts.cert.der().clone()).expect("a certificate");
@@ -186,7 +186,7 @@ fn tls_carries_tokens_and_client_certificates() {
     let mut plain = TcpStream::connect(&address).expect("it listens");
     send(&mut plain, "GET", "/v1/version", &[("authorization", &format!("Bearer {given}"))], b"");
     let mut said = Vec::new();
-    // What is not TLS gets an alert of TLS, or nothing; never an answer.
+    // Non-TLS input gets a TLS alert or nothing; never an answer.
     let _broken = std::io::Read::read_to_end(&mut plain, &mut said);
     assert!(!said.starts_with(b"HTTP"), "{said:?}");
 }

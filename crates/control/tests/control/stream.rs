@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The stream: values, the log, end reports; what a client says wrongly.
+//! The stream: values, the log, end reports, and errors of clients.
 use crate::rig::{Rig, class};
 use serde_json::{Value as Json, json};
 use std::os::unix::net::UnixStream;
@@ -18,7 +18,7 @@ pub fn say(stream: &mut WebSocket<UnixStream>, frame: Json) {
     stream.send(Message::text(frame.to_string())).expect("it takes it");
 }
 
-/// The next frame of text.
+/// Returns the next text frame.
 pub fn next(stream: &mut WebSocket<UnixStream>) -> Json {
     loop {
         if let Message::Text(text) = stream.read().expect("it goes on") {
@@ -86,7 +86,7 @@ fn a_client_that_pings_without_end_and_reads_no_pong_is_cut_off() {
     let mut stream = open(&rig, "/v1/stream", None);
     let ping = Message::Ping(vec![0; 125].into());
     let sent = (0..1 << 20).take_while(|_| stream.write(ping.clone()).and_then(|()| stream.flush()).is_ok()).count();
-    // What it sends until it notices fills two sockets at the most; without a bound it goes on for ever.
+    // The frames sent until the client notices fill at most two sockets; without a bound this would never end.
     assert!(sent < 1 << 16, "{sent}");
     let mut seen = Vec::new();
     while let Ok(message) = stream.read() {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Definitions and modules that later ones replaced: a daemon that starts again makes only those that something still uses.
+//! Compaction: definitions and modules replaced by later ones are dropped unless something still uses them when the daemon restarts.
 use crate::journal::ledger::Ledger;
 use crate::journal::lines::Line;
 use serde_json::{Map, Value as Json};
@@ -8,18 +8,18 @@ use std::collections::{HashMap, HashSet};
 /// Kind and name of a definition.
 type Key = (&'static str, String);
 
-/// The definition that a line makes, if any, and every name in the line.
+/// Definition made by a line, if any, and all names in the line.
 struct NamesOfLine {
     defines: Option<Key>,
     names: HashSet<String>,
 }
 
 impl Ledger {
-    /// Leaves out each definition and module that a later one of its name replaced, where no line between the two names it. Returns their
-    /// number. A line that is left out no longer names anything, so the latest lines are looked at first.
+    /// Drops each definition and module that a later one of its name replaced, unless a line between the two names it. Returns the number
+    /// of lines dropped. Works backwards, because a dropped line no longer names anything.
     pub fn leave_old_definitions(&mut self) -> usize {
         let mut lines: Vec<Option<NamesOfLine>> = self.lines().map(|kept| Some(NamesOfLine::of(&kept.line))).collect();
-        // By definition: the line that replaces it, seen from the end.
+        // For each definition: the line that replaces it, going backwards.
         let mut later: HashMap<Key, usize> = HashMap::new();
         for at in (0..lines.len()).rev() {
             let Some(key) = lines[at].as_ref().and_then(|line| line.defines.clone()) else { continue };
@@ -56,7 +56,7 @@ impl NamesOfLine {
     }
 }
 
-/// Collects every text of a call, and its part before the first dot: `gain.fast` names the module `gain`.
+/// Collects all texts of a call, and their parts before the first dot: `gain.fast` names the module `gain`.
 fn collect(arguments: &Map<String, Json>, names: &mut HashSet<String>) {
     let mut left: Vec<&Json> = arguments.values().collect();
     let mut take = |text: &str| {

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Contents that calls refer to and a journal cannot hold in a line: code modules and files of models, by their SHA-256 in a folder beside it.
+//! Content that calls refer to and that is too large for a line of a journal: code modules and model files, stored by SHA-256 in a folder
+//! next to it.
 use crate::journal::file;
 use crate::requests::is_sha256;
 use std::collections::BTreeSet;
@@ -8,7 +9,7 @@ use std::io::{self, Write};
 use std::os::unix::fs::{DirBuilderExt, OpenOptionsExt};
 use std::path::{Path, PathBuf};
 
-/// The folder beside a journal.
+/// Content folder of a journal.
 pub struct Content {
     folder: PathBuf,
 }
@@ -21,14 +22,14 @@ impl Content {
         Ok(Content { folder })
     }
 
-    /// Keeps content under its digest; it is on the disk when this returns.
+    /// Stores content under its digest; it is on disk when this returns.
     pub fn keep(&self, sha256: &str, bytes: &[u8]) -> io::Result<()> {
         let path = self.folder.join(sha256);
         if path.exists() {
             return Ok(());
         }
         let new = file::beside(&path, "new");
-        // What a daemon that died in the middle of this has left.
+        // Removes the remains of a daemon that died during this step.
         let _gone = fs::remove_file(&new);
         let mut written = OpenOptions::new().write(true).create_new(true).mode(0o600).open(&new)?;
         written.write_all(bytes)?;
@@ -37,7 +38,7 @@ impl Content {
         File::open(&self.folder)?.sync_all()
     }
 
-    /// Returns the bytes of a digest.
+    /// Returns the content with this digest.
     pub fn bytes(&self, sha256: &str) -> io::Result<Vec<u8>> {
         if !is_sha256(sha256) {
             return Err(io::Error::other("this is no SHA-256"));
@@ -45,13 +46,13 @@ impl Content {
         fs::read(self.folder.join(sha256))
     }
 
-    /// Removes what is none of these.
+    /// Removes all content except these digests.
     pub fn leave(&self, needed: &BTreeSet<String>) {
         for entry in fs::read_dir(&self.folder).into_iter().flatten().flatten() {
             let name = entry.file_name();
             let ours = name.to_str().is_some_and(|name| is_sha256(name.trim_end_matches(".new")));
             if ours && !name.to_str().is_some_and(|name| needed.contains(name)) {
-                // What stays takes room only; the next start tries again.
+                // Remaining files only take up room; the next start tries again.
                 let _gone = fs::remove_file(entry.path());
             }
         }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! File of a journal: one daemon's alone, appended to with a sync after each line, rewritten as a whole beside itself.
+//! File of a journal: used exclusively by one daemon, synced after each appended line, and rewritten as a whole via a new file.
 use crate::journal::lines::{Head, text};
 use rustix::fs::{FallocateFlags, fallocate};
 use rustix::io::Errno;
@@ -9,31 +9,31 @@ use std::io::{self, Write};
 use std::os::unix::fs::{MetadataExt, OpenOptionsExt};
 use std::path::{Path, PathBuf};
 
-/// Room that is kept for lines beyond the one that is asked for, bytes.
+/// Room reserved in addition to the requested line, bytes.
 const AHEAD: u64 = 64 << 10;
 
-/// The open file. It is closed, and free for another daemon, when this goes.
+/// An open journal file. Dropping it closes the file and makes it available to another daemon.
 pub struct LogFile {
     path: PathBuf,
-    /// Held as long as this lives; beside the file, because that is replaced.
+    /// Lock held for the lifetime of this object; a separate file, because the journal file is replaced.
     _lock: File,
     file: File,
-    /// Bytes that are there, and up to where room is reserved.
+    /// Length of the file in bytes, and end of the reserved room.
     len: u64,
     reserved: u64,
-    /// Bytes when it was last written as a whole.
+    /// Length when it was last rewritten as a whole, bytes.
     rewritten: u64,
 }
 
-/// Reason why a journal cannot be had.
+/// Reason why a journal is unavailable.
 #[derive(Debug)]
 pub enum Unavailable {
-    /// Another daemon has it.
+    /// The journal is in use by another daemon.
     Taken,
     Failed(io::Error),
 }
 
-/// Locks a journal, and returns the lock and the bytes that are there; none if there is no file, or an empty one.
+/// Locks a journal, and returns the lock and the existing bytes; `None` if there is no file, or an empty one.
 pub fn lock(path: &Path) -> Result<(File, Option<Vec<u8>>), Unavailable> {
     let lock = OpenOptions::new().write(true).create(true).truncate(false).mode(0o600).open(beside(path, "lock")).map_err(Unavailable::Failed)?;
     lock.try_lock().map_err(|why| match why {
@@ -49,7 +49,7 @@ pub fn lock(path: &Path) -> Result<(File, Option<Vec<u8>>), Unavailable> {
     }
 }
 
-/// Refuses a file or folder that another user of the machine can change: a writer of the journal commands the next start.
+/// Refuses a file or folder that another user of the machine can change: anyone who can write the journal controls the next start.
 fn refuse_open(path: &Path) -> io::Result<()> {
     let about = match std::fs::metadata(path) {
         Err(why) if why.kind() == io::ErrorKind::NotFound => return Ok(()),
@@ -69,7 +69,7 @@ fn refuse_open(path: &Path) -> io::Result<()> {
     Ok(())
 }
 
-/// Refuses a folder in which every user of the machine can put one file in the place of another.
+/// Refuses a folder in which every user of the machine can replace files.
 fn refuse_folder(path: &Path) -> io::Result<()> {
     let mode = std::fs::metadata(path)?.mode();
     if mode & 0o002 != 0 && mode & 0o1000 == 0 {
@@ -79,7 +79,7 @@ fn refuse_folder(path: &Path) -> io::Result<()> {
     Ok(())
 }
 
-/// Returns a name beside a path: `cell.journal` → `cell.journal.lock`.
+/// Returns the path of an accompanying file: `cell.journal` → `cell.journal.lock`.
 pub fn beside(path: &Path, what: &str) -> PathBuf {
     let mut name = path.as_os_str().to_owned();
     name.push(".");
@@ -93,13 +93,13 @@ pub fn folder(path: &Path) -> &Path {
 }
 
 impl LogFile {
-    /// Rewrites the file with these lines, under a lock that is held already.
+    /// Rewrites the file with these lines, under a lock that is already held.
     pub fn write<'a, T: Serialize + 'a>(path: &Path, lock: File, head: &Head, lines: impl Iterator<Item = &'a T>) -> io::Result<LogFile> {
         let (file, len) = write_whole(path, head, lines)?;
         Ok(LogFile { path: path.to_owned(), _lock: lock, file, len, reserved: len, rewritten: len })
     }
 
-    /// Reserves room for a line of this many bytes, so that it can be appended when what it tells has been done. Errors: there is none.
+    /// Reserves room for a line of this many bytes, so that it can be appended after its call. Fails if there is no room.
     pub fn reserve(&mut self, bytes: u64) -> io::Result<()> {
         let needed = self.len + bytes;
         if needed <= self.reserved {
@@ -108,14 +108,14 @@ impl LogFile {
         let to = needed + AHEAD;
         match fallocate(&self.file, FallocateFlags::KEEP_SIZE, self.len, to - self.len) {
             Ok(()) => self.reserved = to,
-            // A file system that cannot promise room: what does not fit is seen when it is written.
+            // The file system cannot reserve room: a lack of it is noticed only when writing.
             Err(Errno::OPNOTSUPP | Errno::NOSYS) => {}
             Err(why) => return Err(why.into()),
         }
         Ok(())
     }
 
-    /// Appends a line; it is on the disk when this returns.
+    /// Appends a line; it is on disk when this returns.
     pub fn append(&mut self, line: &impl Serialize) -> io::Result<()> {
         let text = text(line);
         self.file.write_all(&text)?;
@@ -124,23 +124,23 @@ impl LogFile {
         Ok(())
     }
 
-    /// Rewrites all lines in the place of what was there.
+    /// Replaces the contents of the file by these lines.
     pub fn rewrite<'a, T: Serialize + 'a>(&mut self, head: &Head, lines: impl Iterator<Item = &'a T>) -> io::Result<()> {
         let (file, len) = write_whole(&self.path, head, lines)?;
         (self.file, self.len, self.reserved, self.rewritten) = (file, len, len, len);
         Ok(())
     }
 
-    /// Returns true if it has grown so much that most of it has probably cancelled itself out.
+    /// Returns true if the file has grown so much that most of it is probably obsolete.
     pub fn has_grown(&self) -> bool {
         self.len > 4 * self.rewritten.max(1 << 20)
     }
 }
 
-/// Writes a new file beside the path, syncs it, and moves it there: a reader sees the old one or the new one.
+/// Writes and syncs a new file next to the path and renames it: a reader sees either the old or the new file.
 fn write_whole<'a, T: Serialize + 'a>(path: &Path, head: &Head, lines: impl Iterator<Item = &'a T>) -> io::Result<(File, u64)> {
     let new = beside(path, "new");
-    // What a daemon that died in the middle of this has left.
+    // Removes the remains of a daemon that died during this step.
     let _gone = std::fs::remove_file(&new);
     let mut file = OpenOptions::new().append(true).create_new(true).mode(0o600).open(&new)?;
     let mut bytes = text(head);

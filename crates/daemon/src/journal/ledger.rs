@@ -1,26 +1,26 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Sum of a journal: the lines that still count, without what cancelled itself out, and the order in which they are played.
+//! Ledger of a journal: the lines that still count, without those that cancelled each other out, in replay order.
 use crate::journal::lines::{Line, State, Subject};
 use api::{Call, Effect};
 use serde_json::{Map, Value as Json};
 
-/// A line that counts, and its number in the file.
+/// A line that counts, with its number in the file.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LedgerEntry {
     pub at: usize,
     pub line: Line,
 }
 
-/// The lines that count.
+/// Lines that still count.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Ledger {
     kept: Vec<LedgerEntry>,
-    /// The next number of an instance.
+    /// Next instance number.
     next: u64,
 }
 
 impl Ledger {
-    /// Makes the sum of these lines. Errors: the number of a line that goes with none before it, and why.
+    /// Computes the ledger of these lines. Fails with the number of a line that refers to no previous one, and the reason.
     pub fn of(lines: impl IntoIterator<Item = (usize, Line)>) -> Result<Ledger, (usize, String)> {
         let mut ledger = Ledger::default();
         for (at, line) in lines {
@@ -29,7 +29,7 @@ impl Ledger {
         Ok(ledger)
     }
 
-    /// Returns a number that no instance of this journal has had since it was read.
+    /// Returns an instance number not used in this journal since it was read.
     pub fn fresh(&mut self) -> u64 {
         self.next += 1;
         self.next
@@ -40,44 +40,44 @@ impl Ledger {
         self.kept.iter()
     }
 
-    /// Keeps the lines for which `keep` returns true. It is called in the order of the lines.
+    /// Keeps the lines for which `keep` returns true. Calls `keep` in the order of the lines.
     pub(crate) fn retain(&mut self, keep: impl FnMut(&LedgerEntry) -> bool) {
         self.kept.retain(keep);
     }
 
-    /// Numbers the lines as they stand in a file that has them alone, behind its first line.
+    /// Renumbers the lines for a file that contains only these lines after its first line.
     pub fn renumber(&mut self) {
         self.kept.iter_mut().enumerate().for_each(|(index, kept)| kept.at = index + 2);
     }
 
-    /// Returns true if it was started and has not ended.
+    /// Returns true if the subject was started and has not ended.
     pub fn runs(&self, subject: &Subject) -> bool {
         self.started(subject).is_some()
     }
 
-    /// Returns true if it was suspended where it runs.
+    /// Returns true if the subject runs and is suspended.
     pub fn is_suspended(&self, subject: &Subject) -> bool {
         self.kept.iter().any(|kept| matches!(&kept.line, Line::Became { of, state: State::Suspended } if of == subject))
     }
 
-    /// Returns all subjects that run.
+    /// Returns all running subjects.
     pub fn running(&self) -> Vec<Subject> {
         self.kept.iter().filter_map(|kept| starting(&kept.line)).cloned().collect()
     }
 
-    /// Returns why the emergency stop is latched.
+    /// Returns the reason why the emergency stop is latched, if it is.
     pub fn stopped(&self) -> Option<&str> {
         self.kept.iter().find_map(|kept| if let Line::Stopped { reason } = &kept.line { Some(reason.as_str()) } else { None })
     }
 
-    /// Takes a line: it is kept, or takes others with it. Errors: it is about an instance that no line before it makes.
+    /// Adds a line, which is kept or removes others. Fails if it refers to an instance that no previous line created.
     pub fn take(&mut self, at: usize, line: Line) -> Result<(), String> {
         match line {
             Line::Became { of, state } => self.became(at, of, state),
             Line::Reset {} => self.kept.retain(|kept| !matches!(kept.line, Line::Stopped { .. })),
             Line::Stopped { .. } => {
                 self.kept.retain(|kept| !matches!(kept.line, Line::Stopped { .. }));
-                // It ends all that runs, whether or not the ends were written before the daemon died.
+                // The emergency stop ends everything that runs, even if the daemon died before the ends were written.
                 self.running().iter().for_each(|of| self.end(of));
                 self.kept.push(LedgerEntry { at, line });
             }
@@ -124,8 +124,8 @@ impl Ledger {
         Ok(())
     }
 
-    /// Leaves out instances of sessions that are gone with the daemon and that nothing is to run of: to a daemon that starts again every
-    /// session of before is lost, and those of a lost session are deleted when they have ended. Returns the number of them.
+    /// Drops instances of sessions that were lost with the daemon, unless they must run again: after a restart all earlier sessions are
+    /// lost, and instances of a lost session are deleted when they have ended. Returns the number dropped.
     pub fn leave_lost(&mut self) -> usize {
         let lost = |kept: &LedgerEntry| match &kept.line {
             Line::Call { call, of: Some(of), by, .. } if creates(call) && !by.session.is_empty() => Some(of.clone()),
@@ -179,7 +179,7 @@ impl Ledger {
         }
     }
 
-    /// Merges new values into the ones that were set before.
+    /// Merges new values into those set before.
     fn set(&mut self, at: usize, subject: &Subject, line: Line) {
         let is_set =
             |kept: &&mut LedgerEntry| matches!(&kept.line, Line::Call { call, of: Some(of), .. } if effect(call) == Effect::TunesInstance && of == subject);
@@ -224,7 +224,7 @@ impl Ledger {
     }
 }
 
-/// Returns the effect of a call of a line; that of a call which is no longer there is none.
+/// Returns the effect of a line's call; `None` if the call no longer exists.
 pub(crate) fn effect(call: &str) -> Effect {
     api::find(call).map_or(Effect::None, |call| call.effect)
 }
@@ -242,7 +242,7 @@ fn starting(line: &Line) -> Option<&Subject> {
     }
 }
 
-/// Returns a call that makes what the call `deletes` deletes, and its argument that names that.
+/// Returns the call whose item the call `deletes` deletes, and its argument that names the item.
 fn gone_with(maker: &'static Call, deletes: &str) -> Option<(&'static str, &'static str)> {
     maker.journal.goes_with.filter(|(with, _)| *with == deletes).map(|(_, by)| (maker.name, by))
 }
@@ -251,7 +251,7 @@ fn is_call(line: &Line, name: &str, of: &[(&str, Option<&Json>)]) -> bool {
     matches!(line, Line::Call { call, arguments, .. } if call == name && of.iter().all(|(key, value)| arguments.get(*key) == *value))
 }
 
-/// Returns true if both are the same, also in the order of what they name: lists of commands follow it.
+/// Returns true if both are equal, including the order of names, on which lists of commands depend.
 fn same(have: &Map<String, Json>, given: &Map<String, Json>) -> bool {
     serde_json::to_string(have).ok() == serde_json::to_string(given).ok()
 }

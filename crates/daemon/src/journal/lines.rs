@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The lines of a journal: their form, and reading them. Pure functions of bytes.
+//! Form of a journal's lines, and their parser. All functions are pure.
 use api::Role;
 use schemars::JsonSchema;
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value as Json};
 
-/// Format in the first line.
+/// Format declared in the first line.
 pub const FORMAT: &str = "opengpac journal";
-/// Version of the lines that are written and read.
+/// Version of the lines written and read.
 pub const VERSION: u32 = 1;
 
 /// The first line.
@@ -19,21 +19,21 @@ pub struct Head {
     pub format: String,
     /// Version of the lines.
     pub version: u32,
-    /// Name of the system whose calls these are.
+    /// Name of the system that the calls were made on.
     pub system: String,
 }
 
-/// Subject of a line, where that runs.
+/// Running subject of a line.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Subject {
-    /// A verb instance, by its number in the journal: in each life of the daemon it has another one.
+    /// A verb instance, by its number in the journal; its actual number differs in each run of the daemon.
     Instance(u64),
-    /// The verb that keeps a logical device going.
+    /// The own verb of a logical device.
     Device(String),
 }
 
-/// State that a subject has come to.
+/// State that a subject has reached.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum State {
@@ -49,11 +49,11 @@ pub enum State {
 pub struct By {
     /// Caller, as in the audit file.
     pub who: String,
-    /// Role of the caller; the call is made again as that.
+    /// Role of the caller, used when the call is repeated.
     pub role: Role,
-    /// Name of the session that owns the instance; empty: none, or one that has been closed.
+    /// Name of the session that owns the instance; empty if there is none or it was closed.
     pub session: String,
-    /// s since 1970.
+    /// Time of the call, s since 1970.
     pub time: f64,
 }
 
@@ -61,49 +61,49 @@ pub struct By {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(tag = "line", rename_all = "snake_case", deny_unknown_fields)]
 pub enum Line {
-    /// A call that was made, as `POST /v1/call/NAME` has it.
+    /// A call as made by `POST /v1/call/NAME`.
     Call {
         call: String,
-        /// Subject that it made or started; `instance` is not among the arguments then.
+        /// Subject that the call created or started; `instance` is then omitted from the arguments.
         #[serde(default, skip_serializing_if = "Option::is_none")]
         of: Option<Subject>,
         arguments: Map<String, Json>,
-        /// Arguments that a journal must not have: secrets. Such a call is not made again.
+        /// Secret arguments, which a journal must not contain. Such a call is not repeated.
         #[serde(default, skip_serializing_if = "Vec::is_empty")]
         withheld: Vec<String>,
         by: By,
     },
-    /// A code module that was downloaded; its bytes lie beside the journal under their SHA-256.
+    /// A downloaded code module; its bytes are stored next to the journal under their SHA-256.
     Module { module: String, file: String, sha256: String, by: By },
-    /// A running subject stopped running, or runs again.
+    /// A running subject stopped or resumed.
     Became { of: Subject, state: State },
-    /// The emergency stop is latched, for this reason.
+    /// The emergency stop was latched for this reason.
     Stopped { reason: String },
-    /// The latch is lifted.
+    /// The latch was released.
     Reset {},
-    /// A session was closed in order: its subjects have no owner, and go on.
+    /// A session was closed in order: its subjects lose their owner and continue.
     Closed { session: String },
 }
 
-/// A journal as it was read.
+/// A journal as read from the file.
 #[derive(Clone, Debug, PartialEq)]
 pub struct JournalText {
     pub head: Head,
     /// Lines, each with its number in the file, counted from 1.
     pub lines: Vec<(usize, Line)>,
-    /// The number of the last line where that was cut short and is left out.
+    /// Number of the last line, if it was truncated and dropped.
     pub cut: Option<usize>,
 }
 
-/// Damage for which a journal cannot be read.
+/// Damage that makes a journal unreadable.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Damage {
-    /// Counted from 1.
+    /// Number of the line, counted from 1.
     pub line: usize,
     pub why: String,
 }
 
-/// Reads a journal. Only a last line without its end may be broken: that is what a crash in the middle of a write leaves.
+/// Parses a journal. Only an unterminated last line may be broken, because a crash during a write leaves one.
 pub fn read(bytes: &[u8]) -> Result<JournalText, Damage> {
     let (whole, rest) = bytes.split_at(bytes.iter().rposition(|byte| *byte == b'\n').map_or(0, |at| at + 1));
     let mut texts = whole.strip_suffix(b"\n").unwrap_or(whole).split(|byte| *byte == b'\n').enumerate().map(|(at, text)| (at + 1, text));
@@ -123,7 +123,7 @@ fn parsed<T: DeserializeOwned>(line: usize, text: &[u8]) -> Result<T, Damage> {
     serde_json::from_slice(text).map_err(|why| Damage { line, why: why.to_string() })
 }
 
-/// Takes the secrets out of the arguments of a call; their names.
+/// Removes the secrets from the arguments of a call; returns their names.
 pub fn withhold(call: &str, arguments: &mut Map<String, Json>) -> Vec<String> {
     let secrets = api::find(call).map_or(&[][..], |call| call.journal.secret);
     let secret = |name: &str| secrets.contains(&name);
@@ -132,7 +132,7 @@ pub fn withhold(call: &str, arguments: &mut Map<String, Json>) -> Vec<String> {
     withheld
 }
 
-/// Returns a line with its end.
+/// Returns a line with its terminator.
 pub fn text(of: &impl Serialize) -> Vec<u8> {
     let mut text = serde_json::to_vec(of).expect("texts, numbers and JSON are JSON");
     text.push(b'\n');

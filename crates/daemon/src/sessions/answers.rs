@@ -6,15 +6,15 @@ use schemars::JsonSchema;
 use serde::Serialize;
 use supervisor::{InstanceState, Report};
 
-/// An end report that waits for its session.
+/// An end report that is kept for its session.
 #[derive(Clone, Debug, Serialize, JsonSchema)]
 pub struct KeptReport {
-    /// Counts the ends of the system.
+    /// Number of the end, counted over the system.
     pub number: u64,
-    /// The verb instance.
+    /// Verb instance.
     pub instance: u64,
     pub report: Report,
-    /// True if it was in an answer; it goes when the session shows that it has had that.
+    /// True if it was part of an answer; it is dropped when the session shows that it has received that.
     #[serde(skip)]
     pub(super) told: bool,
 }
@@ -22,44 +22,44 @@ pub struct KeptReport {
 /// Answer to an opened session.
 #[derive(Debug, Serialize, JsonSchema)]
 pub struct OpenedSession {
-    /// Its ID, for the header `OpenGPAC-Session`.
+    /// ID of the session, for the header `OpenGPAC-Session`.
     pub session: String,
     pub name: String,
     pub role: Role,
-    /// Period at which it has to give a sign of life, ms.
+    /// Required period of its signs of life, ms.
     pub heartbeat_ms: u64,
-    /// Time without one after which it counts as lost, ms.
+    /// Time without a sign of life after which the session counts as lost, ms.
     pub lost_after_ms: u64,
-    /// True if it was there before, and lost.
+    /// True if the session existed before and was lost.
     pub returned: bool,
     #[serde(skip)]
     pub instances: Vec<u64>,
-    /// End reports that wait for it.
+    /// Number of end reports that are kept for the session.
     pub kept_reports: usize,
-    /// End reports that are gone, because too many waited.
+    /// Number of end reports dropped because too many were waiting.
     pub lost_reports: u64,
 }
 
-/// One line of the list of sessions.
+/// A line of the list of sessions.
 #[derive(Debug, Serialize, JsonSchema)]
 pub struct SessionInfo {
     pub name: String,
-    /// Its caller: a user, a token or a certificate.
+    /// Caller of the session: a user, a token or a certificate.
     pub who: String,
-    /// Name of the person who opened it, if it was given.
+    /// Name of the person who opened the session, if provided.
     pub person: Option<String>,
     pub role: Role,
-    /// Address from which it calls.
+    /// Address of the caller.
     pub from: String,
-    /// True if it has command.
+    /// True if the session has command.
     pub commands: bool,
     pub alive: bool,
-    /// A connection holds it: where that breaks it is lost at once.
+    /// True if a connection holds the session: if the connection breaks, the session is lost at once.
     pub held: bool,
     pub kept_reports: usize,
 }
 
-/// An opened session with the instances that are still there of those that it has started.
+/// An opened session, with the still existing instances that it has started.
 #[derive(Debug, Serialize, JsonSchema)]
 #[schemars(rename = "Returned")]
 pub struct SessionAnswer {
@@ -76,44 +76,44 @@ pub struct SessionInstance {
     pub state: InstanceState,
 }
 
-/// Holder of command, those who ask for it, and the outcomes of the last requests.
+/// Holder of command, pending requests, and the outcomes of the last requests.
 #[derive(Debug, Serialize, JsonSchema)]
 pub struct Holder {
-    /// Name of the session that commands; null: none does.
+    /// Name of the session that has command; null if none does.
     pub holder: Option<String>,
-    /// Its caller: a user, a token or a certificate.
+    /// Caller of that session: a user, a token or a certificate.
     pub who: Option<String>,
-    /// Name of its person, if it was given.
+    /// Name of its person, if provided.
     pub person: Option<String>,
-    /// Requests for command that wait, oldest first.
+    /// Pending requests for command, oldest first.
     pub requests: Vec<Asks>,
-    /// The last requests that have ended, oldest first.
+    /// Last completed requests, oldest first.
     pub settled: Vec<SettledRequest>,
 }
 
-/// A session that asks for command.
+/// A session that requests command.
 #[derive(Debug, Serialize, JsonSchema)]
 #[schemars(rename = "AskingSession")]
 pub struct Asks {
-    /// Counts the requests of the system.
+    /// Number of the request, counted over the system.
     pub number: u64,
-    /// The session that asks.
+    /// Session that made the request.
     pub name: String,
-    /// Its caller.
+    /// Caller of that session.
     pub who: String,
     pub person: Option<String>,
     /// Purpose, for people.
     pub reason: String,
-    /// Time for which it still waits, ms.
+    /// Remaining waiting time, ms.
     pub left_ms: u64,
 }
 
-/// The end reports that wait for a session.
+/// End reports kept for a session.
 #[derive(Debug, Serialize, JsonSchema)]
 #[schemars(rename = "KeptReports")]
 pub struct Reports {
-    /// Oldest first.
+    /// Reports, oldest first.
     pub reports: Vec<KeptReport>,
-    /// Number of reports that are gone, because too many waited.
+    /// Number of reports dropped because too many were waiting.
     pub lost: u64,
 }

@@ -1,27 +1,27 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Holder of command, requests for it, and their outcomes. One session commands at a time; a request for command waits in order, and
-//! ends by one of the words of [`Outcome`], each with its reason.
+//! Holder of command, requests for it, and their outcomes. One session has command at a time; requests wait in order and end with one of
+//! the words of [`Outcome`], each with its reason.
 //!
-//! It knows sessions by their names alone: who may ask, and who is there, the table of sessions says.
+//! This module knows sessions only by name: the table of sessions determines which ones exist and may request command.
 use schemars::JsonSchema;
 use serde::Serialize;
 use std::collections::VecDeque;
 use std::time::{Duration, Instant};
 
-/// Requests that are over and are still told.
+/// Number of completed requests that are still listed.
 pub const SETTLED_MAX: usize = 32;
 
 /// Outcome of a request for command.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Outcome {
-    /// The session that asked commands.
+    /// The requesting session has command.
     Granted,
-    /// The holder declined it.
+    /// The holder declined the request.
     Declined,
-    /// Its time had passed.
+    /// The waiting time of the request expired.
     TimedOut,
-    /// The session that asked took it back, or has left.
+    /// The requesting session withdrew the request, or has left.
     Withdrawn,
 }
 
@@ -37,7 +37,7 @@ impl Outcome {
 }
 
 impl SettledRequest {
-    /// Returns one line of the log.
+    /// Returns the outcome as one line of the log.
     pub fn line(&self) -> String {
         let by = self.by.as_ref().filter(|by| **by != self.name).map(|by| format!(" by session '{by}'")).unwrap_or_default();
         let reason = if self.reason.is_empty() { String::new() } else { format!(": {}", self.reason) };
@@ -46,21 +46,21 @@ impl SettledRequest {
     }
 }
 
-/// A request for command that has ended.
+/// A completed request for command.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, JsonSchema)]
 pub struct SettledRequest {
-    /// Counts the requests of the system.
+    /// Number of the request, counted over the system.
     pub number: u64,
-    /// The session that asked.
+    /// Session that made the request.
     pub name: String,
     pub outcome: Outcome,
-    /// The session that granted, declined or withdrew it; null: nobody did, as where its time has passed.
+    /// Session that granted, declined or withdrew the request; null if none did, for example after a timeout.
     pub by: Option<String>,
     /// Reason, for people.
     pub reason: String,
 }
 
-/// A request that waits.
+/// A pending request.
 pub(super) struct Request {
     pub number: u64,
     pub name: String,
@@ -68,13 +68,13 @@ pub(super) struct Request {
     pub until: Instant,
 }
 
-/// The state of command.
+/// State of command.
 #[derive(Default)]
 pub(super) struct Command {
     holder: Option<String>,
     waiting: Vec<Request>,
     settled: VecDeque<SettledRequest>,
-    /// Outcomes that the log has not got yet.
+    /// Outcomes not logged yet.
     untold: Vec<SettledRequest>,
     last: u64,
 }
@@ -84,28 +84,28 @@ impl Command {
         self.holder.as_deref()
     }
 
-    /// Requests that wait, oldest first.
+    /// Returns the pending requests, oldest first.
     pub fn waiting(&self) -> &[Request] {
         &self.waiting
     }
 
-    /// Requests that have ended, oldest first.
+    /// Returns the completed requests, oldest first.
     pub fn settled(&self) -> impl Iterator<Item = &SettledRequest> {
         self.settled.iter()
     }
 
-    /// Requests that have ended since this was asked last.
+    /// Returns the requests completed since the last call.
     pub fn untold(&mut self) -> Vec<SettledRequest> {
         std::mem::take(&mut self.untold)
     }
 
-    /// Makes a session the holder in the place of any other. A request of that session is granted.
+    /// Makes a session the holder, replacing any other. A request of that session is granted.
     pub fn hold(&mut self, name: &str, by: Option<&str>, reason: &str) {
         self.holder = Some(name.to_owned());
         self.settle(|request| request.name == name, Outcome::Granted, by, reason);
     }
 
-    /// Enters a request, or renews the one that the session has. Where nobody commands it is granted at once. Returns its number.
+    /// Adds a request, or renews the session's existing one. It is granted at once if no session has command. Returns its number.
     pub fn ask(&mut self, name: &str, reason: &str, wait: Duration, now: Instant) -> u64 {
         let (reason, until) = (reason.to_owned(), now + wait);
         let number = match self.waiting.iter_mut().find(|request| request.name == name) {
@@ -125,12 +125,13 @@ impl Command {
         number
     }
 
-    /// Ends the request of a session without command. False where it has none.
+    /// Ends the request of a session without granting command. Returns false if it has none.
     pub fn end(&mut self, name: &str, outcome: Outcome, by: Option<&str>, reason: &str) -> bool {
         self.settle(|request| request.name == name, outcome, by, reason)
     }
 
-    /// Gives command back, as the session does or as it has left: the request that waits longest gets it. Nothing where it did not command.
+    /// Releases command, because the session gives it back or has left: the oldest request gets it. Does nothing if the session did not
+    /// have command.
     pub fn release(&mut self, name: &str, reason: &str) {
         if self.holder.as_deref() != Some(name) {
             return;
@@ -141,7 +142,7 @@ impl Command {
         }
     }
 
-    /// Ends the requests whose time has passed.
+    /// Ends the requests whose waiting time has expired.
     pub fn expire(&mut self, now: Instant) {
         let holder = self.holder.clone().unwrap_or_default();
         let reason = format!("session '{holder}' did not answer in time");

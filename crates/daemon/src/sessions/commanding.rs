@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Taking command, asking for it, handing it over: what the table of sessions adds is who is there and what its role allows.
+//! Taking, requesting and handing over command. The table of sessions adds which sessions exist and what their roles allow.
 use super::answers::{Asks, Holder};
 use super::command::{Outcome, Request, SettledRequest};
 use super::{Session, Sessions, State};
@@ -9,7 +9,7 @@ use model::refusal::Class;
 use std::time::{Duration, Instant};
 
 impl State {
-    /// Returns the name of a session for people: the session, and the person or else the caller.
+    /// Returns a description of a session for people: its name, and its person or else its caller.
     fn called(&self, name: &str) -> String {
         match self.by_name.get(name) {
             Some(session) => format!("session '{name}' of {}", session.person.as_deref().unwrap_or(&session.who)),
@@ -57,7 +57,7 @@ impl State {
 }
 
 impl Sessions {
-    /// Takes command. Errors: another session has it, and it is not taken with force by the role `configure`.
+    /// Takes command. Fails if another session has it, unless it is taken by force with the role `configure`.
     pub fn take(&self, name: &str, role: Role, force: bool) -> Result<(), Failure> {
         let mut state = self.locked();
         match state.command.holder() {
@@ -74,21 +74,21 @@ impl Sessions {
         }
     }
 
-    /// Gives command back; whose request waits longest has it then. Nothing where it was not had.
+    /// Gives command back; the session with the oldest request gets it. Does nothing if the session did not have it.
     pub fn give_back(&self, name: &str) {
         let mut state = self.locked();
         let reason = format!("{} gave it back", state.called(name));
         state.command.release(name, &reason);
     }
 
-    /// Asks for command. Where nobody commands it is granted at once. Returns the number of the request.
+    /// Requests command. It is granted at once if no session has it. Returns the number of the request.
     pub fn ask(&self, name: &str, reason: &str, wait: Duration, now: Instant) -> u64 {
         let mut state = self.locked();
         state.command.expire(now);
         state.command.ask(name, reason, wait, now)
     }
 
-    /// Takes a request for command back. Errors: it has none.
+    /// Withdraws a request for command. Fails if the session has none.
     pub fn withdraw(&self, name: &str, reason: &str) -> Result<(), Failure> {
         if self.locked().command.end(name, Outcome::Withdrawn, Some(name), reason) {
             return Ok(());
@@ -96,8 +96,8 @@ impl Sessions {
         Err(Failure::new(Class::InvalidState, format!("session '{name}' does not ask for command"), "see GET /v1/command: it may have been answered"))
     }
 
-    /// Hands command over to another session, whether it asked or not. Errors: the session `name` does not command; the other one is not
-    /// there, or may not.
+    /// Hands command over to another session, with or without a request. Fails if the session `name` does not have command, or if the
+    /// other one does not exist or is not permitted to have it.
     pub fn hand_over(&self, name: &str, to: &str) -> Result<(), Failure> {
         let mut state = self.locked();
         state.require_holder(name)?;
@@ -118,7 +118,7 @@ impl Sessions {
         }
     }
 
-    /// Declines the request of another session. Errors: the session `name` does not command; the other one does not ask.
+    /// Declines the request of another session. Fails if the session `name` does not have command, or if the other one has no request.
     pub fn decline(&self, name: &str, asking: &str, reason: &str) -> Result<(), Failure> {
         let mut state = self.locked();
         state.require_holder(name)?;
@@ -128,31 +128,31 @@ impl Sessions {
         Err(Failure::new(Class::UnknownName, format!("session '{asking}' does not ask for command"), "see the requests of GET /v1/command"))
     }
 
-    /// Returns the name of a session's person, if it was given.
+    /// Returns the name of a session's person, if provided.
     pub fn person(&self, name: &str) -> Option<String> {
         self.locked().by_name.get(name)?.person.clone()
     }
 
-    /// Ends the requests whose time has passed. Returns all that have ended since this was asked last.
+    /// Ends the requests whose waiting time has expired. Returns all requests completed since the last call.
     pub fn settle(&self, now: Instant) -> Vec<SettledRequest> {
         let mut state = self.locked();
         state.command.expire(now);
         state.command.untold()
     }
 
-    /// Returns the name of the session that commands.
+    /// Returns the name of the session that has command.
     pub fn holder(&self) -> Option<String> {
         self.locked().command.holder().map(str::to_owned)
     }
 
-    /// Returns the holder of command, those who ask for it, and the outcomes of the last requests.
+    /// Returns the holder of command, pending requests, and the outcomes of the last requests.
     pub fn command(&self, now: Instant) -> Holder {
         let mut state = self.locked();
         state.command.expire(now);
         state.told(now)
     }
 
-    /// Refuses a command of a session that does not command.
+    /// Refuses a command from a session that does not have command.
     pub fn require_command(&self, name: Option<&str>) -> Result<(), Failure> {
         let state = self.locked();
         if name.is_some() && state.command.holder() == name {

@@ -16,7 +16,7 @@ fn subjects() -> impl Strategy<Value = Subject> {
     prop_oneof![(1..4_u64).prop_map(Subject::Instance), "[ab]".prop_map(Subject::Device)]
 }
 
-/// Lines of all kinds about few things, so that they meet.
+/// Generates lines of all kinds about a few names, so that they interact.
 fn lines() -> impl Strategy<Value = Line> {
     let states = prop_oneof![Just(State::Running), Just(State::Suspended), Just(State::Ended), Just(State::Deleted)];
     let values = (subjects(), "[xy]", 0..3).prop_map(|(of, name, value)| line("set", Some(of), json!({ "values": { name: value } })));
@@ -37,7 +37,7 @@ fn lines() -> impl Strategy<Value = Line> {
     ]
 }
 
-/// Those of the lines that go with the ones before them.
+/// Returns the lines that are consistent with the ones before them.
 fn fitting(lines: Vec<Line>) -> (Ledger, Vec<Line>) {
     let mut ledger = Ledger::default();
     let fit = lines.into_iter().filter(|line| ledger.take(0, line.clone()).is_ok()).collect();
@@ -126,7 +126,7 @@ fn module(name: &str, sha256: &str) -> Line {
     Line::Module { module: name.to_owned(), file: format!("{name}.c"), sha256: sha256.to_owned(), by }
 }
 
-/// A verb with a block of this module.
+/// Returns a verb with a block of this module.
 fn verb(name: &str, block: &str, doc: &str) -> Line {
     line("define_verb", None, json!({ "name": name, "doc": doc, "blocks": { "b": { "block": { "subroutine": block } } } }))
 }

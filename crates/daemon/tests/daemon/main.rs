@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The daemon, without a door: sessions, the sum of a journal, decoders.
+//! The daemon without a listener: sessions, the sum of a journal, decoders.
 mod ledger;
 mod requests;
 mod sessions;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Tests of bodies, and that no bytes at all bring a decoder down.
+//! Tests bodies of requests, and that no bytes can crash a decoder.
 use daemon::requests::{self, OpenSession, TakeCommand};
 use proptest::prelude::*;
 use std::time::Duration;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Sessions by themselves, with a time that the test says.
+//! Sessions in isolation, with a time set by the test.
 use api::Role;
 use daemon::requests::OpenSession;
 use daemon::{Caller, REPORTS_MAX, SESSIONS_EACH_MAX, SESSIONS_MAX, Sessions};
@@ -193,7 +193,7 @@ fn a_lost_session_takes_along_what_it_made_and_not_what_it_started() {
     let id = sessions.open(&me, &asked("maker", false), now).expect("it opens").session;
     sessions.make("maker", 7);
     sessions.open(&me, &asked("panel", false), now).expect("it opens");
-    // 8 is the program's.
+    // Instance 8 belongs to the program.
     sessions.own("panel", 7);
     sessions.own("panel", 8);
     sessions.begin(&id, &me, now + s(9)).expect("a sign of life");

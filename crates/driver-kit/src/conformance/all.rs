@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Every check that runs in the process of the driver.
+//! All checks that run in the driver's process.
 use super::check::Check;
 use super::{channels, cost, declaration, driven, exchange, kept, life, options, promises, pushed, safe_state, services};
 
-/// In their order.
+/// Returns all checks in order.
 pub(super) fn checks() -> Vec<&'static Check> {
     let groups = [
         declaration::CHECKS,

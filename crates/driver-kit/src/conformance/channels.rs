@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Checks of channels: where they lie, and what they carry when nobody commands them.
+//! Checks of channels: their layout, and their values when no verb commands them.
 use super::check::{Check, CheckResult, NO_PARTS, PassedCheck, holds, none_of};
 use super::declaration::wrong_line;
 use super::subject::Subject;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! A check: its name, the sentence that holds where it passes, and how it is tried.
+//! A check: its name, the sentence that holds if it passes, and its function.
 use super::subject::Subject;
 
 pub(super) struct Check {
@@ -8,25 +8,25 @@ pub(super) struct Check {
     pub(super) run: fn(&Subject) -> CheckResult,
 }
 
-/// Result of a check: it passed, or it does not apply, or the cause of its failure.
+/// Result of a check: passed, not applicable, or the cause of its failure.
 pub(super) type CheckResult = Result<PassedCheck, String>;
 
 /// Form of a passed check.
 pub(super) enum PassedCheck {
     Yes,
-    /// It says nothing about this driver: why.
+    /// The check does not apply to this driver, for this reason.
     NotApplicable(&'static str),
 }
 
-/// Of a check of parts, where there are none.
+/// Result of a check of parts if there are none.
 pub(super) const NO_PARTS: PassedCheck = PassedCheck::NotApplicable("it has no parts");
 
-/// Passes where the condition holds; else the cause.
+/// Passes if the condition holds; otherwise fails with the cause.
 pub(super) fn holds(condition: bool, cause: impl FnOnce() -> String) -> CheckResult {
     if condition { Ok(PassedCheck::Yes) } else { Err(cause()) }
 }
 
-/// Passes where nothing was found wrong.
+/// Passes if there are no problems; otherwise fails with the first.
 pub(super) fn none_of(mut wrong: impl Iterator<Item = String>) -> CheckResult {
     wrong.next().map_or(Ok(PassedCheck::Yes), Err)
 }

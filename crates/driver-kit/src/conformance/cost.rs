@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Checks of what an exchange costs: allocations, waits, memory, and how old its readings are.
+//! Checks of the cost of an exchange: allocations, waits, memory, and the age of its readings.
 use super::check::{Check, CheckResult, PassedCheck, holds};
 use super::measures::{allocated, allocations, printed, processor_ns, resident, waits};
 use super::rig::{Joint, Rig};
@@ -16,18 +16,18 @@ pub(super) const CHECKS: &[Check] = &[
     Check { name: "age", sentence: "readings of a worker have an age, and new ones come", run: age },
 ];
 
-/// Firings before anything is measured.
+/// Number of firings before the measurement.
 pub(super) const WARM: usize = 50;
-/// Firings that are measured.
+/// Number of measured firings.
 const MEASURED: usize = 500;
-/// The long check ends then, however many exchanges it has made.
+/// Time limit of the long check, whatever the number of exchanges.
 const LONG: Duration = Duration::from_secs(15);
-/// Processor time of one inline exchange, on average: a quarter of a cycle at 1 kHz.
+/// Maximum average processor time of one inline exchange: a quarter of a cycle at 1 kHz.
 const BRIEF_NS: i64 = 250_000;
-/// Bytes that memory may grow in all: pages that are touched for the first time.
+/// Maximum growth of memory in bytes: for pages that are touched for the first time.
 const GROWTH: i64 = 256 << 10;
 
-/// Firings with every channel engaged and let go of, as they come in a program.
+/// Makes firings in which channels are engaged and released, as by a program.
 pub(super) fn mixed(rig: &mut Rig, joints: &[Joint], count: usize) -> Result<(), String> {
     for k in 0..count {
         if k % 3 == 0 {
@@ -67,7 +67,7 @@ fn waiting(subject: &Subject) -> CheckResult {
     let before = waits();
     mixed(&mut rig, &joints, MEASURED)?;
     let waited = waits() - before;
-    // A page that comes from a disk is a wait too: one that waits by itself does so in each firing.
+    // A page fault from disk is a wait too, but a driver that waits by itself does so in each firing.
     holds(waited * 10 < MEASURED as i64, || format!("its thread gave up its processor {waited} times in {MEASURED} firings"))
 }
 
@@ -89,7 +89,7 @@ fn prints(subject: &Subject) -> CheckResult {
     let joints = rig.joints();
     let (made, bytes) = printed(|| mixed(&mut rig, &joints, WARM)).map_err(|why| format!("what it prints cannot be counted: {why}"))?;
     made?;
-    // A message at the first exchange or two is none per exchange.
+    // A message in the first exchange or two is not one per exchange.
     holds(bytes < WARM as u64, || format!("it prints {bytes} bytes in {WARM} exchanges; each waits for whoever reads the terminal"))
 }
 
@@ -117,7 +117,7 @@ fn age(subject: &Subject) -> CheckResult {
     let slot = device::Slot { offset: age.offset, len: age.len };
     let deadline = Instant::now() + Duration::from_secs(30);
     let (mut newest, mut older) = (f64::INFINITY, 0.0);
-    // An age that becomes less is that of a newer reading.
+    // An age that decreases is that of a newer reading.
     while Instant::now() < deadline {
         rig.on_the_wall();
         rig.read()?;

@@ -20,7 +20,7 @@ fn is_name(text: &str) -> bool {
     text.starts_with(|c: char| c.is_ascii_lowercase()) && text.chars().all(|c| c.is_ascii_lowercase() || c.is_ascii_digit() || c == '_')
 }
 
-/// Returns what is wrong with a line; none: nothing.
+/// Returns the problem with a line; `None` if it is valid.
 pub(super) fn wrong_line(text: &str) -> Option<String> {
     if text.trim().is_empty() {
         return Some("it is empty".to_owned());
@@ -31,7 +31,7 @@ pub(super) fn wrong_line(text: &str) -> Option<String> {
     (text.chars().count() > LINE_MAX).then(|| format!("it has more than {LINE_MAX} letters"))
 }
 
-/// The first name that is none, or is there twice.
+/// Returns the first name that is invalid or duplicated.
 pub(super) fn wrong_name<'a>(names: impl Iterator<Item = &'a str>) -> Option<String> {
     let names: Vec<&str> = names.collect();
     let at = |i: usize| match names[i] {
@@ -42,12 +42,12 @@ pub(super) fn wrong_name<'a>(names: impl Iterator<Item = &'a str>) -> Option<Str
     (0..names.len()).find_map(at)
 }
 
-/// Checks that a text is one line.
+/// Checks that a text is a single line.
 pub(super) fn line(text: &str) -> CheckResult {
     wrong_line(text).map_or(Ok(PassedCheck::Yes), Err)
 }
 
-/// Checks that each of these names has one line.
+/// Checks that each of these names has a description of one line.
 pub(super) fn lines<'a>(words: impl Iterator<Item = (&'a str, &'a str)>) -> CheckResult {
     none_of(words.filter_map(|(name, doc)| wrong_line(doc).map(|wrong| format!("'{name}': {wrong}"))))
 }
@@ -68,7 +68,7 @@ fn option_docs(subject: &Subject) -> CheckResult {
     lines(subject.of.options.iter().map(|word| (word.name, word.doc)))
 }
 
-/// Returns what is wrong with the unit of an option; none: nothing.
+/// Returns the problem with the unit of an option; `None` if it is valid.
 pub(super) fn wrong_unit(word: &OptionWord) -> Option<String> {
     if !word.unit.is_empty() && !matches!(word.kind, Kind::Number | Kind::Whole | Kind::List | Kind::Table) {
         return Some(format!("'{}' is no number and is in {}", word.name, word.unit));

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Checks of motion over many firings: readings that stay finite, parts that rest.
+//! Checks of motion over many firings: readings stay finite, parts at rest stay there.
 use super::check::{Check, CheckResult, NO_PARTS, PassedCheck, none_of};
 use super::subject::Subject;
 
@@ -8,16 +8,16 @@ pub(super) const CHECKS: &[Check] = &[
     Check { name: "creep", sentence: "a part that nothing commands does not creep", run: creep },
 ];
 
-/// Firings that are looked at: half a second of a machine at 1 kHz, and more than what shows in the first ones.
+/// Number of firings to check: half a second of a machine at 1 kHz, enough for effects that the first ones do not show.
 const MANY: usize = 500;
-/// Rad or m that a part at rest may go in `MANY` firings.
+/// Maximum distance, rad or m, that a part at rest may creep in `MANY` firings.
 const CREEP: f64 = 0.01;
 
 fn stay_finite(subject: &Subject) -> CheckResult {
     let mut rig = subject.open()?;
     for firing in 1..=MANY {
         rig.cycle()?;
-        // The first reading has its own check.
+        // The first reading has a check of its own.
         if let Some(name) = rig.not_finite().filter(|_| firing > 1) {
             return Err(format!("'{name}' is not finite after {firing} readings"));
         }

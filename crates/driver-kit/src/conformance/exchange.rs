@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Checks of the exchange: what is read and written, odd times and odd numbers.
+//! Checks of the exchange: readings and commands, odd times and odd numbers.
 use super::check::{Check, CheckResult, NO_PARTS, PassedCheck, holds};
 use super::rig::{PERIOD_NS, Rig};
 use super::subject::Subject;
@@ -22,9 +22,9 @@ pub(super) const CHECKS: &[Check] = &[
     Check { name: "all-bytes", sentence: "no bytes of a command end anything", run: all_bytes },
 ];
 
-/// Rad or m in one firing: more is a leap, whatever the part.
+/// Maximum step in one firing, rad or m; more counts as a leap, whatever the part.
 const LEAP: f64 = 0.01;
-/// Firings before anything is looked at.
+/// Number of firings before the check.
 const WARM: usize = 50;
 
 fn first_reading(subject: &Subject) -> CheckResult {
@@ -110,7 +110,7 @@ fn let_go(subject: &Subject) -> CheckResult {
     Ok(PassedCheck::Yes)
 }
 
-/// An exchange that may fail; where it does not, what is read is finite.
+/// Makes an exchange that may fail; if it does not, checks that the readings are finite.
 fn tolerant(rig: &mut Rig) -> CheckResult {
     match rig.cycle().and_then(|()| rig.read()) {
         Ok(()) => finite(rig),
@@ -142,7 +142,7 @@ fn time_returns(subject: &Subject) -> CheckResult {
     tolerant(&mut rig)
 }
 
-/// Commands every double with this value, and looks whether it comes back.
+/// Commands every double with this value, and checks that each exchange fails or returns finite readings.
 fn commanded(subject: &Subject, value: f64) -> CheckResult {
     let mut rig = subject.open()?;
     let doubles: Vec<_> = doubles(&rig);
@@ -192,7 +192,7 @@ fn all_bytes(subject: &Subject) -> CheckResult {
     let mut rig = subject.open()?;
     let written: Vec<_> =
         rig.driver.channels().iter().filter(|channel| channel.direction == Direction::Write && channel.type_text != "bool").cloned().collect();
-    // A truth value has two forms; each other type any bytes.
+    // A Boolean has two valid forms; each other type may have any bytes.
     let written: Vec<_> = written.into_iter().filter(|channel| !channel.type_text.starts_with("bool")).collect();
     if written.is_empty() {
         return Ok(PassedCheck::NotApplicable("no number is written"));

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Checks of what others in the process count on: signal handlers, the thread's signals and arithmetic, the folder of the process.
+//! Checks of process state that other code relies on: signal handlers, the thread's signals and arithmetic, the folder of the process.
 use super::check::{Check, CheckResult, PassedCheck};
 use super::cost::WARM;
 use super::rig::Rig;
@@ -14,10 +14,10 @@ pub(super) const CHECKS: &[Check] = &[
     Check { name: "folder-kept", sentence: "no call of it changes the folder of its process", run: folder },
 ];
 
-/// Signals that a program may have a handler of.
+/// Signals for which a program may have a handler.
 const SIGNALS: std::ops::Range<i32> = 1..65;
 
-/// State of a process and of its thread that is not the driver's.
+/// State of a process and of its thread that does not belong to the driver.
 struct ProcessState {
     words: Words,
     handlers: Vec<libc::sigaction>,
@@ -25,10 +25,10 @@ struct ProcessState {
     folder: PathBuf,
 }
 
-/// State in which the process of the checks began.
+/// State of the process at the start of the checks.
 static AT_FIRST: OnceLock<ProcessState> = OnceLock::new();
 
-/// Keeps the state that the checks compare with; called before anything of a driver has run.
+/// Records the state with which the checks compare; called before any code of a driver has run.
 pub(super) fn remember() {
     AT_FIRST.get_or_init(ProcessState::now);
 }
@@ -36,7 +36,7 @@ pub(super) fn remember() {
 impl ProcessState {
     fn now() -> ProcessState {
         let handler = |signal| {
-            // SAFETY: all zeroes is a valid value, which the call fills; nothing is set.
+            // SAFETY: all zeroes is a valid value, which the call fills; nothing is changed.
             unsafe {
                 let mut handler: libc::sigaction = std::mem::zeroed();
                 libc::sigaction(signal, std::ptr::null(), &raw mut handler);
@@ -53,29 +53,29 @@ impl ProcessState {
         ProcessState { words: Words::present(), handlers: SIGNALS.map(handler).collect(), masked, folder }
     }
 
-    /// Sets it again: a driver that an earlier check had in this process may have changed it.
+    /// Restores the state: a driver of an earlier check in this process may have changed it.
     fn restore(&self) {
         self.words.set();
         for (signal, handler) in SIGNALS.zip(&self.handlers) {
-            // SAFETY: a handler that this process had; what refuses one (SIGKILL) had none.
+            // SAFETY: the handler was one of this process; signals that refuse one (SIGKILL) had none.
             unsafe { libc::sigaction(signal, handler, std::ptr::null_mut()) };
         }
         // SAFETY: the signals that this thread had masked.
         unsafe { libc::pthread_sigmask(libc::SIG_SETMASK, &raw const self.masked, std::ptr::null_mut()) };
-        // A folder that is gone cannot be gone back to, and no check needs it.
+        // A deleted folder cannot be returned to, and no check needs it.
         let _there = std::env::set_current_dir(&self.folder);
     }
 
     fn is_masked(&self, signal: i32) -> bool {
-        // SAFETY: a set that a call has filled.
+        // SAFETY: the set was filled by a call.
         unsafe { libc::sigismember(&raw const self.masked, signal) == 1 }
     }
 }
 
-/// A call of the life of a driver.
+/// A call in the life of a driver.
 type Call = fn(&mut Rig) -> Result<(), String>;
 
-/// Makes each call of a life; `changed` says what the call has changed.
+/// Makes each call of a life; `changed` returns the change that a call has made.
 fn over_a_life(subject: &Subject, changed: impl Fn(&ProcessState, &ProcessState) -> Option<String>) -> CheckResult {
     let before = AT_FIRST.get_or_init(ProcessState::now);
     before.restore();

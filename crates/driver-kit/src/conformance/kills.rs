@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! kill -9 in each phase of a driver's life: what the guard has then works, and the next process can open the device.
+//! kill -9 in each phase of a driver's life: the handles of the guard then work, and the next process can open the device.
 use super::check::{CheckResult, PassedCheck};
 use super::orders::{LIMIT, LINK, tell};
 use super::phases::{PHASES, Phase};
@@ -10,7 +10,7 @@ use device::SafeHandle;
 use process_kit::{Launch, UnixLink};
 use serde_json::{Value, json};
 
-/// One after the other.
+/// Returns the outcomes of all phases in order.
 pub(super) fn outcomes(kind: &str, options: &Value, settings: &Settings) -> impl Iterator<Item = Outcome> {
     let outcome = move |(_, name, sentence): &(Phase, &str, &str)| Outcome {
         check: (*name).to_owned(),
@@ -24,7 +24,7 @@ pub(super) fn outcomes(kind: &str, options: &Value, settings: &Settings) -> impl
     PHASES.iter().map(outcome)
 }
 
-/// Kills one process in that phase, does what the guard does, and has another one open the device.
+/// Kills a process in that phase, makes the writes of the guard, and has another process open the device.
 fn killed(kind: &str, options: &Value, phase: &str, settings: &Settings) -> CheckResult {
     let handles = reached(kind, options, phase, settings)?;
     handles.into_iter().try_for_each(write).map_err(|why| format!("a handle of the guard: {why}"))?;
@@ -32,7 +32,7 @@ fn killed(kind: &str, options: &Value, phase: &str, settings: &Settings) -> Chec
     Ok(PassedCheck::Yes)
 }
 
-/// Has a process live up to a phase and kills it there; what the guard has then.
+/// Has a process live up to a phase and kills it there. Returns the handles that the guard has then.
 fn reached(kind: &str, options: &Value, phase: &str, settings: &Settings) -> Result<Vec<SafeHandle>, String> {
     let (link, theirs) = UnixLink::pair().map_err(|why| why.to_string())?;
     let child = Launch::new(settings.command.iter().cloned()).descriptor(LINK, theirs).start().map_err(|why| why.to_string())?;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Checks of its life: opened and closed in any order, and nothing left behind.
+//! Checks of the life of a driver: it can be opened and closed in any order, and leaves nothing behind.
 use super::check::{Check, CheckResult, PassedCheck, holds};
 use super::measures::{descriptors, processes, settled, threads};
 use super::subject::Subject;
@@ -22,9 +22,9 @@ pub(super) const CHECKS: &[Check] = &[
     Check { name: "processes", sentence: "many lives leave no process behind", run: processes_left },
 ];
 
-/// Time that opening may last beside what the device may take to be there: it only finds a driver that hangs.
+/// Time limit of opening, in addition to the declared wait for the device: it only catches a driver that hangs.
 const ALLOWANCE: Duration = Duration::from_secs(20);
-/// Of a driver whose lives are processes fewer tell as much.
+/// Returns the number of lives: fewer are enough for a driver in its own process.
 fn lives(subject: &Subject) -> usize {
     if subject.of.class == Class::Process { 4 } else { 20 }
 }
@@ -101,7 +101,7 @@ fn again(subject: &Subject) -> CheckResult {
     Ok(PassedCheck::Yes)
 }
 
-/// Returns how many more of something there are after some lives.
+/// Returns the growth of a count over some lives.
 fn left(subject: &Subject, count: fn() -> usize) -> Result<usize, String> {
     let live = || -> Result<(), String> {
         let mut rig = subject.open()?;
@@ -109,7 +109,7 @@ fn left(subject: &Subject, count: fn() -> usize) -> Result<usize, String> {
         rig.driver.close();
         Ok(())
     };
-    // What is made once for all lives.
+    // The first life makes resources that are shared by all lives.
     live()?;
     let before = settled(count, count());
     (0..lives(subject)).try_for_each(|_| live())?;

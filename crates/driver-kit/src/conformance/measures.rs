@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Measures of this process: descriptors, threads, memory; the waits and allocations of its thread.
+//! Measurements of this process: descriptors, threads, memory; the waits and allocations of its thread.
 use std::ffi::CStr;
 use std::fs::File;
 use std::io::Write;
@@ -14,16 +14,16 @@ pub(crate) fn threads() -> usize {
     std::fs::read_dir("/proc/self/task").map_or(0, Iterator::count)
 }
 
-/// Returns the number of processes that this one has started and not reaped.
+/// Returns the number of child processes that have not been reaped.
 pub(crate) fn processes() -> usize {
     let us = std::process::id().to_string();
-    // Behind the name, which may hold anything: state, parent.
+    // State and parent follow the name, which may contain any characters.
     let parent = |text: &str| text.rsplit_once(')').and_then(|(_, rest)| rest.split_whitespace().nth(1).map(str::to_owned));
     let is_ours = |entry: &std::fs::DirEntry| std::fs::read_to_string(entry.path().join("stat")).is_ok_and(|text| parent(&text).as_ref() == Some(&us));
     std::fs::read_dir("/proc").map_or(0, |all| all.flatten().filter(is_ours).count())
 }
 
-/// Waits until there are no more than before; how many there are then.
+/// Waits until a count is no higher than before. Returns the count.
 pub(crate) fn settled(count: fn() -> usize, before: usize) -> usize {
     let deadline = Instant::now() + Duration::from_secs(10);
     while count() > before && Instant::now() < deadline {
@@ -32,28 +32,28 @@ pub(crate) fn settled(count: fn() -> usize, before: usize) -> usize {
     count()
 }
 
-/// Bytes that are allocated and not given back.
+/// Returns the number of allocated bytes that have not been freed.
 pub(crate) fn allocated() -> i64 {
-    // SAFETY: it takes nothing and gives numbers.
+    // SAFETY: the call takes nothing and returns numbers.
     let info = unsafe { libc::mallinfo2() };
     i64::try_from(info.uordblks.saturating_add(info.hblkhd)).unwrap_or(i64::MAX)
 }
 
-/// Bytes of memory that this process has in use, as the system sees it.
+/// Returns the resident memory of this process, in bytes.
 pub(crate) fn resident() -> i64 {
     let text = std::fs::read_to_string("/proc/self/statm").unwrap_or_default();
     text.split_whitespace().nth(1).and_then(|pages| pages.parse::<i64>().ok()).map_or(0, |pages| pages * 4096)
 }
 
-/// Processor time that this thread has used.
+/// Returns the processor time used by this thread.
 pub(crate) fn processor_ns() -> i64 {
     let mut time = libc::timespec { tv_sec: 0, tv_nsec: 0 };
-    // SAFETY: it is told where the struct lies.
+    // SAFETY: the pointer is to a local struct of the expected type.
     unsafe { libc::clock_gettime(libc::CLOCK_THREAD_CPUTIME_ID, &raw mut time) };
     time.tv_sec * 1_000_000_000 + time.tv_nsec
 }
 
-/// Standard output and standard error of this process, put back where they were when it is dropped.
+/// Diverted standard output and standard error of this process, restored on drop.
 struct DivertedOutput([OwnedFd; 2]);
 
 impl DivertedOutput {
@@ -78,22 +78,23 @@ impl Drop for DivertedOutput {
     }
 }
 
-/// Writes out what is buffered for standard output, by C and by Rust.
+/// Flushes the buffers of standard output, in C and in Rust.
 fn flush() {
-    // It is counted, not read: what cannot be written is not there.
+    // The output is counted, not read: output that cannot be written does not count.
     let _written = std::io::stdout().flush();
     // SAFETY: a null pointer means every stream.
     unsafe { libc::fflush(std::ptr::null_mut()) };
 }
 
-/// Makes a call and counts the bytes that this process writes to its standard output and standard error meanwhile. Returns both.
+/// Makes a call and counts the bytes that this process writes to its standard output and standard error meanwhile. Returns the result of
+/// the call and the count.
 pub(crate) fn printed<T>(call: impl FnOnce() -> T) -> std::io::Result<(T, u64)> {
-    // SAFETY: a name, and flags that it knows.
+    // SAFETY: the arguments are a name and valid flags.
     let descriptor = unsafe { libc::memfd_create(c"printed".as_ptr(), libc::MFD_CLOEXEC) };
     if descriptor < 0 {
         return Err(std::io::Error::last_os_error());
     }
-    // SAFETY: it was just made, and is nobody else's.
+    // SAFETY: the descriptor was just made, and has no other owner.
     let file = File::from(unsafe { OwnedFd::from_raw_fd(descriptor) });
     let diverted = DivertedOutput::to(&file)?;
     let made = call();
@@ -101,28 +102,28 @@ pub(crate) fn printed<T>(call: impl FnOnce() -> T) -> std::io::Result<(T, u64)> 
     Ok((made, file.metadata()?.len()))
 }
 
-/// Returns the number of times that this thread has given up its processor to wait.
+/// Returns the number of times that this thread has yielded its processor to wait.
 pub(crate) fn waits() -> i64 {
-    // SAFETY: a struct of numbers, which the call fills.
+    // SAFETY: the struct contains only numbers, and the call fills it.
     let mut usage: libc::rusage = unsafe { std::mem::zeroed() };
-    // SAFETY: it is told where the struct lies.
+    // SAFETY: the pointer is to a local struct of the expected type.
     unsafe { libc::getrusage(libc::RUSAGE_THREAD, &raw mut usage) };
     usage.ru_nvcsw
 }
 
-/// Returns the number of times that this thread has asked for memory, if the process was started with a counter of them; none: it was not.
+/// Returns the number of allocations by this thread; `None` if the process was not started with a counter of them.
 pub(crate) fn allocations() -> Option<u64> {
     type Counter = unsafe extern "C" fn() -> u64;
-    // SAFETY: looks a name up.
+    // SAFETY: the call only looks up a name.
     let found = unsafe { libc::dlsym(libc::RTLD_DEFAULT, c"opengpac_allocations".as_ptr()) };
     if found.is_null() {
         return None;
     }
-    // SAFETY: the function of `counting.c`.
+    // SAFETY: the symbol is the function of `counting.c`.
     Some(unsafe { std::mem::transmute::<*mut libc::c_void, Counter>(found)() })
 }
 
-/// The real-time sanitizer, where this process was started with it.
+/// The real-time sanitizer, if this process was started with it.
 #[derive(Clone, Copy)]
 pub(crate) struct Sanitizer {
     enter: unsafe extern "C" fn(),
@@ -132,9 +133,9 @@ pub(crate) struct Sanitizer {
 impl Sanitizer {
     pub(crate) fn find() -> Option<Sanitizer> {
         let find = |name: &CStr| {
-            // SAFETY: looks a name up.
+            // SAFETY: the call only looks up a name.
             let found = unsafe { libc::dlsym(libc::RTLD_DEFAULT, name.as_ptr()) };
-            // SAFETY: these functions of the sanitizer take nothing and give nothing.
+            // SAFETY: these functions of the sanitizer have no arguments and no result.
             (!found.is_null()).then(|| unsafe { std::mem::transmute::<*mut libc::c_void, unsafe extern "C" fn()>(found) })
         };
         let begin = find(c"__rtsan_ensure_initialized")?;
@@ -143,7 +144,7 @@ impl Sanitizer {
         Some(Sanitizer { enter: find(c"__rtsan_realtime_enter")?, exit: find(c"__rtsan_realtime_exit")? })
     }
 
-    /// Ends the process where what is called makes a call that may block.
+    /// Ends the process if the closure makes a call that may block.
     pub(crate) fn watch<T>(self, call: impl FnOnce() -> T) -> T {
         // SAFETY: see `find`; both are called on this thread.
         unsafe { (self.enter)() };

@@ -1,25 +1,26 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The conformance kit: whether a driver keeps what the interface of drivers promises to everybody else.
+//! Conformance kit: checks that a driver keeps the promises of the driver interface.
 //!
-//! The checks run in a process of their own, one behind the other: one that ends the process or does not come back fails alone, and the rest
-//! go on in a fresh process. What needs a second process (a kill in each phase) is done from here.
+//! The checks run one after the other in a separate process: a check that ends the process or hangs fails alone, and the rest continue in
+//! a fresh process. Checks that need a second process (a kill in each phase) are run from here.
 //!
 //! | module | checks of |
 //! |---|---|
 //! | `declaration`, `promises` | the manual: names, texts, options; life, safe state, services, rights |
-//! | `options` | what is refused, and how |
-//! | `channels` | where values lie, what they carry when nobody commands |
-//! | `life` | open, close, again, in any order; what is left behind |
+//! | `options` | refusals of options, and their messages |
+//! | `channels` | layout of values, and their content when no verb commands them |
+//! | `life` | open, close, again, in any order; leftovers |
 //! | `exchange`, `cost` | readings and commands, odd times and odd numbers; allocation, waits, computing, printing, memory |
-//! | `driven` | many firings: readings that stay finite, parts that rest |
-//! | `pushed` | parts that are pushed: each follows its command, and its position and velocity say so |
+//! | `driven` | many firings: readings stay finite, parts at rest stay there |
+//! | `pushed` | pushed parts: each follows its command, and its position and velocity agree |
 //! | `kept` | the process and the thread of the exchange: signals, rounding, folder |
 //! | `safe_state` | the safe state |
 //! | `services` | services, counters, search |
-//! | `sanitized`, `sanitizing` | the exchange under the real-time sanitizer, in a process that has it; `runtime` is that |
+//! | `sanitized`, `sanitizing` | the exchange under the real-time sanitizer, in a process that has it; `runtime` is the sanitizer |
 //! | `kills` | kill -9 in each phase |
 //!
-//! `watch` asks and `serve` answers, in the process of the driver; `phases` is a life up to the phase in which that process is killed.
+//! `watch` requests the checks and `serve` runs them, in the driver's process; `phases` is a life up to the phase in which that process
+//! is killed.
 mod all;
 mod channels;
 mod check;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Checks of options: what is wrong is refused, and named.
+//! Checks of options: a wrong one is refused, and named.
 use super::check::{Check, CheckResult, PassedCheck, holds};
 use super::subject::{Subject, of_another_kind};
 use device::{DriverError, Kind};
@@ -22,7 +22,7 @@ fn made(subject: &Subject) -> CheckResult {
     subject.made().map(|_| PassedCheck::Yes)
 }
 
-/// Checks that an option is refused by its name.
+/// Checks that an option is refused, and named in the error.
 fn refused(subject: &Subject, options: &Value, name: &str) -> Result<(), String> {
     match subject.with(options) {
         Ok(_) => Err(format!("'{name}' is taken")),
@@ -74,7 +74,7 @@ fn odd_numbers(subject: &Subject) -> CheckResult {
             Kind::Bool | Kind::Table => &[],
         };
         for value in odd {
-            // Either is right; what panics or ends the process does not come here.
+            // Acceptance and refusal are both valid; a panic or the end of the process is not.
             let _ = subject.with(&subject.and(word.name, value.clone()));
         }
     }

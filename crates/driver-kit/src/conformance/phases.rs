@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The life of a driver up to a phase, in the process that is killed there.
+//! Life of a driver up to a phase, in the process that is killed there.
 use super::orders::{LIMIT, tell};
 use super::rig::Rig;
 use super::subject::Subject;
@@ -32,17 +32,17 @@ impl Phase {
     }
 }
 
-/// Lives up to the phase, says so, and stays there.
+/// Lives up to the phase, reports it, and stays there.
 pub(super) fn live(subject: &Subject, phase: Phase, link: &UnixLink) -> Result<(), String> {
     match up_to(subject, phase) {
         Err(why) => tell(link, &json!({ "failed": why }), &[]),
         Ok(rig) => {
-            // What the guard has before it begins to command: asked for once.
+            // The handles that the guard has before it begins to command, requested once.
             let handles = if matches!(phase, Phase::Made | Phase::Closed) { Vec::new() } else { rig.driver.safe_handles() };
             let writes: Vec<Value> = handles.iter().map(|handle| json!(handle.writes)).collect();
             let descriptors: Vec<BorrowedFd<'_>> = handles.iter().map(|handle| handle.descriptor.as_fd()).collect();
             tell(link, &json!({ "reached": writes }), &descriptors)?;
-            // Until it is killed; or who killed it is gone itself.
+            // Until this process is killed, or the other side has exited.
             let _ = link.receive(LIMIT);
             std::mem::forget(rig);
             Ok(())

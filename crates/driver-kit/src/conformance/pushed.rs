@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Checks of parts that are pushed: each moves, the way that it is pushed, and its position and its velocity say so.
+//! Checks of pushed parts: each moves in the direction of the push, and its position and velocity agree.
 use super::check::{Check, CheckResult, PassedCheck, none_of};
 use super::rig::{Joint, PERIOD_NS, Rig};
 use super::subject::Subject;
@@ -13,32 +13,32 @@ pub(super) const CHECKS: &[Check] = &[
     Check { name: "velocity-size", sentence: "the velocity of a part is in the unit of its position per second", run: velocity_size },
 ];
 
-/// Firings of a push.
+/// Number of firings of a push.
 const PUSHED: usize = 100;
-/// Firings before a late push.
+/// Number of firings before a late push.
 const LATE: usize = 2_000;
-/// Rad or m: less is no motion.
+/// Minimum motion, rad or m.
 const MOTION: f64 = 1e-9;
-/// Rad, m: motion whose direction is beyond doubt.
+/// Motion whose direction is certain, rad or m.
 const CLEAR: f64 = 1e-6;
-/// Rad, m: motion whose size is beyond doubt, whatever the encoder.
+/// Motion whose size is certain, whatever the encoder, rad or m.
 const LONG: f64 = 2e-3;
-/// Factor by which a velocity may differ from the motion: revolutions and degrees per second differ by more from what is asked for.
+/// Factor by which a velocity may differ from the motion: wrong units, revolutions or degrees per second, differ by more.
 const FACTOR: f64 = 3.0;
 
 /// Motion of one part during the second half of a push.
 #[derive(Default)]
 struct Motion {
     distance: f64,
-    /// Time that it took, s.
+    /// Duration, s.
     span: f64,
     velocity_mean: f64,
-    /// Range of the magnitudes of its velocity.
+    /// Range of the magnitudes of the velocity.
     speeds: Option<(f64, f64)>,
 }
 
 impl Motion {
-    /// Takes the velocity of one of the firings that are looked at.
+    /// Adds the velocity of one of the observed firings.
     fn add(&mut self, velocity: f64) {
         let speed = velocity.abs();
         let (least, most) = self.speeds.unwrap_or((speed, speed));
@@ -97,7 +97,7 @@ fn push(rig: &mut Rig, joints: &[Joint], chosen: Choice, sign: f64, pause: Durat
     Ok(motions)
 }
 
-/// A part that was pushed up and down.
+/// Motions of a part that was pushed up and down.
 struct PartMotions {
     joint: Joint,
     motions: [Motion; 2],
@@ -112,14 +112,14 @@ impl PartMotions {
 /// Manner of a push.
 #[derive(Clone, Copy)]
 struct Manner {
-    /// Firings before it.
+    /// Number of firings before the push.
     warm: usize,
-    /// Each part is pushed while the others are held.
+    /// True if each part is pushed alone, with the others held.
     is_alone: bool,
     pause: Duration,
 }
 
-/// Every part, pushed up and down; none where the driver has no parts or its exchange is not inline.
+/// Pushes every part up and down; empty if the driver has no parts or its exchange is not inline.
 fn pushed(subject: &Subject, manner: Manner) -> Result<Vec<PartMotions>, String> {
     if !subject.is_inline() {
         return Ok(Vec::new());
@@ -141,10 +141,10 @@ fn pushed(subject: &Subject, manner: Manner) -> Result<Vec<PartMotions>, String>
 
 const NO_INLINE_PARTS: PassedCheck = PassedCheck::NotApplicable("it has no parts whose exchange is inline");
 
-/// Judges the parts of a push; `fault` says what is wrong with one.
+/// Judges the parts of a push; `fault` returns the problem with a part.
 ///
-/// Parts with a fault are pushed once more, at the pace of the clock on the wall. A machine that moves by that clock may
-/// stand still during a push of some microseconds, or get where it should in one step that no reading shows.
+/// Faulty parts are pushed once more, at the pace of the wall clock. A machine that moves by that clock may stand still during a push of
+/// some microseconds, or arrive in one step that no reading shows.
 fn judged(subject: &Subject, warm: usize, is_alone: bool, fault: impl Fn(&PartMotions) -> Option<String>) -> CheckResult {
     let manner = Manner { warm, is_alone, pause: Duration::ZERO };
     let mut parts = pushed(subject, manner)?;
@@ -166,7 +166,8 @@ fn moves(subject: &Subject) -> CheckResult {
 }
 
 fn moves_alone(subject: &Subject) -> CheckResult {
-    // Whatever is coupled with it: what is pushed alone goes with the push, for the inverse of a mass matrix is positive on its diagonal.
+    // Whatever the coupling, a part that is pushed alone moves with the push, because the inverse of a mass matrix is positive on its
+    // diagonal.
     judged(subject, 0, true, |part| {
         let (name, [up, down]) = (&part.joint.name, &part.motions);
         let fault = || {

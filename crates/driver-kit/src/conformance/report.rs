@@ -9,11 +9,11 @@ pub enum Verdict {
     Passed,
     /// Cause of the failure.
     Failed(String),
-    /// Reason why it says nothing about this driver.
+    /// The check does not apply to this driver, for this reason.
     NotApplicable(String),
 }
 
-/// A check and what it came to.
+/// A check and its outcome.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Outcome {
     pub check: String,
@@ -22,7 +22,7 @@ pub struct Outcome {
     pub verdict: Verdict,
 }
 
-/// Every check, in their order.
+/// All checks in order.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Report {
     pub driver: String,
@@ -30,7 +30,7 @@ pub struct Report {
 }
 
 impl Verdict {
-    /// Its name, for programs.
+    /// Returns the name of the verdict, for programs.
     pub fn text(&self) -> &'static str {
         match self {
             Verdict::Passed => "passed",
@@ -41,7 +41,7 @@ impl Verdict {
 }
 
 impl Outcome {
-    /// Returns the word and the text of its result, behind its name.
+    /// Returns the word and the text that are printed after its name.
     fn said(&self) -> (&'static str, String) {
         match &self.verdict {
             Verdict::Passed => ("passed", self.sentence.clone()),
@@ -52,7 +52,7 @@ impl Outcome {
 }
 
 impl Report {
-    /// Those that failed, each with its cause.
+    /// Returns the failed checks, each with its cause.
     pub fn failed(&self) -> Vec<(&str, &str)> {
         let failed = self.outcomes.iter().filter_map(|outcome| match &outcome.verdict {
             Verdict::Failed(cause) => Some((outcome.check.as_str(), cause.as_str())),
@@ -61,7 +61,7 @@ impl Report {
         failed.collect()
     }
 
-    /// For programs.
+    /// Returns the report as JSON, for programs.
     pub fn json(&self) -> Value {
         let outcomes = self.outcomes.iter().map(|outcome| {
             let why = match &outcome.verdict {

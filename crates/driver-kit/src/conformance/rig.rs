@@ -1,21 +1,21 @@
 // SPDX-License-Identifier: Apache-2.0
-//! A driver with its buffers, served as a source serves it. Behind each buffer lie bytes that are nobody's.
+//! A driver with its buffers, served as by a source. Guard bytes follow each buffer.
 use super::measures::Sanitizer;
 use device::{Channel, Direction, Driver, OpenedDriver, Slot};
 use serde_json::Value;
 use std::time::Instant;
 
-/// One firing later.
+/// Time between two firings.
 pub(crate) const PERIOD_NS: i64 = 1_000_000;
 const GUARD: usize = 64;
 const GUARD_BYTE: u8 = 0xA5;
 
-/// A part of its machine, with the channels that command it.
+/// A part of the machine, with the channels that command it.
 pub(crate) struct Joint {
     pub(crate) name: String,
     pub(crate) position: Slot,
     pub(crate) velocity: Slot,
-    /// Command that holds it: the effort is its bias, the goal its position.
+    /// Reading that holds it when commanded: its bias for an effort, its position for a goal.
     pub(crate) holds_by: Slot,
     pub(crate) command: Slot,
     pub(crate) command_index: usize,
@@ -36,11 +36,11 @@ pub(crate) struct Rig {
     begun: Instant,
     begun_ns: i64,
     sanitizer: Option<Sanitizer>,
-    /// Its machine moves at its own pace, so that it is exchanged by the clock on the wall.
+    /// True if the machine moves at its own pace, so that it is exchanged by the wall clock.
     has_own_pace: bool,
 }
 
-/// Bytes of the readings or of the commands.
+/// Returns the length in bytes of the readings or the commands.
 pub(crate) fn len(channels: &[Channel], direction: Direction) -> usize {
     channels.iter().filter(|channel| channel.direction == direction).map(|channel| channel.offset + channel.len).max().unwrap_or(0)
 }
@@ -75,17 +75,17 @@ impl Rig {
         rig
     }
 
-    /// It moves at its own pace.
+    /// Marks the machine as moving at its own pace.
     pub(crate) fn at_own_pace(self) -> Rig {
         Rig { has_own_pace: true, ..self }
     }
 
-    /// Its exchanges are watched by the real-time sanitizer.
+    /// Has its exchanges watched by the real-time sanitizer.
     pub(crate) fn under(self, sanitizer: Sanitizer) -> Rig {
         Rig { sanitizer: Some(sanitizer), ..self }
     }
 
-    /// To the next release.
+    /// Advances to the next release.
     pub(crate) fn step(&mut self) {
         if self.has_own_pace { self.on_the_wall() } else { self.release_ns += PERIOD_NS }
     }
@@ -95,7 +95,7 @@ impl Rig {
         self.driver.open(self.release_ns).map_err(|why| format!("it cannot be opened: {}", why.message))
     }
 
-    /// Nobody commands anything.
+    /// Releases all channels.
     pub(crate) fn let_go(&mut self) {
         self.engaged.fill(false);
         for channel in self.driver.channels().iter().filter(|channel| channel.direction == Direction::Write) {
@@ -120,7 +120,7 @@ impl Rig {
         watched(self.sanitizer, || self.driver.safe_state());
     }
 
-    /// One firing: a reading, a command, and the next release.
+    /// Makes one firing: a reading, a command, and the next release.
     pub(crate) fn cycle(&mut self) -> Result<(), String> {
         self.read().map_err(|why| format!("its reading fails: {why}"))?;
         self.write().map_err(|why| format!("its writing fails: {why}"))?;
@@ -132,7 +132,7 @@ impl Rig {
         (0..count).try_for_each(|_| self.cycle())
     }
 
-    /// Reads, and writes nothing, until this time has passed for its machine, ns.
+    /// Reads, without writing, until this time has passed for the machine, ns.
     pub(crate) fn read_for(&mut self, span_ns: i64) -> Result<(), String> {
         let end_ns = self.release_ns + span_ns;
         while self.release_ns < end_ns {
@@ -142,17 +142,17 @@ impl Rig {
         Ok(())
     }
 
-    /// The clock of this process, from where it was opened.
+    /// Advances to the wall clock of this process, counted from the opening.
     pub(crate) fn on_the_wall(&mut self) {
         self.release_ns = self.begun_ns + i64::try_from(self.begun.elapsed().as_nanos()).unwrap_or(i64::MAX);
     }
 
-    /// Returns true if the bytes behind the buffers are as they were.
+    /// Returns true if the guard bytes after the buffers are unchanged.
     pub(crate) fn is_whole(&self) -> bool {
         [&self.readings[self.readings_len..], &self.commands[self.commands_len..]].concat().iter().all(|byte| *byte == GUARD_BYTE)
     }
 
-    /// Each number among the readings that is a `double` and not finite.
+    /// Returns the first reading of type `double` that is not finite.
     pub(crate) fn not_finite(&self) -> Option<String> {
         let doubles = self.driver.channels().iter().filter(|channel| channel.direction == Direction::Read && channel.type_text.starts_with("double"));
         doubles
@@ -161,7 +161,7 @@ impl Rig {
             .map(|(channel, _)| channel.name.clone())
     }
 
-    /// The parts that it declares, with their channels; a part without them is not here.
+    /// Returns the declared parts with their channels; a part without channels is left out.
     pub(crate) fn joints(&self) -> Vec<Joint> {
         self.about["parts"].as_array().into_iter().flatten().filter_map(|part| self.joint(part)).collect()
     }
@@ -192,7 +192,7 @@ impl Rig {
         })
     }
 
-    /// Engages each part with what it measures.
+    /// Engages each part with its measured values.
     pub(crate) fn hold(&mut self, joints: &[Joint]) {
         for joint in joints {
             let value = joint.holds_by.double(&self.readings, 0);

@@ -1,20 +1,22 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The runtime of the real-time sanitizer as a library that a process is started with. It stands between a program and the C library, so that
-//! neither a driver nor this program is compiled for it.
+//! Runtime of the real-time sanitizer as a library that is preloaded into a process. It interposes between a program and the C library,
+//! so that neither a driver nor this program is compiled for it.
 use std::env::consts::ARCH;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-/// Calls that it lets pass: transfers on an `O_NONBLOCK` descriptor. Whether one waits nevertheless is seen by how often its thread gives up its
-/// processor.
+/// Calls that it permits: transfers on an `O_NONBLOCK` descriptor. A call that waits nevertheless is detected by the number of times that
+/// its thread yields its processor.
 const PASSES: [&str; 10] = ["read", "readv", "recv", "recvfrom", "recvmsg", "write", "writev", "send", "sendto", "sendmsg"];
-/// A part that belongs into programs alone, and stands in no library.
+/// Object file that belongs in programs only, not in a library.
 const OF_PROGRAMS: &str = "rtsan_preinit.cpp.o";
-/// Stand-in for that part: the C library's functions are not found before it, and a program may ask for memory while it starts.
+/// Replacement for that object file: the C library's functions are not found before it has run, and a program may allocate memory during
+/// its start.
 const BEGINS: &str = "void __rtsan_ensure_initialized(void);\n\
     __attribute__((constructor)) static void begin(void) { __rtsan_ensure_initialized(); }\n";
 
-/// Makes the library in a folder, from the compiler's own: Rust's, or that of clang 20 and newer. None: no compiler here has it.
+/// Makes the library in a folder, from the compiler's own: Rust's, or that of clang 20 and newer. Returns `None` if no installed compiler
+/// has it.
 pub fn sanitizer_in(folder: &Path) -> Option<PathBuf> {
     let (parts, begins, library) = (folder.join("rtsan.a"), folder.join("begins.c"), folder.join("sanitizer.so"));
     std::fs::write(&begins, BEGINS).ok()?;
@@ -34,7 +36,7 @@ pub fn sanitizer_in(folder: &Path) -> Option<PathBuf> {
     made.then_some(library)
 }
 
-/// The file that says what a library of it lets pass.
+/// Returns the path of the file that lists the calls permitted by a library.
 pub(super) fn passes_of(library: &Path) -> PathBuf {
     library.with_extension("passes")
 }
@@ -47,7 +49,7 @@ fn of_rust() -> Option<PathBuf> {
 
 fn of_clang() -> Option<PathBuf> {
     let names = ["libclang_rt.rtsan.a".to_owned(), format!("libclang_rt.rtsan-{ARCH}.a")];
-    // Without one it says the name alone.
+    // If clang does not have the file, it prints the name alone.
     names.iter().filter_map(|name| said_by("clang", &format!("-print-file-name={name}")).map(PathBuf::from)).find(|path| path.is_file())
 }
 

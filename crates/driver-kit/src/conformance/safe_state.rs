@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Checks of the safe state: it comes about as declared, and the driver goes on behind it.
+//! Checks of the safe state: it is reached as declared, and the driver continues afterwards.
 use super::check::{Check, CheckResult, NO_PARTS, PassedCheck, holds};
 use super::measures::allocations;
 use super::rig::{PERIOD_NS, Rig};
@@ -20,12 +20,12 @@ pub(super) const CHECKS: &[Check] = &[
     Check { name: "watchdog-by", sentence: "it has a watchdog where it declares that its device goes to its safe state by itself", run: by_device },
 ];
 
-/// Time that a busy machine may add: it only finds a driver that hangs.
+/// Time that a busy machine may add: it only catches a driver that hangs.
 const ALLOWANCE: Duration = Duration::from_secs(10);
-/// Rad or m in 10 firings at rest.
+/// Maximum motion in 10 firings at rest, rad or m.
 const REST: f64 = 1e-3;
 
-/// Parts that are pushed gently, each way that they can be.
+/// Pushes the parts gently, in each direction in which they can move.
 fn pushed(subject: &Subject) -> Result<Rig, String> {
     let mut rig = subject.open()?;
     let joints = rig.joints();
@@ -56,7 +56,7 @@ fn rests(subject: &Subject) -> CheckResult {
         return Ok(NO_PARTS);
     }
     rig.driver.safe_state();
-    // As the kernel does it behind a fault: nobody commands anything.
+    // The kernel does the same after a fault: no channel is engaged.
     rig.let_go();
     rig.read_for(subject.of.safe_state.within_ns + 2 * PERIOD_NS)?;
     let before = rig.positions(&joints);
@@ -109,7 +109,7 @@ fn handles(subject: &Subject) -> CheckResult {
     holds(has == declared, || if has { "it has some and does not declare the guard".to_owned() } else { "it declares the guard and has none".to_owned() })
 }
 
-/// Writes what the guard would write.
+/// Makes the writes of the guard.
 pub(super) fn write(handle: SafeHandle) -> Result<(), String> {
     let file = File::from(handle.descriptor);
     for (offset, bytes) in &handle.writes {

@@ -7,18 +7,18 @@ use super::subject::Subject;
 use process_kit::inherited;
 use std::os::fd::AsRawFd;
 
-/// The name of the descriptor that takes what the sanitizer says.
+/// Name of the descriptor that receives the output of the sanitizer.
 pub(super) const SAID: &str = "said";
-/// Firings under it.
+/// Number of firings under the sanitizer.
 const WATCHED: usize = 200;
 
-/// In the process that ends.
+/// Exchanges under the sanitizer, in the process that it ends.
 pub(super) fn exchange(subject: &Subject) -> CheckResult {
     if !subject.is_inline() {
         return Ok(PassedCheck::NotApplicable("it is not inline"));
     }
     let said = inherited(SAID).map_err(|why| why.to_string())?;
-    // SAFETY: both are open.
+    // SAFETY: both descriptors are open.
     unsafe { libc::dup2(said.as_raw_fd(), libc::STDERR_FILENO) };
     let sanitizer = Sanitizer::find().ok_or("its process was started without the sanitizer")?;
     let mut rig = subject.open()?;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Has a process exchange under the real-time sanitizer, from the side that asks.
+//! Has a process exchange under the real-time sanitizer; the requesting side.
 use super::check::{CheckResult, PassedCheck};
 use super::orders::{LIMIT, LINK, tell};
 use super::report::{Outcome, Verdict};
@@ -56,10 +56,10 @@ fn exchanged(kind: &str, options: &Value, settings: &Settings) -> CheckResult {
     }
 }
 
-/// Returns the call that was blamed, in a line: the function, and its caller.
+/// Returns the offending call in a line: the function, and its caller.
 fn blamed(said: &str) -> String {
     let called = said.lines().find_map(|line| line.split_once("real-time unsafe function `")?.1.split('`').next());
-    // The first is in the sanitizer.
+    // The first frame is in the sanitizer.
     let from = said.lines().filter(|line| line.trim_start().starts_with('#')).nth(1).and_then(|line| line.split_once(" in ")).map(|(_, place)| place.trim());
     match (called, from) {
         (Some(called), Some(from)) => format!("it calls {called}, from {from}"),

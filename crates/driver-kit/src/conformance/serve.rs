@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The process that a driver is checked in: it does what its first frame says, and tells each check as it begins and ends.
+//! Process in which a driver is checked: it executes its first frame, and reports each check as it begins and ends.
 use super::all::checks;
 use super::check::{CheckResult, PassedCheck};
 use super::kept;
@@ -15,13 +15,13 @@ use serde_json::{Value, json};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::time::Duration;
 
-/// Time limit for the order of the process that started it.
+/// Time limit for the order from the parent process.
 const ORDER: Duration = Duration::from_secs(60);
 
-/// Serves the order of this process: the checks of a driver, or one phase of its life to be killed in.
+/// Executes the order of this process: the checks of a driver, or one phase of its life in which to be killed.
 ///
 /// # Errors
-/// For people: nobody has started it for that.
+/// Fails if the process was not started for that; the message is for people.
 pub fn serve() -> Result<(), String> {
     let gone = |_| "who started it is gone".to_owned();
     let link = UnixLink::from_descriptor(inherited(LINK).map_err(|why| why.to_string())?).map_err(|why| why.to_string())?;
@@ -50,7 +50,7 @@ pub fn serve() -> Result<(), String> {
 fn subject(order: &Value) -> Result<Subject, DriverError> {
     let kind = order["kind"].as_str().unwrap_or_default().to_owned();
     let mut of = device::find(&kind)?;
-    // One that stands for others knows what they carry out and count when it is made.
+    // A driver that represents others learns their services and counters when it is made.
     if of.class == Class::Process
         && let Ok((_, about)) = device::open(&kind, &order["options"])
     {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Checks of what it does off the cycle: services, counters, the search for devices.
+//! Checks of functions off the cycle: services, counters, the search for devices.
 use super::check::{Check, CheckResult, PassedCheck, holds};
 use super::rig::Rig;
 use super::subject::{Subject, of_another_kind};
@@ -79,7 +79,7 @@ fn scan(subject: &Subject) -> CheckResult {
     if subject.of.scan.is_none() {
         return Ok(PassedCheck::NotApplicable("it cannot look"));
     }
-    // A search has a patience of its own: each that is not there takes so long.
+    // A search has a timeout of its own, for each device that is not present.
     let times = subject.of.options.iter().filter(|option| option.unit == "ns");
     let asked = times.fold(subject.options.clone(), |mut options, time| {
         options.as_object_mut().map(|options| options.remove(time.name));
@@ -90,7 +90,7 @@ fn scan(subject: &Subject) -> CheckResult {
         found => found.map_err(|why| why.to_string())?,
     };
     for found in found {
-        // What it finds says where the device is; what is wanted of it is given already.
+        // The found options give the address of the device; its other options are given already.
         let found_options = found.options.as_object().cloned().unwrap_or_default();
         let options = found_options.into_iter().fold(subject.options.clone(), |mut options, (name, value)| {
             options[name] = value;

@@ -7,20 +7,20 @@ use std::time::Duration;
 /// Settings of the check of a driver.
 #[derive(Clone, Debug)]
 pub struct Settings {
-    /// The command line of a process that calls [`serve`](super::serve).
+    /// Command line of a process that calls [`serve`](super::serve).
     pub command: Vec<OsString>,
-    /// Maximum number of exchanges of the check of memory.
+    /// Maximum number of exchanges of the memory check.
     pub exchanges: u64,
-    /// A shared object made of [`COUNTING`](super::Settings::COUNTING), which counts allocations; without one the check of them sees only what
-    /// is not given back.
+    /// Shared object made from [`COUNTING`](super::Settings::COUNTING), which counts allocations; without it that check detects only
+    /// memory that is not freed.
     pub counting: Option<PathBuf>,
-    /// The real-time sanitizer, as [`sanitizer_in`](super::sanitizer_in) makes it; without it that check says that it was not made.
+    /// Real-time sanitizer, as made by [`sanitizer_in`](super::sanitizer_in); without it that check reports that it was not made.
     pub sanitizer: Option<PathBuf>,
     /// Time limit of a check.
     pub limit: Duration,
 }
 
 impl Settings {
-    /// The source in C of what counts allocations.
+    /// C source of the counter of allocations.
     pub const COUNTING: &'static str = include_str!("counting.c");
 }

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The driver that is checked, and the options that it is checked with.
+//! The driver to check, and its options.
 use super::rig::{Joint, Rig};
 use device::{Class, Declaration, DriverError, Kind, OpenedDriver};
 use serde_json::{Value, json};
 
-/// Of a worker: where it is checked cycle by cycle it exchanges in place.
+/// Option of a worker: for checks cycle by cycle it exchanges in place.
 const IN_PLACE: &str = "in_place";
 
 pub(crate) struct Subject {
@@ -21,34 +21,34 @@ impl Subject {
         device::open(&self.kind, options)
     }
 
-    /// Makes one as it is given.
+    /// Makes the driver with its own options.
     pub(crate) fn made(&self) -> Result<OpenedDriver, String> {
         self.with(&self.options).map_err(|why| why.to_string())
     }
 
-    /// One with its buffers, which exchanges on this thread.
+    /// Makes a driver with its buffers, which exchanges on this thread.
     pub(crate) fn rig(&self) -> Result<Rig, String> {
         let options = if self.of.class == Class::Worker { self.and(IN_PLACE, true.into()) } else { self.options.clone() };
         let rig = Rig::new(self.with(&options).map_err(|why| format!("it cannot be made: {why}"))?);
-        // Another driver, or the same with other options, stands for it where time is virtual: it has a time of its own.
+        // A driver that is replaced in virtual time, by another one or by other options, has a time of its own.
         Ok(if device::in_virtual_time(&self.kind, &options) == (self.kind.clone(), options) { rig } else { rig.at_own_pace() })
     }
 
-    /// The same, opened.
+    /// Makes a driver with its buffers and opens it.
     pub(crate) fn open(&self) -> Result<Rig, String> {
         let mut rig = self.rig()?;
         rig.open()?;
         Ok(rig)
     }
 
-    /// The same with its parts; none where the driver has no parts.
+    /// Opens a driver and returns it with its parts; `None` if it has no parts.
     pub(crate) fn open_with_parts(&self) -> Result<Option<(Rig, Vec<Joint>)>, String> {
         let rig = self.open()?;
         let joints = rig.joints();
         Ok((!joints.is_empty()).then_some((rig, joints)))
     }
 
-    /// Its options with another one.
+    /// Returns the options with another one added.
     pub(crate) fn and(&self, option: &str, value: Value) -> Value {
         let mut options = if self.options.is_object() { self.options.clone() } else { json!({}) };
         options[option] = value;
@@ -61,7 +61,7 @@ impl Subject {
     }
 }
 
-/// A value of another kind.
+/// Returns a value of another kind.
 pub(crate) fn of_another_kind(kind: Kind) -> Value {
     match kind {
         Kind::Text => json!(7),

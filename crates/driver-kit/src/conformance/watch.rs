@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The side that asks: it starts the process of the checks, and another one where that ends or does not come back.
+//! Requesting side: starts the process of the checks, and a new one if that ends or hangs.
 use super::all::checks;
 use super::kills;
 use super::orders::LINK;
@@ -12,16 +12,16 @@ use serde_json::{Value, json};
 use std::ops::ControlFlow;
 use std::time::Duration;
 
-/// End of a process of checks.
+/// Reason why a process of checks has ended.
 enum Ran {
     ToItsEnd,
-    /// The receiver of the outcomes has heard enough.
+    /// The receiver of the outcomes wants no more.
     Enough,
-    /// The process ended in the check that was begun last.
+    /// The process ended during the check that was begun last.
     Ended(String),
 }
 
-/// The outcomes so far, and who hears each of them as it comes.
+/// Outcomes so far, and the callback that receives each of them.
 struct Outcomes<'a> {
     known: Vec<Outcome>,
     hear: &'a mut dyn FnMut(&Outcome) -> ControlFlow<()>,
@@ -35,10 +35,10 @@ impl Outcomes<'_> {
     }
 }
 
-/// Checks a driver with these options. `hear` is given each outcome as it comes, and ends the checks by breaking.
+/// Checks a driver with these options. `hear` receives each outcome as it arrives, and ends the checks by breaking.
 pub fn check(kind: &str, options: &Value, settings: &Settings, hear: &mut dyn FnMut(&Outcome) -> ControlFlow<()>) -> Report {
     let mut outcomes = Outcomes { known: Vec::new(), hear };
-    // A break means that `hear` has heard enough, which the report shows by its length.
+    // A break means that `hear` wants no more, which the report shows by its length.
     let _ended_early = check_all(kind, options, settings, &mut outcomes);
     Report { driver: kind.split('@').next().unwrap_or(kind).to_owned(), outcomes: outcomes.known }
 }
@@ -52,7 +52,7 @@ fn check_all(kind: &str, options: &Value, settings: &Settings, outcomes: &mut Ou
             Ok(Ran::ToItsEnd) if outcomes.known.len() > before => continue,
             Ok(Ran::ToItsEnd) => "its process said nothing".to_owned(),
             Ok(Ran::Ended(cause)) => cause,
-            // Nothing can be checked: it is no driver, or no process can be started.
+            // Nothing can be checked: the driver cannot be made, or no process can be started.
             Err(why) => return outcomes.push(failed(before, why)),
         };
         outcomes.push(failed(outcomes.known.len(), cause))?;
@@ -66,7 +66,7 @@ fn failed(index: usize, cause: String) -> Outcome {
     Outcome { check: check.name.to_owned(), sentence: check.sentence.to_owned(), verdict: Verdict::Failed(cause) }
 }
 
-/// Has a process do the checks that are not done yet.
+/// Has a process run the remaining checks.
 fn run(kind: &str, options: &Value, settings: &Settings, outcomes: &mut Outcomes<'_>) -> Result<Ran, String> {
     let (link, theirs) = UnixLink::pair().map_err(|why| why.to_string())?;
     let mut launch = Launch::new(settings.command.iter().cloned()).descriptor(LINK, theirs);

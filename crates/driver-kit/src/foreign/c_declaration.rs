@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The declaration of a driver in C, read once. Its texts stay, as its library does.
+//! Declaration of a driver in C, read once. Its strings stay valid, as its library stays loaded.
 use super::abi::{self, Driver, Item, by, class, kind, what};
 use device::{Class, CounterWord, Kind, Life, OptionWord, SafeBy, SafeState, ServiceWord};
 use hints::Interval;
@@ -11,25 +11,25 @@ pub(super) struct Words {
     pub(super) doc: &'static str,
     pub(super) class: Class,
     pub(super) options: &'static [OptionWord],
-    /// Those of its options.
+    /// Defaults of the options.
     pub(super) defaults: Map<String, Value>,
     pub(super) life: Life,
     pub(super) safe_state: SafeState,
     pub(super) services: &'static [ServiceWord],
-    /// Those of the arguments of each service.
+    /// Defaults of the arguments of each service.
     pub(super) service_defaults: Vec<Map<String, Value>>,
     pub(super) counters: &'static [CounterWord],
     pub(super) rights: &'static [&'static str],
 }
 
-/// Options, or the arguments of one service, while they are read.
+/// Options, or the arguments of one service, during parsing.
 #[derive(Default)]
 struct Options {
     words: Vec<OptionWord>,
     defaults: Map<String, Value>,
 }
 
-/// Reads the items of a driver; what is wrong is said in words.
+/// Reads the items of a driver; the error is a message.
 pub(super) fn read(driver: &Driver) -> Result<Words, String> {
     let items = items(driver)?;
     let (mut class, mut life, mut safe_state) = (Class::Inline, Life::IN_PLACE, SafeState::BY_DRIVER);
@@ -73,7 +73,7 @@ fn items(driver: &Driver) -> Result<Vec<Item>, String> {
     if (driver.item_size as usize) < size_of::<Item>() {
         return Err("the size of its items is not that of its version: build it again with this system's opengpac_driver.h".to_owned());
     }
-    // SAFETY: as many items of that size lie there, and stay.
+    // SAFETY: that number of items of that size exists, and stays valid.
     let item = |index: u32| unsafe { driver.items.byte_add(index as usize * driver.item_size as usize).read_unaligned() };
     Ok((0..driver.item_count).map(item).collect())
 }
@@ -129,8 +129,8 @@ fn brought_about(of: u32) -> &'static [SafeBy] {
     all.into_iter().filter_map(|(bit, by)| (of & bit != 0).then_some(by)).collect::<Vec<_>>().leak()
 }
 
-/// A text of the library; it stays.
+/// Copies a string of the library into a static one.
 fn stays(at: *const std::ffi::c_char) -> &'static str {
-    // SAFETY: texts of a declaration are null or end with a 0.
+    // SAFETY: strings of a declaration are null or NUL-terminated.
     Box::leak(unsafe { abi::text(at) }.into_boxed_str())
 }

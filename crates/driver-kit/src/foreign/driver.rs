@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! A driver in C behind the trait that every driver has.
+//! A driver in C behind the common driver trait.
 use super::abi;
 use super::host::Host;
 use super::instance::Instance;
@@ -18,7 +18,7 @@ pub(super) struct ForeignDriver {
     is_open: bool,
 }
 
-/// Makes one; `given` has the defaults in it.
+/// Makes a driver; `given` includes the defaults.
 pub(super) fn make(
     of: &'static abi::Driver,
     name: &str,
@@ -30,10 +30,10 @@ pub(super) fn make(
     let mut instance = Instance::new(of, counters).map_err(failed)?;
     let (memory, counters) = (instance.memory(), instance.counters.clone());
     let mut host = Host { given, layout: Some(device::Layout::default()), counters: Some(&counters), ..Host::default() };
-    // SAFETY: the function takes its own memory, 0 and of its size, and a host that outlives the call.
+    // SAFETY: the function takes its own memory, zeroed and of its size, and a host that outlives the call.
     let made = host.call(|host| of.make.map_or(std::ptr::null(), |make| unsafe { make(memory, host) }));
     let (layout, parts, watchdog_ns) = (host.layout.take(), std::mem::take(&mut host.parts), host.watchdog_ns);
-    // It may have kept them.
+    // The driver may have kept pointers to them.
     instance.texts = std::mem::take(&mut host.texts);
     let instance = Arc::new(instance);
     made.map_err(failed)?;
@@ -49,7 +49,7 @@ fn lost(cause: abi::Cause) -> Result<(), DeviceError> {
     if cause.is_null() {
         return Ok(());
     }
-    // SAFETY: a cause is a text.
+    // SAFETY: a cause is a NUL-terminated string.
     Err(DeviceError { message: unsafe { abi::text(cause) } })
 }
 
@@ -68,7 +68,7 @@ impl Driver for ForeignDriver {
         if self.is_open || self.instance.is_closed.load(Ordering::Acquire) {
             return Err(DeviceError { message: "it was opened before; open the device anew".to_owned() });
         }
-        // SAFETY: its own memory; the same holds for each call below.
+        // SAFETY: the memory is the driver's own; the same holds for each call below.
         lost(self.instance.of.open.map_or(std::ptr::null(), |open| unsafe { open(self.instance.memory(), now_ns) }))?;
         self.is_open = true;
         Ok(())
@@ -76,14 +76,14 @@ impl Driver for ForeignDriver {
 
     fn read(&mut self, release_ns: i64, readings: &mut [u8]) -> Result<(), DeviceError> {
         self.opened()?;
-        // SAFETY: see `open`; as many bytes as its channels have lie there.
+        // SAFETY: see `open`; the buffer has the length of its channels.
         lost(self.instance.of.read.map_or(std::ptr::null(), |read| unsafe { read(self.instance.memory(), release_ns, readings.as_mut_ptr()) }))
     }
 
     fn write(&mut self, release_ns: i64, commands: &[u8], engaged: &[bool]) -> Result<(), DeviceError> {
         self.opened()?;
         let write = |write: unsafe extern "C" fn(*mut c_void, i64, *const u8, *const u8) -> abi::Cause| {
-            // SAFETY: see `read`; there is one flag for each channel that is written.
+            // SAFETY: see `read`; there is one flag for each written channel.
             unsafe { write(self.instance.memory(), release_ns, commands.as_ptr(), engaged.as_ptr().cast()) }
         };
         lost(self.instance.of.write.map_or(std::ptr::null(), write))
@@ -105,7 +105,7 @@ impl Driver for ForeignDriver {
         let mut host = Host::default();
         // SAFETY: see `open`.
         let told = host.call(|host| self.instance.of.handles.map_or(std::ptr::null(), |handles| unsafe { handles(self.instance.memory(), host) }));
-        // One that fails has none: what is declared of the guard does not hold then, which the conformance kit finds.
+        // A driver that fails here has no handles: its declared guard then does not apply, which the conformance kit detects.
         if told.is_ok() { host.handles } else { Vec::new() }
     }
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Functions that a driver in C may call while it is called: its options, channels, counters. A wrong question is no crash: what is asked for is 0
-//! or empty, and the call fails with what was wrong.
+//! Functions that a driver in C may call during a call: its options, channels, counters. A wrong request does not crash: its result is 0
+//! or empty, and the call fails with the problem.
 use super::abi::{self, ABI, Channel as AbiChannel, Handle, Host as AbiHost, Part as AbiPart, Slot as AbiSlot};
 use device::{Channel, Command, Counters, FoundDevice, Layout, Number, Part, SafeHandle, Servo, Type, UNLIMITED};
 use serde_json::{Map, Value};
@@ -12,7 +12,7 @@ use std::os::fd::BorrowedFd;
 pub(super) struct Host<'a> {
     /// Options or arguments, defaults included.
     pub(super) given: Map<String, Value>,
-    /// Only `make` has these.
+    /// Layout, only during `make`.
     pub(super) layout: Option<Layout>,
     pub(super) counters: Option<&'a Counters>,
     pub(super) parts: Vec<Part>,
@@ -20,28 +20,28 @@ pub(super) struct Host<'a> {
     pub(super) handles: Vec<SafeHandle>,
     pub(super) answer: Option<String>,
     pub(super) found: Vec<FoundDevice>,
-    /// Texts that were given; they live as long as this.
+    /// Strings that were handed out; they live as long as this host.
     pub(super) texts: Vec<CString>,
-    /// The first wrong question.
+    /// Problem of the first wrong request.
     pub(super) problem: Option<String>,
     /// Number of written channels so far.
     pub(super) written: u32,
     pub(super) read: u32,
 }
 
-/// Returns the options that were given, over their defaults.
+/// Returns the defaults, overridden by the options that were set.
 pub(super) fn filled(defaults: &Map<String, Value>, given: &Value) -> Map<String, Value> {
     let given = given.as_object().into_iter().flatten();
     defaults.iter().chain(given).map(|(name, value)| (name.clone(), value.clone())).collect()
 }
 
 impl Host<'_> {
-    /// Makes one with the options that were given, over their defaults.
+    /// Makes a host with the defaults, overridden by the options that were set.
     pub(super) fn of(defaults: &Map<String, Value>, given: &Value) -> Self {
         Host { given: filled(defaults, given), ..Host::default() }
     }
 
-    /// Calls, and gives what went wrong: its own cause, or a question that has no answer.
+    /// Makes a call. Fails with the driver's own cause, or with the problem of a wrong request.
     pub(super) fn call(&mut self, call: impl FnOnce(*mut AbiHost) -> abi::Cause) -> Result<(), String> {
         let mut host = AbiHost {
             abi: ABI,
@@ -66,7 +66,7 @@ impl Host<'_> {
         match self.problem.take() {
             Some(problem) => Err(problem),
             None if cause.is_null() => Ok(()),
-            // SAFETY: a cause is a text.
+            // SAFETY: a cause is a NUL-terminated string.
             None => Err(unsafe { abi::text(cause) }),
         }
     }
@@ -76,7 +76,7 @@ impl Host<'_> {
     }
 
     fn value(&mut self, name: *const c_char) -> Value {
-        // SAFETY: a name is a text.
+        // SAFETY: a name is a NUL-terminated string.
         let name = unsafe { abi::text(name) };
         match self.given.get(&name) {
             Some(value) => value.clone(),
@@ -91,7 +91,7 @@ impl Host<'_> {
         let list = self.value(name);
         let element = usize::try_from(index).ok().and_then(|index| list.get(index).cloned());
         element.unwrap_or_else(|| {
-            // SAFETY: a name is a text.
+            // SAFETY: a name is a NUL-terminated string.
             self.wrong(format!("it asks for element {index} of '{}', which is {list}", unsafe { abi::text(name) }));
             Value::Null
         })
@@ -103,7 +103,7 @@ impl Host<'_> {
         self.texts.last().map_or(c"".as_ptr(), |text| text.as_ptr())
     }
 
-    /// A text; what is none is a wrong question.
+    /// Returns a string; any other value is a wrong request.
     fn text_of(&mut self, value: &Value) -> *const c_char {
         match value {
             Value::String(text) => self.keep(text),
@@ -128,7 +128,7 @@ impl Host<'_> {
     }
 
     fn add(&mut self, given: &AbiChannel) -> Result<AbiSlot, String> {
-        // SAFETY: texts of a channel.
+        // SAFETY: these are the strings of a channel.
         let [name, type_text, doc, unit] = [given.name, given.type_text, given.doc, given.unit].map(|at| unsafe { abi::text(at) });
         let Some(layout) = &mut self.layout else { return Err(format!("channel '{name}' is declared outside of make")) };
         let of: Type = type_text.parse().map_err(|what| format!("channel '{name}': {what}"))?;
@@ -149,17 +149,17 @@ impl Host<'_> {
         if given.descriptor < 0 || given.bytes.is_null() {
             return Err(format!("a safe handle has descriptor {} and {} bytes", given.descriptor, given.length));
         }
-        // SAFETY: the driver keeps it open for the call; a copy is kept.
+        // SAFETY: the driver keeps the descriptor open for the call; a copy is kept.
         let descriptor = unsafe { BorrowedFd::borrow_raw(given.descriptor) }.try_clone_to_owned();
         let descriptor = descriptor.map_err(|why| format!("the descriptor of a safe handle: {why}"))?;
-        // SAFETY: so many bytes lie there.
+        // SAFETY: the pointer is to that number of bytes.
         let bytes = unsafe { std::slice::from_raw_parts(given.bytes.cast::<u8>(), given.length as usize) }.to_vec();
         self.handles.push(SafeHandle { descriptor, writes: vec![(given.offset, bytes)], latches: given.latches != 0 });
         Ok(())
     }
 }
 
-/// The safe value of a channel: the same number in each element.
+/// Returns the safe value of a channel: the same number in each element.
 fn safe_bytes(of: Type, value: f64) -> Vec<u8> {
     let one: Vec<u8> = match of.number {
         Number::Bool => vec![u8::from(value != 0.0)],
@@ -177,17 +177,17 @@ fn safe_bytes(of: Type, value: f64) -> Vec<u8> {
     one.repeat(of.count())
 }
 
-/// The host of a call.
+/// Returns the host of a call.
 ///
 /// # Safety
-/// It is the pointer that the driver was given, within that call.
+/// The pointer must be the one passed to the driver, used within that call.
 unsafe fn of<'h>(host: *mut AbiHost) -> &'h mut Host<'h> {
     // SAFETY: `at` is the `Host` of that call, which outlives it.
     unsafe { &mut *(*host).at.cast::<Host<'h>>() }
 }
 
 unsafe extern "C" fn number(host: *mut AbiHost, name: *const c_char) -> f64 {
-    // SAFETY: as `of` says; the same holds below.
+    // SAFETY: see `of`; the same holds below.
     let host = unsafe { of(host) };
     let value = host.value(name);
     host.number_of(&value)
@@ -241,7 +241,7 @@ unsafe extern "C" fn text_at(host: *mut AbiHost, name: *const c_char, index: i64
 }
 
 unsafe extern "C" fn channel(host: *mut AbiHost, given: *const AbiChannel) -> AbiSlot {
-    // SAFETY: see `number`; a channel is one of the driver's stack.
+    // SAFETY: see `number`; the channel is on the driver's stack.
     let (host, given) = unsafe { (of(host), &*given) };
     host.add(given).unwrap_or_else(|problem| {
         host.wrong(problem);
@@ -254,7 +254,7 @@ unsafe extern "C" fn part(host: *mut AbiHost, given: *const AbiPart) {
     let (host, given) = unsafe { (of(host), &*given) };
     let limit = |value: f64| if value == 0.0 { UNLIMITED } else { value };
     host.parts.push(Part {
-        // SAFETY: a name is a text.
+        // SAFETY: a name is a NUL-terminated string.
         name: unsafe { abi::text(given.name) },
         unit: if given.is_slide != 0 { "m" } else { "rad" },
         range_min: if given.range_min == 0.0 && given.range_max == 0.0 { -UNLIMITED } else { given.range_min },
@@ -268,7 +268,7 @@ unsafe extern "C" fn part(host: *mut AbiHost, given: *const AbiPart) {
 }
 
 unsafe extern "C" fn counter(host: *mut AbiHost, name: *const c_char) -> *mut u64 {
-    /// Counter for a name that is not declared.
+    /// Counter for names that are not declared.
     static NOBODY: std::sync::atomic::AtomicU64 = std::sync::atomic::AtomicU64::new(0);
     // SAFETY: see `number`.
     let (host, name) = unsafe { (of(host), abi::text(name)) };
@@ -296,12 +296,12 @@ unsafe extern "C" fn handle(host: *mut AbiHost, given: *const Handle) {
 }
 
 unsafe extern "C" fn answer(host: *mut AbiHost, json: *const c_char) {
-    // SAFETY: see `number`; the answer is a text.
+    // SAFETY: see `number`; the answer is a NUL-terminated string.
     unsafe { of(host) }.answer = Some(unsafe { abi::text(json) });
 }
 
 unsafe extern "C" fn found(host: *mut AbiHost, what: *const c_char, options_json: *const c_char) {
-    // SAFETY: see `number`; both are texts.
+    // SAFETY: see `number`; both are NUL-terminated strings.
     let (host, what, json) = unsafe { (of(host), abi::text(what), CStr::from_ptr(options_json).to_string_lossy()) };
     match serde_json::from_str(&json) {
         Ok(options) => host.found.push(FoundDevice { what, options }),

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The memory of a driver in C: its struct, from the making to its end.
+//! Memory of a driver in C: its struct, from construction to the end.
 use super::abi;
 use device::Counters;
 use std::alloc::{Layout as Memory, alloc_zeroed, dealloc};
@@ -7,32 +7,32 @@ use std::ffi::{CString, c_void};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 
-/// Every type of C begins at a multiple of it.
+/// Alignment that suits every type of C.
 const ALIGNED: usize = 64;
 
-/// The struct of a driver. Its source and its services share it; what both use in it is theirs to make atomic, as the header says.
+/// Struct of a driver. Its source and its services share it; the driver must make the fields that both use atomic, as the header says.
 pub(super) struct Instance {
     pub(super) of: &'static abi::Driver,
     memory: *mut c_void,
     size: Memory,
-    /// Texts that it may have kept from `make`.
+    /// Strings from `make` to which the driver may have kept pointers.
     pub(super) texts: Vec<CString>,
     pub(super) counters: Arc<Counters>,
     pub(super) is_closed: AtomicBool,
-    /// Held while it is closed, and while a service runs.
+    /// Held during closing, and while a service runs.
     pub(super) busy: Mutex<()>,
 }
 
-// SAFETY: the memory is of the driver alone, which is told which of its functions run on which threads.
+// SAFETY: the memory belongs to the driver alone, and the header specifies which of its functions run on which threads.
 unsafe impl Send for Instance {}
 // SAFETY: as above.
 unsafe impl Sync for Instance {}
 
 impl Instance {
-    /// Memory of its size, all 0; not yet told to make itself.
+    /// Allocates zeroed memory of the driver's size; the driver is not made yet.
     ///
     /// # Errors
-    /// For people: there is no such memory.
+    /// Fails if there is not enough memory; the message is for people.
     pub(super) fn new(of: &'static abi::Driver, counters: Counters) -> Result<Instance, String> {
         let size = Memory::from_size_align(usize::try_from(of.instance_size).unwrap_or(0).max(1), ALIGNED).map_err(|why| why.to_string())?;
         // SAFETY: its size is not 0.
@@ -47,13 +47,13 @@ impl Instance {
         self.memory
     }
 
-    /// Once, and not while a service runs.
+    /// Closes the driver, once, and not while a service runs.
     pub(super) fn close(&self) {
         let _held = self.busy.lock().unwrap_or_else(PoisonError::into_inner);
         if !self.is_closed.swap(true, Ordering::AcqRel)
             && let Some(close) = self.of.close
         {
-            // SAFETY: its own memory, which it made.
+            // SAFETY: the memory is the driver's own, which it has made.
             unsafe { close(self.memory) };
         }
     }
@@ -62,7 +62,7 @@ impl Instance {
 impl Drop for Instance {
     fn drop(&mut self) {
         self.close();
-        // SAFETY: it was allocated with this size.
+        // SAFETY: the memory was allocated with this size.
         unsafe { dealloc(self.memory.cast(), self.size) };
     }
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Loading a file of drivers. It is never unloaded: a driver stays known for the life of its process, and what it declares with it.
+//! Loads files of drivers. They are never unloaded: a driver and its declaration stay registered for the life of the process.
 use super::abi::{self, ABI, Driver, Module, SYMBOL};
 use super::c_declaration;
 use super::loaded_driver::Foreign;
@@ -12,7 +12,7 @@ use std::sync::{Mutex, PoisonError};
 
 static LOADED: Mutex<BTreeMap<PathBuf, Vec<&'static Declaration>>> = Mutex::new(BTreeMap::new());
 
-/// The drivers of a shared object; again they are the same ones.
+/// Returns the drivers of a shared object; repeated calls return the same ones.
 pub(crate) fn load(file: &Path) -> Result<Vec<&'static Declaration>, DriverError> {
     let refused = |what: String| DriverError::Failed(format!("no driver comes from '{}': {what}", file.display()));
     let path = file.canonicalize().map_err(|why| refused(why.to_string()))?;
@@ -26,16 +26,16 @@ pub(crate) fn load(file: &Path) -> Result<Vec<&'static Declaration>, DriverError
 }
 
 fn open(path: &Path) -> Result<Vec<&'static Declaration>, String> {
-    // SAFETY: a program that names a driver's file asks for its code to run in this process.
+    // SAFETY: a program that names a driver's file requests that its code run in this process.
     let library = unsafe { Library::open(Some(path), RTLD_NOW | RTLD_LOCAL) }.map_err(|error| error.to_string())?;
     // SAFETY: the symbol has this type in every version.
     let entry = unsafe { library.get::<unsafe extern "C" fn() -> *const Module>(SYMBOL.as_bytes()) }.map(|entry| *entry);
     let Ok(entry) = entry else {
         return Err(format!("it has no function {SYMBOL}; include opengpac_driver.h and declare a DRIVER"));
     };
-    // What it declares is `'static` from here on.
+    // Its declarations are `'static` from here on.
     core::mem::forget(library);
-    // SAFETY: the entry of a library that stays gives a table that stays; its version and size are looked at before the rest.
+    // SAFETY: the entry of a loaded library returns a static table; its version and size are checked before the rest.
     let module = unsafe {
         let table = entry();
         let (version, size) = ((*table).abi, (*table).size);
@@ -49,11 +49,11 @@ fn open(path: &Path) -> Result<Vec<&'static Declaration>, String> {
     if module.count == 0 {
         return Err("it has no driver: declare one with DRIVER".to_owned());
     }
-    // SAFETY: the table says how many there are.
+    // SAFETY: the table contains the number of them.
     let getters = unsafe { std::slice::from_raw_parts(module.drivers, module.count as usize) };
     let mut found: Vec<&'static Declaration> = Vec::new();
     for getter in getters {
-        // SAFETY: as the entry.
+        // SAFETY: as for the entry.
         let declared = declaration(unsafe { getter() })?;
         if found.iter().any(|known| known.kind == declared.kind) {
             return Err(format!("driver '{}' is declared twice", declared.kind));
@@ -69,13 +69,13 @@ fn declaration(driver: *const Driver) -> Result<&'static Declaration, String> {
     if size < offset_of!(Driver, taken) {
         return Err("the size of a driver's table is not that of its version: build it again with this system's opengpac_driver.h".to_owned());
     }
-    // SAFETY: pointers and functions that are not there are 0, and so are those behind the end of a table that was built before they were.
+    // SAFETY: absent pointers and functions are 0, and so are those beyond the end of a table that was built before they were added.
     let driver: &'static Driver = unsafe {
         let mut whole = Box::new(std::mem::MaybeUninit::<Driver>::zeroed());
         std::ptr::copy_nonoverlapping(driver.cast::<u8>(), whole.as_mut_ptr().cast::<u8>(), size.min(size_of::<Driver>()));
         Box::leak(whole).assume_init_ref()
     };
-    // SAFETY: texts of a library that stays.
+    // SAFETY: the strings belong to a library that stays loaded.
     let name = unsafe { abi::text(driver.name) };
     let words = c_declaration::read(driver).map_err(|what| format!("driver '{name}': {what}"))?;
     for (function, is_there) in [("make", driver.make.is_some()), ("read", driver.read.is_some() || driver.write.is_some())] {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! A declaration that was loaded: it makes drivers and looks for devices.
+//! A loaded declaration: it makes drivers and searches for devices.
 use super::abi;
 use super::c_declaration::Words;
 use super::driver;
@@ -20,7 +20,7 @@ unsafe impl Send for Foreign {}
 unsafe impl Sync for Foreign {}
 
 impl Foreign {
-    /// Its declaration; it stays, as its library does.
+    /// Returns the declaration of a driver; it stays valid, as its library stays loaded.
     pub(super) fn declare(of: &'static abi::Driver, words: Words) -> &'static Declaration {
         let loaded: &'static Foreign = Box::leak(Box::new(Foreign { of, words }));
         let words = &loaded.words;
@@ -38,12 +38,12 @@ impl Foreign {
     }
 }
 
-/// In the place of what `loaded` does.
+/// Returns an error: `loaded` makes the drivers.
 fn nobody_makes(given: &GivenOptions<'_>) -> Result<OpenedDriver, DriverError> {
     Err(given.wrong("", "it was loaded from a file, which makes it"))
 }
 
-/// In the place of what `loaded` does.
+/// Returns an error: `loaded` searches for devices.
 fn nobody_scans(given: &GivenOptions<'_>) -> Result<Vec<FoundDevice>, DriverError> {
     Err(given.wrong("", "it was loaded from a file, which looks for it"))
 }
@@ -58,7 +58,7 @@ impl DriverMaker for Foreign {
 
     fn scan(&self, given: &GivenOptions<'_>) -> Result<Vec<FoundDevice>, DriverError> {
         let mut host = Host::of(&self.words.defaults, given.value());
-        // SAFETY: it is called with a host that outlives the call.
+        // SAFETY: the host outlives the call.
         let looked = host.call(|host| self.of.scan.map_or(std::ptr::null(), |scan| unsafe { scan(host) }));
         looked.map_err(|what| DriverError::Failed(format!("driver '{}': {what}", self.words.name)))?;
         Ok(host.found)

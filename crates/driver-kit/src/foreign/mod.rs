@@ -4,14 +4,14 @@
 //! | module | |
 //! |---|---|
 //! | `abi` | the bytes that both sides share |
-//! | `load` | a file: its version and sizes are checked before anything of it is believed |
-//! | `words` | its declarations, as every driver has one |
-//! | `host` | what a driver may ask for while it is called |
+//! | `load` | a file: its version and sizes are checked before any of it is trusted |
+//! | `c_declaration` | its declarations, read into those of all drivers |
+//! | `host` | functions that a driver may call during a call |
 //! | `instance` | the memory of one driver |
 //! | `driver` | a driver that calls it |
 //! | `services` | its services |
-//! | `declared` | its declaration, which makes drivers and looks for devices |
-// The file is the one that `opengpac new driver --in rust` gives to a driver: both sides are compiled from the same text.
+//! | `loaded_driver` | its declaration, which makes drivers and searches for devices |
+// `opengpac new driver --in rust` copies this file into a driver: both sides are compiled from the same text.
 #[doc(hidden)]
 #[path = "../../../../python/opengpac/drivers/rust/abi.rs"]
 pub mod abi;

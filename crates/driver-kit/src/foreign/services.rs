@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The services of a driver in C.
+//! Services of a driver in C.
 use super::host::Host;
 use super::instance::Instance;
 use device::{DeviceError, Kind, ServiceWord, Services, check_service, under_a_stop};
@@ -8,7 +8,7 @@ use std::ffi::CString;
 use std::sync::atomic::Ordering;
 use std::sync::{Arc, PoisonError};
 
-/// The services of one driver.
+/// Services of one driver.
 pub(super) struct Calls {
     pub(super) instance: Arc<Instance>,
     pub(super) kind: &'static str,
@@ -27,17 +27,17 @@ impl Services for Calls {
         let at = self.services.iter().position(|word| word.name == service);
         let Some((index, call)) = at.zip(self.instance.of.service) else { return Err(failed(format!("it has no service '{service}'"))) };
         let name = CString::new(service).map_err(|why| failed(why.to_string()))?;
-        // One at a time, and none behind its end.
+        // One call at a time, and none after closing.
         let _held = self.instance.busy.lock().unwrap_or_else(PoisonError::into_inner);
         if self.instance.is_closed.load(Ordering::Acquire) {
             return Err(failed("the device is closed".to_owned()));
         }
-        // It may have waited for another service.
+        // The call may have waited for another service.
         if is_stopped() {
             return Err(under_a_stop(service));
         }
         let mut host = Host::of(&self.defaults[index], &checked);
-        // SAFETY: its own memory, as long as the instance lives; a host and a name that outlive the call.
+        // SAFETY: the memory is the driver's own and lives as long as the instance; host and name outlive the call.
         host.call(|host| unsafe { call(self.instance.memory(), host, name.as_ptr()) }).map_err(failed)?;
         match (&host.answer, self.services[index].answer) {
             (None, None) => Ok(Value::Null),
@@ -48,7 +48,7 @@ impl Services for Calls {
     }
 }
 
-/// An answer as it is declared; none: it is something else.
+/// Returns an answer of the declared kind; `None` if it is of another kind.
 fn answered(json: &str, kind: Kind) -> Option<Value> {
     let value: Value = serde_json::from_str(json).ok()?;
     match kind {

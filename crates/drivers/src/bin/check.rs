@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The process that the conformance kit checks a driver in, for tests.
+//! Process in which the conformance kit checks a driver, for tests.
 
 fn main() -> std::process::ExitCode {
     match drivers::run_check() {

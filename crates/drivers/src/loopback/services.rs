@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Services of loopback parts off the cycle. The source never waits for it: what a service leaves is taken at the next reading.
+//! Services of loopback parts off the cycle. The source never waits for them: the result of a service is taken at the next reading.
 use device::{DeviceError, Kind, OptionWord, ServiceWord, Services, UNLIMITED};
 use serde_json::Value;
 use std::sync::Arc;
@@ -25,10 +25,10 @@ device::counters! {
     }
 }
 
-/// Bits of a NaN that no service leaves: the part stays where it is.
+/// Bit pattern of a NaN that no service stores: the part stays where it is.
 const STAYS: u64 = u64::MAX;
 
-/// Positions to which services have put parts since the last reading.
+/// Positions set by services since the last reading.
 pub(super) struct PlacedParts {
     parts: Vec<String>,
     positions: Vec<AtomicU64>,
@@ -39,7 +39,7 @@ impl PlacedParts {
         Arc::new(PlacedParts { parts: parts.to_vec(), positions: parts.iter().map(|_| AtomicU64::new(STAYS)).collect() })
     }
 
-    /// Returns the position to which part `index` was put; none if it was not. Real-time safe.
+    /// Returns the position set for part `index`; `None` if none was set. Real-time safe.
     pub fn take(&self, index: usize) -> Option<f64> {
         let place = &self.positions[index];
         if place.load(Ordering::Relaxed) == STAYS {

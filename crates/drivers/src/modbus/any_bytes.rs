@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Any bytes where this end of Modbus reads, for fuzzers: nothing panics, and what is accepted is what would be written.
+//! Arbitrary bytes for this Modbus implementation to parse, for fuzzers: nothing panics, and accepted bytes are those that would be
+//! written.
 use super::frame::{FRAME_MAX, answer_len, framed, mbap, rtu, unframed};
 use super::map::{Block, End, MappedChannel, blocks, places};
 use super::pdu::{NoAnswer, PDU_MAX, Request, Space, objects, refusal};
@@ -7,10 +8,10 @@ use super::server::Tables;
 use serde_json::json;
 use std::sync::LazyLock;
 
-/// Bytes of the channels of [`PLACES`].
+/// Length in bytes of the channels of [`PLACES`].
 const READINGS: usize = 128;
 
-/// A channel of each form.
+/// One channel of each form.
 static PLACES: LazyLock<Vec<MappedChannel>> = LazyLock::new(|| {
     let channels = json!({
         "a": { "holding": 0, "type": "double", "order": "CDAB" }, "b": { "holding": 4, "type": "int32", "raw": true }, "c": { "holding": 6, "bit": 15 },
@@ -22,7 +23,7 @@ static PLACES: LazyLock<Vec<MappedChannel>> = LazyLock::new(|| {
 /// Requests and stores of a client.
 static BLOCKS: LazyLock<Vec<Block>> = LazyLock::new(|| blocks(&PLACES, 20));
 
-/// Reads bytes: the first says what the others are: what a client of a server sends, an answer to a client, a frame on a serial line.
+/// Parses bytes; the first selects the form of the others: requests to a server, an answer to a client, or a frame on a serial line.
 pub fn modbus(bytes: &[u8]) {
     match bytes.split_first() {
         Some((0, rest)) => requests(rest),
@@ -32,7 +33,7 @@ pub fn modbus(bytes: &[u8]) {
     }
 }
 
-/// Checks that each request is carried out or refused, in a frame that is read again as it was written.
+/// Checks that each request is carried out or refused, in a frame that is parsed as it was written.
 fn requests(mut bytes: &[u8]) {
     let mut tables = Tables::new(&PLACES);
     while let Ok(Some(frame)) = framed(bytes) {
@@ -51,7 +52,7 @@ fn requests(mut bytes: &[u8]) {
     }
 }
 
-/// Reads answers: two bytes say what was asked.
+/// Parses answers; the first two bytes give the request.
 fn answers(bytes: &[u8]) {
     let [table, count, pdu @ ..] = bytes else { return };
     let space = [Space::Coil, Space::Discrete, Space::Input, Space::Holding][usize::from(table % 4)];
@@ -70,7 +71,7 @@ fn answers(bytes: &[u8]) {
     BLOCKS.iter().for_each(|block| block.store(pdu, &mut readings));
 }
 
-/// Checks that a frame is as long as its beginning says, and the only one of its unit and PDU.
+/// Checks that a frame has the length given at its start, and is the only encoding of its unit and PDU.
 fn line(bytes: &[u8]) {
     if let Ok(Some(len)) = answer_len(bytes) {
         assert!(len <= FRAME_MAX);

@@ -9,24 +9,24 @@ use std::sync::Arc;
 
 pub(super) struct Client {
     channels: Vec<Channel>,
-    /// None: it is closed. A line is free for others when its last unit has let it go.
+    /// Link, `None` after closing. A serial line is released when its last unit has dropped it.
     link: Option<Link>,
     counters: Arc<Counters>,
     blocks: Vec<Block>,
     outputs: Vec<Output>,
     desk: Arc<Desk>,
-    /// Last readings: blocks have periods of their own.
+    /// Last readings: blocks may have different periods.
     readings: Vec<u8>,
-    /// True while the device is asked for mask writes: until it refuses the function.
+    /// True as long as mask writes are tried: until the device refuses the function.
     has_mask_write: bool,
 }
 
-/// A channel that is written.
+/// A written channel.
 struct Output {
     place: MappedChannel,
-    /// Its index among the write channels.
+    /// Index among the write channels.
     index: usize,
-    /// Value as on the wire, and what the device took last.
+    /// Value in its form on the wire, and the value last accepted by the device.
     wire: [u8; 8],
     taken: Option<[u8; 8]>,
     is_due: bool,
@@ -51,7 +51,7 @@ impl Client {
         }
     }
 
-    /// Asks for what is due.
+    /// Reads the blocks that are due.
     fn poll(&mut self, now_ns: i64) -> Result<(), DeviceError> {
         let link = self.link.as_ref().ok_or_else(closed)?;
         for block in self.blocks.iter_mut().filter(|block| now_ns >= block.due_ns) {
@@ -62,13 +62,13 @@ impl Client {
         Ok(())
     }
 
-    /// Puts a value of each output on the wire's form; `value` gives the bytes of a channel.
+    /// Converts the value of each output to its form on the wire; `value` returns the bytes of a channel.
     fn prepare(&mut self, value: impl Fn(&Output) -> (Vec<u8>, bool)) {
         for output in &mut self.outputs {
             let (bytes, engaged) = value(output);
             let (wire, fits) = match output.place.form.write(&bytes) {
                 Some(written) => written,
-                // What is no number is never sent.
+                // NaN is never sent.
                 None => (output.place.form.write(&output.place.safe).map_or([0; 8], |(wire, _)| wire), false),
             };
             if !fits {
@@ -79,7 +79,7 @@ impl Client {
         }
     }
 
-    /// Writes what is due; neighbours go in one request. `once`: nothing is repeated, and the first failure ends it.
+    /// Writes the outputs that are due; neighbours share a request. With `once`, nothing is repeated, and the first failure ends it.
     fn send(&mut self, once: bool) -> Result<(), DeviceError> {
         let link = self.link.as_ref().ok_or_else(closed)?;
         let mut at = 0;
@@ -106,13 +106,13 @@ impl Client {
     }
 }
 
-/// Returns the answer to a request. `once`: it is not repeated.
+/// Returns the answer to a request. With `once`, it is not repeated.
 fn asked(link: &Link, request: &Request<'_>, once: bool) -> Result<Answer, DeviceError> {
     if once { link.ask_once(request).map_err(|fault| link.error(request, &fault)) } else { link.ask(request) }
 }
 
-/// Writes the parts of one register that are due and keeps its other bits. A mask write loses nothing that others write; where the device has
-/// no such function, the register is read and written, and what another master writes between the two is undone.
+/// Writes the parts of one register that are due and keeps its other bits. A mask write preserves concurrent writes by others; if the
+/// device does not support it, the register is read and written, and a write by another master between the two is lost.
 fn send_parts(link: &Link, parts: &[Output], has_mask_write: &mut bool, once: bool) -> Result<(), DeviceError> {
     let address = parts[0].place.address;
     let due = parts.iter().filter(|part| part.is_due);
@@ -134,7 +134,8 @@ fn send_parts(link: &Link, parts: &[Output], has_mask_write: &mut bool, once: bo
     asked(link, &Request::Write { space: Space::Holding, address, count: 1, data: &(held & keep | set).to_be_bytes() }, once).map(drop)
 }
 
-/// Returns the index behind the last output that goes in one request with the one at `at`: its neighbours, or the other parts of its register.
+/// Returns the index after the last output that shares a request with the one at `at`: its neighbours, or the other parts of its
+/// register.
 fn run_from(outputs: &[Output], at: usize) -> usize {
     let first = &outputs[at].place;
     let mut end = at + 1;
@@ -156,7 +157,7 @@ fn closed() -> DeviceError {
     DeviceError { message: "it is closed; open the device anew".to_owned() }
 }
 
-/// Returns the data of one request, and its count of registers or bits.
+/// Returns the data of one request, and its number of registers or bits.
 fn data_of(outputs: &[Output]) -> ([u8; PDU_MAX], u16) {
     let (mut data, mut count) = ([0; PDU_MAX], 0_u16);
     for output in outputs {
@@ -179,11 +180,11 @@ impl Driver for Client {
     }
 
     fn open(&mut self, now_ns: i64) -> Result<(), DeviceError> {
-        // Neither what the device holds nor which functions it has is known.
+        // Neither the values in the device nor its functions are known.
         self.has_mask_write = true;
         self.outputs.iter_mut().for_each(|output| output.taken = None);
         self.blocks.iter_mut().for_each(|block| block.due_ns = i64::MIN);
-        // A device that is not there is refused here, not lost later.
+        // A missing device is refused here, not lost later.
         self.poll(now_ns)
     }
 
@@ -200,9 +201,9 @@ impl Driver for Client {
 
     fn safe_state(&mut self) {
         self.prepare(|output| (output.place.safe.clone(), false));
-        // All of them, whatever the device is thought to hold.
+        // All outputs, whatever values the device is assumed to have.
         self.outputs.iter_mut().for_each(|output| output.is_due = true);
-        // A device that does not answer is told nothing: the log has that it is lost, and its own watchdog is what is left.
+        // A device that does not answer receives nothing: its loss is in the log, and only its own watchdog remains.
         let _ = self.send(true);
     }
 

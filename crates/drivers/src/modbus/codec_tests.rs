@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The codec, with whatever bytes come in.
+//! The codec, with arbitrary incoming bytes.
 use super::frame::*;
 use super::map::{Block, End, blocks, places};
 use super::pdu::*;
 use proptest::prelude::*;
 use serde_json::json;
 
-/// Numbers that look random and are the same in each run.
+/// Pseudo-random numbers, the same in each run.
 struct Draws(u64);
 
 impl Draws {
@@ -52,7 +52,8 @@ fn a_device_answers_what_it_was_asked() {
 
 #[test]
 fn no_corrupted_frame_of_a_serial_line_is_an_answer() {
-    // What the checksum promises: all bursts of up to 16 bits, all errors of up to 3 bits, all of an odd number of them; and what is cut off.
+    // Guarantees of the checksum: it detects all bursts of up to 16 bits, all errors of up to 3 bits, all of an odd number of bits; and
+    // truncation.
     let mut draws = Draws(1);
     let mut accepted = 0_u32;
     for _ in 0..1_000_000 {
@@ -79,18 +80,18 @@ fn no_corrupted_frame_of_a_serial_line_is_an_answer() {
     assert_eq!(accepted, 0);
 }
 
-/// Changes bits, at least one.
+/// Flips at least one bit.
 fn corrupt(frame: &mut [u8], kind: usize, draws: &mut Draws) {
     let bits = 8 * frame.len();
     let mut flip = |bit: usize| frame[bit / 8] ^= 1 << (bit % 8);
     if kind == 1 {
-        // A burst: its first and its last bit are wrong, what is between may be.
+        // A burst: its first and its last bit are flipped, those between may be.
         let (from, long) = (draws.below(bits - 16), 1 + draws.below(16));
         flip(from);
         (from + 1..from + long).filter(|_| draws.below(2) == 1).for_each(&mut flip);
         return;
     }
-    // Different bits: 1 to 3 of them, or any odd number.
+    // Separate bits: 1 to 3 of them, or any odd number.
     let count = if kind == 2 { 1 + draws.below(3) } else { 1 + 2 * draws.below(20) };
     let (from, step) = (draws.below(bits), 1 + draws.below(bits / 64 + 1));
     (0..count).for_each(|i| flip((from + i * step) % bits));
@@ -120,7 +121,7 @@ proptest! {
         let (frame, len) = mbap(transaction, unit, pdu.bytes());
         let whole = framed(&frame[..len]);
         prop_assert_eq!(whole, Ok(Some(TcpFrame { transaction, unit, pdu: pdu.bytes(), len })));
-        // Half of it is no frame yet, and no fault.
+        // A partial frame is incomplete, and not an error.
         (0..len).for_each(|cut| assert_eq!(framed(&frame[..cut]), Ok(None)));
         let (frame, len) = rtu(unit, pdu.bytes());
         prop_assert_eq!(unframed(&frame[..len]), Ok((unit, pdu.bytes())));
@@ -128,7 +129,7 @@ proptest! {
 
     #[test]
     fn any_answer_is_as_long_as_it_says(begins in proptest::collection::vec(any::<u8>(), 3..300)) {
-        // More bytes never change what the first ones said.
+        // More bytes never change the length derived from the first ones.
         if let Ok(Some(len)) = answer_len(&begins) {
             let mut more = begins.clone();
             more.push(0);

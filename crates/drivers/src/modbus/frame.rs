@@ -1,25 +1,25 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The frames around requests and answers: MBAP on TCP, unit and CRC on a serial line.
+//! Frames around requests and answers: MBAP on TCP, unit and CRC on a serial line.
 //!
 //! Nothing here allocates or panics, whatever the bytes are.
 use super::pdu::{MASK_WRITE, PDU_MAX};
 
 /// Bytes before a PDU on TCP: transaction, protocol, length, unit.
 pub(super) const MBAP: usize = 7;
-/// The longest frame of either kind.
+/// Maximum length of a frame of either kind.
 pub(super) const FRAME_MAX: usize = MBAP + PDU_MAX;
 
-/// A whole frame on TCP.
+/// A complete frame on TCP.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct TcpFrame<'a> {
     pub transaction: u16,
     pub unit: u8,
     pub pdu: &'a [u8],
-    /// Bytes that it took.
+    /// Length of the frame in bytes.
     pub len: usize,
 }
 
-/// Error: the bytes are no frame, and nobody can say where the next one begins.
+/// Error: the bytes are not a frame, and the start of the next one is unknown.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct DamagedFrame;
 
@@ -34,9 +34,9 @@ pub(super) fn mbap(transaction: u16, unit: u8, pdu: &[u8]) -> ([u8; FRAME_MAX], 
     (frame, MBAP + len)
 }
 
-/// Returns the frame that the bytes begin with; none: it is not whole yet.
+/// Returns the frame at the start of the bytes; `None` if it is incomplete.
 pub(super) fn framed(bytes: &[u8]) -> Result<Option<TcpFrame<'_>>, DamagedFrame> {
-    // What is wrong shows before the frame is whole, so that nobody waits for the rest of nonsense.
+    // Errors are detected before the frame is complete, so that the reader does not wait for the rest of an invalid one.
     if bytes.len() >= 4 && bytes[2..4] != [0, 0] {
         return Err(DamagedFrame);
     }
@@ -61,7 +61,7 @@ pub(super) fn rtu(unit: u8, pdu: &[u8]) -> ([u8; FRAME_MAX], usize) {
     (frame, len + 2)
 }
 
-/// Returns unit and PDU of a whole frame of a serial line.
+/// Returns unit and PDU of a complete frame of a serial line.
 pub(super) fn unframed(frame: &[u8]) -> Result<(u8, &[u8]), DamagedFrame> {
     let (body, crc) = frame.split_last_chunk::<2>().ok_or(DamagedFrame)?;
     match body.split_first() {
@@ -70,7 +70,7 @@ pub(super) fn unframed(frame: &[u8]) -> Result<(u8, &[u8]), DamagedFrame> {
     }
 }
 
-/// Returns the length of an answer on a serial line that begins so; none: its beginning does not say yet.
+/// Returns the length of an answer on a serial line with this start; `None` if the start is too short.
 pub(super) fn answer_len(begins: &[u8]) -> Result<Option<usize>, DamagedFrame> {
     let Some(function) = begins.get(1) else { return Ok(None) };
     let len = match function {
@@ -93,7 +93,7 @@ fn identification_len(begins: &[u8]) -> Option<usize> {
     Some(at + 2)
 }
 
-/// Returns the CRC-16/MODBUS: polynomial 0x8005, reflected, from 0xFFFF on.
+/// Returns the CRC-16/MODBUS: polynomial 0x8005, reflected, initial value 0xFFFF.
 pub(super) fn crc16(bytes: &[u8]) -> u16 {
     bytes.iter().fold(0xFFFF, |crc, byte| {
         let at = usize::from((crc ^ u16::from(*byte)) & 0xFF);

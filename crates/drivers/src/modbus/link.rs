@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-//! A request and its answer: over TCP, each device with a connection of its own; over a serial line, which the units on it share in turns.
+//! A request and its answer: over TCP, each device has a connection of its own; a serial line is shared by the units on it in turns.
 //!
-//! | what comes | what becomes of it |
+//! | received | action |
 //! |---|---|
-//! | half a frame | the rest is waited for until the answer is due |
-//! | an answer to an earlier transaction | dropped, and counted as late |
-//! | a frame that is none, another unit, another function | counted as damaged; asked again, over TCP on a new connection |
-//! | nothing | counted as a timeout; asked again |
-//! | an exception | the device's own word: asked again only where it says that it is busy |
+//! | half a frame | waits for the rest until the time limit |
+//! | an answer to an earlier transaction | drops it, and counts it as late |
+//! | an invalid frame, another unit, another function | counts it as damaged; repeats the request, over TCP on a new connection |
+//! | nothing | counts a timeout; repeats the request |
+//! | an exception | reports it; repeats the request only if the device is busy |
 use super::frame::{self, FRAME_MAX, framed, unframed};
 use super::pdu::{Exception, NoAnswer, PDU_MAX, Request};
 use super::turn::Turns;
@@ -31,12 +31,12 @@ device::counters! {
     }
 }
 
-/// Reads an address; where the standard leaves it open: port 502; 19,200 baud, even parity.
+/// Parses an address. Defaults: port 502; 19,200 baud, even parity.
 pub(super) fn address_of(text: &str) -> Result<Address, String> {
     Address::parse(text, "rtu", Settings { baud: 19_200, parity: Parity::Even, stop_bits: 1 }, Some(502))
 }
 
-/// Fault of a damaged answer.
+/// Problem of a damaged answer.
 const NO_HEADER: &str = "it begins with no header of Modbus TCP";
 const NO_FUNCTION: &str = "its function code or its length is none of Modbus";
 const WRONG_SUM: &str = "its CRC is wrong; look at cable, terminating resistors, baud rate and parity";
@@ -50,9 +50,9 @@ const CUT_OFF: &str = "it was cut off";
 pub(super) enum Fault {
     Exception(Exception),
     Timeout(Duration),
-    /// And what was wrong with it.
+    /// The answer was damaged; this is the problem.
     Damaged(&'static str),
-    /// The connection or the line.
+    /// The connection or the line has failed.
     Broken(String),
 }
 
@@ -67,7 +67,7 @@ impl std::fmt::Display for Fault {
     }
 }
 
-/// The data of an answer.
+/// Data of an answer.
 pub(super) struct Answer {
     bytes: [u8; PDU_MAX],
     len: usize,
@@ -85,28 +85,28 @@ impl Answer {
     }
 }
 
-/// Link to one device; clones ask the same one.
+/// Link to one device; clones address the same one.
 #[derive(Clone)]
 pub(super) struct Link<L = Arc<Turns<Line>>> {
     line: L,
-    /// Where it is, for people.
+    /// Address of the device, for people.
     place: String,
     pub unit: u8,
-    /// Time limit of an answer.
+    /// Time limit for a response.
     pub answer: Duration,
     /// Number of repetitions of a request.
     pub retries: u32,
     pub counters: Arc<Counters>,
 }
 
-/// The serial lines of this process that are in use, by their paths.
+/// Serial lines in use by this process, by their paths.
 static LINES: Mutex<BTreeMap<String, Weak<Turns<Line>>>> = Mutex::new(BTreeMap::new());
 
 impl Link {
     /// Makes a link that is not connected or opened yet.
     ///
     /// # Errors
-    /// In words: the line is in use at another speed.
+    /// Fails if the line is in use at another speed; the error is a message.
     pub(super) fn new(address: &Address, unit: u8, answer: Duration, retries: u32) -> Result<Link, String> {
         let line = match address {
             Address::Tcp(_) => Arc::new(Turns::new(Line::new(address))),
@@ -114,7 +114,7 @@ impl Link {
                 let mut lines = LINES.lock().unwrap_or_else(PoisonError::into_inner);
                 lines.retain(|_, line| line.strong_count() > 0);
                 let shared = lines.get(path).and_then(Weak::upgrade);
-                // Who waits for a turn holds no lock of this table.
+                // The lock of this table is released before waiting for a turn.
                 let line = shared.unwrap_or_else(|| Arc::new(Turns::new(Line::new(address))));
                 lines.insert(path.clone(), Arc::downgrade(&line));
                 drop(lines);
@@ -127,7 +127,7 @@ impl Link {
         Ok(Link { line, place: address.to_string(), unit, answer, retries, counters: Arc::new(Counters::new(Count::WORDS)) })
     }
 
-    /// Returns the same, which keeps no line open.
+    /// Returns the same link, without keeping the line open.
     pub(super) fn downgrade(&self) -> Link<Weak<Turns<Line>>> {
         Link {
             line: Arc::downgrade(&self.line),
@@ -151,7 +151,7 @@ impl Link {
         self.counters.add(what, 1);
     }
 
-    /// Returns the answer to a request, which is sent again as often as declared.
+    /// Returns the answer to a request, which is repeated up to `retries` times.
     pub(super) fn ask(&self, request: &Request<'_>) -> Result<Answer, DeviceError> {
         let mut left = self.retries;
         loop {
@@ -163,12 +163,12 @@ impl Link {
         }
     }
 
-    /// Returns why a request failed, for people.
+    /// Returns the error of a failed request, for people.
     pub(super) fn error(&self, request: &Request<'_>, fault: &Fault) -> DeviceError {
         DeviceError { message: format!("unit {} at {} did not {request}: {fault}", self.unit, self.place) }
     }
 
-    /// Returns the answer to a request that is sent once, in this unit's turn.
+    /// Sends a request once, in this unit's turn, and returns its answer.
     pub(super) fn ask_once(&self, request: &Request<'_>) -> Result<Answer, Fault> {
         let mut line = self.line.take();
         let answer = line.exchange(self, request);
@@ -179,7 +179,7 @@ impl Link {
             Err(Fault::Damaged(_)) => self.count(Count::Damaged),
             Err(Fault::Broken(_)) => line.stream = None,
         }
-        // Where the next frame begins on this connection nobody knows; a serial line is silent between two.
+        // The start of the next frame on this connection is unknown; on a serial line, silence separates frames.
         if matches!((&answer, &line.address), (Err(Fault::Damaged(_)), Address::Tcp(_))) {
             line.stream = None;
         }
@@ -188,14 +188,14 @@ impl Link {
 }
 
 impl Link<Weak<Turns<Line>>> {
-    /// Returns the link; none: the device was closed.
+    /// Returns the link; `None` if the device was closed.
     pub(super) fn upgrade(&self) -> Option<Link> {
         let line = self.line.upgrade()?;
         Some(Link { line, place: self.place.clone(), unit: self.unit, answer: self.answer, retries: self.retries, counters: self.counters.clone() })
     }
 }
 
-/// A connection or line with what has come in on it.
+/// A connection or line with its received bytes.
 pub(super) struct Line {
     address: Address,
     stream: Option<Stream>,
@@ -203,7 +203,7 @@ pub(super) struct Line {
     transaction: u16,
     bytes: [u8; 2 * FRAME_MAX],
     filled: usize,
-    /// Time until which a serial line is left silent, so that all units know that a frame begins.
+    /// Time until which a serial line is kept silent, so that all units detect the start of a frame.
     silent_until: Option<Instant>,
 }
 
@@ -287,7 +287,7 @@ impl Line {
         if let Some(silent) = self.silent_until.take() {
             std::thread::sleep(silent.saturating_duration_since(Instant::now()));
         }
-        // What still lies there belongs to nobody.
+        // Leftover bytes do not belong to any request.
         self.filled = 0;
         let begun = Instant::now();
         while self.fill(begun)? {
@@ -320,7 +320,8 @@ impl Line {
         }
     }
 
-    /// Waits until the rest of what was damaged is no beginning of the next answer. Adapters hand on what they have every 16 ms.
+    /// Waits until the rest of a damaged frame cannot be mistaken for the start of the next answer. Adapters forward received bytes every
+    /// 16 ms.
     fn wait_for_silence(&mut self, deadline: Instant) {
         loop {
             self.filled = 0;
@@ -338,7 +339,7 @@ impl Line {
         }
     }
 
-    /// Returns 3.5 characters, and 1.75 ms above 19,200 baud.
+    /// Returns the duration of 3.5 characters, at least 1.75 ms.
     fn silence(&self) -> Duration {
         (self.byte_time() * 7 / 2).max(Duration::from_micros(1_750))
     }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Map of the channels in the tables of a device, as a program declares it.
+//! Map of the channels to the tables of a device, as declared by a program.
 use super::pdu::Space;
 use super::value::{Form, Of, Order};
 use device::{Channel, Kind, Layout, OptionWord, Slot};
@@ -8,7 +8,7 @@ use serde_json::{Map, Value};
 
 const FIRST: &str = "none: one of the tables is given";
 
-/// The numbers of a channel.
+/// Numeric options of a channel.
 pub(super) const CHANNEL: [OptionWord; 9] = [
     OptionWord::with_default("holding", Kind::Whole, FIRST, "its address among the holding registers").within(0.0, 65535.0),
     OptionWord::with_default("input", Kind::Whole, FIRST, "its address among the input registers").within(0.0, 65535.0),
@@ -21,7 +21,7 @@ pub(super) const CHANNEL: [OptionWord; 9] = [
     OptionWord::with_default("slew", Kind::Number, "none", "its largest rate, per second").above(0.0, 1e15),
 ];
 
-/// A channel as it is declared: the table is the key of its address.
+/// A declared channel: the table is the key of its address.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct ChannelOptions {
@@ -56,16 +56,16 @@ enum Byte {
     Low,
 }
 
-/// End of the wire of the channels.
+/// Side of the protocol on which the channels are.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum End {
-    /// The driver asks a device.
+    /// The driver polls a device.
     Client,
-    /// The driver is the device that others ask: what it reads is what they wrote.
+    /// The driver is the device that clients poll: it reads the values that they wrote.
     Server,
 }
 
-/// Condition on which a channel is written.
+/// Condition under which a channel is written.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Write {
     /// The channel is read.
@@ -88,7 +88,7 @@ impl Write {
     }
 }
 
-/// A channel and its place in a table.
+/// A channel and its location in a table.
 #[derive(Clone, Debug)]
 pub(super) struct MappedChannel {
     pub name: String,
@@ -102,26 +102,26 @@ pub(super) struct MappedChannel {
 }
 
 impl MappedChannel {
-    /// Returns the number of registers or bits that it takes.
+    /// Returns the number of registers or bits of the channel.
     pub(super) fn count(&self) -> u16 {
         self.form.registers()
     }
 
-    /// Returns true if it is a part of a register, whose other bits belong to other channels or to the device.
+    /// Returns true if the channel is a part of a register, whose other bits belong to other channels or to the device.
     pub(super) fn is_part(&self) -> bool {
         self.form.mask() != u16::MAX
     }
 
-    /// Returns the address behind its last one.
+    /// Returns the address after the last one of the channel.
     pub(super) fn end(&self) -> u32 {
         u32::from(self.address) + u32::from(self.count())
     }
 }
 
-/// Returns the channels, and where each lies; in the order in which they are declared.
+/// Returns the channels and their locations, in the order of their declaration.
 ///
 /// # Errors
-/// In words, with the name of the channel that is wrong.
+/// Returns a message with the name of the wrong channel.
 pub(super) fn places(declared: &Map<String, Value>, end: End) -> Result<(Vec<Channel>, Vec<MappedChannel>), String> {
     let mut layout = Layout::default();
     let mut places = Vec::new();
@@ -137,10 +137,10 @@ pub(super) fn places(declared: &Map<String, Value>, end: End) -> Result<(Vec<Cha
     }
 }
 
-/// Refuses two channels of which one would overwrite the other.
+/// Checks that no channel overwrites another one.
 fn overlap(places: &[MappedChannel], end: End) -> Result<(), String> {
     let mut claimed: Vec<&MappedChannel> = places.iter().filter(|place| end == End::Server || place.write != Write::Never).collect();
-    // Sorted by masks too, so that two overlapping parts of one register are neighbours.
+    // Sorted by masks too, so that overlapping parts of one register are neighbours.
     claimed.sort_by_key(|place| (place.space, place.address, place.form.mask()));
     for pair in claimed.windows(2) {
         let [one, other] = pair else { continue };
@@ -222,7 +222,7 @@ fn form(asked: &ChannelOptions, space: Space) -> Result<Form, String> {
     Ok(Form::Scaled { of, order, scale, offset })
 }
 
-/// Bytes of its safe value: 0 or false where none is declared.
+/// Returns the bytes of the safe value: 0 or false by default.
 fn safe(asked: &ChannelOptions, form: &Form) -> Result<Vec<u8>, String> {
     let len = form.channel_type().len();
     let Some(value) = &asked.safe else { return Ok(vec![0; len]) };
@@ -236,7 +236,7 @@ fn safe(asked: &ChannelOptions, form: &Form) -> Result<Vec<u8>, String> {
                 _ => Err(format!("\"safe\": {value} does not fit the register")),
             }
         }
-        // Through the registers, where its number is known.
+        // The number is converted through its registers.
         Form::Raw { of, order } => {
             let as_number = Form::Scaled { of: *of, order: *order, scale: 1.0, offset: 0.0 };
             let Some((wire, true)) = as_number.write(&value.as_f64().ok_or_else(no)?.to_ne_bytes()) else { return Err(no()) };
@@ -258,8 +258,8 @@ pub(super) struct Block {
     pub places: Vec<MappedChannel>,
 }
 
-/// Returns the fewest requests that read these channels: neighbours of the same table and pace are one, over at most `gap` that nobody
-/// asked for, up to what the protocol allows.
+/// Returns the minimum number of requests that read these channels: neighbours in the same table and at the same pace are merged, across
+/// at most `gap` undeclared addresses, up to the limit of the protocol.
 pub(super) fn blocks(places: &[MappedChannel], gap: u16) -> Vec<Block> {
     let mut read: Vec<&MappedChannel> = places.iter().filter(|place| place.write == Write::Never).collect();
     read.sort_by_key(|place| (place.every_ns, place.space, place.address, place.count()));
@@ -291,7 +291,7 @@ pub(super) fn blocks(places: &[MappedChannel], gap: u16) -> Vec<Block> {
 }
 
 impl Block {
-    /// Stores what its request read into the readings.
+    /// Stores the data read by its request into the readings.
     pub(super) fn store(&self, data: &[u8], readings: &mut [u8]) {
         for place in &self.places {
             let at = usize::from(place.address - self.address);

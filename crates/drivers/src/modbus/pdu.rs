@@ -1,16 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Requests and answers of Modbus, without the frame around them: what "MODBUS application protocol 1.1b3" calls the PDU.
+//! Requests and answers of Modbus, without the frame around them: the PDU of "MODBUS application protocol 1.1b3".
 //!
 //! Nothing here allocates or panics, whatever the bytes are.
 use std::fmt;
 
-/// The longest of them.
+/// Maximum length of a PDU.
 pub(super) const PDU_MAX: usize = 253;
 
-/// The function "Mask Write Register".
+/// Function "Mask Write Register".
 pub(super) const MASK_WRITE: u8 = 22;
 
-/// The four tables of a device.
+/// Tables of a device.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, serde::Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub(super) enum Space {
@@ -25,17 +25,17 @@ impl Space {
         matches!(self, Space::Coil | Space::Discrete)
     }
 
-    /// Returns true if a client may write it.
+    /// Returns true if a client may write the table.
     pub(super) fn is_written(self) -> bool {
         matches!(self, Space::Coil | Space::Holding)
     }
 
-    /// Returns the maximum number that one request reads.
+    /// Returns the maximum number of items that one request reads.
     pub(super) fn read_max(self) -> u16 {
         if self.is_bits() { 2000 } else { 125 }
     }
 
-    /// Returns the maximum number that one request writes.
+    /// Returns the maximum number of items that one request writes.
     pub(super) fn write_max(self) -> u16 {
         if self.is_bits() { 1968 } else { 123 }
     }
@@ -53,7 +53,7 @@ impl Space {
         [Space::Coil, Space::Discrete, Space::Holding, Space::Input].into_iter().find(|space| space.read_function() == function)
     }
 
-    /// Bytes of so many.
+    /// Returns the number of bytes of `count` items.
     pub(super) fn bytes(self, count: u16) -> usize {
         if self.is_bits() { usize::from(count).div_ceil(8) } else { 2 * usize::from(count) }
     }
@@ -78,20 +78,20 @@ pub(super) enum Request<'a> {
         address: u16,
         count: u16,
     },
-    /// `data` as on the wire: registers with the high byte first, bits from the lowest of the first byte on.
+    /// `data` is in wire order: registers with the high byte first, bits from the lowest of the first byte.
     Write {
         space: Space,
         address: u16,
         count: u16,
         data: &'a [u8],
     },
-    /// Changes bits of a holding register, in the device itself: those of `keep` stay, the others become those of `set`.
+    /// Changes bits of a holding register in the device itself: the bits in `keep` stay, the others are set to those of `set`.
     Mask {
         address: u16,
         keep: u16,
         set: u16,
     },
-    /// Asks for the identity of the device, from this object on.
+    /// Requests the identity of the device, starting from this object.
     Identify {
         from: u8,
     },
@@ -112,7 +112,7 @@ impl fmt::Display for Request<'_> {
     }
 }
 
-/// Refusals of a device, by their names in the standard.
+/// Exception codes of a device, by their names in the standard.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Exception(pub u8);
 
@@ -121,7 +121,7 @@ impl Exception {
     pub(super) const ILLEGAL_ADDRESS: Exception = Exception(2);
     pub(super) const ILLEGAL_VALUE: Exception = Exception(3);
 
-    /// Returns true if the same request may have another answer soon: acknowledge, busy, and a gateway that had no answer.
+    /// Returns true if the same request may soon succeed: acknowledge, busy, and a gateway without an answer.
     pub(super) fn passes(self) -> bool {
         matches!(self.0, 5 | 6 | 11)
     }
@@ -145,15 +145,15 @@ impl fmt::Display for Exception {
     }
 }
 
-/// Reason why an answer is none to the request.
+/// Reason why a response does not answer the request.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum NoAnswer {
     Refused(Exception),
-    /// Another function, another length, other addresses.
+    /// The function, the length or the addresses differ.
     Foreign,
 }
 
-/// A PDU that is being written.
+/// A PDU under construction.
 #[derive(Clone, Debug)]
 pub(super) struct Pdu {
     bytes: [u8; PDU_MAX],
@@ -167,7 +167,7 @@ impl Pdu {
         &self.bytes[..self.len]
     }
 
-    /// Appends bytes; those that do not fit are left out: no request of ours comes to that.
+    /// Appends bytes; those that do not fit are left out, which no request here reaches.
     pub(super) fn put(&mut self, more: &[u8]) {
         let end = (self.len + more.len()).min(PDU_MAX);
         self.bytes[self.len..end].copy_from_slice(&more[..end - self.len]);
@@ -180,7 +180,7 @@ impl Pdu {
 }
 
 impl<'a> Request<'a> {
-    /// Encodes it as a client sends it.
+    /// Encodes the request for sending.
     pub(super) fn encode(&self) -> Pdu {
         let mut pdu = Pdu::EMPTY;
         match *self {
@@ -213,7 +213,7 @@ impl<'a> Request<'a> {
         pdu
     }
 
-    /// Reads a request to a device; an exception if it is malformed.
+    /// Decodes a request to a device; returns an exception if it is malformed.
     pub(super) fn decode(pdu: &'a [u8]) -> Result<Request<'a>, Exception> {
         let (function, rest) = pdu.split_first().ok_or(Exception::ILLEGAL_FUNCTION)?;
         let word = |at: usize| rest.get(at..at + 2).map(|two| u16::from_be_bytes([two[0], two[1]])).ok_or(Exception::ILLEGAL_VALUE);
@@ -253,7 +253,8 @@ impl<'a> Request<'a> {
         }
     }
 
-    /// Returns the data of a device's answer to this request: the bits or registers of a read, the objects of an identification, nothing of a write.
+    /// Returns the data of a device's answer to this request: the bits or registers of a read, the objects of an identification, nothing
+    /// for a write.
     pub(super) fn answer<'b>(&self, pdu: &'b [u8]) -> Result<&'b [u8], NoAnswer> {
         let function = self.encode().bytes[0];
         match (*self, pdu) {
@@ -279,7 +280,7 @@ pub(super) fn refusal(function: u8, why: Exception) -> Pdu {
     pdu
 }
 
-/// Returns the objects of an identification: `(id, text)` each, and from where to ask on.
+/// Returns the objects of an identification, `(id, text)` each, and the object from which to continue.
 pub(super) fn objects(data: &[u8]) -> (impl Iterator<Item = (u8, &[u8])>, Option<u8>) {
     let (more, count, mut rest) = match data {
         [_conformity, more, next, count, rest @ ..] => ((*more == 0xFF).then_some(*next), *count, rest),

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Looks for Modbus devices: units on a serial line, or devices at a list of TCP addresses.
+//! Searches for Modbus devices: units on a serial line, or devices at a list of TCP addresses.
 use super::link::{Fault, Link, address_of};
 use super::pdu::{Exception, Request};
 use super::services;
@@ -8,12 +8,12 @@ use device::{DriverError, FoundDevice, GivenOptions};
 use serde_json::json;
 use std::time::Duration;
 
-/// Default time limit of an answer: a line of 247 units is searched in 25 s.
+/// Default time limit for a response: a line of 247 units is searched in 25 s.
 const ANSWER: Duration = Duration::from_millis(100);
-/// Over TCP, where a device may be behind a gateway.
+/// Default time limit over TCP, as a device may be behind a gateway.
 const ANSWER_TCP: Duration = Duration::from_millis(500);
 
-/// Searches `address`: a serial line, or TCP addresses with commas between them; `unit`: that one alone.
+/// Searches `address`: a serial line, or TCP addresses separated by commas; `unit` restricts the search to that unit.
 pub(super) fn scan(given: &GivenOptions<'_>) -> Result<Vec<FoundDevice>, DriverError> {
     let value = given.value();
     let Some(asked) = value["address"].as_str() else {
@@ -26,7 +26,7 @@ pub(super) fn scan(given: &GivenOptions<'_>) -> Result<Vec<FoundDevice>, DriverE
         let address = address_of(text).map_err(|why| given.wrong("address", why))?;
         let (units, answer) = match &address {
             Address::Serial { .. } => (only.map_or(1..=247, |unit| unit..=unit), answer.unwrap_or(ANSWER)),
-            // A device of its own answers to any unit; the one that most are set to stands for them.
+            // A stand-alone device answers to any unit; the most common setting is tried.
             Address::Tcp(_) => (only.unwrap_or(1)..=only.unwrap_or(1), answer.unwrap_or(ANSWER_TCP)),
         };
         for unit in units {

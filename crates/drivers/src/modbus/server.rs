@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Signals of a cell offered to Modbus clients, a controller of the line or an operator panel: what it reads is what they wrote, what it
-//! writes they read.
+//! Signals of a cell offered to Modbus clients, such as a line controller or an operator panel: it reads the values that they write, and
+//! they read its own.
 //!
 //! | module | |
 //! |---|---|
-//! | `tables` | registers and bits, and a request carried out in them |
+//! | `tables` | registers and bits, and execution of requests on them |
 //! | `serve` | the thread that answers clients |
 mod serve;
 mod tables;
@@ -75,7 +75,7 @@ struct Server {
     clients: usize,
     shared: Arc<ServerState>,
     silent_ns: Option<i64>,
-    /// Requests at the last reading, and when there were more than before.
+    /// Number of requests at the last reading, and the time of the last increase.
     asked: (u64, i64),
     running: Option<(UnixStream, JoinHandle<()>)>,
 }
@@ -162,9 +162,9 @@ impl Driver for Server {
 
     fn close(&mut self) {
         if let Some((mine, serving)) = self.running.take() {
-            // Not by closing it: a process that was forked may have a copy. It fails where the thread has ended already.
+            // Not closed but shut down: a forked process may have a copy. It fails if the thread has already ended.
             let _ = mine.shutdown(Shutdown::Both);
-            // What it panicked with has been printed.
+            // The panic message has already been printed.
             let _ = serving.join();
         }
     }

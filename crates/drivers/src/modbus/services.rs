@@ -27,10 +27,10 @@ pub(super) static SERVICES: [ServiceWord; 3] = [
     ServiceWord { name: "identification", doc: "reads who the device is: vendor, product, version", arguments: &[], answer: Some(Kind::Table), moves: false },
 ];
 
-/// Carries them out beside the exchange, in the device's turn on its line.
+/// Services that run outside the exchange, in the device's turn on its line.
 pub(super) struct Desk {
     link: Link<Weak<Turns<Line>>>,
-    /// The channels that are written.
+    /// Written channels.
     outputs: Vec<MappedChannel>,
 }
 
@@ -47,7 +47,7 @@ impl Desk {
         let mut bytes = [0; 8];
         at.form.read(answer.data(), &mut bytes);
         let value = f64::from_ne_bytes(bytes);
-        // A number that JSON has none for.
+        // The number may have no representation in JSON.
         if value.is_finite() { Ok(json!(value)) } else { Err(wrong(&format!("{} {} holds {value}", at.space, at.address))) }
     }
 
@@ -83,7 +83,7 @@ impl Services for Desk {
     }
 }
 
-/// Address that the arguments name.
+/// Address in the arguments.
 struct At {
     space: Space,
     address: u16,
@@ -112,14 +112,14 @@ fn wrong(message: &str) -> DeviceError {
     DeviceError { message: message.to_owned() }
 }
 
-/// The names of the objects in the standard.
+/// Names of the objects in the standard.
 const OBJECTS: [&str; 7] = ["vendor", "product_code", "version", "vendor_url", "product", "model", "application"];
 
 /// Returns the identification of the device (function 43/14).
 pub(super) fn identification(link: &Link) -> Result<Value, DeviceError> {
     let mut said = Map::new();
     let mut from = Some(0);
-    // A device that never comes to its end is not believed.
+    // The loop is bounded, as a device might never end its list.
     for _ in 0..OBJECTS.len() {
         let Some(next) = from else { break };
         let answer = link.ask(&Request::Identify { from: next })?;

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-//! A lock that is given in the order in which it was asked for. Units on one serial line take turns by it: with a plain mutex, one that asks
-//! again at once would often come before those that wait.
+//! A lock that is granted in the order of requests. Units on one serial line use it to take turns: with a plain mutex, a unit that
+//! immediately locks it again would often overtake those that wait.
 use std::ops::{Deref, DerefMut};
 use std::sync::{Condvar, Mutex, MutexGuard, PoisonError};
 
 pub(super) struct Turns<T> {
-    /// The next ticket, and the one whose turn it is.
+    /// Next ticket to issue, and the one whose turn it is.
     tickets: Mutex<(u64, u64)>,
     moved: Condvar,
     of: Mutex<T>,
@@ -14,7 +14,7 @@ pub(super) struct Turns<T> {
 /// Turn of one unit.
 pub(super) struct Turn<'a, T> {
     turns: &'a Turns<T>,
-    /// None only while it is dropped.
+    /// `None` only during drop.
     of: Option<MutexGuard<'a, T>>,
 }
 
@@ -23,7 +23,7 @@ impl<T> Turns<T> {
         Turns { tickets: Mutex::new((0, 0)), moved: Condvar::new(), of: Mutex::new(of) }
     }
 
-    /// Waits for its turn.
+    /// Waits for a turn.
     pub(super) fn take(&self) -> Turn<'_, T> {
         let mut tickets = self.tickets.lock().unwrap_or_else(PoisonError::into_inner);
         let mine = tickets.0;
@@ -68,7 +68,7 @@ mod tests {
         let others = AtomicU64::new(0);
         std::thread::scope(|scope| {
             let greedy = scope.spawn(|| {
-                // Asks again at once, as a device does that is dead; it ends because the others come in between.
+                // Retries at once, like the driver of a dead device; it ends because the others get their turns.
                 while others.load(Ordering::Relaxed) < 300 {
                     *turns.take() += 1;
                 }

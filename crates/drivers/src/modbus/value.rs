@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Meaning of registers: numbers over one to four of them, in one of four orders, with scale and offset; single bits.
+//! Meaning of registers: numbers over one to four of them, in one of four byte orders, with scale and offset; single bits.
 use device::counts::Counts;
 use device::{Number, Type};
 use serde::Deserialize;
 
-/// The number that lies in registers.
+/// Number type in registers.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub(super) enum Of {
@@ -22,7 +22,7 @@ pub(super) enum Of {
 impl Of {
     pub(super) const NAMES: &'static str = "int16, uint16, int32, uint32, int64, uint64, float or double";
 
-    /// Returns the number of registers that it takes.
+    /// Returns the number of registers of the type.
     pub(super) fn registers(self) -> u16 {
         match self {
             Of::Int16 | Of::Uint16 => 1,
@@ -31,7 +31,7 @@ impl Of {
         }
     }
 
-    /// Returns the number as C has it.
+    /// Returns the corresponding type in C.
     fn number(self) -> Number {
         match self {
             Of::Int16 => Number::Int16,
@@ -45,7 +45,7 @@ impl Of {
         }
     }
 
-    /// Counts of this number with a scale and an offset.
+    /// Returns the conversion for this type with a scale and an offset.
     fn counts(self, scale: f64, offset: f64) -> Counts {
         Counts { scale, offset, ..Counts::of(self.number()) }
     }
@@ -56,19 +56,19 @@ fn bytes_of(counts: &Counts, raw: u64) -> [u8; 8] {
     (raw << (64 - counts.bits)).to_be_bytes()
 }
 
-/// Counts out of bytes, highest first.
+/// Returns the counts in these bytes, highest first.
 fn raw_of(counts: &Counts, bytes: [u8; 8]) -> u64 {
     u64::from_be_bytes(bytes) >> (64 - counts.bits)
 }
 
-/// Where the highest byte of a number lies, as manuals of devices write it.
+/// Position of the highest byte of a number, in the notation of device manuals.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
 pub(super) enum Order {
-    /// The standard's: the high word first, in it the high byte.
+    /// Order of the standard: high word first, each with its high byte first.
     #[default]
     #[serde(rename = "ABCD")]
     Abcd,
-    /// The low word first.
+    /// Low word first.
     #[serde(rename = "CDAB")]
     Cdab,
     #[serde(rename = "BADC")]
@@ -78,7 +78,7 @@ pub(super) enum Order {
 }
 
 impl Order {
-    /// Turns bytes from the wire to highest first, or back: each order is its own inverse.
+    /// Converts bytes from wire order to highest first, or back: each order is its own inverse.
     fn turn(self, bytes: &mut [u8]) {
         if matches!(self, Order::Cdab | Order::Dcba) {
             let words = bytes.len() / 2;
@@ -105,7 +105,7 @@ pub(super) enum Form {
     Byte { is_high: bool, scale: f64, offset: f64 },
     /// `value = scale * number + offset`, as a double.
     Scaled { of: Of, order: Order, scale: f64, offset: f64 },
-    /// The number as it is, as the type of that name in C.
+    /// The plain number, in the type of that name in C.
     Raw { of: Of, order: Order },
 }
 
@@ -117,7 +117,7 @@ impl Form {
         }
     }
 
-    /// Returns the mask of its bits in its register; all of them if it takes whole registers.
+    /// Returns the mask of the channel's bits in its register; all bits if it takes whole registers.
     pub(super) fn mask(&self) -> u16 {
         match self {
             Form::Bit(bit) => 1 << bit,
@@ -126,7 +126,7 @@ impl Form {
         }
     }
 
-    /// Returns the type of its channel.
+    /// Returns the type of the channel.
     pub(super) fn channel_type(&self) -> Type {
         match self {
             Form::Coil | Form::Bit(_) => Type::BOOL,
@@ -135,7 +135,7 @@ impl Form {
         }
     }
 
-    /// Reads the registers on the wire into a channel. Both are as long as the form says; what is shorter is left alone.
+    /// Converts registers on the wire to a channel. Both must have the length of the form; shorter slices are ignored.
     pub(super) fn read(&self, wire: &[u8], channel: &mut [u8]) {
         let len = 2 * usize::from(self.registers());
         let (Some(wire), true) = (wire.get(..len), channel.len() == self.channel_type().len()) else { return };
@@ -161,8 +161,8 @@ impl Form {
         }
     }
 
-    /// Writes a channel to the wire, and returns whether the value could be written as it is: else it became the nearest that can.
-    /// None: it is no number.
+    /// Converts a channel to its form on the wire. Returns the bytes, and whether the value fitted: otherwise they are the nearest value.
+    /// Returns `None` for NaN.
     pub(super) fn write(&self, channel: &[u8]) -> Option<([u8; 8], bool)> {
         let len = 2 * usize::from(self.registers());
         match *self {
@@ -191,7 +191,7 @@ impl Form {
     }
 }
 
-/// Returns a value on the wire, and whether it could be written as it is.
+/// Returns a value in its form on the wire, and whether it fitted.
 fn written(counts: &Counts, order: Order, value: f64) -> Option<([u8; 8], bool)> {
     let (raw, fits) = counts.counts(value)?;
     let mut bytes = bytes_of(counts, raw);
@@ -199,7 +199,7 @@ fn written(counts: &Counts, order: Order, value: f64) -> Option<([u8; 8], bool)>
     Some((bytes, fits))
 }
 
-/// Returns the counts of one byte.
+/// Returns the conversion of one byte.
 fn byte(scale: f64, offset: f64) -> Counts {
     Counts { scale, offset, ..Counts::of(Number::Uint8) }
 }
@@ -209,13 +209,13 @@ fn shift(is_high: bool) -> u32 {
     if is_high { 8 } else { 0 }
 }
 
-/// Returns the two bytes of a register as they are sent, in front of zeros.
+/// Returns the two bytes of a register in wire order, followed by zeros.
 fn in_register(value: u16) -> [u8; 8] {
     let [high, low] = value.to_be_bytes();
     [high, low, 0, 0, 0, 0, 0, 0]
 }
 
-/// Turns bytes from highest first to the order of this machine, or back.
+/// Converts bytes from highest first to the order of this machine, or back.
 fn native(bytes: &mut [u8]) {
     if cfg!(target_endian = "little") {
         bytes.reverse();
@@ -292,7 +292,7 @@ mod tests {
                 }
             }
         }
-        // A scale that is small makes a number that no double holds.
+        // A very small scale makes a number that exceeds the range of a double.
         let form = Form::Scaled { of: Of::Double, order: Order::Abcd, scale: 1e-300, offset: 0.0 };
         assert_eq!(form.write(&1e300_f64.to_ne_bytes()), Some((f64::MAX.to_be_bytes(), false)));
         assert_eq!(Form::Raw { of: Of::Float, order: Order::Abcd }.write(&f32::NAN.to_ne_bytes()), None);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The effort and speed limits that the actuators of a model give its joints.
+//! Effort and speed limits that a model's actuators impose on its joints.
 use super::fields::Fields;
 use device::UNLIMITED;
 
@@ -26,7 +26,7 @@ pub(super) fn efforts(fields: &Fields, joints: usize) -> Vec<Option<f64>> {
         if force_limited[a] {
             most = reach(&force, a);
         }
-        // An input is an effort only where the actuator is a motor: no bias, one input, force = gain * input.
+        // An input is an effort only if the actuator is a motor: no bias, one input, force = gain * input.
         if bias[a] == 0 && input_limited.len() == kind.len() && input_limited[a] {
             most = most.min(reach(&input, a) * gain[a * gain_columns].abs());
         }
@@ -42,7 +42,7 @@ pub(super) fn efforts(fields: &Fields, joints: usize) -> Vec<Option<f64>> {
     efforts
 }
 
-/// Returns the speed limit of each joint: the fastest that the input range of a velocity actuator allows.
+/// Returns the speed limit of each joint: the maximum that the input range of a velocity actuator allows.
 pub(super) fn speeds(fields: &Fields, joints: usize) -> Vec<f64> {
     let (kind, target, gear) = (fields.ints("actuator_trntype"), fields.ints("actuator_trnid"), fields.reals("actuator_gear"));
     let (limited, input) = (fields.flags("actuator_ctrllimited"), fields.reals("actuator_ctrlrange"));
@@ -51,7 +51,7 @@ pub(super) fn speeds(fields: &Fields, joints: usize) -> Vec<f64> {
     let mut speeds = vec![UNLIMITED; joints];
     for a in 0..kind.len().min(limited.len()) {
         let (kv, bias, ratio) = (gain[a * gain_columns], &bias[a * bias_columns..], gear[a * GEAR_COLUMNS].abs());
-        // force = kv (input - speed): no part of it depends on the position.
+        // force = kv (input - speed): independent of the position.
         let is_velocity = kv > 0.0 && bias[1] == 0.0 && bias[2] == -kv;
         if is_velocity && limited[a] && ratio > 0.0 && matches!(kind[a], TRANSMISSION_JOINT | TRANSMISSION_JOINT_IN_PARENT) {
             let most = input[2 * a].abs().max(input[2 * a + 1].abs()) / ratio;

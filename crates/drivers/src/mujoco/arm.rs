@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-//! An arm as its model describes it: joints, tool, sensors, springs and followers, with the compiled model that they are of.
+//! An arm as described by its model: joints, tool, sensors, springs and followers, with the compiled model.
 use super::functions::{Model, MuJoCo, object};
 use device::{Part, Servo};
 use serde_json::{Value, json};
 use std::ffi::{CStr, CString};
 
-/// `mjtJoint` of a body that no joint holds.
+/// `mjtJoint` of a free body.
 pub(super) const JOINT_FREE: i32 = 0;
 /// Coefficients of the polynomial that couples two joints.
 pub(super) const TERMS: usize = 5;
@@ -17,15 +17,15 @@ pub(super) struct Joint {
     /// Index of its position in qpos and of its velocity in qvel.
     pub position: usize,
     pub velocity: usize,
-    /// The inertia that a decoupled effort moves, kg.m^2 (kg), and the gains of a servo of decoupled efforts.
+    /// Inertia that a decoupled effort moves, kg.m^2 (kg), and the gains of a servo of decoupled efforts.
     pub inertia: f64,
     pub decoupled: Servo,
-    /// The acceleration that its efforts and those of the other joints can give in every pose, all at once, rad/s^2 (m/s^2).
+    /// Acceleration that the efforts of all joints can achieve in every pose at the same time, rad/s^2 (m/s^2).
     pub acceleration_max: f64,
 }
 
 impl Joint {
-    /// Describes the joint as the driver does to the programs that use it.
+    /// Returns the description of the joint for programs that use the driver.
     pub fn about(&self) -> Value {
         let mut about = json!(self.part);
         about["decoupled"] = json!(self.decoupled);
@@ -34,7 +34,7 @@ impl Joint {
     }
 }
 
-/// The spring of a joint: effort = -stiffness (position - rest).
+/// Spring of a joint: effort = -stiffness (position - rest).
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Spring {
     pub position: usize,
@@ -43,14 +43,14 @@ pub(super) struct Spring {
     pub rest: f64,
 }
 
-/// Where the tool is: a site named `tool` or `attachment_site`, else the site of the first force sensor.
+/// Location of the tool: a site named `tool` or `attachment_site`, else the site of the first force sensor.
 #[derive(Clone, Debug)]
 pub(super) struct Tool {
     pub body: i32,
-    /// The site, and the centre of mass of its body, in the body's frame.
+    /// Site, and centre of mass of its body, in the body's frame.
     pub site_m: [f64; 3],
     pub centre_m: [f64; 3],
-    /// The sensor that tells the force there, if the model has one.
+    /// Sensor of the force at the site, if the model has one.
     pub sensor: Option<i32>,
 }
 
@@ -59,7 +59,7 @@ pub(super) struct Tool {
 pub(super) struct Follower {
     pub velocity: usize,
     pub position: usize,
-    /// Its leader's index in qvel and in qpos.
+    /// Index of the leader in qvel and in qpos.
     pub leader: (usize, usize),
     /// q_1 - rest_1 as a polynomial of q_2 - rest_2; the follower is joint 1, or joint 2 if `is_second`.
     pub terms: [f64; TERMS],
@@ -71,7 +71,7 @@ pub(super) struct Follower {
 #[derive(Clone, Debug)]
 pub(super) struct Sensor {
     pub name: String,
-    /// Its number in the model, and how many numbers it tells.
+    /// Number in the model, and number of values.
     pub id: i32,
     pub elements: usize,
     pub unit: &'static str,
@@ -84,17 +84,18 @@ pub(super) struct Arm {
     pub joints: Vec<Joint>,
     pub tool: Option<Tool>,
     pub sensors: Vec<Sensor>,
-    /// The sensor of contacts, and how many it tells.
+    /// Sensor of contacts, and the number of contacts that it reports.
     pub contacts: Option<(i32, usize)>,
-    /// Bodies that no joint holds: name of the joint, and the index of its pose in qpos.
+    /// Free bodies: name of the joint, and the index of its pose in qpos.
     pub free: Vec<(String, usize)>,
     /// Viscous damping and dry friction of each degree of freedom.
     pub damping: Vec<f64>,
     pub friction: Vec<f64>,
-    /// The part of the friction that the plant computes, and whether there is any: MuJoCo computes that of followers and of what is apart.
+    /// Part of the friction computed by the plant, and whether there is any: MuJoCo computes the friction of followers and of the degrees
+    /// of freedom in `apart`.
     pub plant_friction: Vec<f64>,
     pub rubs: bool,
-    /// Tree of bodies that each degree of freedom belongs to. No force acts between two trees but by contact.
+    /// Tree of bodies of each degree of freedom. Two trees interact only by contact.
     pub trees: Vec<i32>,
     pub springs: Vec<Spring>,
     /// Degrees of freedom that move with others, each before its leader.
@@ -109,7 +110,7 @@ pub(super) struct Arm {
     pub home: i32,
 }
 
-// SAFETY: the model is owned by this value and constant after `load`; MuJoCo keeps nothing about it for a thread.
+// SAFETY: the model is owned by this value and constant after `load`; MuJoCo keeps no thread-local state about it.
 unsafe impl Send for Arm {}
 
 impl Drop for Arm {
@@ -157,7 +158,7 @@ impl Arm {
         (!name.is_null()).then(|| unsafe { CStr::from_ptr(name) }.to_string_lossy().into_owned())
     }
 
-    /// Returns the name of a joint; a free one without a name is called as its body.
+    /// Returns the name of a joint; a free one without a name has that of its body.
     pub fn joint_name(&self, joint: usize, kind: i32, body: i32) -> String {
         let of_body = || (kind == JOINT_FREE).then(|| self.name(object::BODY, body)).flatten();
         self.name(object::JOINT, joint as i32).or_else(of_body).unwrap_or_else(|| format!("joint_{joint}"))

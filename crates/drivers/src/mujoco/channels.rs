@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The channels of an arm, and where they lie: joints in the order of the model, then the force, the sensors and the free bodies.
+//! Channels of an arm, and their layout: joints in the order of the model, then the force, the sensors and the free bodies.
 use super::arm::{Arm, Joint};
 use super::contacts::GIVEN;
 use device::{Channel, Layout, Slot, Type};
@@ -14,7 +14,7 @@ pub(super) struct Slots {
     /// Pose of each free body.
     pub free: Vec<Slot>,
     pub push: Option<Slot>,
-    /// Decoupled effort of each joint, and which written channel the first of them is.
+    /// Decoupled effort of each joint, and the index of the first one among the written channels.
     pub decoupled: Vec<Slot>,
     pub first_decoupled: usize,
 }

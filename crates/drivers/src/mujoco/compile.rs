@@ -7,17 +7,17 @@ use device::DriverError;
 use std::ffi::{CStr, CString, c_char, c_int};
 use std::path::{Path, PathBuf};
 
-/// Returns the whole path: MuJoCo shortens `a/../b` by text, which is wrong behind a symbolic link.
+/// Returns the canonical path: MuJoCo shortens `a/../b` textually, which is wrong after a symbolic link.
 pub(super) fn whole(path: &Path) -> Result<PathBuf, DriverError> {
     path.canonicalize().map_err(|e| DriverError::File { kind: "mujoco".into(), path: path.into(), problem: e.to_string() })
 }
 
-/// Tries the file at `whole`, which the user knows as `path`.
+/// Tries the file at `whole`; error messages show it as `path`.
 pub(super) fn tried(library: &Path, path: &Path, whole: &Path) -> Result<(), DriverError> {
     trial::model(library, whole).map_err(|problem| refusals::model(path, &problem))
 }
 
-/// Tries and compiles the model at `path`, with a sensor of so many contacts.
+/// Tries and compiles the model at `path`, with a sensor of this number of contacts.
 pub(super) fn compile(mujoco: &MuJoCo, path: &Path, contacts: u32) -> Result<*mut Model, DriverError> {
     let whole = whole(path)?;
     tried(&mujoco.path, path, &whole)?;
@@ -39,13 +39,13 @@ pub(super) fn compile(mujoco: &MuJoCo, path: &Path, contacts: u32) -> Result<*mu
     Ok(model)
 }
 
-/// A file in memory, where it has a text; MuJoCo looks there first.
+/// A file in memory, if there is a text; MuJoCo searches there first.
 struct InMemory<'a>(Files, &'a MuJoCo);
 
 impl<'a> InMemory<'a> {
     fn new(mujoco: &'a MuJoCo, name: &CStr, text: &str) -> InMemory<'a> {
         let mut files = InMemory(Files { implementation: std::ptr::null_mut() }, mujoco);
-        // SAFETY: MuJoCo copies the text, which has the length that is passed; a file that is not entered is one that it does not find.
+        // SAFETY: MuJoCo copies the text, whose length is passed; a file that is not added is one that it does not find.
         unsafe {
             (mujoco.mj_defaultVFS)(&mut files.0);
             if !text.is_empty() {
@@ -58,7 +58,7 @@ impl<'a> InMemory<'a> {
 
 impl Drop for InMemory<'_> {
     fn drop(&mut self) {
-        // SAFETY: it was made by `mj_defaultVFS` and is freed only here.
+        // SAFETY: the VFS was made by `mj_defaultVFS` and is freed only here.
         unsafe { (self.1.mj_deleteVFS)(&mut self.0) }
     }
 }

@@ -1,20 +1,21 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Contacts of a plant. With the option `contacts` the model is loaded with an additional contact sensor, which reports the contacts with the largest
-//! forces. It comes after the model's own sensors, whose numbers it leaves as they are, and it does not change the motion of the plant.
+//! Contacts of a plant. With the option `contacts` the model is loaded with an additional contact sensor, which reports the contacts with
+//! the largest forces. It is placed after the model's own sensors, whose numbers are unchanged, and it does not change the motion of the
+//! plant.
 use std::path::{Path, PathBuf};
 
-/// The name of the sensor, and of the file in memory that adds it.
+/// Name of the sensor, and of the file in memory that adds it.
 pub(super) const SENSOR: &str = "opengpac.contacts";
 const FILE: &str = ".opengpac-contacts.xml";
-/// The most that can be asked for.
+/// Maximum number of contacts.
 pub(super) const CONTACTS_MAX: u32 = 64;
-/// Numbers of the sensor for a contact: force in the contact's axes, place, normal and tangent in the world.
+/// Numbers of the sensor per contact: force in the contact's axes, position, normal and tangent in the world.
 pub(super) const TOLD: usize = 12;
-/// Numbers of the channel for a contact: place and force in the world.
+/// Numbers of the channel per contact: position and force in the world.
 pub(super) const GIVEN: usize = 6;
 
-/// Returns a file that includes the model at `model`, with the sensor of so many contacts, and where it has to stand: beside the model, from
-/// where the model's own files are looked for.
+/// Returns a file that includes the model at `model`, with the sensor of this number of contacts, and its path: in the folder of the
+/// model, from which the model's own files are found.
 pub(super) fn model_with(model: &Path, contacts: u32) -> (PathBuf, String) {
     let name = model.file_name().unwrap_or_default().to_string_lossy();
     let name = name.replace('&', "&amp;").replace('<', "&lt;").replace('"', "&quot;");
@@ -22,7 +23,7 @@ pub(super) fn model_with(model: &Path, contacts: u32) -> (PathBuf, String) {
     (model.with_file_name(FILE), format!(r#"<mujoco><include file="{name}"/><sensor>{sensor}</sensor></mujoco>"#))
 }
 
-/// Returns a contact as the channel has it: its place, m, and the force of its first shape on its second, N, both in the world.
+/// Converts a contact to the form of the channel: its position, m, and the force of its first shape on its second, N, both in the world.
 pub(super) fn given(told: &[f64; TOLD]) -> [f64; GIVEN] {
     let [along, first, second, x, y, z, normal @ .., tx, ty, tz] = *told;
     let tangent = [tx, ty, tz];
@@ -37,7 +38,7 @@ mod tests {
 
     #[test]
     fn a_force_is_told_in_the_world() {
-        // A contact whose normal is y and whose tangent is z: what is left is x.
+        // A contact whose normal is y and whose tangent is z: the third axis is x.
         let told = [2.0, 3.0, 5.0, 0.1, 0.2, 0.3, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0];
         assert_eq!(given(&told), [0.1, 0.2, 0.3, 5.0, 2.0, 3.0]);
         assert_eq!(given(&[0.0; TOLD]), [0.0; GIVEN], "none");

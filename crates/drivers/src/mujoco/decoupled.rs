@@ -1,16 +1,18 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Decoupled efforts: computed torque in the drive, under dry friction and within the limits of the motors.
 //!
-//! **Friction.** The motor of a joint makes up for its dry friction, in proportion to the velocity that is asked for up to `SPEED_OF_FRICTION` and
-//! wholly above it, so that a joint at rest does not chatter. A joint that friction holds all the same does not accelerate, whatever is asked: the
-//! others bear what it really does. The friction is the plant's own (see [`Plant::load_efforts`]): MuJoCo's is a soft constraint, and a motor that is
-//! computed with another friction than acts makes the arm swing.
-//! **Limits.** Where a motor cannot give what is needed, the accelerations of all joints of its tree are reduced by the same factor, as far as
-//! gravity allows: if one motor alone were limited, the others would push the arm off its path. A motor that cannot hold its joint gives its
-//! maximum effort, and the other joints are computed with that.
+//! **Friction.** The motor of a joint compensates its dry friction, in proportion to the requested velocity up to `SPEED_OF_FRICTION` and
+//! fully above it, so that a joint at rest does not chatter. A joint that is held by friction nevertheless does not accelerate, whatever
+//! is requested: the other joints are computed with its actual acceleration. The friction is the plant's own (see
+//! [`Plant::load_efforts`]): MuJoCo's is a soft constraint, and a motor that is computed with a different friction from the actual one
+//! makes the arm oscillate.
+//!
+//! **Limits.** If a motor cannot give the required effort, the accelerations of all joints of its tree are reduced by the same factor, as
+//! far as gravity allows: if one motor alone were limited, the others would push the arm off its path. A motor that cannot hold its joint
+//! gives its maximum effort, and the other joints are computed with that.
 use super::plant::Plant;
 
-/// Velocity from which on a motor makes up for the whole friction of its joint: rad/s, and m/s of a sliding joint.
+/// Velocity above which a motor compensates the whole friction of its joint: rad/s, and m/s of a sliding joint.
 const SPEED_OF_FRICTION: f64 = 2e-3;
 const SPEED_OF_FRICTION_M: f64 = 2e-4;
 
@@ -20,9 +22,9 @@ impl Plant {
         !self.braked[self.arm.joints[j].velocity] && self.slowing[j] == 0 && self.decoupled[j].is_finite()
     }
 
-    /// Adds to the efforts of the decoupled joints what gives each the acceleration that its decoupled effort gives its own inertia.
+    /// Adds the efforts that give each decoupled joint the acceleration that its decoupled effort would give its own inertia.
     pub(super) fn load_decoupled(&mut self) {
-        // What belongs to another tree of bodies does not feel the arm: it is left out of the equations.
+        // Other trees of bodies do not feel the arm: they are left out of the equations.
         for i in 0..self.bias.len() {
             self.given[i] = self.braked[i] || self.arm.apart[i];
         }
@@ -44,17 +46,17 @@ impl Plant {
         }
     }
 
-    /// Returns true if a joint is a decoupled one whose motor can hold it.
+    /// Returns true if a joint is decoupled and its motor can hold it.
     fn is_given(&self, j: usize) -> bool {
         self.is_decoupled(j) && self.given[self.arm.joints[j].velocity]
     }
 
-    /// Returns true if a motor cannot give an effort.
+    /// Returns true if an effort exceeds the limit of the motor.
     fn is_beyond(&self, j: usize, effort: f64) -> bool {
         effort.abs() > self.arm.joints[j].part.effort_max
     }
 
-    /// Takes the efforts that the decoupled joints need for what is asked of them, and the friction under which they move.
+    /// Computes the efforts that the decoupled joints need for the requested accelerations, and the friction under which they move.
     fn need(&mut self) {
         let step_s = self.step_s();
         self.accelerations.fill(0.0);
@@ -65,7 +67,7 @@ impl Plant {
                 let (friction, speed) = (self.arm.plant_friction[v], self.state[self.positions + v]);
                 let whole = if joint.part.unit == "m" { SPEED_OF_FRICTION_M } else { SPEED_OF_FRICTION };
                 let made_up = friction * ((speed + step_s * asked) / whole).clamp(-1.0, 1.0);
-                // What stops the joint within this step, as far as its friction goes.
+                // Friction that stops the joint within this step, up to its limit.
                 self.rubbing[v] = (-inertia * (asked + speed / step_s) - made_up).clamp(-friction, friction);
                 self.accelerations[v] = asked + (made_up + self.rubbing[v]) / inertia;
             }
@@ -74,7 +76,7 @@ impl Plant {
         self.needed = self.efforts_for(efforts);
     }
 
-    /// Takes the efforts that the decoupled joints need in order not to accelerate under the same friction.
+    /// Computes the efforts that the decoupled joints need in order not to accelerate under the same friction.
     fn stand(&mut self) {
         self.accelerations.fill(0.0);
         let efforts = std::mem::take(&mut self.standing);
@@ -94,7 +96,7 @@ impl Plant {
         efforts
     }
 
-    /// Reduces what is asked until the motors can give it.
+    /// Reduces the requested accelerations until the motors can give them.
     fn keep_to_motors(&mut self) {
         self.stand();
         while self.give_all() {
@@ -105,7 +107,7 @@ impl Plant {
             if self.is_given(j) {
                 let v = self.arm.joints[j].velocity;
                 let share = self.share(self.arm.trees[v]);
-                // `accelerations` is free now: it takes the result, for `needed` is still looked at.
+                // `accelerations` is free now: it stores the result, because `needed` is still read.
                 self.accelerations[v] = self.standing[v] + share * (self.needed[v] - self.standing[v]);
             }
         }
@@ -117,7 +119,7 @@ impl Plant {
         }
     }
 
-    /// Has the motors that cannot hold their joints give all they can; false where there was none.
+    /// Sets the motors that cannot hold their joints to their maximum effort; returns false if there are none.
     fn give_all(&mut self) -> bool {
         let mut is_any = false;
         for j in 0..self.arm.joints.len() {
@@ -131,7 +133,7 @@ impl Plant {
         is_any
     }
 
-    /// Returns the largest share of what is asked that every motor of a tree can give.
+    /// Returns the maximum fraction of the requested accelerations that every motor of a tree can give.
     fn share(&self, tree: i32) -> f64 {
         let of = |j: usize| {
             let (v, most) = (self.arm.joints[j].velocity, self.arm.joints[j].part.effort_max);

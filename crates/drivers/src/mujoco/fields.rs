@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The fields of a compiled model, by name.
+//! Fields of a compiled model, by name.
 use super::arm::Arm;
 use super::functions::BatchConfig;
 use super::refusals;
@@ -7,7 +7,7 @@ use device::DriverError;
 use std::ffi::{CStr, CString, c_char, c_int, c_void};
 use std::path::Path;
 
-/// The model's fields, by name.
+/// Access to the fields of the model by name.
 pub(super) struct Fields<'a> {
     arm: &'a Arm,
     batch: *mut c_void,
@@ -34,13 +34,13 @@ impl<'a> Fields<'a> {
         Ok(Fields { arm, batch })
     }
 
-    /// Copies the fields, as they were set, into the model of the arm.
+    /// Copies the fields, as set, into the model of the arm.
     pub fn apply(self) {
         // SAFETY: the batch was made from this very model, so the sizes are equal.
         unsafe { (self.arm.mujoco.mjb_getModel)(self.batch, 0, self.arm.model) };
     }
 
-    /// Returns where a field lies in the batch, how many elements it has and how large one is; none for a field of no elements.
+    /// Returns the address of a field in the batch, its number of elements and their size; a null address for a field without elements.
     fn place(&self, name: &str) -> (*mut c_void, usize, usize) {
         let name = CString::new(name).expect("field names hold no NUL");
         let (mut count, mut size): (c_int, c_int) = (0, 0);
@@ -52,7 +52,7 @@ impl<'a> Fields<'a> {
     fn read<T: Copy>(&self, name: &str) -> Vec<T> {
         let (place, count, size) = self.place(name);
         assert!(count == 0 || size == size_of::<T>(), "the field '{name}' has elements of {size} bytes");
-        // SAFETY: MuJoCo says that `count` elements of this size lie there; they live as long as the batch.
+        // SAFETY: MuJoCo reports `count` elements of this size at the address; they live as long as the batch.
         (0..count).map(|i| unsafe { *place.cast::<T>().add(i) }).collect()
     }
 
@@ -60,7 +60,7 @@ impl<'a> Fields<'a> {
         self.read(name)
     }
 
-    /// Numbers of single precision: colours and meshes.
+    /// Returns numbers of single precision: colours and meshes.
     pub fn floats(&self, name: &str) -> Vec<f32> {
         self.read(name)
     }
@@ -76,7 +76,7 @@ impl<'a> Fields<'a> {
     pub fn set_reals(&self, name: &str, values: &[f64]) {
         let (place, count, size) = self.place(name);
         if count == values.len() && size == 8 {
-            // SAFETY: so many elements of eight bytes lie there.
+            // SAFETY: the field has that number of elements of eight bytes.
             values.iter().enumerate().for_each(|(i, value)| unsafe { *place.cast::<f64>().add(i) = *value });
         }
     }
@@ -84,7 +84,7 @@ impl<'a> Fields<'a> {
     pub fn set_flags(&self, name: &str, bits: i32) {
         let (place, count, size) = self.place(name);
         if count > 0 && size == 4 {
-            // SAFETY: one element of four bytes lies there.
+            // SAFETY: the field has one element of four bytes.
             unsafe { *place.cast::<i32>() |= bits };
         }
     }

@@ -1,19 +1,20 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Followers: joints that an equality couples to another one (mimic joints, fingers of a gripper).
 //!
-//! MuJoCo holds them by a constraint that it solves after the drives have given their efforts. The equations that drives, brakes and friction are
-//! computed with take the coupling as rigid instead: with q_f' = r q_p', a follower's inertia and forces are its leader's, M <- G' M G with
-//! q' = G q'_p. Without that, a drive computes with a finger that falls freely, and what holds it really pushes the arm from outside.
+//! MuJoCo holds them by a constraint that is solved after the drives have given their efforts. The equations for drives, brakes and
+//! friction treat the coupling as rigid instead: with q_f' = r q_p', a follower's inertia and forces are its leader's, M <- G' M G with
+//! q' = G q'_p. Otherwise a drive would compute with a finger that falls freely, and the constraint that really holds it would act on the
+//! arm as an external force.
 use super::arm::{Follower, Joint, TERMS};
 use super::fields::Fields;
 
 /// `mjtEq` of two joints.
 const EQUALITY_OF_JOINTS: i32 = 2;
-/// The smallest ratio at which a joint still leads the one that its equality names first.
+/// Minimum ratio at which a joint still leads the one that its equality names first.
 const RATIO_MIN: f64 = 1e-6;
 
 impl Follower {
-    /// Returns the ratio of its velocity to its leader's.
+    /// Returns the ratio of the follower's velocity to its leader's.
     fn ratio(&self, positions: &[f64]) -> f64 {
         let second = if self.is_second { self.position } else { self.leader.1 };
         let x = positions[second] - self.rest.1;
@@ -25,14 +26,15 @@ impl Follower {
         }
     }
 
-    /// Returns its position where its leader is, if its equality gives it directly.
+    /// Returns the position of the follower for that of its leader, if its equality gives it directly.
     pub fn place(&self, positions: &[f64]) -> Option<f64> {
         let x = positions[self.leader.1] - self.rest.1;
         (!self.is_second).then(|| self.rest.0 + self.terms.iter().rev().fold(0.0, |sum, term| sum * x + term))
     }
 }
 
-/// Returns the followers among the degrees of freedom, each before the one that it follows. `joints` are commanded: they follow nobody.
+/// Returns the followers among the degrees of freedom, each before the one that it follows. `joints` are commanded: they are not
+/// followers.
 pub(super) fn followers(fields: &Fields, joints: &[Joint]) -> Vec<Follower> {
     let (kinds, firsts, seconds) = (fields.ints("eq_type"), fields.ints("eq_obj1id"), fields.ints("eq_obj2id"));
     let (active, data, rest) = (fields.flags("eq_active0"), fields.reals("eq_data"), fields.reals("qpos0"));
@@ -54,7 +56,7 @@ pub(super) fn followers(fields: &Fields, joints: &[Joint]) -> Vec<Follower> {
     in_order(found)
 }
 
-/// Orders followers so that each comes before its leader; those that follow each other in a circle are left out.
+/// Orders followers so that each comes before its leader; cyclic ones are left out.
 fn in_order(mut left: Vec<Follower>) -> Vec<Follower> {
     let mut ordered = Vec::with_capacity(left.len());
     while let Some(next) = left.iter().position(|one| left.iter().all(|other| other.leader.0 != one.velocity)) {
@@ -63,7 +65,7 @@ fn in_order(mut left: Vec<Follower>) -> Vec<Follower> {
     ordered
 }
 
-/// Adds inertia (row-major) and forces of the followers to their leaders'. A follower has an inertia of its own afterwards that nothing couples.
+/// Adds inertia (row-major) and forces of the followers to their leaders'. A follower's own inertia is uncoupled afterwards.
 pub(super) fn fold(followers: &[Follower], positions: &[f64], inertia: &mut [f64], forces: &mut [f64]) {
     let n = forces.len();
     for follower in followers {

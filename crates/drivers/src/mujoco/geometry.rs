@@ -1,15 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The bodies of a model for drawing: where each is on its parent, how it moves, its shapes. What only collides, group 3 and above
-//! as MuJoCo's own viewer hides it, is left out.
+//! Bodies of a model for drawing: the pose of each on its parent, its joint, its shapes. Collision shapes, group 3 and above, which
+//! MuJoCo's own viewer hides, are left out.
 use super::arm::Arm;
 use super::fields::Fields;
 use super::functions::object;
 use device::{Body, Geometry, Joint, JointKind, Mesh, Shape};
 use std::collections::BTreeMap;
 
-/// Groups of shapes that are shown.
+/// Number of groups of shapes that are shown.
 const GROUPS_SHOWN: i32 = 3;
-/// Default colour of a shape to which the model gives none of its own.
+/// Default colour of a shape without a colour in the model.
 const COLOUR_DEFAULT: [f32; 4] = [0.5, 0.5, 0.5, 1.0];
 /// `mjtGeom`, by number; a mesh without its triangles is shown as a box.
 const SHAPES: [&str; 9] = ["plane", "hfield", "sphere", "capsule", "ellipsoid", "cylinder", "box", "box", "sdf"];
@@ -17,7 +17,7 @@ const MESH: i32 = 7;
 /// `mjtJoint`, by number.
 const JOINTS: [JointKind; 4] = [JointKind::Free, JointKind::Ball, JointKind::Slide, JointKind::Hinge];
 
-/// Returns the bodies in the order of the model; the first is the world. `triangles`: gives the meshes with these numbers.
+/// Returns the bodies in the order of the model; the first is the world. `triangles` returns the meshes with these numbers.
 pub(super) fn geometry(arm: &Arm, fields: &Fields, triangles: impl FnOnce(&[i32]) -> Vec<Option<Mesh>>) -> Geometry {
     let (parents, positions, turns) = (fields.ints("body_parentid"), fields.reals("body_pos"), fields.reals("body_quat"));
     let name = |body: usize| arm.name(object::BODY, body as i32).unwrap_or_else(|| format!("body_{body}"));
@@ -43,17 +43,17 @@ fn of_body<T: Clone>(body: usize, all: &[(usize, T)]) -> Vec<T> {
     all.iter().filter(|(of, _)| *of == body).map(|(_, value)| value.clone()).collect()
 }
 
-/// Returns one row of a field that has N numbers for each thing.
+/// Returns one row of a field that has N numbers per object.
 fn row<T: Copy, const N: usize>(field: &[T], index: usize) -> [T; N] {
     std::array::from_fn(|column| field[N * index + column])
 }
 
-/// Returns the joints with their bodies. `reference`: the position at which the body stands as the model has drawn it.
+/// Returns the joints with their bodies. `reference` is the position of the joint in the drawn model.
 fn joints(arm: &Arm, fields: &Fields) -> Vec<(usize, Joint)> {
     let (kinds, bodies, first) = (fields.ints("jnt_type"), fields.ints("jnt_bodyid"), fields.ints("jnt_qposadr"));
     let (axes, anchors, references) = (fields.reals("jnt_axis"), fields.reals("jnt_pos"), fields.reals("qpos0"));
     let joint = |j: usize| {
-        // MuJoCo knows no fifth kind.
+        // MuJoCo has no fifth kind.
         let kind = JOINTS.get(kinds[j] as usize).copied().unwrap_or(JointKind::Free);
         let joint = Joint {
             name: arm.joint_name(j, kinds[j], bodies[j]),
@@ -68,8 +68,8 @@ fn joints(arm: &Arm, fields: &Fields) -> Vec<(usize, Joint)> {
     (0..kinds.len()).map(joint).collect()
 }
 
-/// Returns the shapes that are shown with their bodies, and the meshes that these are drawn by. One whose triangles are not given is drawn as the box
-/// around it, whose half lengths are its size.
+/// Returns the visible shapes with their bodies, and the meshes for drawing them. A shape without triangles is drawn as its bounding box,
+/// whose half lengths are its size.
 fn shapes(fields: &Fields, triangles: impl FnOnce(&[i32]) -> Vec<Option<Mesh>>) -> (Vec<(usize, Shape)>, Vec<Mesh>) {
     let (kinds, bodies, groups) = (fields.ints("geom_type"), fields.ints("geom_bodyid"), fields.ints("geom_group"));
     let numbers = fields.ints("geom_dataid");
@@ -94,7 +94,7 @@ fn shapes(fields: &Fields, triangles: impl FnOnce(&[i32]) -> Vec<Option<Mesh>>) 
     (shown.into_iter().map(shape).collect(), meshes)
 }
 
-/// Returns, for these shapes with the numbers of their meshes in the model, which of the meshes that are given each is drawn by.
+/// Returns, for these shapes with the numbers of their meshes in the model, the index of the mesh by which each is drawn.
 fn meshes_of(shapes: Vec<(usize, i32)>, triangles: impl FnOnce(&[i32]) -> Vec<Option<Mesh>>) -> (BTreeMap<usize, usize>, Vec<Mesh>) {
     let mut asked: Vec<i32> = shapes.iter().map(|(_, number)| *number).collect();
     asked.sort_unstable();

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Where MuJoCo's library is, and that it is one that the plant can call.
+//! Location and version check of MuJoCo's library.
 use super::functions::{MuJoCo, resolve};
 use super::{log, refusals};
 use device::DriverError;
@@ -8,12 +8,12 @@ use std::ffi::{CStr, c_char, c_int};
 use std::path::{Path, PathBuf};
 use std::sync::Mutex;
 
-/// Libraries that are loaded, by file. None is ever unloaded: it holds our log receiver, and others may hold it.
+/// Loaded libraries, by file. None is ever unloaded: it holds our log receiver, and others may hold it.
 static LOADED: Mutex<Vec<(PathBuf, &'static MuJoCo)>> = Mutex::new(Vec::new());
 
 /// Loads the library at `place`: the folder of the Python package `mujoco`, or the file itself; loaded once, with our log receiver.
 ///
-/// Without a place, `OPENGPAC_MUJOCO` says where. Errors: not found, not MuJoCo 4, not complete.
+/// The default place is in `OPENGPAC_MUJOCO`. Fails if the library is not found, not MuJoCo 4, or incomplete.
 pub fn load(place: Option<&Path>) -> Result<&'static MuJoCo, DriverError> {
     let path = find(place)?;
     let mut loaded = LOADED.lock().unwrap_or_else(|poisoned| poisoned.into_inner());
@@ -27,7 +27,7 @@ pub fn load(place: Option<&Path>) -> Result<&'static MuJoCo, DriverError> {
 }
 
 fn load_file(path: PathBuf) -> Result<MuJoCo, DriverError> {
-    // SAFETY: loading runs the initialisers of a library that the user has named; MuJoCo's have no condition.
+    // SAFETY: loading runs the initialisers of a library that the user has named; MuJoCo's have no preconditions.
     let library = unsafe { Library::new(&path) }.map_err(|e| refusals::no_library(format!("and '{}' does not load: {e}", path.display())))?;
     let missing = |_| refusals::no_symbol(&path, "mj_version");
     // SAFETY: `mj_version` has had this type in every version.
@@ -39,7 +39,7 @@ fn load_file(path: PathBuf) -> Result<MuJoCo, DriverError> {
 }
 
 fn version_text(library: &Library) -> Option<String> {
-    // SAFETY: `mj_versionString` has had this type in every version, and gives a constant string.
+    // SAFETY: `mj_versionString` has had this type in every version, and returns a constant string.
     unsafe {
         let text = library.get::<unsafe extern "C" fn() -> *const c_char>(b"mj_versionString\0").ok()?();
         Some(CStr::from_ptr(text).to_string_lossy().into_owned())

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-# What a child that reads a model may use; `trial.py` or `meshes.py` follows.
+# Resource limits of a child process that reads a model; `trial.py` or `meshes.py` follows.
 import os, resource, signal, sys
 
 memory = min(8 << 30, os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES") // 2)

@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-//! MuJoCo's messages. Its default receiver prints and opens a log file, which allocates: not on a real-time thread.
+//! MuJoCo's messages. Its default receiver prints and opens a log file, which allocates: unsuitable for a real-time thread.
 //!
-//! Ours is installed when the library is loaded. A message of a thread that is inside a plant is kept in a fixed buffer of that thread
-//! (the first one: the cause); every other message goes on to the receiver that was there before, so that a program that uses
-//! MuJoCo on its own sees what it always saw. An error (level 3) does not return to its caller: after this receiver MuJoCo ends
-//! the process; which is why the plant never calls with sizes or indices that it has not checked, and why a
-//! model is tried before it is loaded: `trial.rs`.
+//! Ours is installed when the library is loaded. The first message of a thread that is inside a plant is kept in a fixed buffer of that
+//! thread, as the cause; every other message is forwarded to the previous receiver, so that a program that uses MuJoCo on its own still
+//! sees its messages. An error (level 3) does not return to its caller: after this receiver MuJoCo ends the process; therefore the plant
+//! never calls with unchecked sizes or indices, and a model is tried before it is loaded: `trial.rs`.
 use super::functions::{LogMessage, LogReceiver, MuJoCo};
 use std::cell::{Cell, UnsafeCell};
 use std::ffi::CStr;
@@ -24,15 +23,15 @@ thread_local! {
 }
 static BEFORE: OnceLock<LogReceiver> = OnceLock::new();
 
-/// Makes ours the receiver of the library. Messages that are not a plant's go to the receiver that was there at the first time.
+/// Installs our receiver in the library. Messages outside a plant are forwarded to the receiver that was installed the first time.
 pub(super) fn install(mujoco: &MuJoCo) {
-    // SAFETY: `receive` has the type that MuJoCo asks for and lives as long as the process, and so does the library.
+    // SAFETY: `receive` has the type that MuJoCo requires and lives as long as the process, and so does the library.
     if let Some(before) = unsafe { (mujoco.mju_setLogHandler)(Some(receive)) } {
         BEFORE.get_or_init(|| before);
     }
 }
 
-/// Runs `calls` into MuJoCo on behalf of a plant; true when MuJoCo warned during them. [`text`] says of what.
+/// Runs `calls` into MuJoCo on behalf of a plant; returns true if MuJoCo issued a warning during them. [`text`] returns the warning.
 pub(super) fn watch(calls: impl FnOnce()) -> bool {
     KEPT.with(|kept| {
         kept.inside.set(true);
@@ -46,7 +45,7 @@ pub(super) fn watch(calls: impl FnOnce()) -> bool {
 /// Returns the first message of the last [`watch`] of this thread.
 pub(super) fn text() -> String {
     KEPT.with(|kept| {
-        // SAFETY: only this thread reaches its own buffer, and no `receive` runs during this call.
+        // SAFETY: only this thread accesses its own buffer, and no `receive` runs during this call.
         let text = unsafe { &*kept.text.get() };
         String::from_utf8_lossy(&text[..kept.length.get()]).into_owned()
     })
@@ -55,10 +54,10 @@ pub(super) fn text() -> String {
 unsafe extern "C" fn receive(message: *const LogMessage) {
     let ours = KEPT.with(|kept| {
         if kept.inside.get() && kept.length.get() == 0 {
-            // SAFETY: MuJoCo gives a message whose subject ends in NUL.
+            // SAFETY: MuJoCo passes a message whose subject ends in NUL.
             let subject = unsafe { CStr::from_ptr(&raw const (*message).subject as *const _) }.to_bytes();
             let length = subject.len().min(KEPT_MAX);
-            // SAFETY: only this thread reaches its own buffer, and nobody holds a reference to it while MuJoCo runs.
+            // SAFETY: only this thread accesses its own buffer, and there is no reference to it while MuJoCo runs.
             unsafe { (&mut *kept.text.get())[..length].copy_from_slice(&subject[..length]) };
             kept.length.set(length.max(1));
         }
@@ -69,7 +68,7 @@ unsafe extern "C" fn receive(message: *const LogMessage) {
     if (!ours || fatal)
         && let Some(before) = BEFORE.get()
     {
-        // SAFETY: it was MuJoCo's receiver until ours took its place, and takes the same message.
+        // SAFETY: it was MuJoCo's receiver before ours, and takes the same message.
         unsafe { before(message) };
     }
 }

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-# Loads a model by the package `mujoco` and writes the triangles of some of its meshes: for each two counts, then its vertices and its faces.
+# Loads a model with the package `mujoco` and writes the triangles of some of its meshes: for each two counts, then its vertices and its
+# faces.
 
 package, path, limit_s, *asked = sys.argv[1:]
 signal.alarm(int(limit_s))

@@ -1,20 +1,20 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The triangles of a model's meshes, for drawing. They are not among the fields that MuJoCo's library gives by their names, but the Python package
-//! that it comes with has them: a child process with that package reads them. Where there is none, or it does not come through, a mesh is drawn as
-//! the box around it.
+//! Triangles of a model's meshes, for drawing. They are not among the fields that MuJoCo's library provides by name, but the Python
+//! package that contains the library has them: a child process reads them with that package. Without the package, or if the child fails,
+//! a mesh is drawn as its bounding box.
 use super::trial::LIMIT_S;
 use device::Mesh;
 use std::path::Path;
 use std::process::{Command, Stdio};
 
 const SCRIPT: &str = concat!(include_str!("limits.py"), include_str!("meshes.py"));
-/// Triangles of a whole model that are given: what a browser draws at a good rate, and an answer holds.
+/// Maximum number of triangles of a whole model: for a good frame rate in a browser, and the size of an answer.
 const FACES_MAX: usize = 150_000;
-/// Vertices are told to this part of a metre.
+/// Resolution of vertices, per metre.
 const PER_M: f64 = 1e6;
 
-/// Reads these meshes, by their numbers in the model; as many of them, in order, as [`FACES_MAX`] leaves room for. `library`: MuJoCo's. Blocks
-/// until the child is through.
+/// Reads these meshes, by their numbers in the model; as many of them, in order, as fit into [`FACES_MAX`]. `library` is MuJoCo's. Blocks
+/// until the child has ended.
 pub(super) fn read(library: &Path, model: &Path, asked: &[i32]) -> Vec<Option<Mesh>> {
     let none = || vec![None; asked.len()];
     let Some(package) = library.parent().filter(|_| !asked.is_empty()) else { return none() };
@@ -27,13 +27,13 @@ pub(super) fn read(library: &Path, model: &Path, asked: &[i32]) -> Vec<Option<Me
     whole.unwrap_or_else(none)
 }
 
-/// Returns the mesh, if as many faces are left.
+/// Returns the mesh, if enough faces are left for it.
 fn within(left: &mut usize, mesh: Mesh) -> Option<Mesh> {
     *left = left.checked_sub(mesh.faces.len() / 3)?;
     Some(mesh)
 }
 
-/// Returns the next mesh that the child has written; none if it did not write it whole.
+/// Returns the next mesh written by the child; `None` if it is incomplete.
 fn next(rest: &mut &[u8]) -> Option<Mesh> {
     let (vertices, faces) = (count(rest)?, count(rest)?);
     let vertices = words(rest, vertices)?.map(|word| (f64::from(f32::from_le_bytes(word)) * PER_M).round() / PER_M).collect();
@@ -47,7 +47,7 @@ fn count(rest: &mut &[u8]) -> Option<usize> {
     usize::try_from(u64::from_le_bytes(*count)).ok()
 }
 
-/// Returns three words of each of `rows`.
+/// Returns three words for each of `rows`.
 fn words<'a>(rest: &mut &'a [u8], rows: usize) -> Option<impl Iterator<Item = [u8; 4]> + use<'a>> {
     let (words, after) = rest.split_at_checked(rows.checked_mul(12)?)?;
     *rest = after;

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-//! A compiled MJCF model, and what it says of its arm.
+//! A compiled MJCF model, and the description of its arm.
 //!
-//! The model's fields are read by name, through a batch of one simulation: no layout of `mjModel` is assumed. The same way it is
-//! changed once: actuation is off, because every effort goes in as a generalised force (`qfrc_applied`). So an arm whose actuators
-//! are motors and one whose actuators are position servos are commanded alike, by torque; the automatic reset after a
-//! numerical failure is off, because a plant that jumps to its start is worse than one that is lost; and dry friction of the arm goes in as a
-//! force, too, because the drives have to know it: MuJoCo's is a constraint that is solved after they have given their efforts.
+//! The model's fields are read by name, through a batch of one simulation: no layout of `mjModel` is assumed. They are changed once in
+//! the same way: actuation is off, because every effort is applied as a generalised force (`qfrc_applied`), so that arms with motors and
+//! arms with position servos are commanded alike, by torque; the automatic reset after a numerical failure is off, because a plant that
+//! jumps to its start is worse than a lost one; and dry friction of the arm is applied as a force, too, because the drives must know it:
+//! MuJoCo's is a constraint that is solved after they have given their efforts.
 use super::actuators::{efforts, speeds};
 use super::arm::{Arm, JOINT_FREE, Joint, Sensor, Spring, Tool};
 use super::compile::compile;
@@ -36,7 +36,7 @@ const SENSOR_FRAME_SPEED: i32 = 31;
 const SENSOR_FRAME_TURN: i32 = 32;
 const SENSOR_FRAME_ACCELERATION: i32 = 33;
 
-/// Loads and compiles an MJCF file. `timestep_s` replaces the model's own step where it is given; so many contacts are sensed.
+/// Loads and compiles an MJCF file. `timestep_s`, if set, replaces the model's own step; `contacts` is the number of sensed contacts.
 pub(super) fn load(mujoco: &'static MuJoCo, path: &Path, timestep_s: Option<f64>, contacts: u32) -> Result<Arm, DriverError> {
     let model = compile(mujoco, path, contacts)?;
     let mut arm = Arm::of(mujoco, model);
@@ -78,14 +78,14 @@ pub(super) fn load(mujoco: &'static MuJoCo, path: &Path, timestep_s: Option<f64>
     Ok(arm)
 }
 
-/// Returns the free joints, and where their poses lie.
+/// Returns the free joints, and the indices of their poses.
 fn free(arm: &Arm, fields: &Fields) -> Vec<(String, usize)> {
     let (kinds, bodies, first) = (fields.ints("jnt_type"), fields.ints("jnt_bodyid"), fields.ints("jnt_qposadr"));
     let of = |j: usize| (kinds[j] == JOINT_FREE).then(|| (arm.joint_name(j, kinds[j], bodies[j]), first[j] as usize));
     (0..kinds.len()).filter_map(of).collect()
 }
 
-/// Returns the names of the joints that the degrees of freedom are of.
+/// Returns the names of the joints of the degrees of freedom.
 fn freedoms(arm: &Arm, fields: &Fields) -> Vec<String> {
     let (kinds, bodies, of) = (fields.ints("jnt_type"), fields.ints("jnt_bodyid"), fields.ints("dof_jntid"));
     of.iter().map(|&j| arm.joint_name(j as usize, kinds[j as usize], bodies[j as usize])).collect()
@@ -104,13 +104,13 @@ fn springs(fields: &Fields) -> Vec<Spring> {
     (0..kind.len()).filter_map(of).collect()
 }
 
-/// Returns the degrees of freedom in trees of bodies that have no commanded joint.
+/// Returns the degrees of freedom in trees of bodies without a commanded joint.
 fn apart(fields: &Fields, joints: &[Joint]) -> Vec<bool> {
     let tree = fields.ints("dof_treeid");
     tree.iter().map(|of| joints.iter().all(|joint| tree[joint.velocity] != *of)).collect()
 }
 
-/// The dry friction that the plant computes: of the arm, but for joints that follow others by an equality.
+/// Returns the dry friction that the plant computes: that of the arm, except for joints that follow others by an equality.
 fn plant_friction(fields: &Fields, friction: &[f64], joints: &[Joint], apart: &[bool]) -> Vec<f64> {
     let (kinds, firsts, seconds) = (fields.ints("eq_type"), fields.ints("eq_obj1id"), fields.ints("eq_obj2id"));
     let coupled = |joint: i32| (0..kinds.len()).any(|e| kinds[e] == EQUALITY_OF_JOINTS && (firsts[e] == joint || seconds[e] == joint));
@@ -136,7 +136,7 @@ fn joints(arm: &Arm, fields: &Fields, home: i32) -> Vec<Joint> {
         let Some(effort_max) = efforts[j] else { continue };
         let (q, v) = (position[j] as usize, velocity[j] as usize);
         let home = if home >= 0 { keys[home as usize * start.len() + q] } else { start[q] };
-        // A file whose zero is outside: the arm stands at the nearest end of the range.
+        // If the zero of a file is out of range, the arm stands at the nearest end of the range.
         let home = if limited[j] && range[2 * j] <= range[2 * j + 1] { home.clamp(range[2 * j], range[2 * j + 1]) } else { home };
         let part = Part {
             name: arm.name(object::JOINT, j as i32).unwrap_or_else(|| format!("joint_{j}")),
@@ -164,7 +164,7 @@ fn tool(arm: &Arm, fields: &Fields) -> Option<Tool> {
     Some(Tool { body, site_m: three(fields.reals("site_pos"), site), centre_m: three(fields.reals("body_ipos"), body), sensor: sensed.map(|s| s as i32) })
 }
 
-/// Returns every sensor of the model, in its order, without ours; one without a name is `sensor_N`.
+/// Returns every sensor of the model, in order, except ours; one without a name is `sensor_N`.
 fn sensors(arm: &Arm, fields: &Fields) -> Vec<Sensor> {
     let (kind, elements, object, of) = (fields.ints("sensor_type"), fields.ints("sensor_dim"), fields.ints("sensor_objid"), fields.ints("jnt_type"));
     (0..kind.len())
@@ -177,7 +177,7 @@ fn sensors(arm: &Arm, fields: &Fields) -> Vec<Sensor> {
         .collect()
 }
 
-/// Returns the unit of a sensor of that kind (`mjtSensor`); empty if it has none, or depends on the model.
+/// Returns the unit of a sensor of that kind (`mjtSensor`); empty if it has none, or if it depends on the model.
 fn sensor_unit(kind: i32, slides: bool) -> &'static str {
     match kind {
         SENSOR_TOUCH | SENSOR_FORCE => "N",

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The configuration that MuJoCo computes with: one `mjData`.
+//! Configuration for MuJoCo's computations: one `mjData`.
 use super::arm::Arm;
 use super::functions::{Data, MuJoCo};
 
 /// A configuration of a model with MuJoCo's working memory for it, freed when dropped.
 pub(super) struct Motion(*mut Data, &'static MuJoCo);
 
-// SAFETY: the data is owned by this value; MuJoCo keeps nothing about it for a thread.
+// SAFETY: the data is owned by this value; MuJoCo keeps no thread-local state about it.
 unsafe impl Send for Motion {}
 
 impl Drop for Motion {
@@ -18,11 +18,11 @@ impl Drop for Motion {
 
 impl Motion {
     pub fn new(arm: &Arm) -> Motion {
-        // SAFETY: the model is valid; MuJoCo ends the process where it has no memory.
+        // SAFETY: the model is valid; MuJoCo ends the process if it runs out of memory.
         Motion(unsafe { (arm.mujoco.mj_makeData)(arm.model) }, arm.mujoco)
     }
 
-    /// Returns the data, for a call of MuJoCo.
+    /// Returns the data, for calls of MuJoCo.
     pub fn data(&self) -> *mut Data {
         self.0
     }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The service `place`: a simulated arm is put somewhere, at rest. The source never waits for it: what the service leaves is taken at the
-//! next reading.
+//! Service `place`: sets the position of a simulated arm, at rest. The source never waits for it: the result of the service is taken at
+//! the next reading.
 use super::arm::Joint;
 use device::{DeviceError, Kind, OptionWord, ServiceWord, Services, UNLIMITED};
 use serde_json::Value;
@@ -18,7 +18,7 @@ const PLACE: [OptionWord; 1] =
     [OptionWord::with_default("positions", Kind::List, "where it was at the start", "of its joints, in the order of its parts, in rad or m")
         .within(-UNLIMITED, UNLIMITED)];
 
-/// Position to which a service has put the arm since the last reading.
+/// Positions set by a service since the last reading.
 pub(super) struct Places {
     joints: Vec<Joint>,
     asked: Mutex<PlacingRequest>,
@@ -34,7 +34,8 @@ impl Places {
         Arc::new(Places { joints: joints.to_vec(), asked: Mutex::new(PlacingRequest { is_new: false, positions: vec![0.0; joints.len()] }) })
     }
 
-    /// Copies where the arm was put; false where it was not. Real-time safe: where somebody is about to ask, that is for the next reading.
+    /// Copies the positions that were set; returns false if there are none. Real-time safe: if a service holds the lock, its positions
+    /// are taken at the next reading.
     pub fn take(&self, positions: &mut [f64]) -> bool {
         let Ok(mut asked) = self.asked.try_lock() else { return false };
         if asked.is_new {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The plant: an arm that is advanced, read and commanded as a physical device.
+//! The plant: advances, reads and commands an arm as a physical device.
 use super::arm::Arm;
 use super::channels::{Slots, channels};
 use super::contacts;
@@ -12,55 +12,56 @@ use super::prescribed::PrescribedSolver;
 use device::{Channel, DeviceError, Driver, Services, Slot};
 use std::sync::Arc;
 
-/// The most that one reading advances; a plant that was not read for longer stands still for the rest.
+/// Maximum time by which one reading advances the plant; beyond that the plant stands still.
 const ADVANCE_NS_MAX: i64 = 1_000_000_000;
-/// Maximum time for which a brake slows a joint down: one whose weight exceeds the effort of its drive would never stand still.
+/// Maximum time for which a brake slows a joint down: one whose weight exceeds the effort of its drive would never stop.
 const BRAKING_NS_MAX: i64 = 1_000_000_000;
-/// Steps that are made and taken back before the first firing, so that every page and branch has been used.
+/// Number of steps that are made and undone before the first firing, so that every page and branch has been used.
 const WARM_UP_STEPS: usize = 50;
 
-/// A simulated arm behind a [`Driver`].
+/// A simulated arm as a [`Driver`].
 pub(super) struct Plant {
     // Declared before the model: data is freed first.
     pub(super) motion: Motion,
     pub(super) arm: Arm,
     channels: Vec<Channel>,
     slots: Slots,
-    /// Time that the state is at, on the system's clock: that of the last reading, or the end of the time step that it is in.
+    /// Time of the state, on the system clock: that of the last reading, or the end of its time step.
     time_ns: i64,
     /// qpos, then qvel.
     pub(super) state: Vec<f64>,
-    /// The state one time step earlier.
+    /// State one time step earlier.
     before: Vec<f64>,
     pub(super) positions: usize,
-    /// qfrc_applied, then xfrc_applied, as `mj_setState` takes them.
+    /// qfrc_applied, then xfrc_applied, in the order of `mj_setState`.
     pub(super) forces: Vec<f64>,
     pub(super) bias: Vec<f64>,
     pub(super) inertia: Vec<f64>,
     pub(super) drift: Vec<f64>,
     pub(super) prescribed: PrescribedSolver,
-    /// Degrees of freedom whose accelerations are given, those accelerations, and room for the efforts that they need, and that standing needs.
+    /// Degrees of freedom with given accelerations, those accelerations, and buffers for the efforts needed for them, and for standing
+    /// still.
     pub(super) given: Vec<bool>,
     pub(super) accelerations: Vec<f64>,
     pub(super) needed: Vec<f64>,
     pub(super) standing: Vec<f64>,
-    /// Force of dry friction that is assumed on each degree of freedom.
+    /// Dry friction assumed on each degree of freedom.
     pub(super) rubbing: Vec<f64>,
-    /// True for each degree of freedom that a brake holds. All do at first.
+    /// True for each degree of freedom that a brake holds. Initially all brakes hold.
     pub(super) braked: Vec<bool>,
-    /// Time for which each joint's brake may still slow it down before it holds it, ns; 0 if it does not slow it down.
+    /// Remaining time for which each joint's brake may slow it down before it holds it, ns; 0 if it is not slowing down.
     pub(super) slowing: Vec<i64>,
-    /// Effort written last for each joint, and where its brake holds it.
+    /// Last written effort of each joint, and the position at which its brake holds it.
     pub(super) efforts: Vec<f64>,
     held: Vec<f64>,
-    /// Decoupled effort written last for each joint; NaN where nobody gives one.
+    /// Last written decoupled effort of each joint; NaN if there is none.
     pub(super) decoupled: Vec<f64>,
     /// Effort of each joint's motor in the last time step.
     pub(super) motors: Vec<f64>,
     pub(super) push: [f64; 3],
-    /// Room for what one sensor tells.
+    /// Buffer for the values of one sensor.
     sensed: Vec<f64>,
-    /// Where the service `place` has put it, and room for that.
+    /// Positions set by the service `place`, and a buffer for them.
     places: Arc<Places>,
     place: Vec<f64>,
 }
@@ -114,7 +115,8 @@ impl Plant {
         plant
     }
 
-    /// Puts the arm at the keyframe `home` (else its zero configuration), inside the ranges of its joints, at rest, with every brake on.
+    /// Resets the arm to the keyframe `home` (else its zero configuration), inside the ranges of its joints, at rest, with every brake
+    /// on.
     fn reset(&mut self) {
         // SAFETY: model and data belong together; key -1 resets to the zero configuration.
         unsafe { (self.arm.mujoco.mj_resetDataKeyframe)(self.arm.model, self.motion.data(), self.arm.home) };
@@ -136,7 +138,7 @@ impl Plant {
         self.before.copy_from_slice(&self.state);
     }
 
-    /// Puts the joints where the service said, at rest, and all else as at the start.
+    /// Sets the joints to the positions of the service, at rest, and everything else as at the start.
     fn put(&mut self) {
         self.reset();
         for (joint, (held, place)) in self.arm.joints.iter().zip(self.held.iter_mut().zip(&self.place)) {
@@ -149,7 +151,7 @@ impl Plant {
         self.before.copy_from_slice(&self.state);
     }
 
-    /// Goes through the steps of a braked arm and of one whose first joint alone is braked.
+    /// Makes steps with all brakes on, and with only the first joint's brake on.
     fn warm_up(&mut self) {
         (0..WARM_UP_STEPS).for_each(|_| self.step());
         for joint in &self.arm.joints[1..] {
@@ -158,7 +160,7 @@ impl Plant {
         (0..WARM_UP_STEPS).for_each(|_| self.step());
     }
 
-    /// Takes the state out of MuJoCo and has it compute what depends on it: kinematics, inertia.
+    /// Has MuJoCo compute the quantities that depend on the state, such as kinematics and inertia, and copies the state.
     fn sense(&mut self) {
         let (mujoco, model, data) = (self.arm.mujoco, self.arm.model, self.motion.data());
         // SAFETY: model and data belong together; `state` has the sizes that `mj_stateSize` gave.
@@ -168,7 +170,7 @@ impl Plant {
         }
     }
 
-    /// Takes the efforts that hold the arm: they are needed once a reading, and where a brake bears what moves beside it.
+    /// Computes the efforts that hold the arm: needed once per reading, and if a brake bears the load of moving joints.
     pub(super) fn weigh(&mut self) {
         // SAFETY: model and data belong together; `bias` has nv elements.
         unsafe { (self.arm.mujoco.mj_rne)(self.arm.model, self.motion.data(), 0, self.bias.as_mut_ptr()) };
@@ -177,8 +179,8 @@ impl Plant {
         }
     }
 
-    /// Closes the brake of a joint. It slows the joint down with the maximum effort of its drive, and holds it where it stands then; a joint
-    /// that this effort does not stop within `BRAKING_NS_MAX` is held where it is.
+    /// Closes the brake of a joint. It slows the joint down with the maximum effort of its drive, and then holds it where it has stopped;
+    /// a joint that does not stop within `BRAKING_NS_MAX` is held where it is.
     fn close_brake(&mut self, j: usize) {
         if !self.braked[self.arm.joints[j].velocity] && self.slowing[j] == 0 {
             self.slowing[j] = BRAKING_NS_MAX;
@@ -190,7 +192,7 @@ impl Plant {
         (self.slowing[j], self.braked[self.arm.joints[j].velocity]) = (0, false);
     }
 
-    /// Has the brakes hold the joints that come to rest within the next time step.
+    /// Locks the brakes of joints that come to rest within the next time step.
     fn catch(&mut self) {
         let (nv, step_ns) = (self.bias.len(), self.arm.timestep_ns);
         // SAFETY: model and data belong together; `inertia` has nv * nv elements.
@@ -228,7 +230,7 @@ impl Plant {
         self.sense();
     }
 
-    /// Puts every joint whose brake is on back to where that holds it.
+    /// Resets every joint whose brake is on to the position at which it is held.
     fn hold(&mut self) {
         let (mujoco, model, data) = (self.arm.mujoco, self.arm.model, self.motion.data());
         // SAFETY: model and data belong together; `state` has the sizes that `mj_stateSize` gave.
@@ -243,10 +245,10 @@ impl Plant {
         unsafe { (mujoco.mj_setState)(model, data, self.state.as_ptr(), state::QPOS | state::QVEL) };
     }
 
-    /// Takes what a sensor tells into `sensed`: as many numbers as it has.
+    /// Reads the values of a sensor into `sensed`.
     fn take(&mut self, sensor: i32, elements: usize) -> &[f64] {
         debug_assert!(elements <= self.sensed.len(), "`sensed` has room for every sensor of the model");
-        // SAFETY: the sensor is one of this model and has so many elements, for which `sensed` has room; a null result means that
+        // SAFETY: the sensor is one of this model and has that number of elements, for which `sensed` has room; a null result means that
         // they were written there instead.
         unsafe {
             let place = (self.arm.mujoco.mj_readSensor)(self.arm.model, self.motion.data(), sensor, self.time_ns as f64 * 1e-9, self.sensed.as_mut_ptr(), 0);
@@ -257,14 +259,14 @@ impl Plant {
         &self.sensed[..elements]
     }
 
-    /// Puts what a sensor tells, times `factor`, into the readings.
+    /// Copies the values of a sensor, times `factor`, into the readings.
     fn tell(&mut self, sensor: i32, elements: usize, factor: f64, readings: &mut [u8], slot: Slot) {
         for (index, value) in self.take(sensor, elements).iter().enumerate() {
             slot.set_double(readings, index, factor * value);
         }
     }
 
-    /// Makes the time steps that a release lies behind, and the one that it lies in: an effort acts from the step after it is written.
+    /// Makes the time steps up to and including the one that contains the release: an effort acts from the step after it is written.
     fn advance(&mut self, release_ns: i64) -> Result<(), DeviceError> {
         let span = release_ns - self.time_ns;
         if span > ADVANCE_NS_MAX {
@@ -288,7 +290,7 @@ impl Plant {
         DeviceError { message: format!("the simulated arm failed at {} ns: {reason}{joint}", self.time_ns) }
     }
 
-    /// Returns the name of the joint whose degree of freedom a message of MuJoCo names: "Nan, Inf or huge value in QACC at DOF 3."
+    /// Returns the name of the joint whose degree of freedom appears in a message of MuJoCo: "Nan, Inf or huge value in QACC at DOF 3."
     fn blamed(&self, reason: &str) -> Option<&str> {
         let (_, behind) = reason.split_once("at DOF ")?;
         let digits = behind.split(|sign: char| !sign.is_ascii_digit()).next()?;
@@ -296,12 +298,12 @@ impl Plant {
     }
 }
 
-/// Returns the refusal of an effort that is no number.
+/// Returns the refusal of an effort that is NaN.
 fn unbounded(joint: &str, channel: &str) -> DeviceError {
     DeviceError { message: format!("the effort written to '{joint}.{channel}' is not finite; see which block writes it") }
 }
 
-/// Returns the numbers of the sensor that tells most, of which the force at the tool has three.
+/// Returns the maximum number of values of a sensor; the force at the tool has three.
 fn elements_max(arm: &Arm) -> usize {
     let of_contacts = arm.contacts.map(|(_, count)| contacts::TOLD * count);
     arm.sensors.iter().map(|sensor| sensor.elements).chain(of_contacts).fold(3, usize::max)
@@ -313,7 +315,7 @@ impl Driver for Plant {
     }
 
     fn open(&mut self, now_ns: i64) -> Result<(), DeviceError> {
-        // Again: the program may have put a receiver of its own in the place of ours since.
+        // Installed again: the program may have replaced our receiver since.
         log::install(self.arm.mujoco);
         if log::watch(|| self.warm_up()) {
             return Err(self.lost(log::text()));
@@ -340,7 +342,7 @@ impl Driver for Plant {
             limit.set_double(readings, 0, joint.part.effort_max);
         }
         if let (Some(slot), Some(sensor)) = (self.slots.force, self.arm.tool.as_ref().and_then(|tool| tool.sensor)) {
-            // MuJoCo tells what the flange does to the tool.
+            // MuJoCo reports the force of the flange on the tool.
             self.tell(sensor, 3, -1.0, readings, slot);
         }
         for ((_, first), slot) in self.arm.free.iter().zip(&self.slots.free) {

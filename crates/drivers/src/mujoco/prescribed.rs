@@ -1,21 +1,22 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The efforts that give some joints the accelerations that are asked of them, whatever the others do: brakes (none) and decoupled servos.
+//! Computes the efforts that give some joints prescribed accelerations, whatever the others do: zero for brakes, the requested one for
+//! decoupled servos.
 //!
-//! Dry friction of the others is a force between -f and f that ends the time step at rest, if it can: s = clamp(-v+ / (h A), ±f), with the velocity
-//! v+ = v + h q'' at the end of a step h. They are coupled by A = M_ff^-1, so they are solved for by projected Gauss-Seidel (E. Catto, Iterative
-//! Dynamics with Temporal Coherence, 2005), which converges, since A is positive definite.
+//! Dry friction of the others is a force between -f and f that ends the time step at rest, if it can: s = clamp(-v+ / (h A), ±f), with
+//! the velocity v+ = v + h q'' at the end of a step h. The frictions are coupled by A = M_ff^-1, so they are solved for by projected
+//! Gauss-Seidel (E. Catto, Iterative Dynamics with Temporal Coherence, 2005), which converges, since A is positive definite.
 
-/// Rounds over all frictions of a time step at the most, and the change of a force, as a part of its limit, at which they end.
+/// Maximum number of iterations over all frictions of a time step, and the change of a force, relative to its limit, at which they end.
 const ROUNDS_MAX: usize = 64;
 const TOLERANCE: f64 = 1e-9;
 
-/// The equations of motion in one time step: M q'' = effort + drift + friction.
+/// Equations of motion in one time step: M q'' = effort + drift + friction.
 pub(super) struct Equations<'a> {
     /// M, row-major.
     pub inertia: &'a [f64],
-    /// Every force but efforts and dry friction.
+    /// All forces except efforts and dry friction.
     pub drift: &'a [f64],
-    /// Limit of the dry friction of each degree of freedom; 0 where it has none.
+    /// Limit of the dry friction of each degree of freedom; 0 if it has none.
     pub friction: &'a [f64],
     pub velocity: &'a [f64],
     pub step_s: f64,
@@ -26,7 +27,7 @@ pub(super) struct PrescribedSolver {
     /// Factor of the inertia among the free degrees of freedom, row-major n by n.
     factor: Vec<f64>,
     acceleration: Vec<f64>,
-    /// Rows of M_ff^-1 of those with friction, and room for one of them.
+    /// Rows of M_ff^-1 for degrees of freedom with friction, and a buffer for one of them.
     response: Vec<f64>,
     column: Vec<f64>,
 }
@@ -36,7 +37,8 @@ impl PrescribedSolver {
         PrescribedSolver { factor: vec![0.0; n * n], acceleration: vec![0.0; n], response: vec![0.0; n * n], column: vec![0.0; n] }
     }
 
-    /// Sets `effort[p]` of each prescribed degree of freedom to what gives it `wanted[p]`, and `rubbing[i]` of each other one to its friction.
+    /// Sets `effort[p]` of each prescribed degree of freedom to the effort that gives it the acceleration `wanted[p]`, and `rubbing[i]`
+    /// of each other one to its friction.
     ///
     /// The free ones obey M_ff q''_f = effort_f + drift_f + rubbing_f - M_fp q''_p, and effort_p = M_pf q''_f + M_pp q''_p - drift_p.
     pub fn efforts(&mut self, of: &Equations, prescribed: &[bool], wanted: &[f64], effort: &mut [f64], rubbing: &mut [f64]) {
@@ -59,12 +61,12 @@ impl PrescribedSolver {
         }
     }
 
-    /// Takes the inertia M of the degrees of freedom that are not left out, for [`PrescribedSolver::accelerations`].
+    /// Factorises the inertia M of the degrees of freedom that are not left out, for [`PrescribedSolver::accelerations`].
     pub fn take(&mut self, inertia: &[f64], left_out: &[bool]) {
         self.factorise(inertia, left_out, left_out.len());
     }
 
-    /// Returns the accelerations M^-1 `effort` by the inertia that was taken; those that were left out have none.
+    /// Returns the accelerations M^-1 `effort` for the factorised inertia; 0 for degrees of freedom that were left out.
     pub fn accelerations(&mut self, left_out: &[bool], effort: &[f64]) -> &[f64] {
         for (i, is_left_out) in left_out.iter().enumerate() {
             self.acceleration[i] = if *is_left_out { 0.0 } else { effort[i] };
@@ -73,7 +75,7 @@ impl PrescribedSolver {
         &self.acceleration
     }
 
-    /// Takes the friction of the free ones, and has their accelerations follow it.
+    /// Computes the friction of the free degrees of freedom, and updates their accelerations.
     fn rub(&mut self, of: &Equations, prescribed: &[bool], rubbing: &mut [f64]) {
         let n = of.drift.len();
         for i in (0..n).filter(|i| !prescribed[*i] && of.friction[*i] > 0.0) {
@@ -101,7 +103,7 @@ impl PrescribedSolver {
         }
     }
 
-    /// Factorises by Cholesky: M_ff = L L'. A row of a prescribed degree of freedom is left out.
+    /// Factorises by Cholesky: M_ff = L L'. Rows of prescribed degrees of freedom are left out.
     fn factorise(&mut self, inertia: &[f64], prescribed: &[bool], n: usize) {
         for i in (0..n).filter(|i| !prescribed[*i]) {
             for j in (0..=i).filter(|j| !prescribed[*j]) {
@@ -113,7 +115,7 @@ impl PrescribedSolver {
     }
 }
 
-/// Solves L L' x = x in place, but for the prescribed degrees of freedom.
+/// Solves L L' x = x in place, except for the prescribed degrees of freedom.
 fn solve(factor: &[f64], x: &mut [f64], prescribed: &[bool]) {
     let n = x.len();
     for i in (0..n).filter(|i| !prescribed[*i]) {
@@ -141,7 +143,7 @@ mod tests {
     fn a_braked_joint_has_no_acceleration_and_the_free_one_obeys_newton() {
         let mut effort = [1.5, 0.0, -0.25];
         PrescribedSolver::new(3).efforts(&smooth(&INERTIA, &DRIFT), &[false, true, false], &[0.0; 3], &mut effort, &mut [0.0; 3]);
-        // The free pair by Cramer's rule.
+        // The free pair, by Cramer's rule.
         let (f0, f2) = (1.5 - 4.0, -0.25 + 0.5);
         let d = 3.0 * 1.0 - 0.5 * 0.5;
         let (a0, a2) = ((f0 * 1.0 - 0.5 * f2) / d, (3.0 * f2 - 0.5 * f0) / d);
@@ -160,7 +162,7 @@ mod tests {
     fn the_efforts_give_what_was_wanted() {
         let (wanted, mut effort) = ([2.0, 0.0, -3.0], [0.0, 1.25, 0.0]);
         PrescribedSolver::new(3).efforts(&smooth(&INERTIA, &DRIFT), &[true, false, true], &wanted, &mut effort, &mut [0.0; 3]);
-        // Of the free one: 1 q0'' + 2 q1'' + 0.3 q2'' = 1.25 + 2.
+        // For the free one: 1 q0'' + 2 q1'' + 0.3 q2'' = 1.25 + 2.
         let free = (1.25 + 2.0 - 2.0 + 0.9) / 2.0;
         let all = [2.0, free, -3.0];
         for i in 0..3 {
@@ -175,7 +177,7 @@ mod tests {
         let of = Equations { inertia: &INERTIA, drift: &DRIFT, friction: &[0.0, 2.0, 5.0], velocity: &velocity, step_s };
         let (mut effort, mut rubbing) = ([0.0; 3], [0.0; 3]);
         PrescribedSolver::new(3).efforts(&of, &[true, false, false], &[2.0, 0.0, 0.0], &mut effort, &mut rubbing);
-        // The second one is too fast; the third one stands at the end of the step: its acceleration is -1.
+        // The second one is too fast; the third one is at rest at the end of the step: its acceleration is -1.
         assert!((rubbing[1] + 2.0).abs() < 1e-12, "{rubbing:?}");
         let second = (2.0 - 2.0 - 1.0 * 2.0 + 0.3) / 2.0;
         let third = 0.5 * 2.0 + 0.3 * second - 1.0 - 0.5;

@@ -1,16 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Reasons why there is no simulated arm, in words.
+//! Error messages for a simulated arm that cannot be opened.
 use device::DriverError;
 use std::path::Path;
 
-/// Refuses: the library is not there.
+/// Returns the error for a missing library.
 pub(super) fn no_library(problem: String) -> DriverError {
     DriverError::Failed(format!(
         "driver 'mujoco' needs the MuJoCo library, {problem}; install it with `pip install mujoco` and give the folder of that package as option 'library', or in OPENGPAC_MUJOCO"
     ))
 }
 
-/// Refuses: the library is there, but is not one that this driver knows.
+/// Returns the error for a library that this driver does not support.
 pub(super) fn other_version(path: &Path, found: &str) -> DriverError {
     DriverError::Failed(format!(
         "driver 'mujoco' needs MuJoCo 4, and '{}' is version {found}; install another with `pip install 'mujoco>=4,<5'`",
@@ -18,17 +18,17 @@ pub(super) fn other_version(path: &Path, found: &str) -> DriverError {
     ))
 }
 
-/// Refuses: a function that this driver calls is not in the library.
+/// Returns the error for a missing function in the library.
 pub(super) fn no_symbol(path: &Path, symbol: &str) -> DriverError {
     DriverError::Failed(format!("'{}' has no function '{symbol}'; it is no complete MuJoCo 4 library", path.display()))
 }
 
-/// Refuses: the model does not parse or compile; `problem` is MuJoCo's own message.
+/// Returns the error for a model that does not parse or compile; `problem` is MuJoCo's own message.
 pub(super) fn model(path: &Path, problem: &str) -> DriverError {
     DriverError::Failed(format!("cannot load the model '{}': {problem}", path.display()))
 }
 
-/// Refuses: the model has nothing to command.
+/// Returns the error for a model without an actuated joint.
 pub(super) fn no_actuated_joint(path: &Path) -> DriverError {
     DriverError::Failed(format!("the model '{}' has no actuated joint: give it an <actuator> with a joint that is a hinge or a slide", path.display()))
 }

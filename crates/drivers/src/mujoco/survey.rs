@@ -1,14 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The poses of an arm, looked over at loading: which gains keep its joints still, and which speeds and accelerations its efforts can give.
+//! Survey of the poses of an arm during loading: the gains that keep its joints stable, and the speeds and accelerations that its efforts
+//! can achieve.
 //!
-//! Two kinds of gains, both for a loop of 1 ms with the bias compensated, both critically damped where the joint moves its own inertia alone:
+//! There are two kinds of gains, both for a loop of 1 ms with the bias compensated, both critically damped if the joint moves its own
+//! inertia alone:
 //!
-//! - of a servo of **efforts**, which knows nothing of the other joints. What such a servo moves is 1/(M^-1)_ii, since the others give way; the
-//!   fastest motion of all servos together is the largest eigenvalue of M^-1 D. Both are taken at the worst pose.
+//! - of a servo of **efforts**, independent of the other joints. The inertia that such a servo moves is 1/(M^-1)_ii, since the others
+//!   give way; the fastest motion of all servos together is the largest eigenvalue of M^-1 D. Both are taken at the
+//!   worst pose.
 //! - of a servo of **decoupled efforts**: M_ii alone, for the others hold.
 //!
-//! With the largest velocity gain λ and the sampling period T, λT stays within 0.5: a phase margin of 75 degrees at the crossover λ, of which
-//! the held command takes λT/2.
+//! With the largest velocity gain λ and the sampling period T, λT stays within 0.5: a phase margin of 75 degrees at the crossover λ, of
+//! which the held command takes λT/2.
 use super::arm::Arm;
 use super::followers::fold;
 use super::functions::state;
@@ -17,15 +20,15 @@ use super::prescribed::PrescribedSolver;
 use device::{Servo, UNLIMITED};
 use std::f64::consts::PI;
 
-/// Bandwidth of a servo at the most, 20 Hz: far below the 1 kHz of the loop, far above a motion.
+/// Maximum bandwidth of a servo, 20 Hz: far below the 1 kHz of the loop, far above a motion.
 const BANDWIDTH_MAX: f64 = 125.0;
-/// The largest velocity gain times the sampling period.
+/// Maximum velocity gain times the sampling period.
 const GAIN_PERIOD: f64 = 0.5;
-/// Period of the servos that a joint is given, s.
+/// Period of the joint servos, s.
 const SERVO_PERIOD_S: f64 = 1e-3;
 /// Number of poses surveyed besides the starting pose.
 const POSES: usize = 64;
-/// The part of its range that is looked at where a joint has no limits, rad or m either way.
+/// Half-width of the surveyed range of a joint without limits, rad or m.
 const RANGE_RAD: f64 = PI;
 const RANGE_M: f64 = 0.5;
 /// Default maximum speed and acceleration of a joint; surveyed accelerations never exceed the default.
@@ -33,27 +36,27 @@ const SPEED: f64 = PI;
 const SPEED_M: f64 = 0.25;
 const ACCELERATION_MAX: f64 = 5.0;
 const ACCELERATION_MAX_M: f64 = 1.0;
-/// Share of the effort left over by gravity and friction that accelerations may use, and the smallest share of the limit that is assumed to be
-/// left over: an arm that cannot hold some of its poses can still move in the others.
+/// Fraction of the effort left over by gravity and friction that accelerations may use, and the minimum fraction of the limit that is
+/// assumed to be left over: an arm that cannot hold some of its poses can still move in the others.
 const EFFORT_SHARE: f64 = 0.7;
 const EFFORT_LEFT: f64 = 0.1;
-/// Minimum share of the effort that one joint needs in the worst case: a joint with less is not slowed down for it.
+/// Minimum share of a joint in the effort of the worst case: a joint with less is not slowed down for it.
 const SHARE_MIN: f64 = 0.05;
-/// Rounds of slowing down; each mends the worst joint and pose.
+/// Maximum number of iterations of slowing down; each fixes the worst joint and pose.
 const ROUNDS: usize = 200;
-/// Rounds of the power iteration for an eigenvalue, and the reserve for what they leave out.
+/// Number of power iterations for an eigenvalue, and the margin for their error.
 const POWER_ROUNDS: usize = 30;
 const POWER_RESERVE: f64 = 1.1;
 
 /// The arm in one pose.
 struct Pose {
-    /// M, row-major, over all degrees of freedom.
+    /// M, row-major, for all degrees of freedom.
     inertia: Vec<f64>,
-    /// Effort against gravity of each degree of freedom.
+    /// Effort of each degree of freedom against gravity.
     weight: Vec<f64>,
 }
 
-/// Gives each joint its gains, its feasible acceleration, and the speed at which damping leaves enough of its effort.
+/// Computes the gains of each joint, its feasible acceleration, and the speed at which damping leaves enough of its effort.
 pub(super) fn fit(arm: &mut Arm) {
     let poses = poses(arm);
     let period_s = SERVO_PERIOD_S.max(arm.timestep_ns as f64 * 1e-9);
@@ -71,12 +74,13 @@ pub(super) fn fit(arm: &mut Arm) {
     limit_accelerations(arm, &poses);
 }
 
-/// Returns gains of critical damping.
+/// Returns gains for critical damping.
 fn gains(inertia: f64, bandwidth: f64) -> Servo {
     Servo { kp: inertia * bandwidth * bandwidth, kd: 2.0 * inertia * bandwidth }
 }
 
-/// Returns the start, and poses spread evenly over the ranges of the commanded joints: the additive sequence of the generalised golden ratio.
+/// Returns the starting pose, and poses spread evenly over the ranges of the commanded joints: the additive sequence of the generalised
+/// golden ratio.
 fn poses(arm: &Arm) -> Vec<Pose> {
     let size = |component| {
         // SAFETY: the model is valid.
@@ -120,7 +124,7 @@ fn ratio(dimensions: usize) -> f64 {
     (0..60).fold(1.5, |x: f64, _| (1.0 + x).powf(1.0 / (dimensions as f64 + 1.0)))
 }
 
-/// Returns the smallest inertia that each joint moves while all others give way.
+/// Returns the minimum inertia that each joint moves while all others give way.
 fn free_inertias(arm: &Arm, poses: &[Pose]) -> Vec<f64> {
     let n = arm.apart.len();
     let (mut solver, mut effort, mut least) = (PrescribedSolver::new(n), vec![0.0; n], vec![f64::INFINITY; arm.joints.len()]);
@@ -145,7 +149,7 @@ fn coupling(arm: &Arm, poses: &[Pose], inertias: &[f64]) -> f64 {
     poses.iter().map(largest).fold(1.0, f64::max) * POWER_RESERVE
 }
 
-/// Returns the largest one in the pose whose inertia the solver has taken, by power iteration.
+/// Returns the largest eigenvalue in the pose whose inertia the solver has factorised, by power iteration.
 fn eigenvalue(arm: &Arm, solver: &mut PrescribedSolver, inertias: &[f64]) -> f64 {
     let (mut vector, mut effort, mut value) = (vec![1.0; inertias.len()], vec![0.0; arm.apart.len()], 1.0);
     for _ in 0..POWER_ROUNDS {
@@ -162,8 +166,8 @@ fn eigenvalue(arm: &Arm, solver: &mut PrescribedSolver, inertias: &[f64]) -> f64
     value
 }
 
-/// Lowers the maximum speeds at which damping would take more than half of what gravity and dry friction leave of the effort, where that is
-/// below what a joint is given without a limit of its own.
+/// Lowers the maximum speeds at which damping would take more than half of the effort left by gravity and dry friction, if that is below
+/// the default speed of a joint.
 fn limit_speeds(arm: &mut Arm, poses: &[Pose]) {
     for joint in &mut arm.joints {
         let (v, most) = (joint.velocity, joint.part.effort_max);
@@ -179,12 +183,12 @@ fn heaviest(poses: &[Pose], v: usize) -> f64 {
     poses.iter().map(|pose| pose.weight[v].abs()).fold(0.0, f64::max)
 }
 
-/// Returns the effort left over when part of the limit is used.
+/// Returns the remaining effort when part of the limit is used.
 fn left(most: f64, used: f64) -> f64 {
     (most - used).max(EFFORT_LEFT * most)
 }
 
-/// Lowers the accelerations until all joints at once need no more than their efforts, in every pose that was looked at.
+/// Lowers the accelerations until all joints together need no more than their efforts, in every surveyed pose.
 fn limit_accelerations(arm: &mut Arm, poses: &[Pose]) {
     let n = arm.apart.len();
     for joint in &mut arm.joints {

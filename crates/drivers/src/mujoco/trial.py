@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-# Loads a model and computes it once; the parent reads what is printed. What MuJoCo does not survive ends this process.
+# Loads a model and computes it once; the parent reads the output. A crash of MuJoCo only ends this process.
 import ctypes
 
 library, model, limit_s = sys.argv[1:]

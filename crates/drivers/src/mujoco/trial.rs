@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-//! A model is tried before it is loaded: a child process loads it and computes it once, so that what MuJoCo does not survive (a
-//! fatal error, an uncaught exception for want of memory, a crash in a damaged file) ends the child and not the controller.
+//! Trial of a model before it is loaded: a child process loads it and computes it once, so that failures that MuJoCo does not survive (a
+//! fatal error, an uncaught exception when out of memory, a crash in a damaged file) end the child and not the controller.
 //!
-//! The child is a Python interpreter, for that is what comes with the package `mujoco`, with at most half of the memory and 60 s. A
-//! model that passed is not tried again in this process while its file stays as it is; files that it includes are not looked at. Where
-//! no interpreter can be started, nothing can be tried: the model is loaded as it is.
+//! The child is a Python interpreter, as the library is in the package `mujoco`, with at most half of the memory and 60 s. A model that
+//! has passed is not tried again in this process as long as its file is unchanged; included files are not checked. If no interpreter can
+//! be started, there is no trial: the model is loaded as it is.
 use std::collections::VecDeque;
 use std::os::unix::process::ExitStatusExt;
 use std::path::{Path, PathBuf};
@@ -14,10 +14,10 @@ use std::time::SystemTime;
 
 const SCRIPT: &str = concat!(include_str!("limits.py"), include_str!("trial.py"));
 pub(super) const LIMIT_S: u32 = 60;
-/// Number of models that passed and are remembered.
+/// Number of passed models that are remembered.
 const PASSED_MAX: usize = 64;
 
-/// A file as it was: the library that tried it, where it is, its length and time of change.
+/// Identity of a file: the library that tried it, its path, its length and modification time.
 #[derive(Clone, PartialEq, Eq)]
 struct FileIdentity {
     library: PathBuf,
@@ -28,7 +28,7 @@ struct FileIdentity {
 
 static PASSED: Mutex<VecDeque<FileIdentity>> = Mutex::new(VecDeque::new());
 
-/// Checks a model; the error is in MuJoCo's words and ours. Blocks until the child is through.
+/// Checks a model; the error combines MuJoCo's message and ours. Blocks until the child has ended.
 pub(super) fn model(library: &Path, model: &Path) -> Result<(), String> {
     let seen = seen(library, model);
     let passed = || PASSED.lock().unwrap_or_else(|poisoned| poisoned.into_inner());
@@ -37,7 +37,7 @@ pub(super) fn model(library: &Path, model: &Path) -> Result<(), String> {
     }
     let mut command = Command::new(device::interpreter());
     command.args(["-I", "-S", "-c", SCRIPT]).args([library, model]).arg(LIMIT_S.to_string()).stdin(Stdio::null());
-    // No interpreter: there is no trial, and the file is not remembered as one that passed.
+    // Without an interpreter there is no trial, and the file is not recorded as passed.
     let Ok(output) = command.output() else { return Ok(()) };
     let Some(is_sound) = verdict(&output)? else { return Ok(()) };
     if let Some(seen) = seen.filter(|_| is_sound) {
@@ -53,7 +53,7 @@ fn seen(library: &Path, model: &Path) -> Option<FileIdentity> {
     Some(FileIdentity { library: library.into(), model: model.into(), len: of.len(), changed: of.modified().ok()? })
 }
 
-/// Returns the verdict of the child; none if it did not come to try.
+/// Returns the verdict of the child; `None` if it did not get as far as trying.
 fn verdict(output: &Output) -> Result<Option<bool>, String> {
     let said = String::from_utf8_lossy(&output.stdout);
     let Some(said) = said.strip_prefix("trying ") else { return Ok(None) };

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The driver of a plant that runs in a process of its own.
+//! Driver of a plant that runs in a process of its own.
 use super::plant_link::{ask_with, ask_within};
 use super::plant_messages::{Answer, Ask, age_of};
 use super::region::{Region, Shape, SharedTripleBuffer};
@@ -14,35 +14,36 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
-/// Time limit for a plant to put itself away.
+/// Time limit for closing a plant.
 const END: Duration = Duration::from_secs(5);
-/// Divisor of the silence after which the process counts as lost: readings after an eighth of it are late.
+/// Divisor of the maximum silence: readings after that fraction of it count as late.
 const LATE: i64 = 8;
 
 /// Times after which the process counts as lost, ns.
 pub(super) struct Bounds {
-    /// Without a step of the process.
+    /// Maximum time without a step of the process.
     pub(super) silent_ns: i64,
-    /// Since its machine took the newest readings, where that was asked for.
+    /// Maximum age of the newest readings, if set.
     pub(super) taken_max_ns: Option<i64>,
-    /// Without a new command.
+    /// Maximum time without a new command.
     pub(super) timeout_ns: Option<i64>,
 }
 
 pub(super) struct PlantProcess {
-    /// None once it is closed: nothing of it is left then, however long others hold this.
+    /// Link, `None` after closing: the process is then released, however long this value lives.
     link: Option<UnixLink>,
-    /// Its process, where this driver started it.
+    /// The plant process, if this driver started it.
     child: Option<Child>,
     channels: Vec<Channel>,
     shape: Shape,
     silent_ns: i64,
-    /// Readings that are older mean that it is lost, however often it answers.
+    /// Maximum age of the readings; beyond it the process counts as lost, even if it answers.
     taken_max_ns: Option<i64>,
     timeout_ns: Option<i64>,
-    /// Where the process says when its readings were taken, and a program reads how old they are; none: it is a machine, which says nothing.
+    /// Slot in which the process stores the time of its readings, and from which a program reads their age; `None` for a machine, which
+    /// does not report it.
     age: Option<Slot>,
-    /// Path at which others find it.
+    /// Path by which others find the process.
     path: Option<PathBuf>,
     session: Option<Session>,
     services: Option<Arc<PlantServices>>,
@@ -53,18 +54,18 @@ struct Session {
     region: Region,
     commands: TripleWriter<SharedTripleBuffer>,
     readings: TripleReader<SharedTripleBuffer>,
-    /// Steps of the plant at the last read, and the release at which that number was new.
+    /// Number of steps of the plant at the last read, and the release at which it last changed.
     steps: u64,
     stepped_ns: Option<i64>,
     attendance: Attendance,
-    /// Since when this side has been there without a standstill of its own.
+    /// Time since which this side has been running without a stall.
     back_ns: i64,
     /// Lead of the source's clock over that of this host.
     ahead_ns: i64,
 }
 
 impl Session {
-    /// Returns for how long the process has made no step while somebody was here to see it, ns.
+    /// Returns the time for which the process has made no step while this side was running, ns.
     fn silent_ns(&mut self, release_ns: i64, silent_max_ns: i64) -> i64 {
         self.back_ns = self.attendance.look(release_ns, silent_max_ns);
         let steps = self.region.steps().load(Ordering::Acquire);
@@ -102,7 +103,7 @@ impl PlantProcess {
         }
     }
 
-    /// Adds what the driver there carries out, and what it counts.
+    /// Adds the services and counters of the driver in the process.
     pub fn serving(mut self, told: DeclaredServices, link: Option<UnixLink>) -> PlantProcess {
         self.shape.counters = told.counters.len();
         self.services = (!told.services.is_empty()).then(|| Arc::new(PlantServices { words: told.services, link: Mutex::new(link), rests: AtomicU64::new(0) }));
@@ -110,7 +111,7 @@ impl PlantProcess {
         self
     }
 
-    /// Reads a driver in a process of its own: its readings have an age.
+    /// Reads a driver in a process of its own, whose readings have an age.
     fn read_aged(&mut self, age: Slot, release_ns: i64, readings: &mut [u8]) -> Result<(), DeviceError> {
         let Some(session) = &mut self.session else { return Err(DeviceError { message: "its process is not open".to_owned() }) };
         session.readings.latch();
@@ -123,9 +124,9 @@ impl PlantProcess {
         let age_ns = (release_ns - session.ahead_ns).saturating_sub(taken_ns).max(0);
         age.set_double(readings, 0, age_ns as f64 * 1e-9);
         let silent_ns = session.silent_ns(release_ns, self.silent_ns);
-        // Readings from before a standstill of this side are not yet too old.
+        // Readings from before a stall of this side do not count as too old yet.
         let seen_ns = age_ns.min(release_ns.saturating_sub(session.back_ns));
-        // Whether it lives is looked at when it is late only: that is a system call.
+        // The process is checked for life only if it is late: that is a system call.
         let is_late = silent_ns > self.silent_ns / LATE;
         if let Some(status) = self.child.as_ref().filter(|_| is_late).and_then(|child| child.wait(Duration::ZERO)) {
             return Err(DeviceError { message: format!("its process {status}") });
@@ -213,7 +214,7 @@ impl Driver for PlantProcess {
     }
 
     fn safe_state(&mut self) {
-        // The safe values are written where commands lie, so that none from before count; then the plant is asked.
+        // The safe values are written in place of commands, so that no earlier ones apply; then the plant is requested to take them.
         let Some(session) = &mut self.session else { return };
         let back = session.commands.back();
         back.fill(0);
@@ -231,22 +232,22 @@ impl Driver for PlantProcess {
         if let Some(services) = &self.services {
             services.close();
         }
-        // A plant that is gone, or that another driver has opened since, is not ours to put away.
+        // A plant that has exited, or that another driver has opened since, must not be closed.
         let closed = self.link.take().map(|link| ask_within(&link, Ask::Close, END));
         if let Some(child) = self.child.take()
             && (matches!(closed, Some(Ok((Answer::Refused(_), _)))) || child.wait(END).is_none())
         {
             match self.age {
-                // A driver that does not come back from its exchange is no machine that others go on with.
+                // A driver that hangs in its exchange is not a machine that others could continue to use.
                 Some(_) => drop(child.end(Duration::ZERO)),
                 None => child.leave(),
             }
         }
-        // One that was killed could not take its socket away.
+        // A killed process could not remove its socket.
         if let Some(path) = &self.path
             && connect(path).is_err_and(|error| error.kind() == ErrorKind::ConnectionRefused)
         {
-            // Gone meanwhile is as good.
+            // It may already have been removed.
             let _removed = std::fs::remove_file(path);
         }
     }
@@ -273,7 +274,7 @@ impl Driver for PlantProcess {
 }
 
 impl Drop for PlantProcess {
-    /// Closes it, so that a driver that was made and never opened leaves no process behind either.
+    /// Closes the plant, so that a driver that was made and never opened does not leave a process behind either.
     fn drop(&mut self) {
         if self.child.is_some() || self.session.is_some() {
             self.close();

@@ -1,15 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
-//! A plant in a process of its own: any other driver, at its own pace, as a machine has it. It outlives the process that commands it.
+//! A plant in a process of its own: any other driver, at its own pace, like a real machine. It outlives the process that commands it.
 //!
-//! Channels and parts are those of the driver that it runs. A read takes the newest whole group of readings, a write leaves a
-//! group of commands: neither waits, allocates or calls the operating system.
+//! Channels and parts are those of the driver that it runs. A read takes the newest complete group of readings, a write leaves a group of
+//! commands: neither waits, allocates or makes system calls.
 //!
-//! When the process of its driver is gone, the plant goes on under the last commands, as a drive without a watchdog does; it has none unless one is
-//! asked for, so that what the guard does shows. With one it goes to its safe commands where no new group of commands comes for that long after one
-//! that claims anything. Its safe handle is a flag and safe commands in the memory that both share: the plant obeys them from
-//! its next step on, until a driver opens it again.
+//! When the process of its driver has exited, the plant continues under the last commands, like a drive without a watchdog; it has none
+//! by default, so that the effect of the guard shows. With a watchdog it goes to its safe commands if no new group of commands arrives
+//! for that long after one that claims anything. Its safe handle is a flag and safe commands in the shared memory: the plant obeys them
+//! from its next step, until a driver opens it again.
 //!
-//! Time runs as it does on the wall; under the virtual clock the driver runs in place.
+//! Time is that of the wall clock; under the virtual clock the driver runs in place.
 mod driver;
 mod plant_link;
 mod plant_messages;
@@ -38,7 +38,7 @@ use std::time::Duration;
 const LINGER_NS: i64 = 10_000_000_000;
 const SILENT_NS: i64 = 500_000_000;
 const NAME_MAX: usize = 40;
-/// Age up to which a socket is not judged as abandoned: its plant may not listen yet.
+/// Minimum age of a socket that is judged as abandoned: the plant of a newer one may not be listening yet.
 const NEW: Duration = Duration::from_secs(1);
 
 pub(crate) static DRIVER: Declaration = Declaration {
@@ -82,7 +82,7 @@ struct Inner {
     options: Value,
 }
 
-/// Returns the driver under virtual time: the one that the process would run, in this process.
+/// Returns the driver for virtual time: the inner driver, in this process.
 fn in_place(options: &Value) -> Option<(String, Value)> {
     let mut inner: Inner = serde_json::from_value(options["driver"].clone()).ok()?;
     if let (Some(timeout_ns), Some(of)) = (options["timeout_ns"].as_i64(), inner.options.as_object_mut()) {
@@ -97,7 +97,7 @@ fn geometry(given: &GivenOptions<'_>) -> Result<Option<Geometry>, DriverError> {
     device::geometry(&options.driver.kind, &options.driver.options)
 }
 
-/// Starts the process, or finds the one of that name that runs already.
+/// Starts the process, or connects to the running one of that name.
 fn open(given: &GivenOptions<'_>) -> Result<OpenedDriver, DriverError> {
     let options: Options = given.read()?;
     check(given, &options)?;
@@ -116,7 +116,7 @@ fn open(given: &GivenOptions<'_>) -> Result<OpenedDriver, DriverError> {
     opened(given, KIND, made, options.command.map_or_else(beside, |words| Ok(words.into_iter().map(OsString::from).collect()))?, bounds, path)
 }
 
-/// Plants that run, those of a name.
+/// Finds running plants that have a name.
 fn scan(_: &GivenOptions<'_>) -> Result<Vec<FoundDevice>, DriverError> {
     clean();
     let folder = run_folder().map_err(|error| lost(error.to_string()))?;
@@ -126,7 +126,7 @@ fn scan(_: &GivenOptions<'_>) -> Result<Vec<FoundDevice>, DriverError> {
     Ok(names.iter().filter_map(|name| found(name)).collect())
 }
 
-/// Returns the plant of that name; none if what listens there does not say what it is.
+/// Returns the plant of that name; `None` if the listener does not describe itself.
 fn found(name: &str) -> Option<FoundDevice> {
     let link = connect(&place(name).ok()?).ok()?;
     let Ok(Answer::Described(described)) = ask(&link, Ask::Describe) else { return None };
@@ -141,7 +141,7 @@ fn found(name: &str) -> Option<FoundDevice> {
 /// Returns the state of the plant of that name.
 ///
 /// # Errors
-/// There is none, in words.
+/// Returns a message if there is none.
 pub fn state(name: &str) -> Result<PlantState, String> {
     let path = place(name).map_err(|error| error.to_string())?;
     let link = connect(&path).map_err(|error| format!("no plant '{name}' runs: {error}"))?;
@@ -166,21 +166,20 @@ fn check(given: &GivenOptions<'_>, options: &Options) -> Result<(), DriverError>
     Ok(())
 }
 
-/// Removes the sockets of plants that were killed, and could not: of this user.
+/// Removes the sockets of plants of this user that were killed and could not remove them.
 pub fn clean() {
     let Ok(folder) = run_folder() else { return };
     let is_plant = |path: &PathBuf| path.file_name().is_some_and(|name| name.as_encoded_bytes().starts_with(SOCKET.as_bytes()));
     let paths = std::fs::read_dir(folder).into_iter().flatten().flatten().map(|entry| entry.path());
-    // One that is being made is not listened at yet.
+    // A new socket may not be listened to yet.
     let is_old = |path: &PathBuf| path.metadata().and_then(|about| about.modified()).is_ok_and(|made| made.elapsed().is_ok_and(|age| age > NEW));
     for path in paths.filter(|path| is_plant(path) && is_old(path) && is_abandoned(path)) {
-        // Gone meanwhile is as good.
+        // It may already have been removed.
         let _removed = std::fs::remove_file(path);
     }
 }
 
-/// Returns the program that runs plants.
-/// The command line of this installation's own process: the program beside this one, or the package of this program's interpreter.
+/// Returns the command line that runs plants: the program beside this one, or the package of this program's interpreter.
 fn beside() -> Result<Vec<OsString>, DriverError> {
     let beside = std::env::current_exe().map(|program| program.with_file_name("opengpac-plant"));
     let beside = beside.map_err(|error| lost(format!("this program has no folder: {error}")))?;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Finding and asking a plant: its socket by its name, one answer to one question.
+//! Finds and queries plants: a socket by name, one answer per request.
 use super::plant_messages::{Answer, Ask};
 use process_kit::{UnixLink, run_folder};
 use std::os::fd::OwnedFd;
@@ -8,11 +8,11 @@ use std::time::Duration;
 
 /// Time limit for a plant to make, load and describe itself.
 pub(super) const ANSWER: Duration = Duration::from_secs(120);
-/// Prefix of the socket of a plant that others find by its name.
+/// Prefix of the socket of a named plant.
 pub(super) const SOCKET: &str = "plant-";
-/// The name of the descriptor of the first link.
+/// Name of the descriptor of the first link.
 pub(super) const LINK: &str = "link";
-/// Name of the link over which a driver in a process of its own is asked for services: they last, and no other message waits for them.
+/// Name of the link for services of a driver in a process of its own: they take long, and no other message waits for them.
 pub(super) const SERVICES: &str = "services";
 
 /// Returns the path at which the plant of that name listens.
@@ -20,7 +20,7 @@ pub(super) fn place(name: &str) -> std::io::Result<PathBuf> {
     Ok(run_folder()?.join(format!("{SOCKET}{name}")))
 }
 
-/// Asks a plant; its answer, or in words why there is none.
+/// Sends a request to a plant. Returns its answer; the error is a message.
 pub(super) fn ask(link: &UnixLink, ask: Ask) -> Result<Answer, String> {
     ask_with(link, ask).map(|(answer, _)| answer)
 }

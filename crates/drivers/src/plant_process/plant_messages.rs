@@ -1,24 +1,24 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Messages between a driver and its plant process while nothing is in real time: one JSON text a frame.
+//! Messages between a driver and its plant process outside real time: one JSON text per frame.
 use device::{Channel, Direction, Slot};
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
-/// To the plant process. Each has one [`Answer`].
+/// Request to the plant process. Each has one [`Answer`].
 #[derive(Debug, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub(super) enum Ask {
-    /// First of all, once: which driver it runs.
+    /// Makes the driver; first request, once.
     Make(PlantOrigin),
     Describe,
-    /// A new session: memory comes with the answer, and the one before is cut off.
+    /// Opens a new session: its memory is sent with the answer, and the previous session is cut off.
     Open,
-    /// The plant is put away; from the holder of the session, or anybody where there is none.
+    /// Closes the plant; allowed for the holder of the session, or for any client if there is none.
     Close,
     State,
-    /// A service of the driver, with arguments that were checked. It is carried out between two steps.
+    /// Calls a service of the driver, with arguments that were checked. It runs between two steps.
     Serve(String, Value),
-    /// Calls a service that moves the machine, with the number of times that the safe state had been asked for when it was let through.
+    /// Calls a service that moves the machine, with the number of safe-state requests at the time at which it was admitted.
     Move(String, Value, u64),
 }
 
@@ -30,8 +30,8 @@ pub(super) struct PlantOrigin {
     pub step_ns: Option<i64>,
     pub linger_ns: i64,
     pub timeout_ns: Option<i64>,
-    /// Time without commands after which the outputs of a driver in a process of its own rest, where others are machines; it ends,
-    /// safe, as soon as nobody is connected.
+    /// Time without commands after which the outputs of a driver in a process of its own go to their safe state, unlike those of
+    /// machines; the process ends, safe, as soon as no client is connected.
     pub rest_ns: Option<i64>,
     pub name: Option<String>,
 }
@@ -51,25 +51,25 @@ pub(super) enum Answer {
 pub(super) struct PlantDescription {
     pub made: PlantOrigin,
     pub channels: Vec<ChannelText>,
-    /// Description by the driver.
+    /// Description from the driver.
     pub about: Value,
     pub step_ns: i64,
 }
 
-/// State of a plant process, for a client that watches it.
+/// State of a plant process, for an observing client.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct PlantState {
-    /// True if it obeys its safe commands, and has at least one step behind it in which it did.
+    /// True if it obeys its safe commands, and has completed at least one step under them.
     pub is_safe: bool,
-    /// When that step began, on the monotonic clock of the host, ns; 0 while it is not safe.
+    /// Start of that step, on the monotonic clock of the host, ns; 0 if it is not safe.
     pub obeyed_ns: i64,
-    /// Steps since it was made.
+    /// Number of steps since it was made.
     pub steps: u64,
-    /// Reason why it does not go on, if it does not.
+    /// Reason why it has stopped, if it has.
     pub failed: Option<String>,
-    /// The newest readings, as the channels lie.
+    /// Newest readings, in the layout of the channels.
     pub readings: Vec<u8>,
-    /// Number of the process.
+    /// Process id.
     pub pid: u32,
 }
 
@@ -101,7 +101,7 @@ impl From<ChannelText> for Channel {
     }
 }
 
-/// Returns the channel that says how old readings are, of a process whose driver names it.
+/// Returns the channel of the age of readings, for a process whose driver names it.
 pub(super) fn age_of(channels: &[Channel], about: &Value) -> Option<Slot> {
     let of = channels.iter().find(|channel| Some(channel.name.as_str()) == about["age"].as_str())?;
     Some(Slot { offset: of.offset, len: of.len }).filter(|slot| slot.len == size_of::<f64>())

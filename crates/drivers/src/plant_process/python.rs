@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-//! A driver in Python, in a process of its own. What runs there is the driver [`OBJECT`], which the program that embeds Python registers; the process, its
-//! memory and its life are those of a plant, but that it ends with its commander, its outputs safe.
+//! A driver in Python, in a process of its own. The process runs the driver [`OBJECT`], which the program that embeds Python registers;
+//! process, memory and life are those of a plant, except that it ends with its commander, its outputs safe.
 use super::driver::Bounds;
 use super::plant_messages::PlantOrigin;
 use super::starting::opened;
@@ -9,10 +9,10 @@ use serde::Deserialize;
 use serde_json::Value;
 
 const KIND: &str = "python";
-/// The kind of what the process runs.
+/// Kind of driver that the process runs.
 const OBJECT: &str = "python_object";
 const PERIOD_NS: i64 = 10_000_000;
-/// The file of the package that a process of it runs.
+/// Module of the package that the process runs.
 const PROCESS: &str = "opengpac.driver.process";
 
 pub(crate) static DRIVER: Declaration = Declaration {
@@ -52,12 +52,12 @@ struct Options {
     period_ns: Option<i64>,
     age_max_ns: Option<i64>,
     timeout_ns: Option<i64>,
-    /// Options of the driver that the process runs, checked already.
+    /// Options of the driver that the process runs, already checked.
     #[serde(flatten)]
     object: serde_json::Map<String, Value>,
 }
 
-/// Returns the driver under virtual time: the same class in this process.
+/// Returns the driver for virtual time: the same class in this process.
 fn in_place(options: &Value) -> Option<(String, Value)> {
     let options: Options = serde_json::from_value(options.clone()).ok()?;
     let mut object = options.object;

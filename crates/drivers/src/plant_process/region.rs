@@ -1,17 +1,18 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The memory that a plant and its driver share for one session.
+//! Memory that a plant and its driver share for one session.
 //!
 //! | | written by | read by |
 //! |---|---|---|
-//! | readings, a triple buffer | the plant, after each step | the driver: the newest whole group |
+//! | readings, a triple buffer | the plant, after each step | the driver: the newest complete group |
 //! | commands, a triple buffer | the driver, at each firing | the plant, before each step |
-//! | how often it is to go to its safe state | the driver | the plant, before each step |
-//! | safe commands, and the flag | the guard, when the driver's process is gone | the plant, before each step |
-//! | steps, failure, that its timeout is over | the plant | the driver |
+//! | number of safe-state requests | the driver | the plant, before each step |
+//! | safe commands, and the flag | the guard, when the driver's process has exited | the plant, before each step |
+//! | steps, failure, expiry of its timeout | the plant | the driver |
 //!
-//! Either side may write any word of it at any time: each is checked as it is read, and a word that cannot be ends the session.
+//! Either side may write any word of it at any time: each is checked as it is read, and an impossible word ends the session.
 //!
-//! Nobody waits for anybody. The memory is new for each session: a driver that was cut off writes where nobody reads.
+//! Neither side waits for the other. The memory is new for each session: a driver that was cut off writes to memory that is no longer
+//! read.
 use device::{Channel, Direction};
 use interconnect::triple::{BACK_AT_FIRST, FRONT_AT_FIRST, MIDDLE_AT_FIRST, in_the_middle, is_possible};
 use interconnect::{TripleMemory, TripleReader, TripleWriter};
@@ -21,18 +22,18 @@ use std::os::fd::OwnedFd;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU8, AtomicU64, Ordering};
 
-/// Bytes that start a line of their own.
+/// Bytes of a cache line.
 const LINE: usize = 64;
-/// Word that is not 0 while the safe commands count, and no others.
+/// Word that is not 0 while only the safe commands apply.
 const FLAG: usize = 0;
 const STEPS: usize = LINE;
-/// Length of the text of the failure; 0: none.
+/// Length of the failure message; 0: none.
 const FAILED: usize = 2 * LINE;
 const TEXT: usize = FAILED + 8;
 const TEXT_MAX: usize = 4 * LINE - 8;
-/// Word that is not 0 if no commands came for the timeout of the plant.
+/// Word that is not 0 if no commands arrived for the timeout of the plant.
 const TIMED_OUT: usize = 6 * LINE;
-/// Number of times that the driver asked for the safe state.
+/// Number of safe-state requests by the driver.
 const RESTS: usize = 7 * LINE;
 const SAFE: usize = 8 * LINE;
 
@@ -41,9 +42,9 @@ const SAFE: usize = 8 * LINE;
 pub(super) struct Shape {
     pub readings: usize,
     pub commands: usize,
-    /// Counters of the driver, each of 8 bytes, behind the readings.
+    /// Counters of the driver, of 8 bytes each, after the readings.
     pub counters: usize,
-    /// Write channels: each has a byte that says whether it is claimed, behind the commands.
+    /// Write channels: each has a byte, after the commands, that is 1 if it is claimed.
     pub writes: usize,
 }
 
@@ -54,17 +55,17 @@ impl Shape {
         Shape { readings: end(Direction::Read), commands: end(Direction::Write), writes: of(Direction::Write).count(), counters }
     }
 
-    /// Readings and counters.
+    /// Returns the size of readings and counters.
     pub fn told(&self) -> usize {
         self.readings + 8 * self.counters
     }
 
-    /// Commands and whether they are claimed.
+    /// Returns the size of commands and their claims.
     pub fn group(&self) -> usize {
         self.commands + self.writes
     }
 
-    /// Returns the safe group: safe commands, of which none is claimed.
+    /// Returns the safe group: safe commands, with no claims.
     pub fn safe_group(&self, channels: &[Channel]) -> Vec<u8> {
         let mut group = vec![0; self.group()];
         for channel in channels.iter().filter(|channel| channel.direction == Direction::Write) {
@@ -86,7 +87,7 @@ impl Shape {
     }
 }
 
-/// Returns `len` and what fills its last line; at least one line.
+/// Returns `len` rounded up to whole lines; at least one line.
 fn lines(len: usize) -> usize {
     len.max(1).next_multiple_of(LINE)
 }
@@ -96,18 +97,18 @@ fn triple_len(len: usize) -> usize {
     LINE + 3 * lines(len)
 }
 
-/// The memory of one session.
+/// Memory of one session.
 pub(super) struct Region {
     memory: Arc<SharedMemory>,
-    /// A word said what no end writes.
+    /// Set if a word was read that neither side writes.
     spoilt: Arc<AtomicBool>,
-    /// The safe commands, where the plant has them too.
+    /// Safe commands, in the plant's copy of the region.
     safe_group: Vec<u8>,
     shape: Shape,
 }
 
 impl Region {
-    /// Makes new memory, for the plant.
+    /// Makes a new region, on the plant's side.
     pub fn new(shape: Shape, safe_group: &[u8]) -> io::Result<Region> {
         let region = Region { memory: Arc::new(SharedMemory::new(shape.len())?), spoilt: Arc::default(), safe_group: safe_group.to_vec(), shape };
         for triple in [region.commands(), region.readings()] {
@@ -136,35 +137,36 @@ impl Region {
 
     /// Returns the two ends of the plant. They are taken once for each region.
     pub fn plant_ends(&self) -> (TripleReader<SharedTripleBuffer>, TripleWriter<SharedTripleBuffer>) {
-        // SAFETY: the plant alone makes these ends, once, of memory that it has just made; so each buffer is where it is at first.
+        // SAFETY: only the plant makes these ends, once, from memory that it has just made; so each buffer is in its initial place.
         unsafe { (TripleReader::in_memory(self.commands(), FRONT_AT_FIRST), TripleWriter::in_memory(self.readings(), BACK_AT_FIRST)) }
     }
 
     /// Returns the two ends of the driver. They are taken once for each region.
     pub fn driver_ends(&self) -> (TripleWriter<SharedTripleBuffer>, TripleReader<SharedTripleBuffer>) {
-        // SAFETY: the plant sends the memory of a session to one driver, which makes these ends once; it has exchanged nothing before, and
-        // what the plant has exchanged it has exchanged against the middle.
+        // SAFETY: the plant sends the memory of a session to one driver, which makes these ends once; the driver has not exchanged
+        // anything before, and the plant has exchanged only with the middle buffer.
         unsafe { (TripleWriter::in_memory(self.commands(), BACK_AT_FIRST), TripleReader::in_memory(self.readings(), FRONT_AT_FIRST)) }
     }
 
-    /// Returns true if the safe commands count: also if no others can be believed.
+    /// Returns true if the safe commands apply: also if no others can be trusted.
     pub fn is_safe(&self) -> bool {
         self.memory.word(FLAG).load(Ordering::Acquire) != 0 || self.spoilt.load(Ordering::Relaxed)
     }
 
-    /// Returns the word that says that the plant has gone to its safe commands by itself.
+    /// Returns the word that is not 0 if the plant has gone to its safe commands on its own.
     pub fn timed_out(&self) -> &AtomicU64 {
         self.memory.word(TIMED_OUT)
     }
 
-    /// Returns the number of times that the driver asked for the safe state, beside the commands: a command that follows does not undo it.
+    /// Returns the number of safe-state requests by the driver. It is separate from the commands: a later command does not undo a
+    /// request.
     pub fn rests(&self) -> &AtomicU64 {
         self.memory.word(RESTS)
     }
 
     /// Returns the writes of the guard: the safe commands, then the flag.
     pub fn safe_writes(&self, safe_group: &[u8]) -> Vec<(u64, Vec<u8>)> {
-        // Any byte of the flag but 0 will do, so it counts from the first byte that has arrived.
+        // Any nonzero byte of the flag is enough, so it applies from the first byte that arrives.
         vec![(SAFE as u64, safe_group.to_vec()), (FLAG as u64, vec![1; 8])]
     }
 
@@ -174,7 +176,7 @@ impl Region {
         }
     }
 
-    /// Takes the safe commands.
+    /// Copies the safe commands.
     pub fn load_safe_group(&self, group: &mut [u8]) {
         if self.spoilt.load(Ordering::Relaxed) && group.len() == self.safe_group.len() {
             return group.copy_from_slice(&self.safe_group);
@@ -184,12 +186,12 @@ impl Region {
         }
     }
 
-    /// Steps of the plant.
+    /// Returns the number of steps of the plant.
     pub fn steps(&self) -> &AtomicU64 {
         self.memory.word(STEPS)
     }
 
-    /// Notes that the plant does not go on, and why.
+    /// Records that the plant has stopped, and the reason.
     pub fn fail(&self, why: &str) {
         let text = why.as_bytes();
         let len = text.len().clamp(1, TEXT_MAX);
@@ -199,7 +201,7 @@ impl Region {
         self.memory.word(FAILED).store(len as u64, Ordering::Release);
     }
 
-    /// Returns why the plant does not go on. Allocates only where it does not.
+    /// Returns the reason why the plant has stopped; `None` if it has not. Allocates only if it has.
     pub fn failure(&self) -> Option<String> {
         if self.spoilt.load(Ordering::Relaxed) {
             return Some(
@@ -229,15 +231,15 @@ pub(super) struct SharedTripleBuffer {
 
 impl SharedTripleBuffer {
     fn buffer(&self, index: u8) -> *mut [u8] {
-        // What an end holds was checked in `given`.
+        // The index held by an end was checked in `given`.
         let place = self.start + LINE + usize::from(index.min(2)) * lines(self.len);
-        // SAFETY: the shape, which `start` and `len` are of, fits the mapping: checked when it was made or received.
+        // SAFETY: the shape from which `start` and `len` are derived fits the mapping, as checked when it was made or received.
         std::ptr::slice_from_raw_parts_mut(unsafe { self.memory.start().add(place) }, self.len)
     }
 }
 
-// SAFETY: the mapping stays as long as the value lives; buffers are a line and more apart; there is one end of each kind
-// (`plant_ends`, `driver_ends`).
+// SAFETY: the mapping lives as long as the value; buffers are at least a line apart; there is one end of each kind (`plant_ends`,
+// `driver_ends`).
 unsafe impl TripleMemory for SharedTripleBuffer {
     #[inline]
     fn middle(&self) -> &AtomicU8 {
@@ -287,7 +289,7 @@ mod tests {
             }
             tells.publish();
             commands.publish();
-            // What was written over may hold no publication, or one of nobody: either is as before for who reads it.
+            // After overwriting there may be no publication, or a spurious one: both leave the reader with its earlier values.
             let _news = (obeys.latch(), readings.latch());
             assert_eq!((obeys.front().len(), readings.front().len()), (18, 24));
             assert!(driver.failure().is_some_and(|why| why.contains("was written over")), "{word}");

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The plant process: one thread that makes steps at its own pace and, between two of them, hears who talks to it.
+//! Plant process: one thread that makes steps at its own pace and serves its clients between two of them.
 use super::plant_link::{ANSWER, LINK, SERVICES, place};
 use super::plant_messages::{Answer, Ask, ChannelText, PlantDescription, PlantOrigin, PlantState, age_of};
 use super::region::{Region, Shape, SharedTripleBuffer};
@@ -12,17 +12,17 @@ use std::sync::atomic::Ordering;
 use std::time::Duration;
 
 const STEP_NS: i64 = 1_000_000;
-/// The longest time between two looks at those who talk to it, however long its steps are.
+/// Maximum time between two checks for messages of clients, however long its steps are.
 const HEAR_NS: i64 = 20_000_000;
-/// A plant that is later than this goes on from the present: time that it missed does not count.
+/// Number of steps by which a plant must be late to continue from the present: the missed time is dropped.
 const LATE_STEPS_MAX: i64 = 10;
 /// Below the guard, above every kernel: a machine does not wait for software.
 const PRIORITY: i32 = 97;
 
-/// Runs the plant process. Returns when it was put away, or nobody has been connected for its time to linger.
+/// Runs the plant process. Returns when it was closed, or no client has been connected for its linger time.
 ///
 /// # Errors
-/// For people: it was not started by a driver.
+/// Fails if the process was not started by a driver; the message is for people.
 pub fn run() -> Result<(), String> {
     forks::claim_process();
     let descriptor = inherited(LINK).map_err(|error| error.to_string())?;
@@ -43,17 +43,17 @@ pub fn run() -> Result<(), String> {
             Ok(())
         }
         Err(problem) => {
-            // The one that asked for it says so.
+            // The requesting side reports the problem.
             answer(&link, &Answer::Refused(problem), &[]);
             Ok(())
         }
     }
 }
 
-/// Raises the priority of this thread if that is permitted; a plant without it is only less punctual.
+/// Raises the priority of this thread if permitted; a plant without it is only less punctual.
 fn prioritise() {
     let parameter = libc::sched_param { sched_priority: PRIORITY };
-    // SAFETY: this thread's own scheduling and timers.
+    // SAFETY: the calls affect only this thread's scheduling and timers.
     unsafe {
         libc::prctl(libc::PR_SET_TIMERSLACK, 1_u64);
         libc::sched_setscheduler(0, libc::SCHED_FIFO | libc::SCHED_RESET_ON_FORK, &parameter);
@@ -65,7 +65,7 @@ struct Plant {
     described: PlantDescription,
     shape: Shape,
     safe_group: Vec<u8>,
-    /// Slot of the age of its readings.
+    /// Slot of the age of the readings.
     age: Option<Slot>,
     taken: TakenTime,
     listener: Option<Listener>,
@@ -73,34 +73,35 @@ struct Plant {
     links: Vec<(u64, UnixLink)>,
     next_link: u64,
     session: Option<Session>,
-    /// Commands and whether they are claimed, as they are obeyed.
+    /// Commands in force, with their claims.
     group: Vec<u8>,
     engaged: Vec<bool>,
     readings: Vec<u8>,
-    /// Its own time: steps since it was made.
+    /// Time of the plant itself: the sum of its steps.
     time_ns: i64,
     steps: u64,
     failed: Option<String>,
     /// Time at which it first obeyed the safe commands of this session.
     obeyed_ns: i64,
-    /// When commands came last that claim anything; none: it was told to be at rest, or nothing in this session.
+    /// Time of the last commands that claim anything; `None` if the plant was sent to its safe state, or has received none in this
+    /// session.
     commanded_ns: Option<i64>,
-    /// Time at which a client was connected last.
+    /// Time at which a client was last connected.
     seen_ns: i64,
     is_put_away: bool,
 }
 
 /// Time at which the machine took the newest readings.
 struct TakenTime {
-    /// Time as the driver told it, on the clock of its steps.
+    /// Time reported by the driver, on the clock of its steps.
     told_ns: Option<i64>,
     /// Time on the monotonic clock of this host.
     at_ns: i64,
 }
 
 impl TakenTime {
-    /// Takes what the driver tells after the step at `time_ns`, which began at `begun_ns`. What it told before has its time already: the clock of
-    /// steps stands still while they are late.
+    /// Records the time reported by the driver after the step at `time_ns`, which began at `begun_ns`. A repeated report keeps its
+    /// earlier time: the clock of steps stands still while they are late.
     fn look(&mut self, told_ns: Option<i64>, time_ns: i64, begun_ns: i64) {
         if told_ns.is_none() || told_ns != self.told_ns {
             let old_ns = told_ns.map_or(0, |told_ns| time_ns.saturating_sub(told_ns).max(0));
@@ -109,13 +110,13 @@ impl TakenTime {
     }
 }
 
-/// State that it shares with the driver that has opened it.
+/// State shared with the driver that has opened the plant.
 struct Session {
     region: Region,
     commands: TripleReader<SharedTripleBuffer>,
     readings: TripleWriter<SharedTripleBuffer>,
     holder: u64,
-    /// Number of times that its driver had asked for the safe state.
+    /// Number of safe-state requests by its driver at the last step.
     rests: u64,
 }
 
@@ -180,7 +181,7 @@ impl Plant {
         self.driver.close();
     }
 
-    /// Returns true if it goes on: a client is connected, or was so lately.
+    /// Returns true if the plant is to continue: a client is connected, or was recently.
     fn keep_alive(&mut self) -> bool {
         if !self.links.is_empty() {
             self.seen_ns = now_ns();
@@ -189,7 +190,7 @@ impl Plant {
     }
 
     fn step(&mut self) {
-        // A driver may start processes of its own; one that comes back here is no plant.
+        // A driver may fork processes of its own; a child that returns here is not a plant.
         forks::end_if_child();
         self.take_commands();
         if self.failed.is_none() {
@@ -211,7 +212,7 @@ impl Plant {
 
     fn take_commands(&mut self) {
         let Some(session) = &mut self.session else { return };
-        // Read before the commands, which are then those of that call or newer ones.
+        // Read before the commands, which are then those at the time of that request or newer ones.
         let rests = session.region.rests().load(Ordering::Acquire);
         let is_new = session.commands.latch();
         if is_new {
@@ -264,7 +265,7 @@ impl Plant {
     }
 
     fn hear(&mut self) {
-        // A link that cannot be taken now is still there after the next step.
+        // A link that cannot be accepted now will still be pending after the next step.
         if let Some(Ok(Some(link))) = self.listener.as_ref().map(Listener::accept) {
             self.links.push((self.next_link, link));
             self.next_link += 1;
@@ -278,7 +279,7 @@ impl Plant {
         self.links = links;
     }
 
-    /// Returns false if the link is gone or says nothing that makes sense.
+    /// Handles a message; returns false if the link is lost or the message is invalid.
     fn act(&mut self, frame: &[u8], number: u64, link: &UnixLink) -> bool {
         let Ok(ask) = serde_json::from_slice(frame) else { return false };
         let told = match ask {
@@ -286,7 +287,7 @@ impl Plant {
             Ask::Describe => Answer::Described(Box::new(self.described.clone())),
             Ask::State => Answer::State(self.state()),
             Ask::Serve(service, arguments) => self.carry_out(&service, &arguments),
-            // The safe state was asked for since it was let through: what moves is not begun.
+            // The safe state was requested after this request was admitted: no motion is started.
             Ask::Move(service, _, rests) if self.rests() != Some(rests) => {
                 Answer::Refused(format!("service '{service}' moves the machine, and its device was brought to its safe state meanwhile"))
             }
@@ -309,7 +310,7 @@ impl Plant {
         answer(link, &told, &[])
     }
 
-    /// Returns the number of times that the driver that has opened it has asked for the safe state.
+    /// Returns the number of safe-state requests by the driver that has opened the plant.
     fn rests(&self) -> Option<u64> {
         self.session.as_ref().map(|session| session.region.rests().load(Ordering::Acquire))
     }
@@ -322,7 +323,7 @@ impl Plant {
         }
     }
 
-    /// Opens a new session, safe until commands come; the holder of the one before commands no more.
+    /// Opens a new session, safe until commands arrive; the holder of the previous one can no longer command.
     fn open(&mut self, holder: u64) -> Result<(), String> {
         if let Some(why) = &self.failed {
             return Err(why.clone());
@@ -348,7 +349,7 @@ impl Plant {
     }
 }
 
-/// Returns false if the link is gone.
+/// Sends an answer; returns false if the link is lost.
 fn answer(link: &UnixLink, answer: &Answer, descriptors: &[BorrowedFd<'_>]) -> bool {
     let frame = serde_json::to_vec(answer).expect("an answer has no map with keys that are no texts");
     link.send_with(&frame, descriptors, Some(Duration::from_secs(1))).is_ok()
@@ -356,6 +357,6 @@ fn answer(link: &UnixLink, answer: &Answer, descriptors: &[BorrowedFd<'_>]) -> b
 
 fn sleep_until(time_ns: i64) {
     let until = libc::timespec { tv_sec: time_ns / 1_000_000_000, tv_nsec: time_ns % 1_000_000_000 };
-    // SAFETY: a time of our own. A signal ends the sleep early, which makes one step early.
+    // SAFETY: the time is a local variable. A signal ends the sleep early, which makes one step early.
     unsafe { libc::clock_nanosleep(libc::CLOCK_MONOTONIC, libc::TIMER_ABSTIME, &until, std::ptr::null_mut()) };
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The services of a driver that runs in a process of its own, over a link of their own.
+//! Services of a driver that runs in a process of its own, over a separate link.
 use super::plant_messages::{Answer, Ask};
 use device::{DeviceError, ServiceWord, Services, under_a_stop};
 use process_kit::UnixLink;
@@ -8,19 +8,19 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Mutex, PoisonError};
 use std::time::Duration;
 
-/// Period at which a call that waits looks whether there is a process to answer it.
+/// Period at which a waiting call checks that the process that is to answer it still exists.
 const LOOK: Duration = Duration::from_secs(1);
 
 pub(super) struct PlantServices {
     pub words: &'static [ServiceWord],
-    /// None once the device is closed.
+    /// Link, `None` after closing.
     pub link: Mutex<Option<UnixLink>>,
     /// Number of times that the device was brought to its safe state since it was opened.
     pub rests: AtomicU64,
 }
 
 impl PlantServices {
-    /// Notes that the device is closed. A call that waits ends with its process.
+    /// Marks the device as closed. A waiting call ends with its process.
     pub fn close(&self) {
         if let Ok(mut link) = self.link.try_lock() {
             *link = None;
@@ -38,7 +38,7 @@ impl Services for PlantServices {
     }
 
     fn call_moving(&self, service: &str, arguments: &Value, is_stopped: &dyn Fn() -> bool) -> Result<Value, DeviceError> {
-        // In this order: a stop that is latched behind the look has its safe state counted behind the number.
+        // The order matters: a stop that is latched after the check increments the number after this read.
         let rests = self.rests.load(Ordering::Acquire);
         if is_stopped() {
             return Err(under_a_stop(service));
@@ -50,7 +50,7 @@ impl Services for PlantServices {
 impl PlantServices {
     fn ask(&self, ask: Ask) -> Result<Value, DeviceError> {
         let failed = |message: &str| DeviceError { message: message.to_owned() };
-        // One at a time.
+        // One call at a time.
         let link = self.link.lock().unwrap_or_else(PoisonError::into_inner);
         let Some(link) = &*link else { return Err(failed("the device is closed")) };
         let frame = serde_json::to_vec(&ask).expect("an ask has no map with keys that are no texts");

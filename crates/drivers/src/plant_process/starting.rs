@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The driver of a plant, over the process that runs it.
+//! Driver of a plant, above the process that runs it.
 use super::driver;
 use super::plant_link::{LINK, SERVICES, ask};
 use super::plant_messages::{Answer, Ask, PlantDescription, PlantOrigin};
@@ -9,7 +9,7 @@ use std::ffi::OsString;
 use std::path::PathBuf;
 use std::time::Duration;
 
-/// Opens the process that was made so, found or started with this command.
+/// Opens the process of this origin, found or started with this command.
 pub(super) fn opened(
     given: &GivenOptions<'_>,
     kind: &'static str,
@@ -39,7 +39,7 @@ pub(super) fn opened(
         return Err(given.wrong("name", problem));
     }
     let PlantDescription { channels, mut about, .. } = described;
-    // What the driver of a machine declares of itself is not served from here.
+    // Services and counters of a machine's driver are not offered from here.
     let foreign = if made.rest_ns.is_some() { &["class", "safe_state"][..] } else { &["class", "safe_state", "services", "counters"] };
     for word in foreign {
         about.as_object_mut().and_then(|about| about.remove(*word));

@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Any bytes on the line of servos, for fuzzers: nothing panics, each step goes on, and what is written is read as one whole frame.
+//! Arbitrary bytes on the line of servos, for fuzzers: nothing panics, each step advances, and written data is parsed as one complete
+//! frame.
 use super::frame::{Ask, FRAME_MAX, Frame, FrameScan, ID_MAX};
 use super::protocol::Protocol;
 
-/// Reads bytes: the first says the protocol, and whether the others come from the line or are to be written.
+/// Parses bytes; the first selects the protocol, and whether the others come from the line or are to be written.
 pub fn servos(bytes: &[u8]) {
     let Some((how, rest)) = bytes.split_first() else { return };
     let protocol = if how & 1 == 0 { Protocol::Sts } else { Protocol::Dynamixel };
@@ -30,7 +31,7 @@ fn came(protocol: Protocol, mut stream: &[u8]) {
     }
 }
 
-/// Reads an id, an address, and what is written there.
+/// Parses an id, an address, and the data to write there.
 fn asked(protocol: Protocol, bytes: &[u8]) {
     let [id, low, high, body @ ..] = bytes else { return };
     let (mut frame, mut scratch) = (Frame::new(), [0; FRAME_MAX]);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Arming of a servo: it is met, gets its torque and loses it, and services are carried out meanwhile.
+//! Arming of servos: checks each servo, switches its torque on and off, and carries out services meanwhile.
 use super::calibration::{Calibration, Entry};
 use super::driver::Servos;
 use super::frame::{Ask, BROADCAST, Frame};
@@ -11,11 +11,11 @@ use std::time::{Duration, Instant};
 
 /// Time limit for a servo to restart.
 const REBOOT: Duration = Duration::from_secs(2);
-/// Bit of an error number: there is something to be read.
+/// Bit of an error number: there is an error to read.
 const ALERT: u8 = 0x80;
 
 impl Servos {
-    /// Finds every servo as it was described, and lets go of it.
+    /// Checks that every servo is as described, and switches its torque off.
     pub(super) fn meet(&mut self) -> Result<(), DeviceError> {
         let (first, model) = (self.joints[0].wired.id, self.map.model);
         self.line()?.find_echo(first, model).map_err(|why| self.gone(&why))?;
@@ -60,7 +60,7 @@ impl Servos {
         Ok(())
     }
 
-    /// Lets a servo forget a grave error, if it does.
+    /// Clears a grave error of a servo, if possible.
     fn clear(&mut self, joint: usize) -> Result<(), DeviceError> {
         let (map, id) = (self.map, self.joints[joint].wired.id);
         let grave = self.ask(joint, map.error)?.value as u8 & map.grave;
@@ -82,7 +82,7 @@ impl Servos {
         if left == 0 { Ok(()) } else { Err(self.wrong(joint, &format!("reports {}; take its load away, let it cool, then reset()", map.named(left)))) }
     }
 
-    /// Stores to a register of one servo, which says that it has it.
+    /// Stores to a register of one servo, which must acknowledge it.
     pub(super) fn store(&mut self, joint: usize, register: Register, bytes: &[u8]) -> Result<(), DeviceError> {
         let id = self.joints[joint].wired.id;
         let written = self.line()?.write(id, register.address, bytes).map_err(|why| self.gone(&why))?;
@@ -93,7 +93,7 @@ impl Servos {
         }
     }
 
-    /// Switches torque on, where the servo is: whatever its goal was, it does not move.
+    /// Switches torque on at the present position: whatever its goal was, the servo does not move.
     pub(super) fn hold(&mut self, joint: usize) -> Result<(), DeviceError> {
         let counts = self.joints[joint].present.counts;
         self.store(joint, self.map.goal, &self.protocol.goal(counts)[..usize::from(self.map.goal.len)])?;
@@ -113,7 +113,7 @@ impl Servos {
         Ok(())
     }
 
-    /// Switches all torque off: at once for all, and then for each until it says so.
+    /// Switches all torque off: by one frame for all, and then one by one with acknowledgement.
     pub(super) fn rest(&mut self) {
         self.rows.clear();
         for joint in &mut self.joints {
@@ -124,21 +124,21 @@ impl Servos {
         let told = self.bus.as_mut().map(|bus| bus.sync_write(torque, &self.rows));
         if told.is_some_and(|told| told.is_ok()) {
             for joint in 0..self.joints.len() {
-                // Who does not answer was told by the frame for all.
+                // A servo that does not answer has received the frame for all.
                 let _ = self.store(joint, torque, &[0]);
             }
         }
     }
 
-    /// Makes the frame that takes the torque of all, for the guard.
+    /// Makes the frame that switches the torque of all servos off, for the guard.
     pub(super) fn relax(&self, frame: &mut Frame, rows: &[u8]) -> bool {
         let Register { address, len } = self.map.torque;
         self.protocol.write(frame, BROADCAST, Ask::SyncWrite { address, len, rows })
     }
 
-    /// Widens the ends that are being recorded.
+    /// Updates the ends that are being recorded.
     pub(super) fn record(&mut self) {
-        // Feetech's counts begin anew behind a turn, those of Dynamixel go on.
+        // Feetech's counts wrap around after a turn, those of Dynamixel continue.
         let has_seam = self.protocol == Protocol::Sts;
         for joint in &mut self.joints {
             let counts = joint.present.counts;
@@ -150,7 +150,7 @@ impl Servos {
         }
     }
 
-    /// Carries out a service, if one is asked for.
+    /// Carries out a service, if one is requested.
     pub(super) fn serve(&mut self) {
         if let Some(request) = self.desk.take() {
             let answer = self.carry_out(&request.service, &request.arguments);
@@ -210,7 +210,7 @@ impl Servos {
         Ok(self.counts())
     }
 
-    /// Returns the present position of each, counts.
+    /// Returns the present positions of all joints, counts.
     fn counts(&self) -> Value {
         self.joints.iter().map(|joint| (joint.wired.name.clone(), json!(joint.present.counts))).collect()
     }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! One request at a time on a line on which everyone speaks in turn: what is asked, who answers, how long that may last, what is asked again.
+//! One request at a time on a shared line: requests, expected answers, time limits, repetitions.
 use super::frame::{Answer, Ask, FRAME_MAX, Frame, FrameScan};
 use super::protocol::Protocol;
 use super::registers::{Register, whole};
@@ -10,9 +10,9 @@ use std::os::fd::{AsFd, OwnedFd};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-/// The most servos of one bus.
+/// Maximum number of servos on one bus.
 pub(super) const SERVOS_MAX: usize = 64;
-/// Maximum time for which a servo waits before it answers: its register for that ends at 0.5 ms.
+/// Maximum delay of a servo before its answer: the range of its register ends at 0.5 ms.
 const RETURN_DELAY: Duration = Duration::from_millis(1);
 
 device::counters! {
@@ -33,14 +33,14 @@ device::counters! {
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Timing {
     pub(super) baud: u32,
-    /// Time that the adapter and the host may take beyond the time on the wire.
+    /// Maximum delay of the adapter and the host in addition to the time on the wire.
     pub(super) latency: Duration,
     pub(super) retries: u32,
-    /// True if the adapter echoes what it is given; none: it is tried.
+    /// True if the adapter echoes sent bytes; `None`: it is tested.
     pub(super) echo: Option<bool>,
 }
 
-/// Answer of a servo to a request of its own.
+/// Answer of a servo to an individual request.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct ServoAnswer {
     pub(super) error: u8,
@@ -64,7 +64,7 @@ impl Bus {
     /// Opens a line.
     ///
     /// # Errors
-    /// As [`SerialLine::open`].
+    /// Fails like [`SerialLine::open`].
     pub(super) fn open(port: &str, protocol: Protocol, timing: Timing, counters: Arc<Counters>) -> Result<Bus> {
         let settings = Settings { baud: timing.baud, ..Settings::default() };
         let line = SerialLine::open(port, &settings)?;
@@ -82,61 +82,63 @@ impl Bus {
         })
     }
 
-    /// Returns the line, beside this one, for the guard.
+    /// Returns a duplicate of the line's descriptor, for the guard.
     pub(super) fn descriptor(&self) -> Result<OwnedFd> {
         self.line.as_fd().try_clone_to_owned()
     }
 
-    /// Finds out whether the adapter gives back what it is given, unless that is known: by a read, whose answer is never the same bytes.
+    /// Determines whether the adapter echoes sent bytes, unless that is configured: by a read, whose answer always differs from the
+    /// request.
     pub(super) fn find_echo(&mut self, id: u8, register: Register) -> Result<()> {
         if self.timing.echo.is_some() {
             return Ok(());
         }
         let until = self.send(id, Ask::Read { address: register.address, len: register.len }, 1, usize::from(register.len))?;
         let answer = self.protocol.answer_len(usize::from(register.len));
-        // An answer may be shorter than what an echo would be, and is another from its first bytes on.
+        // An answer may be shorter than an echo would be, and differs from its first bytes on.
         let begins_so = |bus: &Bus| bus.frame.bytes().starts_with(&bus.came[..bus.len.min(bus.frame.bytes().len())]);
         let sent = self.frame.bytes().len();
         while begins_so(self) && self.len < sent && self.receive(until)? {}
         self.echoes = begins_so(self) && self.len >= sent;
-        // The answer is nobody's any more.
+        // The answer is discarded.
         let rest = sent * usize::from(self.echoes) + answer;
         while self.len < rest && self.receive(until)? {}
         Ok(())
     }
 
-    /// Returns true if a servo of that id is there.
+    /// Returns true if a servo of that id answers.
     pub(super) fn ping(&mut self, id: u8) -> Result<bool> {
         let len = if self.protocol == Protocol::Dynamixel { 3 } else { 0 };
         self.one(id, Ask::Ping, len).map(|answered| answered.is_some())
     }
 
-    /// Returns the value of a register of up to four bytes; none: no answer.
+    /// Returns the value of a register of up to four bytes; `None` if there is no answer.
     pub(super) fn read(&mut self, id: u8, register: Register) -> Result<Option<ServoAnswer>> {
         self.one(id, Ask::Read { address: register.address, len: register.len }, usize::from(register.len))
     }
 
-    /// Stores to a register; none: no answer.
+    /// Stores to a register; returns `None` if there is no answer.
     pub(super) fn write(&mut self, id: u8, address: u16, bytes: &[u8]) -> Result<Option<ServoAnswer>> {
         self.one(id, Ask::Write { address, bytes }, 0)
     }
 
-    /// Restarts a servo; its answer is not waited for long, as it may be on its way down.
+    /// Restarts a servo; waits only briefly for its answer, as it may already be shutting down.
     pub(super) fn reboot(&mut self, id: u8) -> Result<()> {
         self.once(id, Ask::Reboot, &[id], &mut [false], 0, &mut |_, _| ())
     }
 
-    /// Stores to the same register of several servos, of which none answers.
+    /// Stores to the same register of several servos, without an answer.
     pub(super) fn sync_write(&mut self, register: Register, rows: &[u8]) -> Result<()> {
         let until = self.send(super::frame::BROADCAST, Ask::SyncWrite { address: register.address, len: register.len, rows }, 0, 0)?;
-        // Else it would come before that of the next request.
+        // Otherwise the echo would precede that of the next request.
         if self.echoes {
             self.drop_echo(until)?;
         }
         Ok(())
     }
 
-    /// Reads the same register of several servos, and asks those again that did not answer. `done[i]`: servo i has.
+    /// Reads the same register of several servos, and repeats the request for those that did not answer. `done[i]` is true if servo i has
+    /// answered.
     pub(super) fn sync_read(&mut self, register: Register, ids: &[u8], done: &mut [bool], take: &mut dyn FnMut(usize, Answer<'_>)) -> Result<()> {
         done.fill(false);
         for round in 0..=self.timing.retries {
@@ -155,7 +157,7 @@ impl Bus {
         Ok(())
     }
 
-    /// Makes a request to one servo, again if it does not answer.
+    /// Makes a request to one servo, and repeats it if there is no answer.
     fn one(&mut self, id: u8, ask: Ask<'_>, len: usize) -> Result<Option<ServoAnswer>> {
         let mut answered = None;
         for round in 0..=self.timing.retries {
@@ -169,7 +171,7 @@ impl Bus {
         Ok(answered)
     }
 
-    /// Makes a request, and takes the answers to it within their time: `len` bytes from each of `ids` that is not `done`.
+    /// Makes a request, and takes the answers to it within their time limit: `len` bytes from each of `ids` that is not `done`.
     fn once(&mut self, id: u8, ask: Ask<'_>, ids: &[u8], done: &mut [bool], len: usize, take: &mut dyn FnMut(usize, Answer<'_>)) -> Result<()> {
         let mut missing = done.iter().filter(|done| !**done).count();
         let until = self.send(id, ask, missing, len)?;
@@ -186,7 +188,7 @@ impl Bus {
         Ok(())
     }
 
-    /// Sends a request, and says until when its answers may come.
+    /// Sends a request, and returns the deadline of its answers.
     fn send(&mut self, id: u8, ask: Ask<'_>, answers: usize, len: usize) -> Result<Instant> {
         self.line.drain_input()?;
         self.len = 0;
@@ -194,7 +196,7 @@ impl Bus {
             return Err(Error::new(ErrorKind::InvalidInput, "the request does not fit a frame, or the protocol has none such"));
         }
         let bytes = self.frame.bytes();
-        // What is stuffed makes an answer longer by a third at most.
+        // Byte stuffing makes an answer longer by a third at most.
         let wire = bytes.len() + answers * (self.protocol.answer_len(len) + len / 3);
         let times = |of: Duration, count: usize| of * u32::try_from(count).unwrap_or(u32::MAX);
         let until = Instant::now() + times(self.byte_time, wire) + times(RETURN_DELAY, answers) + self.timing.latency;
@@ -202,10 +204,10 @@ impl Bus {
         Ok(until)
     }
 
-    /// Takes what came; false: nothing until then.
+    /// Takes received bytes; returns false if there are none until the deadline.
     fn receive(&mut self, until: Instant) -> Result<bool> {
         if self.len == self.came.len() {
-            // Nobody was asked for so much: it is noise.
+            // No request has such a long answer: it is noise.
             self.counters.add(Count::FramesBad, 1);
             self.len = 0;
         }
@@ -214,7 +216,7 @@ impl Bus {
         Ok(count > 0)
     }
 
-    /// Leaves out what the adapter gave back; false: it was not what was sent, so somebody else spoke.
+    /// Skips the echo of the adapter; returns false if it differs from the sent bytes, because another host has transmitted.
     fn drop_echo(&mut self, until: Instant) -> Result<bool> {
         let sent = self.frame.bytes().len();
         while self.len < sent {
@@ -234,7 +236,7 @@ impl Bus {
         self.len -= count;
     }
 
-    /// Takes the answers that have come whole, and returns how many of them were missing.
+    /// Takes the complete answers, and returns the number of them that were missing before.
     fn answers(&mut self, ids: &[u8], done: &mut [bool], len: usize, take: &mut dyn FnMut(usize, Answer<'_>)) -> usize {
         let (mut from, mut taken) = (0, 0);
         while from < self.len {
@@ -264,7 +266,7 @@ impl Bus {
     }
 }
 
-/// Returns true for an answer that carries only why there is no other.
+/// Returns true for an answer that contains only the reason why there is no other.
 fn is_refusal(protocol: Protocol, answer: &Answer<'_>) -> bool {
     protocol == Protocol::Dynamixel && answer.bytes.is_empty() && answer.error & 0x7f != 0
 }

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Zeros and ends of the joints of an arm: a file that is in the form of lerobot's calibrations.
+//! Zeros and ends of the joints of an arm: a file in the format of lerobot's calibrations.
 //!
-//! A JSON table: each joint's name with `id`, `drive_mode` (1: it counts the other way), `homing_offset` (what the servo itself adds, for
-//! comparison), `range_min` and `range_max` (counts). The zero is the middle of the range, as lerobot counts degrees; where another was
-//! recorded it is `zero` (counts), which lerobot does not know.
+//! A JSON table: each joint's name with `id`, `drive_mode` (1: it counts in the opposite direction), `homing_offset` (the offset added by
+//! the servo itself, for comparison), `range_min` and `range_max` (counts). The zero is the middle of the range, as in lerobot's degrees;
+//! if another one was recorded it is `zero` (counts), which lerobot ignores.
 use serde::{Deserialize, Serialize};
 use std::cmp::Ordering;
 use std::collections::BTreeMap;
@@ -12,7 +12,7 @@ use std::io::Write as _;
 use std::os::unix::fs::{OpenOptionsExt as _, PermissionsExt as _};
 use std::path::Path;
 
-/// A joint's entry.
+/// Entry of a joint.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct Entry {
@@ -27,7 +27,7 @@ pub(super) struct Entry {
     pub(super) zero: Option<f64>,
 }
 
-/// A file's entries by the names of the joints.
+/// Entries of a file by the names of the joints.
 pub(super) type Calibration = BTreeMap<String, Entry>;
 
 impl Entry {
@@ -35,7 +35,7 @@ impl Entry {
         if self.drive_mode == 1 { -1.0 } else { 1.0 }
     }
 
-    /// Counts at 0 rad.
+    /// Returns the counts at 0 rad.
     pub(super) fn zero(&self) -> f64 {
         self.zero.unwrap_or(0.5 * (self.range_min + self.range_max))
     }
@@ -44,7 +44,7 @@ impl Entry {
 /// Reads a file.
 ///
 /// # Errors
-/// For people: what is wrong with it.
+/// Returns the problem with the file, for people.
 pub(super) fn read(path: &Path) -> Result<Calibration, String> {
     let text = std::fs::read_to_string(path).map_err(|why| why.to_string())?;
     let entries: Calibration = serde_json::from_str(&text).map_err(|why| why.to_string())?;
@@ -59,10 +59,11 @@ pub(super) fn read(path: &Path) -> Result<Calibration, String> {
     Ok(entries)
 }
 
-/// Writes a file, whole or not at all. A file that is there keeps its mode and must be a calibration; a new one is its owner's alone.
+/// Writes a file, as a whole or not at all. An existing file keeps its mode and must be a calibration; a new one is accessible to its
+/// owner only.
 ///
 /// # Errors
-/// For people: it cannot be written, or what is there is something else.
+/// Fails if the file cannot be written, or the existing file is not a calibration; the message is for people.
 pub(super) fn write(path: &Path, entries: &Calibration) -> Result<(), String> {
     let failed = |why: std::io::Error| format!("{}: {why}", path.display());
     let text = serde_json::to_string_pretty(entries).map_err(|why| why.to_string())? + "\n";
@@ -84,7 +85,7 @@ pub(super) fn write(path: &Path, entries: &Calibration) -> Result<(), String> {
         })
         .and_then(|()| std::fs::rename(&beside, path));
     written.map_err(|why| {
-        // Nothing half written stays; where another writer made it, it is that one's to rename.
+        // No partial file remains; if another writer made it, that writer will rename it.
         if why.kind() != std::io::ErrorKind::AlreadyExists {
             let _gone = std::fs::remove_file(&beside);
         }

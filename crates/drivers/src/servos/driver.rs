@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The exchange with the servos of a bus: all are read by one request, and all goals go out in one frame.
+//! Exchange with the servos of a bus: one request reads all, and all goals are sent in one frame.
 use super::bus::Timing;
 use super::bus::{Bus, Count, ServoAnswer};
 use super::frame::Frame;
@@ -11,9 +11,9 @@ use device::{Channel, Command, Counters, DeviceError, Driver, Layout, OpenedDriv
 use serde_json::json;
 use std::sync::Arc;
 
-/// A goal that is farther from what was commanded counts as held back, rad.
+/// Distance from the command beyond which a goal counts as held back, rad.
 const NEAR: f64 = 1e-3;
-/// However long no goal was written, the next one moves no farther than in this time, s.
+/// Maximum time, s, for which the next goal may move, however long no goal was written.
 const SPAN_MAX: f64 = 0.1;
 
 pub(super) struct Servos {
@@ -22,9 +22,9 @@ pub(super) struct Servos {
     pub(super) port: String,
     pub(super) timing: Timing,
     max_speed: f64,
-    /// Watchdog of the servos themselves, in their units.
+    /// Timeout of the servos' own watchdog, in their units.
     pub(super) watchdog: Option<u8>,
-    /// Index of the joint that was looked at last.
+    /// Index of the joint that was last checked.
     pub(super) looked: usize,
     channels: Vec<Channel>,
     pub(super) joints: Vec<Joint>,
@@ -33,29 +33,29 @@ pub(super) struct Servos {
     pub(super) counters: Arc<Counters>,
     ids: Vec<u8>,
     done: Vec<bool>,
-    /// Data of a frame for several servos.
+    /// Rows of a frame for several servos.
     pub(super) rows: Vec<u8>,
     written_ns: Option<i64>,
     /// Processor time of the latest write.
     write_ns: u64,
 }
 
-/// A joint as it stands.
+/// Present state of a joint.
 pub(super) struct Joint {
     pub(super) wired: WiredJoint,
     slots: Slots,
     pub(super) present: Present,
-    /// Error that its latest answer reports.
+    /// Error reported by its latest answer.
     error: u8,
     pub(super) has_torque: bool,
-    /// rad: what it was told last.
+    /// Last goal sent, rad.
     pub(super) goal: f64,
-    /// Counts: recorded for the calibration to come.
+    /// Zero recorded for the next calibration, counts.
     pub(super) zero: Option<f64>,
     pub(super) ends: Option<(f64, f64)>,
-    /// Counts of the reading before, while ends are recorded.
+    /// Counts of the previous reading, while ends are recorded.
     pub(super) last: f64,
-    /// Counts before and behind the seam of its encoder, where it was moved across while ends were recorded.
+    /// Counts before and after the seam of its encoder, if the joint was moved across it while ends were recorded.
     pub(super) seam: Option<(f64, f64)>,
 }
 
@@ -113,7 +113,7 @@ impl Servos {
         self.bus.as_mut().ok_or_else(|| DeviceError { message: "it is not open".to_owned() })
     }
 
-    /// Reads all, and asks those again that did not answer.
+    /// Reads all servos, and repeats the request for those that did not answer.
     fn exchange(&mut self) -> Result<(), DeviceError> {
         let Servos { bus: Some(bus), joints, protocol, map, ids, done, .. } = self else { return self.line().map(|_| ()) };
         let mut refused = None;
@@ -134,14 +134,14 @@ impl Servos {
         (0..self.joints.len()).try_for_each(|joint| self.heed(joint))
     }
 
-    /// Looks at what a servo says is wrong; with some errors it does not go on.
+    /// Checks the error reported by a servo; fails if it is grave.
     fn heed(&mut self, joint: usize) -> Result<(), DeviceError> {
         if self.joints[joint].error == 0 {
             return Ok(());
         }
         self.counters.add(Count::Alerts, 1);
         if self.protocol == Protocol::Dynamixel {
-            // Its answer says only that there is something.
+            // The answer only indicates that there is an error.
             let error = self.ask(joint, self.map.error)?.value;
             self.joints[joint].error = error as u8;
         }
@@ -179,7 +179,7 @@ impl Servos {
         }
     }
 
-    /// Switches torque on where it is claimed, and nowhere else.
+    /// Switches torque on for claimed joints, and off for all others.
     fn arm(&mut self, engaged: &[bool]) -> Result<(), DeviceError> {
         for (joint, engaged) in engaged.iter().enumerate() {
             match (engaged, self.joints[joint].has_torque) {
@@ -191,7 +191,7 @@ impl Servos {
         Ok(())
     }
 
-    /// Sends the goals of those that hold, none farther from the last than its speed allows.
+    /// Sends the goals of the joints with torque, none farther from the last than the maximum speed allows.
     fn goals(&mut self, span_s: f64, commands: &[u8]) -> Result<(), DeviceError> {
         self.rows.clear();
         let step = self.max_speed * span_s;
@@ -260,7 +260,7 @@ impl Driver for Servos {
         let mut frame = Frame::new();
         let descriptor = self.bus.as_ref().and_then(|bus| bus.descriptor().ok());
         match descriptor {
-            // What the process had begun to say may swallow the first.
+            // A partial transmission by this process may swallow the first frame.
             Some(descriptor) if self.relax(&mut frame, &rows) => {
                 vec![SafeHandle { descriptor, writes: vec![(0, frame.bytes().to_vec()); 3], latches: false }]
             }
@@ -296,7 +296,7 @@ impl Joint {
         let (voltage, temperature) = (read("voltage", "V", "of its supply"), read("temperature", "K", "inside it"));
         let status = layout.add(Channel::read(format!("{name}.status"), Type::of(device::Number::Uint8)).doc("its error bits; 0: nothing is wrong"));
         let goal = Channel::write(format!("{name}.goal"), Type::DOUBLE).unit("rad").doc("where it is to be; its torque is on while a verb claims it");
-        // No goal: it stays where it is until one is stored.
+        // The safe value is no goal: the joint stays where it is until one is stored.
         let goal = layout.add(goal.safe(f64::NAN.to_ne_bytes().to_vec()));
         let slots = Slots { position, velocity, load, current, voltage, temperature, status, goal };
         Joint { wired, slots, present: Present::default(), error: 0, has_torque: false, goal: 0.0, zero: None, ends: None, last: 0.0, seam: None }
@@ -318,10 +318,10 @@ impl Joint {
     }
 }
 
-/// Returns processor time of this thread, ns.
+/// Returns the processor time of this thread, ns.
 fn processor_ns() -> u64 {
     let mut time = libc::timespec { tv_sec: 0, tv_nsec: 0 };
-    // SAFETY: one `timespec` that is alive.
+    // SAFETY: the argument is one `timespec` that is alive.
     unsafe { libc::clock_gettime(libc::CLOCK_THREAD_CPUTIME_ID, &raw mut time) };
     time.tv_sec as u64 * 1_000_000_000 + time.tv_nsec as u64
 }

@@ -1,15 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Frames of the Dynamixel protocol 2.0: `ff ff fd 00 id length(2) word … crc(2)`. Where a header would stand among what follows the length, a
-//! byte `fd` is stuffed behind it. The word of an answer is 0x55, followed by its error.
+//! Frames of the Dynamixel protocol 2.0: `ff ff fd 00 id length(2) word … crc(2)`. If the header would occur after the length, a byte
+//! `fd` is stuffed after it. The word of an answer is 0x55, followed by its error.
 use super::frame::{Answer, Ask, BROADCAST, FRAME_MAX, Frame, FrameScan, ID_MAX};
 
 const HEAD: [u8; 4] = [0xff, 0xff, 0xfd, 0x00];
-/// Bytes that are stuffed where they would stand in a frame.
+/// Byte sequence after which a byte is stuffed.
 const STUFFED: [u8; 3] = [0xff, 0xff, 0xfd];
-/// Bytes before the word: the head, the id, the length.
+/// Number of bytes before the word: the header, the id, the length.
 const BEFORE: usize = 7;
 const ANSWER: u8 = 0x55;
-/// The polynomial x^16 + x^15 + x^2 + 1.
+/// Polynomial x^16 + x^15 + x^2 + 1.
 const POLYNOMIAL: u16 = 0x8005;
 const CRC: [u16; 256] = table();
 
@@ -63,7 +63,7 @@ pub(super) fn write(frame: &mut Frame, id: u8, ask: Ask<'_>) -> bool {
             body.push(rows);
         }
     }
-    // Two bytes of the CRC are to come.
+    // The two bytes of the CRC are still to come.
     let [low, high] = u16::try_from(frame.bytes().len() - BEFORE + 2).unwrap_or(u16::MAX).to_le_bytes();
     frame.set(5, low);
     frame.set(6, high);
@@ -71,7 +71,7 @@ pub(super) fn write(frame: &mut Frame, id: u8, ask: Ask<'_>) -> bool {
     true
 }
 
-/// Writer of the bytes behind the length of a frame.
+/// Writer of the bytes after the length of a frame.
 struct Stuffing<'a> {
     frame: &'a mut Frame,
     last: [u8; 2],
@@ -116,7 +116,7 @@ pub(super) fn take<'a>(bytes: &'a [u8], scratch: &'a mut [u8; FRAME_MAX]) -> Fra
     }
 }
 
-/// Copies bytes without what was stuffed, and returns how many there are.
+/// Copies bytes without stuffing, and returns their number.
 fn unstuff(from: &[u8], to: &mut [u8; FRAME_MAX]) -> usize {
     let (mut len, mut last, mut is_stuffed) = (0, [0; 2], false);
     for byte in from {

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Common form of the two protocols of serial servos: a host asks, a servo answers, and each frame says where it ends.
+//! Common form of the two protocols of serial servos: a host requests, a servo answers, and each frame contains its length.
 
-/// The longest frame of either protocol that is sent or taken.
+/// Maximum length of a frame of either protocol.
 pub(super) const FRAME_MAX: usize = 512;
-/// The servo that everyone is: nobody answers.
+/// Id that addresses all servos; none of them answers.
 pub(super) const BROADCAST: u8 = 0xfe;
 /// Maximum id of a servo.
 pub(super) const ID_MAX: u8 = 0xfc;
@@ -20,23 +20,23 @@ pub(super) enum Ask<'a> {
         address: u16,
         bytes: &'a [u8],
     },
-    /// Reads of several servos: each answers with its own frame, in this order.
+    /// Reads from several servos: each answers with its own frame, in this order.
     SyncRead {
         address: u16,
         len: u16,
         ids: &'a [u8],
     },
-    /// Writes to several servos: there is no answer. `rows`: an id and `len` bytes for each servo.
+    /// Writes to several servos, without an answer. `rows` has an id and `len` bytes for each servo.
     SyncWrite {
         address: u16,
         len: u16,
         rows: &'a [u8],
     },
-    /// Dynamixel only: restarts the servo, which forgets its hardware error.
+    /// Restarts the servo, which clears its hardware error (Dynamixel only).
     Reboot,
 }
 
-/// The answer of a servo.
+/// Answer of a servo.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Answer<'a> {
     pub(super) id: u8,
@@ -45,20 +45,20 @@ pub(super) struct Answer<'a> {
     pub(super) bytes: &'a [u8],
 }
 
-/// Result of reading the first bytes of a buffer.
+/// Result of parsing the first bytes of a buffer.
 #[derive(Debug, PartialEq, Eq)]
 pub(super) enum FrameScan<'a> {
-    /// An answer of so many bytes; `None`: a frame that is no answer.
+    /// An answer of this number of bytes; `None`: a frame that is not an answer.
     Frame(usize, Option<Answer<'a>>),
-    /// A frame that has not come whole.
+    /// An incomplete frame.
     Part,
-    /// So many bytes that begin no frame.
+    /// Number of bytes that do not start a frame.
     Skip(usize),
-    /// A frame whose checksum or length is wrong; so many bytes of it are left out.
+    /// A frame whose checksum or length is wrong, and the number of bytes to skip.
     Bad(usize),
 }
 
-/// Bytes of a frame that is being written. Nothing is allocated.
+/// Bytes of a frame under construction. Nothing is allocated.
 pub(super) struct Frame {
     bytes: [u8; FRAME_MAX],
     len: usize,
@@ -77,7 +77,7 @@ impl Frame {
         self.len = 0;
     }
 
-    /// Appends bytes; what does not fit is left out, which [`Frame::is_whole`] tells.
+    /// Appends bytes; those that do not fit are left out, which [`Frame::is_whole`] reports.
     pub(super) fn push(&mut self, bytes: &[u8]) {
         let end = (self.len + bytes.len()).min(FRAME_MAX);
         self.bytes[self.len..end].copy_from_slice(&bytes[..end - self.len]);
@@ -89,7 +89,7 @@ impl Frame {
         self.len < FRAME_MAX
     }
 
-    /// Stores one byte that was appended before.
+    /// Overwrites one byte that was appended before.
     pub(super) fn set(&mut self, at: usize, byte: u8) {
         self.bytes[at] = byte;
     }

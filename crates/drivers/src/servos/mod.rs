@@ -1,18 +1,19 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Servos on a serial bus, as the arms have that students build: Feetech STS and Dynamixel 2.0. Each is a joint that takes goals in rad.
+//! Servos on a serial bus, as in arms built by students: Feetech STS and Dynamixel 2.0. Each is a joint that takes goals in rad.
 //!
 //! | module | |
 //! |---|---|
-//! | `frame`, `sts`, `dynamixel2` | frames of the two protocols: any bytes may come, nothing is allocated |
-//! | `protocol` | the two of them behind one face |
-//! | `registers` | what lies where in a servo, and what its numbers mean |
-//! | `bus` | one request at a time: its time, its echo, who is asked again |
-//! | `driver`, `arming`, `watchdog` | the exchange; torque, which comes on where the servo is; what stops a servo that nobody reaches |
-//! | `options`, `calibration` | which servo is which joint, its zero and its ends |
-//! | `any_bytes` | what a fuzzer asks |
+//! | `frame`, `sts`, `dynamixel2` | frames of the two protocols: any bytes may arrive, nothing is allocated |
+//! | `protocol` | common interface of the two |
+//! | `registers` | registers of a servo, and the meaning of their numbers |
+//! | `bus` | one request at a time: its time limit, its echo, its repetition |
+//! | `driver`, `arming`, `watchdog` | the exchange; torque, which is switched on at the present position; the stop of a servo without communication |
+//! | `options`, `calibration` | assignment of servos to joints, zeros and ends |
+//! | `any_bytes` | the entry of a fuzzer |
 //! | `services`, `scan` | registers, calibration and the search, off the cycle |
 //!
-//! There are two kinds and not one with an option: who has a bus knows its maker's name, and ids, baud rates and models are looked for by it.
+//! These are two kinds and not one with an option: the owner of a bus knows its manufacturer, and ids, baud rates and models are searched
+//! for accordingly.
 pub(crate) mod any_bytes;
 mod arming;
 mod bus;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The options of a bus of servos, and the joints that they say.
+//! Options of a bus of servos, and the joints that they define.
 use super::bus::{SERVOS_MAX, Timing};
 use super::calibration::{self, Calibration};
 use super::frame::ID_MAX;
@@ -32,7 +32,7 @@ const COMMON: [OptionWord; 8] = [
     OptionWord::with_default("echo", Kind::Bool, "tried when it is opened", "whether the adapter gives back what it is given"),
 ];
 
-/// The numbers of a joint.
+/// Numeric options of a joint.
 const SERVO: [OptionWord; 5] = [
     OptionWord::with_default("id", Kind::Whole, "that of the calibration", "its number on the line").within(0.0, ID_MAX as f64),
     OptionWord::with_default("min", Kind::Number, "that of the calibration", "its minimum").unit("rad").within(-MANY_TURNS, MANY_TURNS),
@@ -41,7 +41,7 @@ const SERVO: [OptionWord; 5] = [
     OptionWord::with_default("zero", Kind::Number, "the middle of a turn", "counts at 0 rad").within(-1e6, 1e6),
 ];
 
-/// Registers of servos count so far at most, rad.
+/// Maximum angle in the registers of servos, rad.
 const MANY_TURNS: f64 = 256.0 * TAU;
 
 pub(super) static FEETECH: [OptionWord; 8] = COMMON;
@@ -53,7 +53,7 @@ pub(super) static DYNAMIXEL: [OptionWord; 9] = {
     [port, baud, servos, calibration, max_speed, retries, latency, echo, watchdog]
 };
 
-/// Options that say what is on the line; [`timing`] reads the others.
+/// Options that describe the devices on the line; [`timing`] reads the others.
 #[derive(Deserialize)]
 struct Options {
     port: String,
@@ -80,12 +80,12 @@ pub(super) struct ServoBusOptions {
     pub(super) port: String,
     pub(super) timing: Timing,
     pub(super) max_speed: f64,
-    /// Watchdog in units of the servo's register.
+    /// Timeout of the watchdog in units of the servo's register.
     pub(super) watchdog: Option<u8>,
     pub(super) joints: Vec<WiredJoint>,
 }
 
-/// A joint as it is wired: which servo, and how its counts are an angle.
+/// A joint as wired: its servo, and the conversion of its counts to an angle.
 #[derive(Clone, Debug)]
 pub(super) struct WiredJoint {
     pub(super) name: String,
@@ -94,10 +94,10 @@ pub(super) struct WiredJoint {
     pub(super) direction: f64,
     /// Counts at 0 rad.
     pub(super) zero: f64,
-    /// rad.
+    /// Range, rad.
     pub(super) min: f64,
     pub(super) max: f64,
-    /// Offset that the servo itself is to add; none: whatever it adds.
+    /// Required offset in the servo itself; `None`: any.
     pub(super) homing_offset: Option<i64>,
 }
 
@@ -111,10 +111,10 @@ impl WiredJoint {
     }
 }
 
-/// Default of the time that adapter and host may take: one of FTDI holds what came for up to 16 ms.
+/// Default of the maximum delay of adapter and host: FTDI adapters hold received bytes for up to 16 ms.
 const LATENCY: Duration = Duration::from_millis(20);
 
-/// Returns the timing of the line that the options name.
+/// Returns the timing of the line according to the options.
 pub(super) fn timing(given: &GivenOptions<'_>, protocol: Protocol) -> Timing {
     let whole = |name: &str| given.value()[name].as_u64();
     let narrow = |name: &str| whole(name).and_then(|value| u32::try_from(value).ok());
@@ -124,7 +124,7 @@ pub(super) fn timing(given: &GivenOptions<'_>, protocol: Protocol) -> Timing {
     Timing { baud, latency, retries, echo: given.value()["echo"].as_bool() }
 }
 
-/// Reads the options, and the calibration that they name.
+/// Reads the options, and the calibration to which they refer.
 pub(super) fn read(given: &GivenOptions<'_>, protocol: Protocol) -> Result<ServoBusOptions, DriverError> {
     let timing = timing(given, protocol);
     let options: Options = given.read()?;
@@ -155,12 +155,12 @@ pub(super) fn read(given: &GivenOptions<'_>, protocol: Protocol) -> Result<Servo
     }
 }
 
-/// Returns a time in units of the servo's register; none: it has no such value.
+/// Returns a time in units of the servo's register; `None` if it cannot be represented.
 fn units(ns: i64) -> Option<u8> {
     u8::try_from(ns / WATCHDOG_UNIT_NS).ok().filter(|units| ns % WATCHDOG_UNIT_NS == 0 && (1..=WATCHDOG_UNITS_MAX).contains(&i64::from(*units)))
 }
 
-/// Errors: the option of the servo that is wrong, with the dot before it, and why.
+/// Returns the joint. The error is the wrong option of the servo, with a dot before it, and the reason.
 fn wired(name: &str, servo: &Servo, calibration: &Calibration, protocol: Protocol) -> Result<WiredJoint, (&'static str, String)> {
     let entry = calibration.get(name);
     if entry.is_none() && !calibration.is_empty() {

@@ -1,19 +1,19 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The two protocols of serial servos, chosen by the kind of driver.
+//! Protocols of serial servos, chosen by the kind of driver.
 use super::frame::{Ask, FRAME_MAX, Frame, FrameScan};
 use super::{dynamixel2, sts};
 
-/// A protocol.
+/// Protocol of a bus.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Protocol {
-    /// Feetech STS: a sum over each frame; numbers with a sign bit.
+    /// Feetech STS: a checksum over each frame; sign-magnitude numbers.
     Sts,
-    /// Dynamixel 2.0: a CRC over each frame, in which headers are stuffed; numbers in two's complement.
+    /// Dynamixel 2.0: a CRC over each frame, with byte stuffing; numbers in two's complement.
     Dynamixel,
 }
 
 impl Protocol {
-    /// Writes a frame. False where it does not fit, or the protocol has no such request.
+    /// Writes a frame; returns false if it does not fit, or the protocol has no such request.
     pub(super) fn write(self, frame: &mut Frame, id: u8, ask: Ask<'_>) -> bool {
         frame.clear();
         let known = match self {
@@ -23,7 +23,7 @@ impl Protocol {
         known && frame.is_whole()
     }
 
-    /// Reads the frame at the beginning of a buffer. `scratch` takes what was stuffed.
+    /// Parses the frame at the start of a buffer. `scratch` receives its bytes without stuffing.
     pub(super) fn take<'a>(self, bytes: &'a [u8], scratch: &'a mut [u8; FRAME_MAX]) -> FrameScan<'a> {
         match self {
             Protocol::Sts => sts::take(bytes),
@@ -31,7 +31,7 @@ impl Protocol {
         }
     }
 
-    /// Bytes of an answer that carries `len`, where nothing is stuffed.
+    /// Returns the length of an answer with `len` bytes of data, without stuffing.
     pub(super) const fn answer_len(self, len: usize) -> usize {
         match self {
             Protocol::Sts => 6 + len,

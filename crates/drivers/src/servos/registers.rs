@@ -1,30 +1,30 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Registers of a servo, and the meaning of their numbers. A value is named after the maker's control table.
+//! Registers of a servo, and the meaning of their numbers. Values have the names in the manufacturer's control table.
 use super::protocol::Protocol;
 use std::f64::consts::TAU;
 
-/// Zero degrees Celsius, K.
+/// 0 °C, in K.
 const ICE: f64 = 273.15;
 
 /// Unit of the watchdog's register, ns.
 pub(super) const WATCHDOG_UNIT_NS: i64 = 20_000_000;
-/// Longest time of the watchdog, in those units.
+/// Maximum timeout of the watchdog, in those units.
 pub(super) const WATCHDOG_UNITS_MAX: i64 = 127;
 
-/// A register: its address and bytes.
+/// A register: its address and length.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Register {
     pub(super) address: u16,
     pub(super) len: u16,
 }
 
-/// The registers of a kind of servos that the driver uses.
+/// Registers that the driver uses, for a kind of servos.
 #[derive(Debug)]
 pub(super) struct Map {
     pub(super) model: Register,
-    /// Register that says whether writes are answered.
+    /// Register that determines whether writes are answered.
     pub(super) answers: Register,
-    /// Least value of `answers` with which they are.
+    /// Minimum value of `answers` for which they are.
     pub(super) answers_min: u32,
     pub(super) mode: Register,
     /// Modes in which a goal is a position.
@@ -35,13 +35,13 @@ pub(super) struct Map {
     pub(super) error: Register,
     /// Registers that are read in each exchange.
     pub(super) present: Register,
-    /// The watchdog of the servo itself, where it has one.
+    /// Watchdog of the servo itself, if it has one.
     pub(super) watchdog: Option<Register>,
-    /// Bits of `error` and what they are called; an empty name: the bit means nothing.
+    /// Names of the bits of `error`; an unused bit has an empty name.
     pub(super) errors: [&'static str; 6],
-    /// The bits with which the servo does not go on.
+    /// Bits of errors that stop the servo.
     pub(super) grave: u8,
-    /// The baud rates that servos of the kind are set to, the maker's own first.
+    /// Baud rates to which servos of the kind are set, the manufacturer's default first.
     pub(super) bauds: &'static [u32],
 }
 
@@ -86,9 +86,9 @@ static DYNAMIXEL: Map = Map {
 /// Measurement of a model's effort.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Effort {
-    /// Only its load, in thousandths of its maximum.
+    /// Load only, in thousandths of its maximum.
     Load,
-    /// Only its current; amperes a count.
+    /// Current only; amperes per count.
     Current(f64),
     Both(f64),
 }
@@ -97,7 +97,7 @@ pub(super) enum Effort {
 #[derive(Debug)]
 pub(super) struct Model {
     pub(super) name: &'static str,
-    /// Model number that the servo reports; none: any.
+    /// Model number reported by the servo; `None`: any.
     pub(super) number: Option<u32>,
     pub(super) effort: Effort,
 }
@@ -106,7 +106,7 @@ const fn model(name: &'static str, number: u32, effort: Effort) -> Model {
     Model { name, number: Some(number), effort }
 }
 
-/// Counts of a turn, of every model here.
+/// Counts per turn, for every model here.
 pub(super) const TURN: f64 = 4096.0;
 
 static STS_MODELS: [Model; 3] = [
@@ -131,17 +131,17 @@ static DYNAMIXEL_MODELS: [Model; 9] = [
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct Present {
     pub(super) counts: f64,
-    /// rad/s, before the direction.
+    /// Velocity, rad/s, before the direction is applied.
     pub(super) velocity: f64,
-    /// 1: its maximum.
+    /// Load; 1 is the maximum.
     pub(super) load: f64,
-    /// Counts of its current.
+    /// Current, counts.
     pub(super) current: f64,
     /// V.
     pub(super) voltage: f64,
     /// K.
     pub(super) temperature: f64,
-    /// Feetech: its error bits.
+    /// Error bits (Feetech).
     pub(super) error: u8,
 }
 
@@ -153,7 +153,7 @@ impl Map {
         }
     }
 
-    /// Returns the names of error bits, joined.
+    /// Returns the joined names of error bits.
     pub(super) fn named(&self, bits: u8) -> String {
         let names = self.errors.iter().enumerate().filter(|(bit, name)| bits & (1 << bit) != 0 && !name.is_empty());
         names.map(|(_, name)| *name).collect::<Vec<_>>().join(" and ")
@@ -168,14 +168,14 @@ impl Model {
         }
     }
 
-    /// Returns the name of a servo of that number.
+    /// Returns the name of a servo with that model number.
     pub(super) fn called(protocol: Protocol, number: u32) -> &'static str {
         let all = Model::all(protocol);
         all.iter().find(|model| model.number == Some(number)).or(all.last()).map_or("", |model| model.name)
     }
 }
 
-/// Returns a number of up to four bytes, the lowest first.
+/// Returns a number of up to four bytes, lowest first.
 pub(super) fn whole(bytes: &[u8]) -> u32 {
     bytes.iter().take(4).rev().fold(0, |number, byte| number << 8 | u32::from(*byte))
 }
@@ -192,7 +192,7 @@ fn short(bytes: &[u8]) -> f64 {
 }
 
 impl Protocol {
-    /// Returns the readings in a servo's register `present`; none if bytes are missing.
+    /// Returns the readings in a servo's register `present`; `None` if bytes are missing.
     pub(super) fn present(self, bytes: &[u8]) -> Option<Present> {
         let field = |at: usize, len: usize| bytes.get(at..at + len);
         let one = |at: usize| field(at, 1).map(whole);
@@ -218,7 +218,7 @@ impl Protocol {
         })
     }
 
-    /// Returns a position as the register of goals has it; its bytes, of which `Map::goal.len` count.
+    /// Returns a position in the format of the goal register; the first `Map::goal.len` bytes count.
     pub(super) fn goal(self, counts: f64) -> [u8; 4] {
         let counts = counts.round().clamp(-1_048_575.0, 1_048_575.0) as i32;
         match self {
@@ -230,7 +230,7 @@ impl Protocol {
         }
     }
 
-    /// Returns a homing offset as its register has it.
+    /// Converts a homing offset from the format of its register.
     pub(super) fn offset(self, number: u32) -> i64 {
         match self {
             Protocol::Sts => signed_by(11, number & 0xfff) as i64,

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The search for servos: every id at every baud rate, on one line or on all of this machine.
+//! Search for servos: every id at every baud rate, on one line or on all lines of this machine.
 use super::bus::{Bus, Count};
 use super::frame::ID_MAX;
 use super::options;
@@ -9,8 +9,8 @@ use device::{Counters, DriverError, FoundDevice, GivenOptions};
 use serde_json::{Map as Table, Value, json};
 use std::sync::Arc;
 
-/// Looks on the line that the options name, else on every line that has an adapter; at their baud rate, else at each that servos can have.
-/// An id that is not there takes the latency of the adapter: 253 of them 5 s, at the 20 ms that one of FTDI needs.
+/// Searches the line in the options, else every line that has an adapter; at the baud rate in the options, else at each rate that servos
+/// can have. A missing id costs the latency of the adapter: 253 of them take 5 s, at the 20 ms of an FTDI adapter.
 pub(super) fn scan(given: &GivenOptions<'_>, protocol: Protocol) -> Result<Vec<FoundDevice>, DriverError> {
     let mut timing = options::timing(given, protocol);
     timing.retries = 0;
@@ -30,7 +30,7 @@ pub(super) fn scan(given: &GivenOptions<'_>, protocol: Protocol) -> Result<Vec<F
     Ok(found)
 }
 
-/// Lines with an adapter.
+/// Returns the lines with an adapter.
 fn adapters() -> Vec<String> {
     let files = std::fs::read_dir("/dev").into_iter().flatten().flatten();
     let names = files.filter_map(|file| file.file_name().into_string().ok()).filter(|name| name.starts_with("ttyUSB") || name.starts_with("ttyACM"));
@@ -39,11 +39,11 @@ fn adapters() -> Vec<String> {
     ports
 }
 
-/// Ids and the numbers of their models.
+/// Returns the ids and their model numbers.
 fn present(bus: &mut Bus) -> std::io::Result<Vec<(u8, u32)>> {
     let model = Map::of(bus.protocol).model;
     let mut servos = Vec::new();
-    // The adapter gives back what it is given, with or without a servo.
+    // The adapter may echo sent bytes, with or without a servo.
     bus.find_echo(1, model)?;
     for id in 0..=ID_MAX {
         if !bus.ping(id)? {

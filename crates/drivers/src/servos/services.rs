@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Services of a bus of servos off its cycle. A caller leaves a request, which the thread that exchanges carries out between two exchanges: the
-//! line has one speaker.
+//! Services of a bus of servos off its cycle. A caller leaves a request, which the exchanging thread carries out between two exchanges:
+//! the line has one speaker.
 use super::calibration::{self, Calibration};
 use device::{DeviceError, Kind, OptionWord, Reach, ServiceWord, Services};
 use serde_json::Value;
@@ -9,7 +9,7 @@ use std::sync::mpsc::{SyncSender, sync_channel};
 use std::sync::{Mutex, PoisonError};
 use std::time::Duration;
 
-/// Time limit for a request to wait for an exchange, and for its work there.
+/// Time limit for a request to wait for an exchange, and for its execution there.
 const PATIENCE: Duration = Duration::from_secs(10);
 
 const SERVO: OptionWord = OptionWord::needed("servo", Kind::Text, "name of the joint");
@@ -51,7 +51,7 @@ pub(super) const SERVICES: [ServiceWord; 5] = [
     },
 ];
 
-/// Request to the thread that exchanges.
+/// Request to the exchanging thread.
 pub(super) struct Request {
     pub(super) service: String,
     pub(super) arguments: Value,
@@ -60,12 +60,12 @@ pub(super) struct Request {
 
 impl Request {
     pub(super) fn answered(self, answer: Result<Value, DeviceError>) {
-        // Who asked may have given up.
+        // The requester may have given up.
         let _ = self.answer.send(answer);
     }
 }
 
-/// A place for one request.
+/// Slot for one request.
 #[derive(Default)]
 pub(super) struct Desk {
     place: Mutex<Option<Request>>,
@@ -74,7 +74,7 @@ pub(super) struct Desk {
 }
 
 impl Desk {
-    /// Returns the request, if there is one. It does not wait.
+    /// Returns the request, if there is one, without waiting.
     pub(super) fn take(&self) -> Option<Request> {
         self.place.try_lock().ok().and_then(|mut place| place.take())
     }

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Frames of Feetech's STS servos: `ff ff id length word … sum`, where `length` counts what follows it and `sum` is the complement of the
-//! sum of all from the id on. In an answer the word is a set of error bits.
+//! Frames of Feetech's STS servos: `ff ff id length word … sum`, where `length` counts the bytes after it and `sum` is the complement of
+//! the sum of all bytes from the id on. In an answer the word is a set of error bits.
 use super::frame::{Answer, Ask, BROADCAST, Frame, FrameScan};
 
 const HEAD: u8 = 0xff;
-/// Bytes before the word: two heads, the id, the length.
+/// Number of bytes before the word: two header bytes, the id, the length.
 const BEFORE: usize = 4;
 
-/// Returns the last byte of a frame, from its bytes between heads and sum.
+/// Returns the checksum of a frame, from the bytes between header and checksum.
 fn sum(bytes: &[u8]) -> u8 {
     !bytes.iter().fold(0u8, |sum, byte| sum.wrapping_add(*byte))
 }
@@ -53,7 +53,7 @@ pub(super) fn take(bytes: &[u8]) -> FrameScan<'_> {
     }
     match *bytes {
         [_] | [_, HEAD] => FrameScan::Part,
-        // A third head: the frame begins one byte later, for no servo has that id.
+        // A third header byte: the frame starts one byte later, because no servo has that id.
         [_, HEAD, HEAD, ..] => FrameScan::Skip(1),
         [_, HEAD, id, ..] if id > super::frame::ID_MAX => FrameScan::Bad(2),
         [_, HEAD, _] => FrameScan::Part,

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The watchdog inside a servo: with its torque on, and no request on the bus for that time, it stands still and takes no goals. A frame with
-//! goals has no answer, so the register is read, one servo in each exchange.
+//! Watchdog inside a servo: with its torque on and no request on the bus for that time, it stands still and takes no goals. A frame with
+//! goals has no answer, so the register is read, for one servo in each exchange.
 use super::driver::Servos;
 use super::registers::{Register, WATCHDOG_UNIT_NS};
 use device::DeviceError;
 
-/// Value of its register after it has stopped the servo.
+/// Value of the watchdog's register after it has stopped the servo.
 const TRIPPED: u32 = 0xff;
 
 impl Servos {
@@ -13,17 +13,17 @@ impl Servos {
         self.map.watchdog.zip(self.watchdog)
     }
 
-    /// Lets a servo forget that its watchdog has stopped it.
+    /// Clears the stop of a servo by its watchdog.
     pub(super) fn forget_watchdog(&mut self, joint: usize) -> Result<(), DeviceError> {
         self.watched().map_or(Ok(()), |(register, _)| self.store(joint, register, &[0]))
     }
 
-    /// Sets the watchdog before its torque comes on.
+    /// Sets the watchdog of a servo before its torque is switched on.
     pub(super) fn set_watchdog(&mut self, joint: usize) -> Result<(), DeviceError> {
         self.watched().map_or(Ok(()), |(register, units)| self.store(joint, register, &[units]))
     }
 
-    /// Looks whether the next servo was stopped by it.
+    /// Checks whether the next servo was stopped by its watchdog.
     pub(super) fn look_at_watchdog(&mut self) -> Result<(), DeviceError> {
         let Some((register, units)) = self.watched() else { return Ok(()) };
         self.looked = (self.looked + 1) % self.joints.len();

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The fields of a text: numbers, words that are true or false, letters.
+//! Fields of a text: numbers, words for true or false, letters.
 use device::{Channel, Kind, Number, OptionWord, Slot, Type};
 use serde::Deserialize;
 use serde_json::Value;
 
-/// The numbers of a field.
+/// Numeric options of a field.
 pub(super) const FIELD: [OptionWord; 6] = [
     OptionWord::with_default("text", Kind::Whole, "a number", "its letters").within(1.0, TEXT_MAX as f64),
     OptionWord::with_default("base", Kind::Whole, "10", "of its digits, 10 or 16").within(10.0, 16.0),
@@ -14,7 +14,7 @@ pub(super) const FIELD: [OptionWord; 6] = [
     OptionWord::with_default("safe", Kind::Number, "none", "what it is told at the end").within(-1e15, 1e15),
 ];
 
-/// A field as it is declared.
+/// A declared field.
 #[derive(Deserialize, Default)]
 #[serde(deny_unknown_fields)]
 struct FieldOptions {
@@ -36,9 +36,9 @@ struct FieldOptions {
 pub(super) enum Form {
     /// `value = scale * number + offset`, a double.
     Number { base: u32, scale: f64, offset: f64, decimals: Option<usize> },
-    /// True if this word stands there.
+    /// True if this word is present.
     When(Vec<u8>),
-    /// Letters, with zeros behind them.
+    /// Letters, padded with zeros.
     Text,
 }
 
@@ -51,13 +51,13 @@ pub(super) struct Field {
     pub is_safe: bool,
 }
 
-/// The longest text of a channel.
+/// Maximum length of the text of a channel.
 const TEXT_MAX: usize = 256;
 
-/// Returns the channel of a field and what it is; its slot is given by the layout.
+/// Returns the channel of a field and its form; the layout assigns its slot.
 ///
 /// # Errors
-/// In words.
+/// Returns a message.
 pub(super) fn declared(name: &str, value: Option<&Value>, is_written: bool) -> Result<(Channel, Field), String> {
     let asked: FieldOptions = value.map_or(Ok(FieldOptions::default()), |value| serde_json::from_value(value.clone()).map_err(|why| why.to_string()))?;
     let numbers = asked.base.is_some() || asked.scale.is_some() || asked.offset.is_some() || asked.decimals.is_some() || asked.safe.is_some();
@@ -93,7 +93,7 @@ fn number(asked: &FieldOptions) -> Result<Form, String> {
 }
 
 impl Field {
-    /// Returns the number of bytes at the front that are a number of this field, with spaces before it and behind its sign.
+    /// Returns the length of the number at the start of a text, including spaces before it and after its sign.
     pub(super) fn number_in(&self, text: &[u8]) -> Option<usize> {
         let Form::Number { base, .. } = self.form else { return None };
         let spaces = |from: usize| from + text[from..].iter().take_while(|byte| **byte == b' ').count();
@@ -109,18 +109,18 @@ impl Field {
             let end = digits(at + 1);
             (count, at) = (count + end - at - 1, end);
         }
-        // Where no digit follows, an e is a letter of what comes next.
+        // Without a following digit, an e belongs to the text after the number.
         if base == 10 && count > 0 && matches!(text.get(at), Some(b'e' | b'E')) {
             let sign = at + 1 + usize::from(matches!(text.get(at + 1), Some(b'+' | b'-')));
             if text.get(sign).is_some_and(u8::is_ascii_digit) {
                 at = digits(sign);
             }
         }
-        // A longer one no device sends.
+        // No device sends a longer one.
         (count > 0 && at - begins <= 40).then_some(at)
     }
 
-    /// Returns true if a part of a text has room in the channel.
+    /// Returns true if a part of a text fits into the channel.
     pub(super) fn fits(&self, part: &[u8]) -> bool {
         match self.form {
             Form::Text => part.len() <= self.slot.len,
@@ -145,7 +145,7 @@ impl Field {
         }
     }
 
-    /// Puts its value behind a text; none: it is no number.
+    /// Appends the value to a text; returns `None` for NaN.
     pub(super) fn write(&self, commands: &[u8], text: &mut Vec<u8>) -> Option<()> {
         match &self.form {
             Form::Text => text.extend(self.slot.of(commands).iter().take_while(|byte| **byte != 0)),
@@ -164,7 +164,7 @@ impl Field {
     }
 }
 
-/// Returns the number of a part, spaces and sign in front of it. Nothing is allocated: a number is at most 40 bytes.
+/// Parses the number in a part, with leading spaces and sign. Nothing is allocated: a number has at most 40 bytes.
 fn parsed(part: &[u8], base: u32) -> Option<f64> {
     let part = part.trim_ascii();
     let (sign, digits) = match part.split_first() {
@@ -181,7 +181,7 @@ fn parsed(part: &[u8], base: u32) -> Option<f64> {
 pub(super) mod tests {
     use super::*;
 
-    /// One at this place of the readings and of the commands.
+    /// Returns a field at this offset of the readings and of the commands.
     pub(in crate::text) fn field(asked: Value, offset: usize) -> Field {
         let (_, field) = declared("x", Some(&asked), false).expect("it is right");
         Field { slot: Slot { offset, ..field.slot }, ..field }

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Where a frame of text begins and ends in what has come in, and whether it is whole.
+//! Finds frames of text in received bytes, and checks that they are complete.
 //!
 //! Nothing here allocates or panics, whatever the bytes are.
 use serde::Deserialize;
 
-/// The longest frame, with all that is around its text.
+/// Maximum length of a frame, including its marks and checksum.
 pub(super) const FRAME_MAX: usize = 1024;
 
 /// Kind of a checksum, over the text alone.
@@ -17,7 +17,7 @@ pub(super) enum Sum {
     Sum,
 }
 
-/// Form in which it is written.
+/// Encoding of the checksum.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub(super) enum ChecksumForm {
@@ -27,17 +27,17 @@ pub(super) enum ChecksumForm {
     Byte,
 }
 
-/// A checksum behind the text.
+/// A checksum after the text.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) struct Checksum {
     pub sum: Sum,
     pub written: ChecksumForm,
-    /// Between the text and it, as the `*` of NMEA.
+    /// Mark between the text and the checksum, such as the `*` of NMEA.
     pub mark: Vec<u8>,
 }
 
 impl Checksum {
-    /// Bytes behind the text.
+    /// Returns the number of bytes after the text.
     fn len(&self) -> usize {
         self.mark.len() + if self.written == ChecksumForm::Hex { 2 } else { 1 }
     }
@@ -49,7 +49,7 @@ impl Checksum {
         })
     }
 
-    /// Returns the text that stands before it; none: it is another one.
+    /// Returns the text before the checksum; `None` if the checksum is wrong.
     fn checked<'a>(&self, body: &'a [u8]) -> Option<&'a [u8]> {
         let (text, tail) = body.split_at_checked(body.len().checked_sub(self.len())?)?;
         let sum = match tail.strip_prefix(&self.mark[..])? {
@@ -78,32 +78,32 @@ fn hex(digit: u8) -> Option<u8> {
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) struct Framing {
     pub start: Vec<u8>,
-    /// Bytes of the text, with its checksum; none: to the end mark.
+    /// Length in bytes of the text with its checksum; `None`: up to the end mark.
     pub length: Option<usize>,
     pub end: Vec<u8>,
     pub checksum: Option<Checksum>,
 }
 
-/// Frame at the beginning of the bytes.
+/// Frame at the start of the bytes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum ScannedFrame<'a> {
-    /// The frame is not whole yet.
+    /// The frame is incomplete.
     Wait,
-    /// So many bytes belong to no frame: noise between two.
+    /// Number of bytes that do not belong to a frame: noise between frames.
     Noise(usize),
-    /// So many are a frame that is damaged.
+    /// Number of bytes of a damaged frame.
     Damaged(usize),
-    /// So many are the beginning of a frame that is too long; its rest, to its end mark, is to be skipped.
+    /// Number of bytes at the start of a frame that is too long; its rest, up to its end mark, is to be skipped.
     TooLong(usize),
-    /// A text, and the bytes that its frame takes.
+    /// A text, and the length of its frame.
     Frame(&'a [u8], usize),
 }
 
 impl Framing {
-    /// Looks at what has come in.
+    /// Scans received bytes.
     pub(super) fn scan<'a>(&self, bytes: &'a [u8]) -> ScannedFrame<'a> {
         let Some(begins) = bytes.strip_prefix(&self.start[..]) else {
-            // What may be the start stays: its rest may be on its way.
+            // A possible start mark is kept: its rest may not have arrived yet.
             return match (0..bytes.len()).find(|at| self.start.starts_with(&bytes[*at..]) || bytes[*at..].starts_with(&self.start)) {
                 Some(0) | None if bytes.is_empty() || self.start.starts_with(bytes) => ScannedFrame::Wait,
                 Some(at) => ScannedFrame::Noise(at),
@@ -115,15 +115,15 @@ impl Framing {
                 let len = self.start.len() + body.len() + self.end.len();
                 self.text(body).map_or(ScannedFrame::Damaged(len), |text| ScannedFrame::Frame(text, len))
             }
-            // A start that was none: the next is looked for behind its first byte.
+            // A false start mark: the next one is searched for after its first byte.
             Some(Err(())) => ScannedFrame::Damaged(1),
             None if bytes.len() >= FRAME_MAX => ScannedFrame::TooLong(bytes.len()),
             None => ScannedFrame::Wait,
         }
     }
 
-    /// Returns the text in a body, without its checksum; none: the checksum is another one. Where a line feed ends a frame, carriage
-    /// returns before it belong to neither.
+    /// Returns the text in a body, without its checksum; `None` if the checksum is wrong. If a line feed ends a frame, carriage returns
+    /// before it belong to neither.
     fn text<'a>(&self, body: &'a [u8]) -> Option<&'a [u8]> {
         let (is_line, returns) = (self.end == b"\n", body.iter().rev().take_while(|byte| **byte == b'\r').count());
         match &self.checksum {
@@ -133,8 +133,8 @@ impl Framing {
         }
     }
 
-    /// Returns how many bytes belong to the rest of a frame that is too long, and whether its end is among them. What may be the
-    /// beginning of its end mark is left for the next call.
+    /// Returns the number of bytes that belong to the rest of a frame that is too long, and whether its end is among them. A possible
+    /// start of its end mark is left for the next call.
     pub(super) fn skip(&self, bytes: &[u8]) -> (usize, bool) {
         let marks = self.end.len().max(1);
         match bytes.windows(marks).position(|window| window == &self.end[..]) {
@@ -146,7 +146,7 @@ impl Framing {
         }
     }
 
-    /// Returns text and checksum; none: not whole yet; an error: the end is not where it belongs.
+    /// Returns text and checksum; `None` if incomplete; an error if the end mark is not in the right place.
     fn body<'a>(&self, begins: &'a [u8]) -> Option<Result<&'a [u8], ()>> {
         match self.length {
             Some(length) => {
@@ -161,7 +161,7 @@ impl Framing {
         }
     }
 
-    /// Returns a text with all that belongs around it.
+    /// Returns a complete frame around a text.
     pub(super) fn framed(&self, text: &[u8]) -> Vec<u8> {
         let mut frame = self.start.clone();
         frame.extend_from_slice(text);
@@ -197,7 +197,7 @@ mod tests {
         assert_eq!(plain(b"W", Some(3), b"\n").scan(b"W123\n"), ScannedFrame::Frame(b"123", 5));
         assert_eq!(plain(b"W", Some(3), b"\n").scan(b"W1234"), ScannedFrame::Damaged(1));
         assert_eq!(plain(b"", Some(2), b"").scan(b"abc"), ScannedFrame::Frame(b"ab", 2));
-        // The example of the standard's own.
+        // The example in the standard.
         let gps = b"$GPGLL,4916.45,N,12311.12,W,225444,A*31\r\n";
         assert_eq!(nmea().scan(gps), ScannedFrame::Frame(&gps[1..gps.len() - 5], gps.len()));
         let mut damaged = *gps;

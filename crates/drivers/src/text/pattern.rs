@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Pattern of a text: `"ST,{weight} kg"` is letters that stand as they are, and fields between braces that are channels.
+//! Pattern of a text: in `"ST,{weight} kg"` letters stand for themselves, and fields between braces are channels.
 //!
-//! Nothing that looks at what has come in allocates or panics.
+//! The functions for received text neither allocate nor panic.
 use super::fields::{Field, Form};
 
-/// A text with fields in it.
+/// A text with fields.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Pattern {
     pieces: Vec<Piece>,
@@ -16,20 +16,20 @@ enum Piece {
     Literal(Vec<u8>),
     /// Field of this index.
     Field(usize),
-    /// Anything, up to what follows: `{}`.
+    /// Any text, up to the next piece: `{}`.
     Any,
 }
 
-/// A part of a pattern as it is written.
+/// A syntactic part of a pattern.
 enum Part<'a> {
     Letters(&'a str),
     Name(&'a str),
 }
 
-/// Returns the names in a pattern, in their order.
+/// Returns the names in a pattern, in order.
 ///
 /// # Errors
-/// In words: a brace without its other one.
+/// Returns a message for an unmatched brace.
 pub(super) fn names(text: &str) -> Result<Vec<String>, String> {
     let mut names = Vec::new();
     parts(text, |part| match part {
@@ -59,10 +59,10 @@ fn parts<'a>(text: &'a str, mut found: impl FnMut(Part<'a>)) -> Result<(), Strin
 }
 
 impl Pattern {
-    /// Parses a pattern. `of` gives the field of a name.
+    /// Parses a pattern. `of` returns the field of a name.
     ///
     /// # Errors
-    /// In words: braces that do not match, two fields of which nobody could say where one ends.
+    /// Returns a message for unmatched braces, or for two adjacent fields without a clear boundary.
     pub(super) fn parse(text: &str, mut of: impl FnMut(&str) -> Result<Field, String>) -> Result<Pattern, String> {
         let (mut pieces, mut found) = (Vec::new(), Vec::new());
         parts(text, |part| match (part, pieces.last_mut()) {
@@ -88,7 +88,7 @@ impl Pattern {
         }
     }
 
-    /// Returns true if a text is of this pattern; then its values are stored into `readings`, else nothing is.
+    /// Returns true if a text matches this pattern; only then its values are stored into `readings`.
     pub(super) fn take(&self, text: &[u8], readings: &mut [u8]) -> bool {
         let is_of = self.each(text, |_, _| {});
         is_of && self.each(text, |field, part| field.store(part, readings))
@@ -123,7 +123,7 @@ impl Pattern {
         rest.is_empty()
     }
 
-    /// Returns the text with the values of `commands`; none: one of them is no number.
+    /// Returns the text with the values of `commands`; `None` if one of them is NaN.
     pub(super) fn write(&self, commands: &[u8]) -> Option<Vec<u8>> {
         let mut text = Vec::new();
         for piece in &self.pieces {
@@ -137,7 +137,7 @@ impl Pattern {
     }
 }
 
-/// A text that is sent, and the indices of its values among the write channels.
+/// A text to send, and the indices of its values among the write channels.
 pub(super) struct Order {
     pub(super) pattern: Pattern,
     pub(super) indices: Vec<usize>,

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! A device that speaks in texts, as a driver.
+//! Driver of a device that speaks in texts.
 use super::frame::{FRAME_MAX, Framing, ScannedFrame};
 use super::pattern::Order;
 use crate::stream::{Address, Stream};
@@ -30,7 +30,7 @@ pub(super) static SERVICES: [ServiceWord; 2] = [
     ServiceWord { name: "last_text", doc: "the text that came last, whether it was declared or not", arguments: &[], answer: Some(Kind::Text), moves: false },
 ];
 
-/// Time limit for a device to take a text.
+/// Time limit for a device to accept a text.
 const SENDING: Duration = Duration::from_secs(1);
 
 /// State that the driver shares with its services.
@@ -55,7 +55,7 @@ impl Line {
         DeviceError { message: format!("the device at {}: {why}", self.address) }
     }
 
-    /// Sends a whole frame.
+    /// Sends a complete frame.
     fn send(&self, frame: &[u8]) -> Result<(), DeviceError> {
         let stream = self.stream();
         let stream = stream.as_ref().ok_or_else(|| DeviceError { message: "it is not open".to_owned() })?;
@@ -82,16 +82,16 @@ pub(super) struct Talker {
     channels: Vec<Channel>,
     line: Arc<Line>,
     reads: Vec<Order>,
-    /// Orders that are told, each with what was sent last.
+    /// Orders to send, each with the text that was last sent.
     writes: Vec<(Order, Option<Vec<u8>>)>,
     asks: Option<Vec<u8>>,
     answer: Duration,
     silent_ns: Option<i64>,
-    /// Release of the firing in which it said something; none: since it was opened nothing was read.
+    /// Release of the firing in which the device last sent something; `None` if nothing was read since opening.
     heard_ns: Option<i64>,
     came: [u8; FRAME_MAX],
     filled: usize,
-    /// A line that is too long has begun, and its end has not come yet.
+    /// True inside a line that is too long, until its end.
     is_skipping: bool,
     count: Slot,
     taken: u64,
@@ -119,18 +119,18 @@ impl Talker {
         }
     }
 
-    /// Makes a talker that says something only when it is asked.
+    /// Makes a talker for a device that sends only on request.
     pub(super) fn asking(self, asks: Option<Vec<u8>>, answer: Duration) -> Talker {
         Talker { asks, answer, ..self }
     }
 
-    /// Sets the silence after which it is lost.
+    /// Sets the silence after which the device counts as lost.
     pub(super) fn silent(self, silent_ns: Option<i64>) -> Talker {
         Talker { silent_ns, ..self }
     }
 
-    /// Takes all that has come; then, until the deadline, waits for a text that is declared. Ends soon after the deadline
-    /// where the device is never silent.
+    /// Takes all received bytes; then waits for a declared text until the deadline. Ends soon after the deadline even if the device is
+    /// never silent.
     fn hear(&mut self, deadline: Instant, release_ns: i64) -> Result<bool, DeviceError> {
         let mut heard = false;
         loop {
@@ -150,7 +150,7 @@ impl Talker {
         }
     }
 
-    /// Takes the whole frames that are there; whether one of them was declared.
+    /// Takes the complete frames; returns true if one of them was declared.
     fn take(&mut self) -> bool {
         let (mut at, mut heard) = (0, false);
         loop {
@@ -221,7 +221,7 @@ impl Driver for Talker {
                 }
             }
         }
-        // How long the opening took is no silence of its own.
+        // The duration of the opening does not count as silence.
         let heard_ns = *self.heard_ns.get_or_insert(release_ns);
         let silent = self.silent_ns.filter(|silent_ns| release_ns - heard_ns > *silent_ns);
         if let Some(silent_ns) = silent {
@@ -236,7 +236,7 @@ impl Driver for Talker {
     fn write(&mut self, _: i64, commands: &[u8], engaged: &[bool]) -> Result<(), DeviceError> {
         for (order, sent) in &mut self.writes {
             let is_engaged = order.indices.iter().any(|index| engaged.get(*index) == Some(&true));
-            // A text that nobody commands is sent only where it has a safe value to tell, and once.
+            // A text that no verb commands is sent only if it has a safe value to send, and once.
             if !is_engaged && !order.pattern.fields.iter().any(|field| field.is_safe) {
                 *sent = None;
                 continue;
@@ -259,7 +259,7 @@ impl Driver for Talker {
         for (order, sent) in &mut self.writes {
             *sent = None;
             let text = order.pattern.write(&commands).filter(|_| order.pattern.fields.iter().any(|field| field.is_safe));
-            // A device that is gone is told nothing; that it is lost has been said.
+            // Nothing is sent to a lost device; its loss has been reported.
             if text.is_some_and(|text| self.line.send(&self.line.framing.framed(&text)).is_err()) {
                 return;
             }

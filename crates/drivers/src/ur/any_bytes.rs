@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Any bytes in place of a controller's messages, for fuzzers: nothing panics, and a sample is of numbers.
+//! Arbitrary bytes in place of a controller's messages, for fuzzers: nothing panics, and the numbers of a sample are finite.
 use super::rtde::{Message, decode};
 use super::sample::Sample;
 
-/// Reads a stream of messages, as a controller sends it.
+/// Parses a stream of messages, as sent by a controller.
 pub fn rtde(mut bytes: &[u8]) {
     while let Ok(Some((message, len))) = decode(bytes) {
         assert!((3..=bytes.len()).contains(&len), "it goes on, and takes no more than there is");

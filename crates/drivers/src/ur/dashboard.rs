@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The dashboard of a controller: one line asks, one line answers. It is never called on the cycle.
+//! Dashboard of a controller: one line per request, one line per answer. It is never called on the cycle.
 use device::{DeviceError, Kind, ServiceWord, Services};
 use forks::Device;
 use serde_json::Value;
@@ -9,9 +9,9 @@ use std::time::Duration;
 
 /// Port of a controller's dashboard.
 pub(super) const PORT: u16 = 29999;
-/// Time limit of an answer.
+/// Time limit for a response.
 const WITHIN: Duration = Duration::from_secs(5);
-/// The longest answer.
+/// Maximum length of an answer.
 const LINE_LEN_MAX: u64 = 4096;
 
 pub(super) struct Dashboard {
@@ -19,9 +19,9 @@ pub(super) struct Dashboard {
 }
 
 impl Dashboard {
-    /// Connects to the dashboard. `within`: how long each answer may take, and the connection.
+    /// Connects to the dashboard. `within` is the time limit of each answer, and of the connection.
     pub fn connect(to: SocketAddr, within: Duration) -> Result<Dashboard> {
-        // A timeout of 0 would be none.
+        // A timeout of 0 would mean none.
         let within = within.clamp(Duration::from_millis(1), WITHIN);
         let stream = Device::new(TcpStream::connect_timeout(&to, within)?);
         stream.set_read_timeout(Some(within))?;
@@ -50,7 +50,7 @@ const fn service(name: &'static str, doc: &'static str) -> ServiceWord {
     ServiceWord { name, doc, arguments: &[], answer: Some(Kind::Text), moves: false }
 }
 
-/// Services, each with the commands that it is.
+/// Services, each with its commands.
 const ASKED: [(ServiceWord, &[&str]); 7] = [
     (service("unlock_protective_stop", "releases a protective stop; the controller refuses it for 5 s"), &["close safety popup", "unlock protective stop"]),
     (service("power_on", "powers the arm on and releases its brakes"), &["power on", "brake release"]),
@@ -63,7 +63,7 @@ const ASKED: [(ServiceWord, &[&str]); 7] = [
 
 pub(super) static SERVICES: [ServiceWord; 7] = [ASKED[0].0, ASKED[1].0, ASKED[2].0, ASKED[3].0, ASKED[4].0, ASKED[5].0, ASKED[6].0];
 
-/// The dashboard as the services of a driver: each call has a connection of its own, so that it works while the arm is lost.
+/// The dashboard as the services of a driver: each call uses a separate connection, so that it works while the arm is lost.
 pub(super) struct Panel {
     pub to: SocketAddr,
 }
@@ -88,7 +88,7 @@ mod tests {
     use std::net::TcpListener;
     use std::thread::JoinHandle;
 
-    /// Makes a dashboard that answers each command with the same line, and gives the commands at its end.
+    /// Makes a dashboard that answers each command with the same line. Its thread returns the commands.
     fn dashboard(answer: &'static str) -> (Panel, JoinHandle<Vec<String>>) {
         let listener = TcpListener::bind("127.0.0.1:0").unwrap();
         let to = listener.local_addr().unwrap();

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The exchange: the newest package in, and one out for it.
+//! Exchange of the newest package received for one sent.
 use super::dashboard::Panel;
 use super::link::LinkError;
 use super::options::Options;
@@ -16,7 +16,7 @@ const NAMES: [&str; JOINTS] = ["shoulder_pan", "shoulder_lift", "elbow", "wrist_
 const HOME: [f64; JOINTS] = [0.0, -FRAC_PI_2, 0.0, -FRAC_PI_2, 0.0, 0.0];
 /// Digital inputs and outputs of the control box.
 const DIGITAL: usize = 8;
-/// A goal that comes later than this is not allowed to be farther for it.
+/// Maximum time for which a late goal may move, ns.
 const SPAN_NS_MAX: i64 = 2 * CYCLE_NS;
 
 device::counters! {
@@ -51,15 +51,15 @@ pub(super) struct Ur {
     counters: Arc<Counters>,
     panel: Arc<Panel>,
     session: Option<Session>,
-    /// True if nothing was read since it was opened.
+    /// True if nothing has been read since opening.
     is_new: bool,
-    /// A package has come in for which none was sent.
+    /// True if a package has been received for which none was sent.
     fresh: bool,
     /// Release of the firing that took the newest package.
     taken_ns: i64,
-    /// Release of the firing that sent the newest one.
+    /// Release of the firing that sent the newest package.
     sent_ns: i64,
-    /// Digital outputs that were ever commanded.
+    /// Digital outputs that have ever been commanded.
     commanded: u8,
 }
 
@@ -83,7 +83,7 @@ impl Ur {
         (Ur { options, address, channels, slots, counters, panel, session: None, is_new: false, fresh: false, taken_ns: 0, sent_ns: 0, commanded: 0 }, parts)
     }
 
-    /// Sends the next goals: no farther from those before than the maximum speed allows. The arm rests where nobody commands it.
+    /// Sends the next goals, no farther from the previous ones than the maximum speed allows. The arm rests if no joint is commanded.
     fn tell(&mut self, span_ns: i64, commands: &[u8], engaged: &[bool]) {
         let Some(session) = &mut self.session else { return };
         let goal = |i: usize| Some(self.slots.goals[i].double(commands, 0)).filter(|goal| engaged[i] && goal.is_finite());
@@ -172,7 +172,7 @@ impl Driver for Ur {
     fn read(&mut self, release_ns: i64, readings: &mut [u8]) -> Result<(), DeviceError> {
         let Some(session) = &mut self.session else { return Err(lost("it is not open")) };
         if std::mem::take(&mut self.is_new) && !self.options.lockstep {
-            // The opening may have waited for a controller that was booting: that was no silence of its own.
+            // The opening may have waited for a booting controller: that does not count as silence.
             (self.taken_ns, self.sent_ns) = (release_ns, release_ns);
         }
         let is_due = self.options.lockstep && !self.fresh && release_ns - self.taken_ns >= CYCLE_NS;
@@ -211,7 +211,7 @@ impl Driver for Ur {
         if let Some(session) = &mut self.session {
             session.rest();
             (session.told.mask, session.told.levels) = (self.commanded, 0);
-            // What does not arrive is missed by the program, which stops the arm by itself.
+            // If the package does not arrive, the program on the controller misses it and stops the arm by itself.
             let _: Result<bool, LinkError> = session.send();
         }
     }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The connection over which RTDE comes and goes: never waits where it is not told to, and allocates nothing once it is made.
+//! Connection of RTDE: waits only on request, and allocates nothing after construction.
 use super::rtde::{self, MalformedMessage, Message};
 use crate::serial::wait;
 use forks::Device;
@@ -8,12 +8,12 @@ use std::net::{SocketAddr, TcpStream};
 use std::os::fd::AsFd;
 use std::time::{Duration, Instant};
 
-/// The longest message, and room for the beginning of the next.
+/// Length of the longest message, plus room for the start of the next.
 const INPUT_LEN: usize = 2 << 16;
-/// Maximum number of fetches of received bytes in one call: a controller that floods holds nobody up.
+/// Maximum number of fetches of received bytes in one call: a controller that floods cannot block the caller.
 const FETCHES_MAX: usize = 4;
 
-/// Reason why a connection carries nothing.
+/// Reason why a connection has failed.
 #[derive(Debug, thiserror::Error)]
 pub(super) enum LinkError {
     #[error("the controller closed its connection: it was restarted, or is shutting down")]
@@ -28,7 +28,7 @@ pub(super) struct Link {
     stream: Device<TcpStream>,
     input: Box<[u8]>,
     filled: usize,
-    /// Rest of a package that the connection has not taken yet; a package is never sent in part.
+    /// Rest of a package that the connection has not accepted yet; a package is always completed.
     unsent: Vec<u8>,
 }
 
@@ -40,7 +40,7 @@ impl Link {
         Ok(Link { stream, input: vec![0; INPUT_LEN].into_boxed_slice(), filled: 0, unsent: Vec::with_capacity(INPUT_LEN) })
     }
 
-    /// Hands each message that has come in to `take`. Real-time safe where `take` is.
+    /// Passes each received message to `take`. Real-time safe if `take` is.
     pub fn receive(&mut self, mut take: impl FnMut(Message<'_>)) -> Result<(), LinkError> {
         for _ in 0..FETCHES_MAX {
             match self.stream.read(&mut self.input[self.filled..]) {
@@ -62,12 +62,12 @@ impl Link {
         Ok(())
     }
 
-    /// Waits until something has come in, or the connection is gone; false: the deadline came first.
+    /// Waits until data has been received, or the connection is lost; returns false if the deadline is reached first.
     pub fn wait(&self, deadline: Instant) -> io::Result<bool> {
         wait(self.stream.as_fd(), libc::POLLIN, deadline)
     }
 
-    /// Sends a package, or nothing of it: false where the connection has not taken the one before. Real-time safe.
+    /// Sends a package; returns false, without sending any of it, if the connection has not accepted the previous one. Real-time safe.
     pub fn send(&mut self, package: &[u8]) -> Result<bool, LinkError> {
         self.flush()?;
         let is_free = self.unsent.is_empty();

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The options of an arm of Universal Robots: how its controller is reached, and how the arm follows.
+//! Options of an arm of Universal Robots: connection to the controller, and manner of following.
 use super::{dashboard, rtde};
 use device::{Kind, OptionWord};
 use serde::Deserialize;
 
 pub(super) const WAIT_NS: i64 = 10_000_000_000;
-/// Default of the same with `power_on`.
+/// Default of the maximum time with `power_on`.
 const WAIT_FOR_POWER_NS: i64 = 70_000_000_000;
 pub(super) const SILENCE_NS: i64 = 100_000_000;
 const TIMEOUT_NS: i64 = 40_000_000;

@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The messages of RTDE, protocol version 2: a length, a kind, and what the kind says, all numbers with their high byte first.
+//! Messages of RTDE, protocol version 2: a length, a kind, and contents that depend on the kind, all numbers with their high byte first.
 //!
-//! Whatever bytes come in, decoding ends in a message or in [`MalformedMessage`]; neither allocates.
+//! Whatever bytes are received, decoding ends in a message or in [`MalformedMessage`]; neither allocates.
 
 /// Port of a controller's RTDE.
 pub(super) const PORT: u16 = 30004;
 pub(super) const PROTOCOL: u16 = 2;
 const HEADER_LEN: usize = 3;
 
-/// The kinds of messages.
+/// Kinds of messages.
 pub(super) mod kind {
     pub const VERSION: u8 = b'V';
     pub const CONTROLLER: u8 = b'v';
@@ -23,17 +23,17 @@ pub(super) mod kind {
 /// Message of a controller.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Message<'a> {
-    /// True if it speaks the version that was asked for.
+    /// True if the controller supports the requested version.
     Version(bool),
-    /// Major, minor, bug fix, build.
+    /// Version of the controller: major, minor, bug fix, build.
     Controller([u32; 4]),
     Text {
         text: &'a str,
         source: &'a str,
-        /// 0 exception, 1 error, 2 warning, 3 information.
+        /// Level: 0 exception, 1 error, 2 warning, 3 information.
         level: u8,
     },
-    /// The types of the outputs that were asked for, separated by commas.
+    /// Types of the requested outputs, separated by commas.
     Outputs {
         recipe: u8,
         types: &'a str,
@@ -50,7 +50,7 @@ pub(super) enum Message<'a> {
     },
 }
 
-/// Bytes that are no message.
+/// Bytes that are not a message.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub(super) enum MalformedMessage {
     #[error("a message says that it is {0} bytes long")]
@@ -61,14 +61,14 @@ pub(super) enum MalformedMessage {
     Contents { kind: u8, len: usize },
 }
 
-/// Returns the message at the beginning of `bytes`, and how long it is; none: more bytes must come.
+/// Returns the message at the start of `bytes`, and its length; `None` if more bytes are needed.
 pub(super) fn decode(bytes: &[u8]) -> Result<Option<(Message<'_>, usize)>, MalformedMessage> {
     let [high, low, kind, rest @ ..] = bytes else { return Ok(None) };
     let said = u16::from_be_bytes([*high, *low]);
     let Some(len) = usize::from(said).checked_sub(HEADER_LEN) else { return Err(MalformedMessage::Length(said)) };
     match rest.get(..len) {
         Some(contents) => Ok(Some((message(*kind, contents)?, usize::from(said)))),
-        // A kind that is none will not become one.
+        // More bytes do not make an invalid kind valid.
         None if message(*kind, &[]) == Err(MalformedMessage::Kind(*kind)) => Err(MalformedMessage::Kind(*kind)),
         None => Ok(None),
     }
@@ -106,7 +106,7 @@ pub(super) fn request(kind: u8, contents: &[u8]) -> Vec<u8> {
     [&len.to_be_bytes()[..], &[kind], contents].concat()
 }
 
-/// The values of a data package, one after another; zero behind their end, where the caller has checked their length.
+/// Values of a data package, read one after another; zero after their end, as the caller has checked their length.
 pub(super) struct Fields<'a>(pub &'a [u8]);
 
 impl Fields<'_> {

@@ -5,7 +5,7 @@ use super::rtde::{self, Fields};
 /// Number of joints of its arms.
 pub(super) const JOINTS: usize = 6;
 
-/// Outputs that are asked for: name, type. [`Sample::decode`] reads them in this order.
+/// Requested outputs: name, type. [`Sample::decode`] reads them in this order.
 pub(super) const OUTPUTS: [(&str, &str); 13] = [
     ("timestamp", "DOUBLE"),
     ("actual_q", "VECTOR6D"),
@@ -23,7 +23,7 @@ pub(super) const OUTPUTS: [(&str, &str); 13] = [
 ];
 const VALUES_LEN: usize = 8 + 3 * 48 + 3 * 4 + 8 + 2 * 8 + 2 * 8 + 4;
 
-/// Inputs that are sent: the upper half of the registers is for programs outside the controller, the lower one for fieldbuses.
+/// Sent inputs: the upper half of the registers is for programs outside the controller, the lower one for fieldbuses.
 pub(super) const INPUTS: [(&str, &str); 10] = [
     ("input_int_register_24", "INT32"),
     ("input_int_register_25", "INT32"),
@@ -38,10 +38,10 @@ pub(super) const INPUTS: [(&str, &str); 10] = [
 ];
 pub(super) const PACKAGE_LEN: usize = 3 + 1 + 2 * 4 + JOINTS * 8 + 2;
 
-/// One cycle of a controller.
+/// Readings of one cycle of a controller.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct Sample {
-    /// Since the controller was started, s.
+    /// Time since the start of the controller, s.
     pub timestamp: f64,
     pub position: [f64; JOINTS],
     pub velocity: [f64; JOINTS],
@@ -59,7 +59,7 @@ pub(super) struct Sample {
 }
 
 impl Sample {
-    /// Returns the values of a data package; none: they are of another length, or a position, a velocity or a force is no number.
+    /// Returns the values of a data package; `None` if their length differs, or a number is not finite.
     pub fn decode(values: &[u8]) -> Option<Sample> {
         if values.len() != VALUES_LEN {
             return None;
@@ -87,18 +87,18 @@ impl Sample {
 /// Inputs of the script in each cycle.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct ScriptInputs {
-    /// Heartbeat counter, incremented in every package; a constant value means that the controller is gone.
+    /// Heartbeat counter, incremented in every package; the script takes a constant value for a lost connection.
     pub beat: i32,
-    /// The script's own number: it follows the goals. 0: it rests. -1: it ends.
+    /// Mode of the script: its own session number to follow the goals, 0 to rest, -1 to end.
     pub mode: i32,
     pub goals: [f64; JOINTS],
-    /// Digital outputs that are commanded, and their values.
+    /// Commanded digital outputs, and their values.
     pub mask: u8,
     pub levels: u8,
 }
 
 impl ScriptInputs {
-    /// Returns the data package for the recipe that the controller gave.
+    /// Returns the data package for the recipe id from the controller.
     pub fn encode(&self, recipe: u8) -> [u8; PACKAGE_LEN] {
         let mut package = [0; PACKAGE_LEN];
         let mut at = 0;
@@ -118,7 +118,7 @@ impl ScriptInputs {
     }
 }
 
-/// Returns the names of a recipe as they are asked for, and the types that the answer must have.
+/// Returns the names of a recipe in the form of the request, and the types that the answer must have.
 pub(super) fn recipe(of: &[(&str, &str)]) -> (String, String) {
     let list = |pick: fn(&(&str, &str)) -> String| of.iter().map(pick).collect::<Vec<_>>().join(",");
     (list(|(name, _)| (*name).to_owned()), list(|(_, kind)| (*kind).to_owned()))

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The program that runs on the controller: it follows goals, and stops the arm when none comes.
+//! Program that runs on the controller: it follows goals, and stops the arm when none arrives.
 use super::states::SILENT;
 
 /// Duration of a controller cycle on an e-series.
@@ -8,11 +8,12 @@ pub(super) const CYCLE_NS: i64 = 2_000_000;
 /// Parameters of the program.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Program {
-    /// Number that it reports while it runs, and by which it is told to follow: goals that were left in the registers by another one mean nothing.
+    /// Number that it reports while it runs, and by which it is commanded to follow: goals that another session left in the registers are
+    /// ignored.
     pub session: i32,
     /// Number of cycles for which it waits for a new beat.
     pub patience: i64,
-    /// Look-ahead of `servoj`: s, and no unit.
+    /// Look-ahead and gain of `servoj`: s, and dimensionless.
     pub lookahead_s: f64,
     pub gain: f64,
     /// Deceleration with which it comes to rest, rad/s².
@@ -20,7 +21,7 @@ pub(super) struct Program {
 }
 
 impl Program {
-    /// Its text. It begins at rest, follows only goals of its own session, and each way out of it leads over a stop.
+    /// Returns the text of the program. It begins at rest, follows only goals of its own session, and every exit leads through a stop.
     pub fn text(&self) -> String {
         let Program { session, patience, lookahead_s, gain, deceleration } = self;
         let goals = (24..30).map(|register| format!("read_input_float_register({register})")).collect::<Vec<_>>().join(", ");

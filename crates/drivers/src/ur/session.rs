@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Start of an arm that is to follow: connection, recipes, power, remote control, program. Off the cycle, so that it may wait.
+//! Start of an arm that is to follow: connection, recipes, power, remote control, program. It runs off the cycle, so it may wait.
 use super::dashboard::Dashboard;
 use super::link::{Link, LinkError};
 use super::options::Options;
@@ -13,14 +13,14 @@ use std::io::Write;
 use std::net::{IpAddr, SocketAddr, TcpStream};
 use std::time::{Duration, Instant, SystemTime};
 
-/// Time limit of an answer of a controller that is there.
+/// Time limit for a response of a connected controller.
 const ANSWER: Duration = Duration::from_secs(10);
-/// Time limit of an answer in lockstep, where nothing depends on speed: it is for a controller that never answers.
+/// Time limit for a response in lockstep, in which nothing depends on speed: it only catches a controller that never answers.
 const ANSWER_IN_LOCKSTEP: Duration = Duration::from_secs(120);
-/// However short a time is given, so long is waited for an arm whose controller is there.
+/// Minimum time limit for an arm whose controller is present, even if a shorter one is set.
 const LEAST: Duration = Duration::from_secs(1);
 const RETRY: Duration = Duration::from_millis(50);
-/// Packages a second.
+/// Packages per second.
 const FREQUENCY: f64 = 1e9 / CYCLE_NS as f64;
 const FIRST_E_SERIES: u32 = 5;
 
@@ -28,20 +28,20 @@ const FIRST_E_SERIES: u32 = 5;
 pub(super) struct Session {
     link: Link,
     recipes: [u8; 2],
-    /// Its number, by which the program knows its goals.
+    /// Number by which the program recognises its goals.
     pub number: i32,
     pub sample: Sample,
     pub told: ScriptInputs,
-    /// Number of messages that were no package of the recipe.
+    /// Number of messages that were not a package of the recipe.
     pub refused: u64,
-    /// Time limit of an answer.
+    /// Time limit for a response.
     pub answer: Duration,
-    /// Time by which the arm is to follow.
+    /// Time by which the arm must follow.
     deadline: Instant,
 }
 
 impl Session {
-    /// Brings the arm to follow. It stands until it is told goals.
+    /// Brings the arm to follow. It stands still until it receives goals.
     pub fn begin(options: &Options, address: IpAddr) -> Result<Session, DeviceError> {
         let wait = Duration::from_nanos(options.wait_ns().unsigned_abs());
         let deadline = Instant::now() + if options.lockstep { wait.max(ANSWER_IN_LOCKSTEP) } else { wait.max(LEAST) };
@@ -84,7 +84,7 @@ impl Session {
         open.as_mut().ok_or_else(String::new)
     }
 
-    /// Returns a connection whose recipes the controller has taken, tried until the time is over that the controller may take to be there.
+    /// Returns a connection whose recipes the controller has accepted; retries until the deadline for the controller to appear.
     fn connected(options: &Options, to: SocketAddr, deadline: Instant) -> Result<Session, String> {
         let tries_until = Instant::now() + Duration::from_nanos(options.wait_ns().unsigned_abs());
         let answer = if options.lockstep { ANSWER_IN_LOCKSTEP } else { ANSWER };
@@ -140,7 +140,7 @@ impl Session {
         Ok(Session { link, recipes, number: number(), sample: Sample::default(), told: ScriptInputs::default(), refused: 0, answer, deadline })
     }
 
-    /// Starts the program, at rest, and waits until it says that it runs.
+    /// Starts the program, at rest, and waits until it reports that it runs.
     fn start_program(&mut self, options: &Options, to: SocketAddr) -> Result<(), String> {
         let program = Program {
             session: self.number,
@@ -162,7 +162,7 @@ impl Session {
         }
     }
 
-    /// Exchanges until something holds; false: it did not in time.
+    /// Exchanges until a condition holds; returns false if it did not in time.
     fn until(&mut self, holds: impl Fn(&Sample) -> bool) -> Result<bool, String> {
         while !holds(&self.sample) {
             if Instant::now() > self.deadline {
@@ -173,7 +173,7 @@ impl Session {
         Ok(true)
     }
 
-    /// Exchanges one package there and one back, the arm at rest where it is.
+    /// Exchanges one package in each direction, the arm at rest where it is.
     fn exchange(&mut self) -> Result<(), String> {
         (self.told.mode, self.told.mask) = (0, 0);
         self.send().map_err(|why| why.to_string())?;
@@ -182,7 +182,7 @@ impl Session {
         Ok(())
     }
 
-    /// Waits for a package; false: none came.
+    /// Waits for a package; returns false if none arrived.
     pub fn wait(&mut self, within: Duration) -> Result<bool, LinkError> {
         let deadline = Instant::now() + within;
         loop {
@@ -195,7 +195,7 @@ impl Session {
         }
     }
 
-    /// Takes the newest package that has come in; false: none has. Real-time safe.
+    /// Takes the newest received package; returns false if there is none. Real-time safe.
     pub fn take(&mut self) -> Result<bool, LinkError> {
         let (of, mut newest, mut refused) = (self.recipes[0], None, 0);
         self.link.receive(|message| {
@@ -211,20 +211,20 @@ impl Session {
         Ok(newest.is_some())
     }
 
-    /// Sends what it is told; false: the connection has not taken the package before. Real-time safe.
+    /// Sends the present inputs of the script; returns false if the connection has not accepted the previous package. Real-time safe.
     pub fn send(&mut self) -> Result<bool, LinkError> {
         self.told.beat = self.told.beat.wrapping_add(1);
         self.link.send(&self.told.encode(self.recipes[1]))
     }
 
-    /// Tells it to rest where it is. Real-time safe.
+    /// Commands the arm to rest where it is. Real-time safe.
     pub fn rest(&mut self) {
         let goals: [f64; JOINTS] = self.sample.position;
         (self.told.mode, self.told.goals) = (0, goals);
     }
 }
 
-/// Returns the time left until a deadline, at least 1 ms: sockets take no timeout of 0.
+/// Returns the time left until a deadline, at least 1 ms: sockets do not accept a timeout of 0.
 fn left(deadline: Instant) -> Duration {
     deadline.saturating_duration_since(Instant::now()).max(Duration::from_millis(1))
 }
@@ -237,7 +237,7 @@ struct Answer {
 
 /// Reason why there is no connection.
 enum Failure {
-    /// The controller may be there later.
+    /// The controller may become available later.
     NotThere(String),
     Refused(String),
 }
@@ -248,7 +248,7 @@ impl From<LinkError> for Failure {
     }
 }
 
-/// Names the first value of a recipe that the controller does not have, or that another program has taken.
+/// Returns an error that names the first value of a recipe that the controller does not have, or that another program has taken.
 fn agree(of: &[(&str, &str)], asked: &str, answered: &str) -> Result<(), Failure> {
     if asked == answered {
         return Ok(());

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! A driver served as the kernel serves it: readings and commands by name.
+//! A driver served as by the kernel: readings and commands by name.
 #![allow(dead_code)]
 use device::{Direction, Driver};
 use serde_json::{Value, json};
@@ -19,7 +19,7 @@ impl Machine {
         machine
     }
 
-    /// Makes a machine that is not open.
+    /// Makes a machine without opening it.
     pub fn made(kind: &str, options: Value) -> Machine {
         let (driver, about) = drivers::open(kind, &options).unwrap_or_else(|e| panic!("{e}"));
         let size = |direction| driver.channels().iter().filter(|c| c.direction == direction).map(|c| c.offset + c.len).max().unwrap_or(0);
@@ -66,19 +66,19 @@ impl Machine {
     }
 }
 
-/// A model of the Python package.
+/// Returns the path of a model in the Python package.
 pub fn robot(file: &str) -> PathBuf {
     PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../../python/opengpac/robots").join(file)
 }
 
-/// A file of this test run, with this text.
+/// Writes a file of this test run with this text.
 pub fn scratch(name: &str, text: &str) -> PathBuf {
     let path = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join(format!("{name}_{}.xml", std::process::id()));
     std::fs::write(&path, text).expect("the scratch folder can be written");
     path
 }
 
-/// Runs `test` with the library that `OPENGPAC_MUJOCO` names; without it, checks that the driver says how to get one.
+/// Runs `test` with the library that `OPENGPAC_MUJOCO` names; without it, checks that the driver explains how to get one.
 pub fn with_mujoco(test: impl FnOnce(PathBuf)) {
     match std::env::var_os("OPENGPAC_MUJOCO") {
         Some(library) => test(library.into()),

@@ -1,16 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Faulty drivers: the example in C with one thing wrong in it. The check that is meant refuses it, with its cause, and no other check does.
-//! Those in Python are in `tests/python/drivers/test_broken_classes.py`.
+//! Faulty drivers: the example in C with one defect each. The intended check refuses it with its cause, and no other check fails. The
+//! Python ones are in `tests/python/drivers/test_broken_classes.py`.
 //!
-//! A quarter of them, others each day, is looked at by the whole kit; the others up to the first check that fails, as by
-//! `opengpac driver check`. `OPENGPAC_BROKEN_DRIVERS=all` looks at all of them whole, `OPENGPAC_SEED` says which day it is.
+//! A quarter of them, a different one each day, runs the whole kit; the others stop at the first check that fails, as `opengpac driver
+//! check` does. `OPENGPAC_BROKEN_DRIVERS=all` runs the whole kit for all of them, `OPENGPAC_SEED` selects the day.
 use crate::{built, checked, checked_until_it_fails};
 use driver_kit::conformance::Report;
 use serde_json::json;
 use std::path::Path;
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
-/// Text that some of them have before everything else.
+/// Text that some of them place before everything else.
 const BEFORE: &str = "#define _GNU_SOURCE
 #include <fenv.h>
 #include <pthread.h>
@@ -24,12 +24,12 @@ __attribute__((unused)) static void begin(void) { pthread_t thread; pthread_crea
 #include <opengpac_driver.h>
 __attribute__((unused)) static opengpac_slot lamp;\n";
 
-/// Limit of a check that is not to be reached.
+/// Limit of a check that must not be reached.
 const LIMIT: Duration = Duration::from_secs(120);
-/// Limit for those that hang.
+/// Limit for drivers that hang.
 const SHORT: Duration = Duration::from_secs(15);
 
-/// Returns the options of `opengpac driver check` for the example with one thing changed in it.
+/// Returns the options of `opengpac driver check` for the example with one change.
 #[track_caller]
 fn made(name: &str, right: &str, wrong: &str) -> String {
     let example = std::fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("../../examples/drivers/conveyor.c")).expect("it is there");
@@ -43,7 +43,7 @@ fn changed(name: &str, right: &str, wrong: &str) -> Report {
     checked(&made(name, right, wrong), &json!({}))
 }
 
-/// Returns true if this one is looked at whole today.
+/// Returns true if this one runs the whole kit today.
 fn is_whole(name: &str) -> bool {
     let day = || SystemTime::now().duration_since(UNIX_EPOCH).map_or(0, |since| since.as_secs() / 86_400);
     let seed = std::env::var("OPENGPAC_SEED").ok().and_then(|text| text.parse().ok()).unwrap_or_else(day);
@@ -62,7 +62,7 @@ fn refused(name: &str, right: &str, wrong: &str, checks: &[&str], cause: &str) {
     assert!(failed[0].1.contains(cause), "{failed:?}");
 }
 
-/// Checks that the first check that fails is this one, with this cause.
+/// Checks that the first failing check is this one, with this cause.
 #[track_caller]
 fn refused_at_once(name: &str, right: &str, wrong: &str, check: &str, cause: &str, limit: Duration) {
     let report = checked_until_it_fails(&made(name, right, wrong), &json!({}), limit);
@@ -253,7 +253,7 @@ const OPENED: &str = "    self->at_ns = now_ns;\n    return OK;";
 const COUNTED: &str = "    count(self->exchanges, 1);";
 const RESTED: &str = "{ self->speed = 0.0; }";
 
-// They end their process, or never come back: many checks fail, and the first one says why.
+// These drivers end their process or never return: many checks fail, and the first one states the cause.
 ending! {
     exits_as_it_is_opened: OPENED => "    _exit(3);", "opens", "it ended its process: ended by itself with status 3";
     hangs_as_it_is_opened: OPENED => "    for (;;) pause();", "opens", "it did not come back within 15 s";
@@ -272,7 +272,7 @@ ending! {
     hangs_in_its_safe_state: RESTED => "{ self->speed = 0.0; for (;;) pause(); }", "safe-unopened", "it did not come back within 15 s";
 }
 
-/// A real drive may show its velocity only while a whole cycle of its own passes between two readings; no driver can make up for that.
+/// A real drive may show its velocity only if a whole cycle of its own passes between two readings; no driver can compensate for that.
 #[test]
 fn a_velocity_that_shows_at_the_pace_of_the_wall_is_right() {
     let right = "    set_number(readings, self->velocity, self->speed);";

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The conformance kit: every driver of this crate passes it, and each of the faulty ones is refused by the check that is meant, with its cause.
+//! The conformance kit: every driver of this crate passes it, and each faulty one is refused by the intended check, with its cause.
 mod faulty;
 mod ours;
 
@@ -10,7 +10,7 @@ use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
 use std::time::Duration;
 
-/// Returns the folder in which something is built; it is there as long as this program runs.
+/// Returns the build folder, which exists as long as this program runs.
 fn folder() -> &'static Path {
     static FOLDER: OnceLock<PathBuf> = OnceLock::new();
     FOLDER.get_or_init(|| {
@@ -20,7 +20,7 @@ fn folder() -> &'static Path {
     })
 }
 
-/// A shared object of this source.
+/// Builds a shared object from this source.
 fn built(name: &str, source: &str) -> PathBuf {
     let file = folder().join(format!("{name}.c"));
     std::fs::write(&file, source).expect("a file for tests can be written");
@@ -43,7 +43,7 @@ fn checked(kind: &str, options: &Value) -> Report {
     drivers::check_conformance(kind, options, &settings(), &mut |_| ControlFlow::Continue(()))
 }
 
-/// Returns the report up to the first check that fails, as `opengpac driver check` makes it.
+/// Returns the report up to the first failing check, as `opengpac driver check` makes it.
 fn checked_until_it_fails(kind: &str, options: &Value, limit: Duration) -> Report {
     let mut hear = |outcome: &Outcome| if matches!(outcome.verdict, Verdict::Failed(_)) { ControlFlow::Break(()) } else { ControlFlow::Continue(()) };
     drivers::check_conformance(kind, options, &Settings { limit, ..settings() }, &mut hear)

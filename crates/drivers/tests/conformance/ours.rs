@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The drivers that come with OpenGPAC, and the example in C.
+//! The drivers that ship with OpenGPAC, and the example in C.
 use crate::{built, checked};
 use serde_json::{Value, json};
 use std::io::{BufRead, BufReader, Write};
@@ -46,7 +46,7 @@ fn mujoco() {
     passes("mujoco", &json!({ "path": path, "library": library.to_string_lossy() }));
 }
 
-/// A loopback address of one test alone, so that nobody else has its port.
+/// Returns a loopback address unique to one test, so that its port is free.
 fn address(test: u8) -> String {
     let process = std::process::id();
     format!("tcp/127.{test}.{}.{}:15020", process / 250 % 250, process % 250 + 1)
@@ -74,7 +74,7 @@ fn modbus() {
 fn text() {
     let listener = TcpListener::bind("127.0.0.1:0").expect("a port is free");
     let address = format!("tcp/{}", listener.local_addr().expect("it is bound"));
-    // A scale for each that connects; it ends with the program.
+    // Emulates a scale for each connection; the thread ends with the program.
     std::thread::spawn(move || {
         for stream in listener.incoming().map_while(Result::ok) {
             std::thread::spawn(move || {
@@ -109,7 +109,7 @@ fn ethercat() {
         { "name": "belt", "counts": 1e4, "mode": "velocity" },
         { "name": "winch", "counts": 1e4, "mode": "torque", "rated_torque": 1.0 }
     ]);
-    // The segment is a program, and the kit waits for none: it is never lost.
+    // The segment is a program and the kit does not wait for it, so the device must never be lost.
     passes("ethercat", &json!({ "interface": interface, "axes": axes, "lost_after": 1_000_000_000 }));
 }
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! An axis on a segment: which objects its drive exchanges, and where they lie in the process data.
+//! An axis on a segment: the objects that its drive exchanges, and their positions in the process data.
 use super::options::{AxisOptions, PdosFrom};
 use crate::coe::Entry;
 use crate::main_device::{Field, Mapping, Pdos, Sync0};
@@ -8,12 +8,12 @@ use cia402::identity::ExpectedIdentity;
 use cia402::{BrakeOptions, DriveCommand, Mode, error_name};
 use device::Layout;
 
-/// An axis, and where its process data lie.
+/// An axis, and the position of its process data.
 pub(super) struct Axis {
     pub moved: axis::Axis,
-    /// Its place on the line.
+    /// Position on the line.
     pub at: usize,
-    /// The identity that its drive is to have.
+    /// Expected identity of the drive.
     pub expected: ExpectedIdentity,
     mode: Mode,
     pdos: PdosFrom,
@@ -21,7 +21,7 @@ pub(super) struct Axis {
     fields: Fields,
 }
 
-/// Offsets of its objects in all process data; an object that is not exchanged has none.
+/// Offsets of its objects in all process data; `None` for an object that is not exchanged.
 #[derive(Clone, Copy, Default)]
 struct Fields {
     control: usize,
@@ -36,7 +36,7 @@ struct Fields {
     brake: Option<usize>,
 }
 
-/// Synchronised by SYNC0: a type of synchronisation.
+/// Synchronisation type: synchronised by SYNC0.
 const DC_SYNC0: u16 = 2;
 const OUTPUTS: [u32; 5] = [0x6040_0010, 0x607A_0020, 0x60FF_0020, 0x6071_0010, 0x6060_0008];
 const INPUTS: [u32; 6] = [0x6041_0010, 0x6064_0020, 0x606C_0020, 0x6077_0010, 0x603F_0010, 0x6061_0008];
@@ -59,7 +59,7 @@ impl Axis {
         &self.moved.name
     }
 
-    /// Returns the objects that its drive is to exchange.
+    /// Returns the objects that the drive has to exchange.
     pub fn pdos(&self) -> Pdos {
         match self.pdos {
             PdosFrom::Written => {
@@ -70,12 +70,12 @@ impl Axis {
         }
     }
 
-    /// Returns the settings that are written to its drive in PREOP: entry, value, and whether it may be missing.
+    /// Returns the settings that are written to the drive in PREOP: entry, value, and whether it may be missing.
     pub fn settings(&self, sync0: Option<Sync0>) -> Vec<(Entry, Vec<u8>, bool)> {
         let mut settings = vec![(Entry { index: 0x6060, sub: 0 }, vec![self.mode as u8], false)];
         settings.extend(self.brake.iter().flat_map(BrakeOptions::settings).map(|(of, value)| (of, value, true)));
         if let Some(sync0) = sync0 {
-            // Outputs are taken and inputs given with SYNC0; and how often targets come, as a number and a power of ten.
+            // Outputs are taken and inputs sampled with SYNC0; the period of targets is encoded as a number and a power of ten.
             let (count, power) = if sync0.cycle_ns % 1_000_000 == 0 { (sync0.cycle_ns / 1_000_000, -3i8) } else { (sync0.cycle_ns / 10_000, -5) };
             let optional = |index, sub, value: &[u8]| (Entry { index, sub }, value.to_vec(), true);
             settings.extend([
@@ -88,10 +88,10 @@ impl Axis {
         settings
     }
 
-    /// Learns where its objects are.
+    /// Stores the positions of its objects.
     ///
     /// # Errors
-    /// For people: one that it needs is not exchanged.
+    /// Fails with a message if a required object is not exchanged.
     pub fn map(&mut self, mapping: &Mapping, outputs_at: usize, inputs_at: usize) -> Result<(), String> {
         let title = self.moved.title();
         let find = |fields: &[Field], start: usize, entry: Entry, bits: usize| {
@@ -124,12 +124,12 @@ impl Axis {
         Ok(())
     }
 
-    /// Returns true if its drive exchanges what homing needs.
+    /// Returns true if the drive exchanges the objects that homing needs.
     pub fn can_home(&self) -> bool {
         self.fields.mode.is_some() && self.fields.mode_shown.is_some()
     }
 
-    /// Takes what its drive answered.
+    /// Processes the answer of the drive.
     pub fn look(&mut self, process: &[u8]) {
         let fields = self.fields;
         let word = |at: Option<usize>| at.map_or(0, |at| i16_at(process, at));
@@ -143,19 +143,19 @@ impl Axis {
         });
     }
 
-    /// Takes what its drive answered, and stores it.
+    /// Processes the answer of the drive, and stores it.
     pub fn read(&mut self, process: &[u8], readings: &mut [u8]) {
         self.look(process);
         self.moved.show(readings);
     }
 
-    /// Tells its drive what to do until the next cycle, which comes after `span_s`.
+    /// Sets the command to the drive until the next cycle, which follows after `span_s`.
     pub fn write(&mut self, commands: &[u8], is_engaged: bool, span_s: f64, process: &mut [u8]) {
         let told = self.moved.tell(commands, is_engaged, span_s);
         self.put(told, process);
     }
 
-    /// Tells its drive this, without a command.
+    /// Sets the idle command of the drive.
     pub fn tell_idle(&mut self, process: &mut [u8]) {
         let told = self.moved.commander.tell_idle();
         self.put(told, process);

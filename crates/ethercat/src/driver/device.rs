@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The driver in its life: brings its drives to OP, exchanges, comes to rest.
+//! Life cycle of the driver: brings its drives to OP, exchanges, and comes to rest.
 use super::axis::Axis;
 use super::counters::Count;
 use super::services::{Beside, Mailboxes};
@@ -15,12 +15,12 @@ use device::{Channel, Counters, DeviceError, Driver, Services};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-/// Time limit for drives to reach OP, with process data coming; and for an answer off the cycle.
+/// Time limit for drives to reach OP with process data arriving, and for an answer off the cycle.
 const TO_OP: Duration = Duration::from_secs(10);
-/// Number of frames that tell a drive to reset its fault: some of its cycles go by meanwhile.
+/// Number of frames that command a drive to reset its fault: some of its cycles pass meanwhile.
 const RESETS: usize = 1_000;
 const ANSWER: Duration = Duration::from_millis(200);
-/// Time limit of an answer in lockstep, where nothing depends on how fast a segment is: it is for one that never answers.
+/// Time limit of an answer in lockstep, in which the speed of a segment does not matter: only for segments that never answer.
 const ANSWER_IN_LOCKSTEP: Duration = Duration::from_secs(5);
 
 pub(super) struct EtherCat {
@@ -32,14 +32,14 @@ pub(super) struct EtherCat {
     lost_after: u32,
     lockstep: bool,
     sync0: Option<Sync0>,
-    /// When it was opened, by the clock of this host and by that of its source, ns.
+    /// Time of opening, on this host's clock and on that of its source, ns.
     opened: (Instant, i64),
     counters: Arc<Counters>,
     beside: Arc<Beside>,
     /// Stations of the axes, then those of the terminals.
     stations: Vec<Station>,
     cycle: Option<Cycle>,
-    /// Number of consecutive cycles that brought nothing, and the reason of the last.
+    /// Number of consecutive cycles without an answer, and the reason of the last one.
     missed: u32,
     written_ns: i64,
 }
@@ -66,7 +66,7 @@ impl EtherCat {
         }
     }
 
-    /// Makes a driver whose readings wait for the frame that is out, and whose drives have no watchdog: for virtual time.
+    /// Returns the driver for virtual time: its readings wait for the pending frame, and its drives have no watchdog.
     pub fn in_lockstep(self) -> EtherCat {
         EtherCat { lockstep: true, ..self }
     }
@@ -110,7 +110,7 @@ impl EtherCat {
             }
             self.exchange_idle(&mut cycle)?;
         }
-        // Outputs that came before SYNC0 wait for it.
+        // Outputs that arrived before SYNC0 wait for it.
         let until = Instant::now() + TO_OP;
         while line.synced_from_ns.is_some_and(|from_ns| !cycle.has_come(from_ns)) {
             if Instant::now() > until {
@@ -129,7 +129,7 @@ impl EtherCat {
         Ok(())
     }
 
-    /// Refuses a line on which a drive is not the one that its axis had, or is to have.
+    /// Refuses a line on which a drive is not the one that its axis had before, or is configured to have.
     fn identify(&self, found: &[Subdevice]) -> Result<(), String> {
         let opened = (0..self.axes.len() + self.terminals.len()).filter_map(|of| {
             let (title, name, at, expected) = self.member(of);
@@ -144,7 +144,7 @@ impl EtherCat {
         identity::check(&opened.collect::<Vec<_>>())
     }
 
-    /// Returns the axis or terminal of this station: which of them it is, its name, its place and the identity that it is to have.
+    /// Returns the axis or terminal of this station: its kind, its name, its position and its expected identity.
     fn member(&self, of: usize) -> (&'static str, &str, usize, identity::ExpectedIdentity) {
         match self.axes.get(of) {
             Some(axis) => ("axis", axis.name(), axis.at, axis.expected),
@@ -155,7 +155,7 @@ impl EtherCat {
         }
     }
 
-    /// Exchanges a frame there and back with no axis commanded.
+    /// Exchanges one frame with no axis commanded.
     fn exchange_idle(&mut self, cycle: &mut Cycle) -> Result<(), String> {
         let until = Instant::now() + TO_OP;
         loop {
@@ -175,7 +175,7 @@ impl EtherCat {
         }
     }
 
-    /// Faults that are there already go; one that comes again is told when its axis is engaged.
+    /// Resets existing faults; a fault that recurs is reported when its axis is engaged.
     fn reset_faults(&mut self, cycle: &mut Cycle) -> Result<(), String> {
         for _ in 0..RESETS {
             let mut faulty = self.axes.iter_mut().map(|axis| &mut axis.moved.commander).filter(|commander| commander.is_faulty()).peekable();
@@ -188,7 +188,7 @@ impl EtherCat {
         self.exchange_idle(cycle)
     }
 
-    /// Returns why the cycles bring nothing: the subdevice that does not answer, or its state.
+    /// Returns the reason why cycles fail: the subdevice that does not answer, or its state.
     fn lost(&self, replied: FrameAnswer) -> DeviceError {
         let cycles = self.missed;
         let on = &self.interface;
@@ -221,7 +221,7 @@ impl EtherCat {
         }
     }
 
-    /// Stores what all answered last.
+    /// Stores the last answers of all stations.
     fn show(&mut self, readings: &mut [u8]) {
         let Some(cycle) = &self.cycle else { return };
         for axis in &mut self.axes {
@@ -251,7 +251,7 @@ impl Driver for EtherCat {
         let replied = replied.unwrap_or(FrameAnswer::Nothing);
         match replied {
             FrameAnswer::Whole => {
-                // One that has left OP answers on, and heeds no outputs.
+                // A subdevice that has left OP still answers, but ignores outputs.
                 self.missed = if cycle.all_are_in(State::Op) { 0 } else { self.missed + 1 };
                 if let Some(timing) = cycle.timing() {
                     counters.set(Count::Difference, timing.difference_ns.into());
@@ -293,7 +293,7 @@ impl Driver for EtherCat {
         }
         self.terminals.iter().for_each(|terminal| terminal.write(commands, cycle.outputs()));
         self.counters.add(Count::Cycles, 1);
-        // A frame that cannot be sent is one that does not come back: the readings tell it.
+        // A frame that cannot be sent does not return, which the readings show.
         let _ = cycle.send(self.sync0.map(|_| now_ns(self.opened)));
         Ok(())
     }
@@ -328,7 +328,7 @@ impl Driver for EtherCat {
     }
 }
 
-/// Returns the time of the source, as the clock of this host has it now.
+/// Returns the present time of the source, derived from this host's clock.
 fn now_ns((opened, opened_ns): (Instant, i64)) -> u64 {
     opened_ns.unsigned_abs() + opened.elapsed().as_nanos() as u64
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Entries of a terminal by name, as its EEPROM or its vendor's file lists them.
+//! Entries of a terminal by name, as listed in its EEPROM or its vendor's file.
 use super::options::{EntryOptions, PdoOptions};
 use crate::coe::Entry;
 use crate::sii::{Contents, Pdo};
@@ -10,7 +10,7 @@ use device::Number;
 pub(super) struct NamedEntry {
     /// Name in lower case with underscores: `channel_1`, `ai_standard_channel_1_value`.
     pub name: String,
-    /// Title as its vendor writes it.
+    /// Title in its vendor's spelling.
     pub title: String,
     pub of: Entry,
     pub bits: usize,
@@ -18,10 +18,10 @@ pub(super) struct NamedEntry {
     pub is_output: bool,
 }
 
-/// The widest number that a channel has.
+/// Maximum width of a channel's number, bits.
 const BITS_MAX: usize = 64;
 
-/// Entries by the EEPROM.
+/// Returns the entries listed in the EEPROM.
 pub(super) fn of_eeprom(contents: &Contents) -> Vec<NamedEntry> {
     let list = |pdos: &[Pdo], is_output| -> Vec<PdoOptions> {
         let assigned = pdos.iter().filter(|pdo| pdo.manager.is_some());
@@ -30,7 +30,7 @@ pub(super) fn of_eeprom(contents: &Contents) -> Vec<NamedEntry> {
     of_pdos(&[list(&contents.inputs, false), list(&contents.outputs, true)].concat())
 }
 
-/// Entries by a list of PDOs; gaps and what is no number are left out.
+/// Returns the entries of a list of PDOs; gaps and entries that are not numbers are omitted.
 pub(super) fn of_pdos(pdos: &[PdoOptions]) -> Vec<NamedEntry> {
     let mut all: Vec<NamedEntry> = Vec::new();
     for pdo in pdos {
@@ -55,7 +55,7 @@ pub(super) fn of_pdos(pdos: &[PdoOptions]) -> Vec<NamedEntry> {
     all
 }
 
-/// Returns the entry that a text names: by the name of its channel, as its vendor writes it, or by its object, `0x6000:1`.
+/// Returns the entry that a text names: by the name of its channel, by its vendor's title, or by its object, `0x6000:1`.
 pub(super) fn find<'a>(entries: &'a [NamedEntry], text: &str) -> Option<&'a NamedEntry> {
     let object = text.split_once(':').and_then(|(index, sub)| Some(Entry { index: whole(index)?, sub: u8::try_from(whole(sub)?).ok()? }));
     let name = lower(text);
@@ -67,13 +67,13 @@ fn whole(text: &str) -> Option<u16> {
     text.strip_prefix("0x").map_or_else(|| text.parse().ok(), |digits| u16::from_str_radix(digits, 16).ok())
 }
 
-/// Returns a text in lower case, with one underscore for all that is no letter or digit.
+/// Returns a text in lower case, in which each run of other characters than letters and digits becomes one underscore.
 fn lower(text: &str) -> String {
     let words = text.split(|c: char| !c.is_ascii_alphanumeric()).filter(|word| !word.is_empty());
     words.collect::<Vec<_>>().join("_").to_ascii_lowercase()
 }
 
-/// Returns the number that a data type of CoE is; without one, or one of another width, it is counted without a sign.
+/// Returns the number type for a data type of CoE; without one, or with another width, it is unsigned.
 fn number(kind: u8, bits: u8) -> Number {
     match (kind, bits) {
         (_, 1) => Number::Bool,

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The options of the driver: what they are, and what is refused.
+//! The options of the driver, and their refusals.
 use crate::main_device::Sync0;
 use crate::sii::PdoEntry;
 use cia402::axis;
@@ -73,20 +73,20 @@ pub(super) struct Options {
 }
 
 impl Options {
-    /// Returns SYNC0, if it is wanted.
+    /// Returns SYNC0, if it is requested.
     pub fn sync0(&self) -> Option<Sync0> {
         self.sync0_ns.map(|cycle_ns| Sync0 { cycle_ns, shift_ns: self.sync0_shift_ns.unwrap_or(cycle_ns / 2) })
     }
 }
 
-/// An axis, as it is asked for.
+/// Options of an axis.
 #[derive(Clone, Debug, Deserialize)]
 pub(super) struct AxisOptions {
     #[serde(flatten)]
     pub axis: axis::AxisOptions,
-    /// Its place on the line; left out: that in the list.
+    /// Position on the line; omitted: that in the list.
     pub at: Option<usize>,
-    /// Configured station alias of its drive, where it is to be compared.
+    /// Configured station alias of the drive, if it is to be compared.
     pub alias: Option<u16>,
     #[serde(default)]
     pub pdos: PdosFrom,
@@ -97,23 +97,23 @@ pub(super) struct AxisOptions {
 #[derive(Clone, Copy, Debug, Default, Deserialize, PartialEq, Eq)]
 #[serde(rename_all = "snake_case")]
 pub(super) enum PdosFrom {
-    /// The driver writes which objects are exchanged.
+    /// The driver writes the mapping.
     #[default]
     Written,
-    /// PDOs that the drive exchanges already.
+    /// The drive keeps its present PDOs.
     Device,
 }
 
-/// A terminal of inputs and outputs, as it is asked for.
+/// Options of a terminal of inputs and outputs.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct TerminalOptions {
     pub name: String,
-    /// Its place on the line.
+    /// Position on the line.
     pub at: usize,
-    /// Channels by name; left out: all of its entries.
+    /// Channels by name; omitted: all of its entries.
     pub channels: Option<BTreeMap<String, ChannelOptions>>,
-    /// Its process data, as its vendor's file has them; left out: as its EEPROM has them.
+    /// Process data as in its vendor's file; omitted: as in its EEPROM.
     pub pdos: Option<Vec<PdoOptions>>,
     vendor: Option<u32>,
     product: Option<u32>,
@@ -123,7 +123,7 @@ pub(super) struct TerminalOptions {
 }
 
 impl TerminalOptions {
-    /// Returns the identity that it is to have.
+    /// Returns the expected identity.
     pub fn expected(&self) -> ExpectedIdentity {
         ExpectedIdentity { vendor: self.vendor, product: self.product, revision: self.revision, serial: self.serial, alias: self.alias }
     }
@@ -139,7 +139,7 @@ pub(super) struct PdoOptions {
     pub entries: Vec<EntryOptions>,
 }
 
-/// An entry of a PDO; index 0: a gap.
+/// An entry of a PDO; index 0 for a gap.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct EntryOptions {
@@ -148,7 +148,7 @@ pub(super) struct EntryOptions {
     #[serde(default)]
     pub sub: u8,
     pub bits: u8,
-    /// Its data type, as CoE numbers them; 0: a number without a sign.
+    /// Data type, as numbered by CoE; 0 for an unsigned number.
     #[serde(default)]
     pub kind: u8,
     #[serde(default)]
@@ -161,10 +161,10 @@ impl From<&PdoEntry> for EntryOptions {
     }
 }
 
-/// A channel of a terminal: the entry that it is, and what its counts mean.
+/// Options of a terminal's channel: its entry, and the meaning of its counts.
 #[derive(Clone, Debug, Default, Deserialize)]
 pub(super) struct ChannelOptions {
-    /// Left out: that of its name.
+    /// Omitted: the entry of the channel's name.
     pub entry: Option<String>,
     #[serde(flatten)]
     pub of: CountsOptions,
@@ -173,7 +173,7 @@ pub(super) struct ChannelOptions {
 }
 
 impl ChannelOptions {
-    /// Returns why it cannot be a channel of an entry with this number.
+    /// Returns the reason why it cannot be a channel of an entry with this number type.
     pub fn problem(&self, number: Number, is_output: bool) -> Option<String> {
         match self.rest.keys().next() {
             Some(field) => Some(format!("has no {field}; a channel has entry, scale, offset, unit and safe")),
@@ -182,16 +182,16 @@ impl ChannelOptions {
     }
 }
 
-/// Watchdog of the drives where nothing is said.
+/// Default watchdog time of the drives.
 pub(super) const TIMEOUT_NS: i64 = 100_000_000;
-/// Shorter than any drive's cycle.
+/// Minimum period of SYNC0: shorter than any drive's cycle.
 const SYNC0_NS_MIN: f64 = 5e4;
-/// A drive has 32 bits for it.
+/// Maximum period of SYNC0: a drive has 32 bits for it.
 const SYNC0_NS_MAX: f64 = u32::MAX as f64;
-/// The longest that a drive can be told.
+/// Maximum watchdog time that can be set in a drive.
 const TIMEOUT_NS_MAX: f64 = 6.5e9;
 
-/// Refuses what cannot be, by name.
+/// Refuses impossible options by name.
 pub(super) fn check(given: &GivenOptions<'_>, options: &Options) -> Result<(), DriverError> {
     let wrong = |problem: String| Err(given.wrong("axes", problem));
     match (options.sync0_ns, options.sync0_shift_ns) {
@@ -209,7 +209,7 @@ pub(super) fn check(given: &GivenOptions<'_>, options: &Options) -> Result<(), D
     check_places(options).or_else(wrong)
 }
 
-/// Refuses names and places that are given twice.
+/// Refuses duplicate names and positions.
 fn check_places(options: &Options) -> Result<(), String> {
     let axes = options.axes.iter().enumerate().map(|(index, of)| (of.axis.name.as_str(), of.at.unwrap_or(index)));
     let all: Vec<(&str, usize)> = axes.chain(options.terminals.iter().map(|of| (of.name.as_str(), of.at))).collect();

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Services of the driver beside its cycle.
+//! Services of the driver outside its cycle.
 use crate::main_device::{Bus, Mailbox};
 use cia402::Entry;
 use cia402::axis::{HOME, READ_OBJECT, RESET_FAULT, Reach, ServiceState, WRITE_OBJECT, is_told_of_stops};
@@ -8,7 +8,7 @@ use serde_json::Value;
 
 pub(super) const SERVICES: [ServiceWord; 4] = [READ_OBJECT, WRITE_OBJECT, RESET_FAULT, HOME];
 
-/// A way to the mailboxes of the drives, beside that of the cycle.
+/// A connection to the mailboxes of the drives, separate from that of the cycle.
 pub(super) struct Mailboxes {
     pub bus: Bus,
     pub of_axes: Vec<Mailbox>,

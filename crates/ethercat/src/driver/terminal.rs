@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! A terminal on a segment: inputs and outputs that are channels by their entries of process data.
+//! A terminal on a segment: inputs and outputs that become channels by their entries of process data.
 use super::entries::{self, NamedEntry};
 use super::options::{ChannelOptions, TerminalOptions};
 use crate::coe::Entry;
@@ -8,37 +8,37 @@ use cia402::identity::ExpectedIdentity;
 use device::counts::Counts;
 use device::{Channel, Layout, Number, Slot, Type};
 
-/// A terminal, and where its process data lie.
+/// A terminal, and the position of its process data.
 pub(super) struct Terminal {
     pub name: String,
-    /// Its place on the line.
+    /// Position on the line.
     pub at: usize,
-    /// The identity that it is to have.
+    /// Expected identity of the terminal.
     pub expected: ExpectedIdentity,
     inputs: Vec<Point>,
     outputs: Vec<Point>,
 }
 
-/// A channel, and the bits that it is.
+/// A channel, and its bits.
 struct Point {
     channel: String,
     of: Entry,
     bits: usize,
     counts: Counts,
-    /// Its value is a double, counts × scale + offset, rather than the counts.
+    /// True if its value is a double, counts × scale + offset, rather than the counts.
     is_scaled: bool,
     slot: Slot,
-    /// Its counts where nobody commands it.
+    /// Counts without a command.
     safe: u64,
-    /// Bits from the start of all process data.
+    /// Offset from the start of all process data, bits.
     at: usize,
 }
 
 impl Terminal {
-    /// Makes a terminal with these entries, of which `options` says which are channels.
+    /// Creates a terminal with these entries, of which `options` selects the channels.
     ///
     /// # Errors
-    /// For people: a channel names an entry that there is not, or has a value that its entry cannot carry.
+    /// Fails with a message if a channel names an entry that does not exist, or has a value that its entry cannot carry.
     pub fn new(options: &TerminalOptions, entries: &[NamedEntry], layout: &mut Layout) -> Result<Terminal, String> {
         let title = format!("terminal '{}'", options.name);
         let mut terminal = Terminal { name: options.name.clone(), at: options.at, expected: options.expected(), inputs: Vec::new(), outputs: Vec::new() };
@@ -68,10 +68,10 @@ impl Terminal {
         Ok(terminal)
     }
 
-    /// Learns where its entries are.
+    /// Stores the positions of its entries.
     ///
     /// # Errors
-    /// For people: one is not exchanged.
+    /// Fails with a message if one of them is not exchanged.
     pub fn map(&mut self, mapping: &Mapping, outputs_at: usize, inputs_at: usize) -> Result<(), String> {
         for (points, fields, start) in [(&mut self.outputs, &mapping.outputs, outputs_at), (&mut self.inputs, &mapping.inputs, inputs_at)] {
             for point in points {
@@ -84,21 +84,21 @@ impl Terminal {
         Ok(())
     }
 
-    /// Stores what it answered.
+    /// Stores the values that the terminal sent.
     pub fn read(&self, process: &[u8], readings: &mut [u8]) {
         for point in &self.inputs {
             point.show(bits(process, point.at, point.bits), readings);
         }
     }
 
-    /// Tells it these commands.
+    /// Sets the commands to the terminal.
     pub fn write(&self, commands: &[u8], process: &mut [u8]) {
         for point in &self.outputs {
             set_bits(process, point.at, point.bits, point.told(commands));
         }
     }
 
-    /// Tells it its safe values.
+    /// Sets the safe values of the terminal.
     pub fn be_safe(&self, process: &mut [u8]) {
         for point in &self.outputs {
             set_bits(process, point.at, point.bits, point.safe);
@@ -131,7 +131,7 @@ impl Point {
         self.store(counts, self.slot.of_mut(readings));
     }
 
-    /// Stores counts as the channel has them.
+    /// Stores counts in the form of the channel.
     fn store(&self, counts: u64, to: &mut [u8]) {
         if self.is_scaled {
             return to.copy_from_slice(&self.counts.value(counts).to_ne_bytes());
@@ -144,7 +144,7 @@ impl Point {
         }
     }
 
-    /// Returns its output: a command that is no number is its safe value.
+    /// Returns the channel's output: a command that is not a number is replaced by the safe value.
     fn told(&self, commands: &[u8]) -> u64 {
         let command = self.slot.of(commands);
         let mut wide = [0; 8];
@@ -160,13 +160,13 @@ impl Point {
         u64::from_ne_bytes(wide)
     }
 
-    /// Returns the counts of a value, the nearest that there are.
+    /// Returns the nearest possible counts of a value.
     fn told_as(&self, value: f64) -> u64 {
         self.counts.counts(value).map_or(self.safe, |(counts, _)| counts)
     }
 }
 
-/// Returns the number in `count` bits of process data, whose least significant bit is bit `at`.
+/// Returns the number in `count` bits of process data that begin with bit `at`, the least significant one.
 fn bits(process: &[u8], at: usize, count: usize) -> u64 {
     let mut value = 0;
     let mut done = 0;

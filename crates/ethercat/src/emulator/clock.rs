@@ -1,23 +1,23 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The distributed clock of an emulated subdevice: a local time that drifts, the time of all that is made of it, and SYNC0.
+//! The distributed clock of an emulated subdevice: a local time that drifts, the system time derived from it, and SYNC0.
 //!
-//! A main device writes the time of the reference clock; the clock compares it with its own and goes faster or slower, by a proportional and
-//! an integral part. How quickly it does that is its own affair, as it is with real ones.
+//! A main device writes the time of the reference clock; the clock compares it with its own and runs faster or slower, by a proportional
+//! and an integral part. The rate of this correction is its own choice, as in real subdevices.
 
-/// So many comparisons take away most of a difference, and so many more learn the drift.
+/// Number of comparisons that remove most of a difference, and number that learn the drift.
 const GAIN: f64 = 200.0;
 const LEARNING: f64 = 400.0;
-/// The most by which it goes faster or slower.
+/// Maximum change of its rate.
 const PUSH_MAX: f64 = 1e-3;
-/// Number of comparisons of which its shown difference is the mean.
+/// Number of comparisons over which the displayed difference is averaged.
 const SHOWN: f64 = 8.0;
 
 #[derive(Clone, Debug)]
 pub struct Clock {
     local_ns: f64,
-    /// True time, as far as it has gone on.
+    /// True time up to which it has advanced.
     now_ns: u64,
-    /// Drift of its quartz, as a part of 1.
+    /// Drift of its quartz, as a fraction of 1.
     drift: f64,
     learned: f64,
     push: f64,
@@ -27,7 +27,7 @@ pub struct Clock {
     sync: Option<Sync>,
 }
 
-/// SYNC0: the time of all at which the next one comes, and how often.
+/// SYNC0: the system time of the next event, and the period.
 #[derive(Clone, Copy, Debug)]
 struct Sync {
     next_ns: u64,
@@ -35,7 +35,7 @@ struct Sync {
 }
 
 impl Clock {
-    /// Makes a clock that is ahead of the true time, and too fast by that many millionths.
+    /// Creates a clock that is ahead of the true time, and runs too fast by `drift_ppm` millionths.
     pub fn new(ahead_ns: u64, drift_ppm: f64) -> Clock {
         Clock {
             local_ns: ahead_ns as f64,
@@ -50,7 +50,7 @@ impl Clock {
         }
     }
 
-    /// Goes on to a true time.
+    /// Advances to a true time.
     pub fn go_on(&mut self, now_ns: u64) {
         let span_ns = now_ns.saturating_sub(self.now_ns) as f64;
         let pushed_ns = self.push_until_ns.min(now_ns).saturating_sub(self.now_ns) as f64;
@@ -62,7 +62,7 @@ impl Clock {
         self.local_ns as u64
     }
 
-    /// Its own time against that of the reference clock, which it is pushed towards; ns.
+    /// Compares its own time with that of the reference clock, towards which it is corrected; ns.
     pub fn compare(&mut self, difference_ns: i32) {
         let span_ns = self.now_ns.saturating_sub(self.compared_ns).max(1_000);
         let is_first = self.compared_ns == 0;
@@ -80,13 +80,13 @@ impl Clock {
         }
     }
 
-    /// Returns the register of its difference: sign and magnitude.
+    /// Returns the register of the difference: sign and magnitude.
     pub fn difference(&self) -> u32 {
         let magnitude = self.difference_ns.abs().round() as u32 & 0x7FFF_FFFF;
         magnitude | u32::from(self.difference_ns < 0.0) << 31
     }
 
-    /// Begins SYNC0, or ends it. One that is to begin in the past never comes.
+    /// Starts or stops SYNC0. A start in the past never takes effect.
     pub fn set_sync(&mut self, start: Option<(u64, u32)>, system_ns: u64) {
         let usable = start.filter(|(next_ns, cycle_ns)| *next_ns > system_ns && *cycle_ns > 0);
         self.sync = usable.map(|(next_ns, cycle_ns)| Sync { next_ns, cycle_ns: cycle_ns.into() });
@@ -103,7 +103,7 @@ impl Clock {
         count
     }
 
-    /// Returns when SYNC0 comes next, in the time of all.
+    /// Returns the system time of the next SYNC0.
     pub fn next_sync_ns(&self) -> Option<u64> {
         self.sync.map(|sync| sync.next_ns)
     }

@@ -1,56 +1,56 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The memory of a subdevice controller: registers, SyncManagers, FMMUs, EEPROM, clock.
+//! Memory of a subdevice controller: registers, SyncManagers, FMMUs, EEPROM, clock.
 use super::clock::Clock;
 use crate::frames::{put, u16_at, u32_at};
 use crate::registers as reg;
 
-/// Registers and process memory.
+/// Size of the registers and process memory.
 const MEMORY_LEN: usize = 0x3000;
 const FMMUS: usize = 8;
 const SYNC_MANAGERS: usize = 8;
-/// Status of the EEPROM interface: it reads 8 bytes at once; an error was made.
+/// Status of the EEPROM interface: reads 8 bytes at once; an error has occurred.
 const EEPROM_EIGHT: u16 = 0x0040;
 const EEPROM_READ: u16 = 0x0100;
 const EEPROM_RELOAD: u16 = 0x0400;
 const EEPROM_COMMANDS: u16 = 0x0700;
 const EEPROM_ERROR: u16 = 0x2000;
 
-/// The memory and what is behind it.
+/// The memory and the units that it controls.
 pub struct Controller {
     memory: Box<[u8]>,
     eeprom: Vec<u8>,
     wiring: Wiring,
     pub clock: Clock,
-    /// Time of a frame from port 1 through all that is behind it and back, ns; none: nothing is behind it.
+    /// Time that a frame takes from port 1 through all subdevices after it and back, ns; `None` if there are none.
     behind_ns: Option<u64>,
 }
 
-/// SyncManagers, and what they guard.
+/// SyncManagers, and their purposes.
 #[derive(Clone, Debug, Default)]
 pub struct Wiring {
-    /// The first two are a mailbox.
+    /// True if the first two are a mailbox.
     pub has_mailbox: bool,
-    /// Numbers of those of outputs and of inputs.
+    /// Numbers of the SyncManagers of outputs, and of inputs.
     pub outputs: Vec<usize>,
     pub inputs: Vec<usize>,
 }
 
-/// Changes of a write that have to be looked after.
+/// Effects of a write that have to be handled.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct WriteEffects {
     pub al_control: bool,
-    /// The mailbox to the subdevice was filled.
+    /// True if the mailbox to the subdevice was filled.
     pub mailbox: bool,
-    /// The answer was not received and is asked for again.
+    /// True if the answer was not received and is requested again.
     pub repeat: bool,
-    /// Outputs were written.
+    /// True if outputs were written.
     pub outputs: bool,
 }
 
 impl Controller {
     pub fn new(eeprom: Vec<u8>, wiring: Wiring, clock: Clock) -> Controller {
         let mut memory = vec![0; MEMORY_LEN].into_boxed_slice();
-        // Type, revision, build; 8 FMMUs, 8 SyncManagers, 8 KB, two ports of Ethernet; distributed clocks of 64 bits.
+        // The values are type, revision, build; 8 FMMUs, 8 SyncManagers, 8 KB, two Ethernet ports; 64-bit distributed clocks.
         put(&mut memory, reg::INFORMATION.into(), &[0x11, 0, 1, 0, FMMUS as u8, SYNC_MANAGERS as u8, 8, 0x0F]);
         put(&mut memory, reg::FEATURES.into(), &0x000Cu16.to_le_bytes());
         put(&mut memory, reg::AL_STATUS.into(), &1u16.to_le_bytes());
@@ -74,7 +74,7 @@ impl Controller {
         put(&mut self.memory, address.into(), &value.to_le_bytes());
     }
 
-    /// Returns a piece of process memory, as a SyncManager names it.
+    /// Returns the process memory that a SyncManager covers.
     pub fn buffer(&self, manager: usize) -> &[u8] {
         let (start, len) = self.area(manager);
         self.memory.get(start..start + len).unwrap_or_default()
@@ -95,12 +95,12 @@ impl Controller {
         self.memory[sync_manager(manager) + 6] & 1 != 0
     }
 
-    /// Returns true if a SyncManager's control says that its watchdog is on.
+    /// Returns true if a SyncManager's control enables its watchdog.
     pub fn is_watched(&self, manager: usize) -> bool {
         self.memory[sync_manager(manager) + 4] & 0x40 != 0
     }
 
-    /// Returns the time for which outputs may stay away, ns; 0: without limit.
+    /// Returns the maximum time between outputs, ns; 0 for no limit.
     pub fn watchdog_ns(&self) -> u64 {
         (u64::from(self.word(reg::WATCHDOG_DIVIDER)) + 2) * 40 * u64::from(self.word(reg::WATCHDOG_OUTPUTS))
     }
@@ -114,13 +114,13 @@ impl Controller {
         *status = if is_full { *status | reg::MAILBOX_FULL } else { *status & !reg::MAILBOX_FULL };
     }
 
-    /// Acknowledges that an answer is sent again.
+    /// Acknowledges a repeated answer.
     pub fn acknowledge_repeat(&mut self) {
         let at = sync_manager(1);
         self.memory[at + 7] = self.memory[at + 7] & !2 | self.memory[at + 6] & 2;
     }
 
-    /// Moves the clock on; a frame comes now that is back at port 1 after that time.
+    /// Advances the clock; a frame arrives now that returns to port 1 after `behind_ns`.
     pub fn tell_time(&mut self, now_ns: u64, behind_ns: Option<u64>) {
         self.behind_ns = behind_ns;
         self.clock.go_on(now_ns);
@@ -128,12 +128,12 @@ impl Controller {
         put(&mut self.memory, reg::DC_SYSTEM_TIME.into(), &system_ns.to_le_bytes());
     }
 
-    /// Returns the time of all, as this one has it.
+    /// Returns the system time of this clock.
     pub fn system_ns(&self) -> u64 {
         self.clock.local_ns().wrapping_add(u64::from_le_bytes(self.eight(reg::DC_OFFSET)))
     }
 
-    /// Compares with the time of the reference clock, of which 4 bytes were written, or all 8.
+    /// Compares with the time of the reference clock, of which 4 or all 8 bytes were written.
     fn compare(&mut self, written: &[u8]) {
         let Some(reference) = written.first_chunk().map(|low| u32::from_le_bytes(*low)) else { return };
         let expected = reference.wrapping_add(u32_at(&self.memory, reg::DC_DELAY.into()));
@@ -141,7 +141,7 @@ impl Controller {
         put(&mut self.memory, reg::DC_DIFFERENCE.into(), &self.clock.difference().to_le_bytes());
     }
 
-    /// Latches the times at which a frame came in at its ports, and at its unit of processing.
+    /// Latches the times at which a frame arrived at the ports, and at the processing unit.
     fn latch_times(&mut self) {
         let local_ns = self.clock.local_ns();
         put(&mut self.memory, reg::DC_RECEIVED.into(), &(local_ns as u32).to_le_bytes());
@@ -157,7 +157,7 @@ impl Controller {
         self.clock.set_sync(is_on.then_some(start), system_ns);
     }
 
-    /// Returns true if SYNC0 is asked for, whether it comes or not.
+    /// Returns true if SYNC0 is requested, even if it does not occur.
     pub fn is_synchronised(&self) -> bool {
         self.memory[usize::from(reg::SYNC_ACTIVATION)] & reg::SYNC0_ON == reg::SYNC0_ON
     }
@@ -168,7 +168,7 @@ impl Controller {
         eight
     }
 
-    /// Reads; false: there is nothing to be read.
+    /// Reads memory; returns false if it cannot be read.
     pub fn read(&mut self, address: u16, into: &mut [u8], or: bool) -> bool {
         let start = usize::from(address);
         let end = start + into.len();
@@ -190,7 +190,7 @@ impl Controller {
         }
     }
 
-    /// Returns true if a mailbox is refused: an empty one cannot be read, a full one cannot be written.
+    /// Returns true if access to a mailbox is refused: an empty one cannot be read, a full one cannot be written.
     fn is_refused(&self, start: usize, is_read: bool) -> bool {
         let manager = usize::from(is_read);
         let (mailbox, len) = self.area(manager);
@@ -198,7 +198,7 @@ impl Controller {
         is_inside && self.is_full(manager) != is_read
     }
 
-    /// Writes; none: it cannot be written. Registers that only the subdevice writes stay as they are.
+    /// Writes memory; returns `None` if it cannot be written. Registers that only the subdevice writes do not change.
     pub fn write(&mut self, address: u16, from: &[u8]) -> Option<WriteEffects> {
         let start = usize::from(address);
         let end = start + from.len();
@@ -259,13 +259,13 @@ impl Controller {
                 }
             }
             EEPROM_RELOAD => {}
-            // What it is stays what it is.
+            // The content is read-only.
             _ => status |= EEPROM_ERROR,
         }
         self.set_word(reg::EEPROM, status);
     }
 
-    /// Passes a logical datagram through the FMMUs: which of reading (1) and writing (2) were done.
+    /// Passes a logical datagram through the FMMUs; returns which of reading (1) and writing (2) took place.
     pub fn logical(&mut self, start: u32, data: &mut [u8], reads: bool, writes: bool) -> (u16, WriteEffects) {
         let mut done = (false, false);
         let mut changed = WriteEffects::default();
@@ -295,7 +295,7 @@ impl Controller {
         (u16::from(done.0) | u16::from(done.1) << 1, changed)
     }
 
-    /// Reads some bits of one byte, as masters that look at the mailboxes by their process data map them.
+    /// Reads some bits of one byte; main devices that poll the mailboxes through their process data map them.
     fn read_bits(&mut self, fmmu: usize, physical: u16, of: &mut [u8]) -> bool {
         let (first, last, from) = (self.memory[fmmu + 6], self.memory[fmmu + 7], self.memory[fmmu + 10]);
         let (Some(to), true) = (of.first_mut(), first <= last && last < 8 && from < 8) else { return false };
@@ -313,14 +313,14 @@ fn sync_manager(index: usize) -> usize {
     usize::from(reg::SYNC_MANAGER) + index * usize::from(reg::SYNC_MANAGER_LEN)
 }
 
-/// Registers that a main device writes.
+/// Returns true for registers that a main device may write.
 fn is_writable(address: usize) -> bool {
     match address {
         0x0010..=0x0013 | 0x0100..=0x0103 | 0x0120..=0x0121 | 0x0200..=0x020F | 0x0300..=0x0313 | 0x0400..=0x0421 | 0x0500..=0x050F => true,
         0x0600..=0x067F => true,
-        // Status and the subdevice's side of a SyncManager are not.
+        // The status and the subdevice's side of a SyncManager are not writable.
         0x0800..=0x083F => !matches!(address & 7, 5 | 7),
-        // Digital outputs.
+        // These are the digital outputs.
         0x0F00..=0x0F0F => true,
         0x0920..=0x092B | 0x0930..=0x0935 | 0x0980..=0x09CF => true,
         _ => address >= usize::from(reg::MEMORY),

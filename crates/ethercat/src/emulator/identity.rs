@@ -1,25 +1,25 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Identity of an emulated subdevice, and the process data that a drive offers.
+//! Identity of an emulated subdevice, and the process data of a drive.
 use super::options::{DriveOptions, TerminalOptions};
 use cia402::emulated::{Access, Objects, PRODUCT, VENDOR};
 
-/// Writes its identity into its objects.
+/// Writes the identity into the objects.
 pub fn identify(objects: &mut Objects, options: &DriveOptions, serial: u32) {
     use Access::Constant;
-    // By CiA 402, or a modular device.
+    // A drive is a CiA 402 device, a terminal a modular one.
     let kind: u32 = if options.terminal.is_some() { 5001 } else { 0x0002_0192 };
     let product = options.terminal.as_ref().map_or(PRODUCT, TerminalOptions::product);
     objects.add(0x1000, 0, Constant, &kind.to_le_bytes());
     objects.add(0x1008, 0, Constant, options.name.as_bytes());
     objects.add(0x1009, 0, Constant, b"1.0");
-    // Longer than a mailbox, so that it comes in segments.
+    // The value is longer than a mailbox, so it is sent in segments.
     let version = format!("emulated drive of OpenGPAC, version {}; {}", env!("CARGO_PKG_VERSION"), "CiA 402 with CSP, CSV, CST and homing; ".repeat(6));
     objects.add(0x100A, 0, Constant, version.as_bytes());
     objects.add(0x1018, 0, Constant, &[4]);
     for (sub, value) in [(1, VENDOR), (2, product), (3, 1), (4, serial)] {
         objects.add(0x1018, sub, Constant, &value.to_le_bytes());
     }
-    // A text that a main device may write, longer than a mailbox.
+    // A main device may write this text, which is longer than a mailbox.
     objects.add(0x2000, 0, Access::Written, &[b' '; 300]);
     objects.add(0x1C00, 0, Constant, &[4]);
     for sub in 1..=4 {
@@ -27,7 +27,7 @@ pub fn identify(objects: &mut Objects, options: &DriveOptions, serial: u32) {
     }
 }
 
-/// Maps the process data as a main device finds it: the three cyclic modes, changed by 0x6060.
+/// Maps the default process data: the three cyclic modes, selected by 0x6060.
 pub fn map(objects: &mut Objects) {
     use Access::Configured;
     const OUTPUTS: [u32; 5] = [0x6040_0010, 0x607A_0020, 0x60FF_0020, 0x6071_0010, 0x6060_0008];

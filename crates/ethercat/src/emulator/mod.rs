@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
-//! A segment of EtherCAT that is only a program: drives and terminals on a line, as a main device sees them through its frames.
+//! An emulated EtherCAT segment: drives and terminals on a line, as a main device sees them through its frames.
 //!
 //! | | |
 //! |---|---|
-//! | [`Segment`] | the line: passes a frame through all of it, loses and spoils frames, cuts cables, switches drives off |
+//! | [`Segment`] | the line: passes a frame through all subdevices, loses and spoils frames, cuts cables, switches drives off |
 //! | `controller` | the memory of a subdevice: registers, SyncManagers, FMMUs, EEPROM |
 //! | `clock` | its distributed clock, with SYNC0 |
 //! | `subdevice` | its states |
-//! | `terminal` | inputs and outputs where it is no drive |
-//! | `identity`, `sdo` | what it says of itself, and the mailbox through which its objects are read and written |
+//! | `terminal` | inputs and outputs, if it is not a drive |
+//! | `identity`, `sdo` | its self-description, and the mailbox through which its objects are read and written |
 //! | [`serve`] | answers the frames of an interface, in a thread or as a process |
 mod clock;
 mod controller;

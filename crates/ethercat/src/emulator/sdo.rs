@@ -3,18 +3,18 @@
 use crate::coe::{self, Entry, Sdo};
 use cia402::emulated::Objects;
 
-/// A mailbox answers with messages of up to this many bytes.
+/// Maximum length of the mailbox's answers, bytes.
 pub const MAILBOX_LEN: usize = 128;
-/// Bytes of a first message and of a segment that carry a value.
+/// Number of value bytes in a first message and in a segment.
 const FIRST: usize = MAILBOX_LEN - coe::SDO_LEN;
 const SEGMENT: usize = MAILBOX_LEN - coe::SDO_AT - 1;
-/// Longer values are refused.
+/// Maximum length of a value; longer ones are refused.
 const LONGEST: usize = 4096;
 const NO_COMMAND: u32 = 0x0504_0001;
 const TOGGLE: u32 = 0x0503_0000;
 const TOO_LONG: u32 = 0x0607_0012;
 
-/// The value that is on its way, in segments.
+/// A value that is being transferred in segments.
 struct Transfer {
     of: Entry,
     value: Vec<u8>,
@@ -34,7 +34,7 @@ impl SdoServer {
         SdoServer { transfer: None, last_counter: 0, counter: 0 }
     }
 
-    /// Answers a message; none: it is none that is answered.
+    /// Answers a message; returns `None` if it needs no answer.
     pub fn answer(&mut self, objects: &mut Objects, message: &[u8], in_preop: bool, reply: &mut [u8; MAILBOX_LEN]) -> Option<()> {
         let read = coe::message(message)?;
         let is_again = read.counter != 0 && read.counter == self.last_counter;
@@ -112,7 +112,7 @@ impl SdoServer {
         Ok(())
     }
 
-    /// Returns the transfer that goes on with this toggle bit.
+    /// Returns the transfer that continues with this toggle bit.
     fn next(&mut self, toggle: bool) -> Result<&mut Transfer, (Entry, u32)> {
         let transfer = self.transfer.as_mut().ok_or((Entry { index: 0, sub: 0 }, NO_COMMAND))?;
         if transfer.toggle != toggle {

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The line: what passes a frame through all subdevices, and what can happen to a frame and to a line.
+//! The line: passes a frame through all subdevices, and simulates faults of frames and of the line.
 use super::options::DriveOptions;
 use super::subdevice::{Subdevice, SyncHistory};
 use crate::frames::{self, Command, Datagram, MalformedFrame};
 use crate::states::State;
 use serde::Serialize;
 
-/// Counts of a segment.
+/// Counters of a segment.
 #[derive(Clone, Copy, Debug, Default, Serialize)]
 pub struct Counts {
     pub frames: u64,
@@ -18,7 +18,7 @@ pub struct Counts {
 /// Drives and terminals on a line.
 pub struct Segment {
     subdevices: Vec<Subdevice>,
-    /// The line ends before the subdevice of this position.
+    /// Position of the subdevice before which the line ends.
     cut_at: usize,
     lose: u64,
     spoil: u64,
@@ -27,13 +27,13 @@ pub struct Segment {
 }
 
 impl Segment {
-    /// Makes a line of these drives and terminals, in their order.
+    /// Creates a line of these drives and terminals, in order.
     pub fn new(drives: &[DriveOptions]) -> Segment {
         let subdevices: Vec<Subdevice> = (1..).zip(drives).map(|(place, options)| Subdevice::new(options, options.serial.unwrap_or(place))).collect();
         Segment { cut_at: subdevices.len(), subdevices, lose: 0, spoil: 0, random: 1, counts: Counts::default() }
     }
 
-    /// Passes a frame through the line at this time. False: it does not come back.
+    /// Passes a frame through the line at this time; returns false if it is lost.
     pub fn pass(&mut self, frame: &mut [u8], now_ns: u64) -> bool {
         let reached = self.reached();
         self.counts.frames += 1;
@@ -56,7 +56,7 @@ impl Segment {
             self.counts.malformed += 1;
             return false;
         }
-        // The first subdevice marks what comes back.
+        // The first subdevice marks the returning frame.
         frame[6] |= 2;
         if self.spoil > 0 {
             (self.spoil, self.counts.spoiled) = (self.spoil - 1, self.counts.spoiled + 1);
@@ -65,19 +65,19 @@ impl Segment {
         true
     }
 
-    /// Moves time on to this, while no frame comes.
+    /// Advances time while no frame arrives.
     pub fn go_on(&mut self, now_ns: u64) {
         self.subdevices.iter_mut().filter(|subdevice| subdevice.is_on).for_each(|subdevice| subdevice.go_on(now_ns, None));
     }
 
-    /// Returns the number of subdevices that a frame reaches: one without voltage ends the line as a cut cable does.
+    /// Returns the number of subdevices that a frame reaches: a subdevice without supply ends the line as a cut cable does.
     fn reached(&self) -> usize {
         let off = self.subdevices.iter().position(|subdevice| !subdevice.is_on).unwrap_or(self.subdevices.len());
         off.min(self.cut_at)
     }
 
     fn pass_datagrams(&mut self, frame: &mut [u8], reached: usize, now_ns: u64) -> Result<(), MalformedFrame> {
-        // All headers are looked at before anything is done.
+        // All headers are checked before anything is executed.
         for datagram in frames::datagrams(frame)? {
             datagram?;
         }
@@ -94,10 +94,10 @@ impl Segment {
         }
     }
 
-    /// Turns a bit of a frame, as behind a check sum that did not see it.
+    /// Flips a bit of a frame, as if the checksum had not detected it.
     fn spoil_one(&mut self, frame: &mut [u8]) {
         self.random = self.random.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-        // Not in the addresses of Ethernet, which say nothing here.
+        // The Ethernet addresses are excluded, as they have no meaning here.
         let span = frame.len() - 12;
         let at = 12 + (self.random >> 33) as usize % span;
         frame[at] ^= 1 << (self.random >> 29 & 7);
@@ -108,22 +108,22 @@ impl Segment {
         self.lose = frames;
     }
 
-    /// Turns a bit of each of the next frames.
+    /// Flips a bit in each of the next frames.
     pub fn spoil(&mut self, frames: u64) {
         self.spoil = frames;
     }
 
-    /// Pulls the cable that leads to the subdevice of this position.
+    /// Disconnects the cable to the subdevice at this position.
     pub fn cut(&mut self, position: usize) {
         self.cut_at = position;
     }
 
-    /// Puts the cable back.
+    /// Reconnects the cable.
     pub fn heal(&mut self) {
         self.cut_at = self.subdevices.len();
     }
 
-    /// Exchanges two drives on the line, as somebody does who mixes up their cables. Both were without voltage meanwhile.
+    /// Swaps two drives on the line, as happens when cables are mixed up. Both lose their supply meanwhile.
     pub fn swap(&mut self, position: usize, other: usize) {
         if position.max(other) < self.subdevices.len() {
             self.subdevices.swap(position, other);
@@ -134,14 +134,14 @@ impl Segment {
         }
     }
 
-    /// Switches the voltage of a drive; it comes back as new.
+    /// Switches the supply of a drive; when it returns, the drive is reset.
     pub fn power(&mut self, position: usize, is_on: bool) {
         if let Some(subdevice) = self.subdevices.get_mut(position) {
             subdevice.power(is_on);
         }
     }
 
-    /// Makes a drive find something wrong: an error code of CiA 402.
+    /// Triggers a fault in a drive: an error code of CiA 402.
     pub fn fail(&mut self, position: usize, error: u16) {
         if let Some(subdevice) = self.subdevices.get_mut(position) {
             subdevice.fail(error);
@@ -155,19 +155,19 @@ impl Segment {
         }
     }
 
-    /// Puts this on the wire of an input of a terminal: 0 and 1, or counts.
+    /// Sets the value at an input of a terminal: 0 and 1, or counts.
     pub fn put(&mut self, position: usize, input: usize, value: i64) {
         if let Some(subdevice) = self.subdevices.get_mut(position) {
             subdevice.put(input, value);
         }
     }
 
-    /// Returns the outputs of a terminal; none: it is no terminal.
+    /// Returns the outputs of a terminal, or `None` if it is not a terminal.
     pub fn carried(&self, position: usize) -> Option<Vec<i64>> {
         self.subdevices.get(position)?.terminal().map(|terminal| terminal.carried())
     }
 
-    /// Returns an object of a drive as a number, as its display would show it.
+    /// Returns an object of a drive as a number, as on its display.
     pub fn number(&self, position: usize, index: u16) -> i64 {
         self.subdevices.get(position).map_or(0, |subdevice| subdevice.number(index))
     }
@@ -177,12 +177,12 @@ impl Segment {
         self.subdevices.get(position).map(Subdevice::synced).unwrap_or_default()
     }
 
-    /// Forgets what SYNC0 has been.
+    /// Clears the history of SYNC0.
     pub fn forget_synced(&mut self) {
         self.subdevices.iter_mut().for_each(Subdevice::forget_synced);
     }
 
-    /// Returns the time of all that a drive has at a true time.
+    /// Returns a drive's system time at a true time.
     pub fn system_ns(&self, position: usize, now_ns: u64) -> u64 {
         self.subdevices.get(position).map_or(0, |subdevice| subdevice.system_ns(now_ns))
     }
@@ -191,7 +191,7 @@ impl Segment {
         self.subdevices.get(position).map(Subdevice::state)
     }
 
-    /// Returns the state of a subdevice, and what is wrong with it, by name.
+    /// Returns the state of a subdevice, and its error, by name.
     pub fn status(&self, position: usize) -> String {
         self.subdevices.get(position).map_or_else(String::new, Subdevice::status)
     }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Answers the frames of an interface with an emulated segment: in a thread, or as a process of its own.
+//! Answers the frames of an interface with an emulated segment: in a thread, or as a separate process.
 use super::options::DriveOptions;
 use super::segment::Segment;
 use crate::frames::FRAME_MAX;
@@ -13,37 +13,38 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
-/// Time within which a server notices that it is to stop.
+/// Period at which a server checks for its stop.
 const NOTICE: Duration = Duration::from_millis(50);
-/// Above the sources of a system.
+/// Priority above the sources of a system.
 const PRIORITY: i32 = 90;
 
 /// A segment that answers until it is dropped.
 pub type Server = emulated::Server<Segment>;
 
-/// Answers on an interface, or on a local socket (`local:NAME`), in a thread of its own.
+/// Answers on an interface, or on a local socket (`local:NAME`), in a separate thread.
 ///
 /// # Errors
-/// There is no such interface, or no right to use it.
+/// Fails if there is no such interface, or no right to use it.
 pub fn serve(interface: &str, segment: Segment) -> io::Result<Server> {
     let start = Instant::now();
-    // Begun at 1 s, so that no time is 0.
+    // Time begins at 1 s, so that no time is 0.
     let time = move || start.elapsed().as_nanos() as u64 + 1_000_000_000;
     serve_by(interface, segment, time, Idle::GoesOn)
 }
 
-/// Serves as [`serve`], at times of one's own: asked for each frame that comes, ns, never less than before. A test then depends on no load.
+/// Serves as [`serve`] does, at times returned by `time` for each frame, ns, which never decrease. A test then does not depend on the
+/// load.
 ///
 /// # Errors
-/// As [`serve`].
+/// Fails as [`serve`] does.
 pub fn serve_at(interface: &str, segment: Segment, time: impl FnMut() -> u64 + Send + 'static) -> io::Result<Server> {
     serve_by(interface, segment, time, Idle::Stands)
 }
 
-/// Course of a segment's time while no frame comes.
+/// Course of a segment's time while no frame arrives.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Idle {
-    /// Drives notice that nobody commands them, as real ones do.
+    /// Time passes, and drives notice the lack of commands, as real ones do.
     GoesOn,
     Stands,
 }
@@ -67,23 +68,24 @@ fn answer(link: &Link, segment: &Mutex<Segment>, stop: &AtomicBool, mut time: im
         match link.receive_from(&mut frame, &mut sender) {
             Ok(Some(len)) => {
                 let now_ns = time();
-                // Locked until it is answered: a test that sees that a frame was counted knows that its answer is there.
+                // The lock is held until the frame is answered: a test that sees that a frame was counted knows that its answer exists.
                 let mut segment = segment.lock().unwrap_or_else(PoisonError::into_inner);
                 if segment.pass(&mut frame[..len], now_ns) {
                     link.answer(&frame[..len], &sender);
                 }
             }
             Ok(None) => {}
-            // The interface is down for a while.
+            // The interface is temporarily down.
             Err(_) => std::thread::sleep(NOTICE),
         }
     }
 }
 
-/// Puts the thread of a segment, which stands for hardware and is never late, before those that wait for it, if the right is given.
+/// Raises the priority of a segment's thread, if permitted, above the threads that wait for it: it represents hardware, which is never
+/// late.
 fn take_priority() {
     let wanted = libc::sched_param { sched_priority: PRIORITY };
-    // SAFETY: it is told where the struct lies; 0 is this thread. Without the right it stays as it is.
+    // SAFETY: the struct lives through the call; 0 is this thread. Without the right nothing changes.
     unsafe { libc::sched_setscheduler(0, libc::SCHED_FIFO, &raw const wanted) };
 }
 
@@ -94,7 +96,7 @@ struct Options {
     drives: Vec<DriveOptions>,
 }
 
-/// Order to a segment, a line each.
+/// Command to a segment, one per line.
 #[derive(Deserialize)]
 #[serde(tag = "do", rename_all = "snake_case", deny_unknown_fields)]
 enum Order {
@@ -110,11 +112,12 @@ enum Order {
     Show,
 }
 
-/// Runs a process that is a segment: its options are the first line of its input, `{"interface": "veth1", "drives": [{"name": "x"}]}`; then
-/// each line is an order, `{"do": "cut", "position": 1}`, answered by a line that shows the segment. It ends with its input.
+/// Runs a process that is a segment. The first line of its input contains its options, `{"interface": "veth1", "drives": [{"name":
+/// "x"}]}`; each further line is a command, `{"do": "cut", "position": 1}`, answered by a line with the state of the segment. The process
+/// ends with its input.
 ///
 /// # Errors
-/// For people.
+/// Fails with a message.
 pub fn run() -> Result<(), String> {
     let start =
         |options: Options| serve(&options.interface, Segment::new(&options.drives)).map_err(|error| format!("interface '{}': {error}", options.interface));

@@ -18,28 +18,28 @@ use cia402::emulated::{Drive, MappedObject, Objects, PRODUCT, VENDOR};
 const MAILBOXES: [u16; 2] = [0x1000, 0x1080];
 const OUTPUTS: u16 = 0x1100;
 const INPUTS: u16 = 0x1180;
-/// SyncManagers of the process data of one that has a mailbox.
+/// SyncManagers of the process data of a subdevice with a mailbox.
 const DRIVE_OUTPUTS: usize = 2;
 const DRIVE_INPUTS: usize = 3;
-/// AL status code of a watchdog that ended.
+/// AL status code of an expired watchdog.
 const WATCHDOG: u16 = 0x001B;
 
 /// History of SYNC0 and the clock of a drive.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize)]
 pub struct SyncHistory {
-    /// Delay of a frame from the reference clock, as a main device wrote it, ns.
+    /// Delay of a frame from the reference clock, as written by a main device, ns.
     pub delay_ns: u32,
     /// Difference of its time from that of the reference clock, ns.
     pub difference_ns: i64,
     /// Number of SYNC0 events in OP, and of those without new outputs.
     pub sync0: u64,
     pub missed: u64,
-    /// The shortest and the longest time that new outputs were there before SYNC0, ns.
+    /// Minimum and maximum time by which new outputs preceded SYNC0, ns.
     pub margin_ns_min: u64,
     pub margin_ns_max: u64,
 }
 
-/// Application behind the controller.
+/// Application of the subdevice.
 enum Application {
     Drive(Drive),
     Terminal(Terminal),
@@ -61,7 +61,7 @@ pub struct Subdevice {
     written_ns: u64,
     stepped_ns: u64,
     synced: SyncHistory,
-    /// Outputs wait for SYNC0.
+    /// True if outputs wait for SYNC0.
     is_fresh: bool,
     pub is_on: bool,
 }
@@ -104,7 +104,7 @@ impl Subdevice {
         }
     }
 
-    /// Loses its voltage, or has it again: then it is as new, its axis where it was.
+    /// Switches the supply. When it returns, the subdevice is reset, but its axis has not moved.
     pub fn power(&mut self, is_on: bool) {
         if is_on && !self.is_on {
             let options = DriveOptions { position: self.position(), ..self.options.clone() };
@@ -113,7 +113,7 @@ impl Subdevice {
         self.is_on = is_on;
     }
 
-    /// Counts.
+    /// Returns the position in counts.
     pub fn position(&self) -> i32 {
         self.number(0x6064) as i32
     }
@@ -127,7 +127,7 @@ impl Subdevice {
         self.state
     }
 
-    /// Its state, and what is wrong with it, by name.
+    /// Returns the state, and its error, by name.
     pub fn status(&self) -> String {
         crate::states::describe(self.controller.word(reg::AL_STATUS), self.controller.word(reg::AL_CODE))
     }
@@ -138,7 +138,7 @@ impl Subdevice {
         }
     }
 
-    /// Returns it, if it is a terminal.
+    /// Returns the terminal, if the subdevice is one.
     pub fn terminal(&self) -> Option<&Terminal> {
         match &self.application {
             Application::Terminal(terminal) => Some(terminal),
@@ -146,7 +146,7 @@ impl Subdevice {
         }
     }
 
-    /// Puts this on the wire of an input of a terminal.
+    /// Sets the value at an input of a terminal.
     pub fn put(&mut self, number: usize, value: i64) {
         if let Application::Terminal(terminal) = &mut self.application {
             terminal.put(number, value);
@@ -169,17 +169,17 @@ impl Subdevice {
 
     /// Sets the ports that have a neighbour.
     pub fn set_links(&mut self, is_last: bool) {
-        // Its application runs; communication on port 0 and, unless it is the last, on port 1; the others are closed.
+        // The application runs; there is communication on port 0 and, unless it is the last, on port 1; the other ports are closed.
         let links = if is_last { 0x0010 | 0x0200 | 0x0400 } else { 0x0030 | 0x0200 | 0x0800 };
         self.controller.set_word(reg::DL_STATUS, 0x0001 | links | 0x1000 | 0x4000);
     }
 
-    /// Returns the time of a frame from the one before it, ns.
+    /// Returns the time that a frame takes from the previous subdevice, ns.
     pub fn cable_ns(&self) -> u64 {
         self.options.cable_ns.unwrap_or(350)
     }
 
-    /// Returns the time of all at a true time, as it would have it.
+    /// Returns its system time at a true time.
     pub fn system_ns(&self, now_ns: u64) -> u64 {
         let mut clock = self.controller.clock.clone();
         clock.go_on(now_ns);
@@ -194,7 +194,7 @@ impl Subdevice {
         SyncHistory { delay_ns: u32::from(delay[0]) | u32::from(delay[1]) << 16, difference_ns, ..self.synced }
     }
 
-    /// Counts the SYNC0 events since the last frame: outputs that came before them are taken.
+    /// Counts the SYNC0 events since the last frame: outputs that arrived before them take effect.
     fn sync(&mut self) {
         let system_ns = self.controller.system_ns();
         let came = self.controller.clock.synced(system_ns);
@@ -208,7 +208,7 @@ impl Subdevice {
         }
     }
 
-    /// Outputs have come: they are taken with SYNC0 where there is one.
+    /// Notes new outputs, which take effect with SYNC0 if there is one.
     fn outputs_came(&mut self) {
         let Some(next_ns) = self.controller.clock.next_sync_ns() else { return self.take_outputs() };
         let margin_ns = next_ns.saturating_sub(self.controller.system_ns());
@@ -219,12 +219,12 @@ impl Subdevice {
         self.is_fresh = true;
     }
 
-    /// Forgets what SYNC0 has been.
+    /// Clears the history of SYNC0.
     pub fn forget_synced(&mut self) {
         self.synced = SyncHistory::default();
     }
 
-    /// Its axis, its clock and its watchdog go on to this time; a frame comes now that is back from those behind it after that time.
+    /// Advances axis, clock and watchdog to this time; a frame arrives now that returns from the following subdevices after `behind_ns`.
     pub fn go_on(&mut self, now_ns: u64, behind_ns: Option<u64>) {
         let span_ns = if self.stepped_ns == 0 { 0 } else { now_ns.saturating_sub(self.stepped_ns) };
         self.stepped_ns = now_ns;
@@ -245,18 +245,18 @@ impl Subdevice {
         }
     }
 
-    /// Returns true if outputs that stay away end its operation.
+    /// Returns true if missing outputs end its operation.
     fn is_watched(&self) -> bool {
         self.controller.wiring().outputs.iter().any(|manager| self.controller.is_watched(*manager))
     }
 
-    /// Passes a datagram that is for it, or for all.
+    /// Handles a datagram addressed to it, or to all.
     pub fn access(&mut self, of: &Datagram, frame: &mut [u8], reads: bool, writes: bool, now_ns: u64) {
         let memory = (of.address >> 16) as u16;
         let is_all = matches!(of.command, Command::AllRead | Command::AllReadWrite);
         let mut counter = of.working_counter(frame);
         let data = of.data_mut(frame);
-        // What is written is what came, whatever is read into its place.
+        // Received bytes are written, even if read bytes replace them in the frame.
         let mut came = [0; crate::frames::FRAME_MAX];
         came[..of.len].copy_from_slice(data);
         if reads && self.controller.read(memory, data, is_all) {
@@ -269,7 +269,7 @@ impl Subdevice {
         of.set_working_counter(frame, counter);
     }
 
-    /// Passes a logical datagram.
+    /// Handles a logical datagram.
     pub fn logical(&mut self, of: &Datagram, frame: &mut [u8], now_ns: u64) {
         let reads = of.command != Command::LogicalWrite;
         let writes = of.command != Command::LogicalRead;
@@ -361,9 +361,9 @@ impl Subdevice {
     }
 }
 
-/// Returns the contents of its EEPROM, and the SyncManagers with what they guard.
+/// Returns the contents of its EEPROM, and the SyncManagers with their purposes.
 fn contents(options: &DriveOptions, serial: u32, application: &Application) -> (Contents, Wiring) {
-    // A main device may take subdevices of one product to exchange the same.
+    // A main device may assume that subdevices of one product exchange the same objects.
     let product = options.terminal.as_ref().map_or(PRODUCT, TerminalOptions::product);
     let identity = Identity { vendor: VENDOR, product, revision: 1, serial, alias: options.alias, name: options.name.clone() };
     let terminal = match application {

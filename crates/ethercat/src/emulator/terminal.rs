@@ -8,16 +8,16 @@ use cia402::emulated::{Access, Objects};
 /// Data types of CoE.
 const BOOL: u8 = 1;
 const INTEGER16: u8 = 3;
-/// Channels to a byte.
+/// Channels per byte.
 const IN_A_BYTE: usize = 8;
-/// Bytes of an analog input: status, then value. Bytes of an analog output.
+/// Length of an analog input, status and value, and of an analog output, bytes.
 const ANALOG_INPUT: usize = 4;
 const ANALOG_OUTPUT: usize = 2;
 /// Addresses of digital outputs and inputs in the memory of a controller without a mailbox.
 const DIGITAL_OUTPUTS: u16 = 0x0F00;
 const DIGITAL_INPUTS: u16 = 0x1000;
 
-/// Its channels, and what they carry.
+/// A terminal's channels and their values.
 pub struct Terminal {
     options: TerminalOptions,
     outputs: Vec<u8>,
@@ -38,7 +38,7 @@ impl Terminal {
         self.options.has_objects()
     }
 
-    /// Its SyncManagers of process data, in the order of their numbers from `first` on: a byte of digital outputs each has one.
+    /// Returns its SyncManagers of process data, in the order of their numbers from `first` on: each byte of digital outputs has one.
     pub fn digital_managers(&self) -> Vec<SyncManager> {
         let manager = |start, len: usize, control, kind| SyncManager { start, len: len as u16, control, enable: 1, kind };
         let outputs = (0..self.outputs.len() as u16).map(|at| manager(DIGITAL_OUTPUTS + at, 1, 0x44, 3));
@@ -46,7 +46,7 @@ impl Terminal {
         outputs.chain(inputs).collect()
     }
 
-    /// Returns the PDOs that its EEPROM lists: those that it sends, and those that it receives.
+    /// Returns the PDOs listed in its EEPROM: those that it sends, and those that it receives.
     pub fn pdos(&self) -> (Vec<Pdo>, Vec<Pdo>) {
         let of = &self.options;
         let entry = |index, sub, bits, kind, name: &str| PdoEntry { of: Entry { index, sub }, bits, kind, name: name.into() };
@@ -73,7 +73,7 @@ impl Terminal {
         ((0..of.digital_inputs).map(input).collect(), (0..of.digital_outputs).map(output).collect())
     }
 
-    /// Maps the objects that say what it exchanges.
+    /// Maps the objects that describe its process data.
     pub fn map(&self, objects: &mut Objects) {
         let (inputs, outputs) = self.pdos();
         for (assignment, pdos) in [(0x1C12u16, outputs), (0x1C13, inputs)] {
@@ -88,7 +88,7 @@ impl Terminal {
         }
     }
 
-    /// Puts this on the wire of an input: 0 and 1, or counts.
+    /// Sets the value at an input: 0 and 1, or counts.
     pub fn put(&mut self, number: usize, value: i64) {
         if self.options.has_objects() {
             let at = ANALOG_INPUT * number + 2;
@@ -110,7 +110,7 @@ impl Terminal {
         (0..self.options.digital_outputs.into()).map(bit).collect()
     }
 
-    /// Takes its outputs from the memory of a SyncManager, which begins at this byte of them.
+    /// Takes outputs from the memory of a SyncManager, which begins at byte `at` of them.
     pub fn take(&mut self, at: usize, bytes: &[u8]) {
         if let Some(to) = self.outputs.get_mut(at..at + bytes.len()) {
             to.copy_from_slice(bytes);
@@ -125,7 +125,7 @@ impl Terminal {
         self.outputs.len()
     }
 
-    /// Loses its controller: its outputs go to 0.
+    /// Reacts to the loss of the controller: its outputs become 0.
     pub fn lose_communication(&mut self) {
         self.outputs.fill(0);
     }

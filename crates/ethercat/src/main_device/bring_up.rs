@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Brings subdevices from whatever state they are in to SAFEOP, with their process data where the cycle will look for them.
+//! Brings subdevices from any state to SAFEOP, with their process data at the addresses that the cycle uses.
 use super::bus::Bus;
 use super::clocks::{self, Clocks, Reference};
 use super::mapping::{self, Mapping, Window};
@@ -9,7 +9,7 @@ use crate::registers as reg;
 use crate::sii::SyncManager;
 use crate::states::State;
 
-/// A unit of the watchdog, ns: divider 2498 of a clock of 25 MHz.
+/// Unit of the watchdog, ns: divider 2498 of a clock of 25 MHz.
 const WATCHDOG_UNIT_NS: i64 = 100_000;
 const WATCHDOG_DIVIDER: u16 = 2498;
 const FMMU_READS: u8 = 1;
@@ -18,49 +18,49 @@ const FMMU_WRITES: u8 = 2;
 /// Objects that a subdevice exchanges.
 #[derive(Clone, Debug)]
 pub enum Pdos {
-    /// Objects that the subdevice has already.
+    /// The subdevice keeps its present objects.
     Device,
-    /// Objects written: index, subindex and bits in a number each, outputs and inputs.
+    /// Written objects: index, subindex and bits in one number each, outputs and inputs.
     Written(Vec<u32>, Vec<u32>),
-    /// Objects of a terminal, which may have none: then its EEPROM says them.
+    /// Objects of a terminal; if it has none, its EEPROM lists them.
     Terminal,
 }
 
-/// A subdevice that exchanges process data, and where they lie in those of all.
+/// A subdevice that exchanges process data, and their position in those of all.
 #[derive(Clone, Debug)]
 pub struct Station {
     pub subdevice: Subdevice,
     pub mapping: Mapping,
-    /// Bytes from the start of all process data.
+    /// Offset from the start of all process data, bytes.
     pub outputs_at: usize,
     pub inputs_at: usize,
     pub is_synced: bool,
 }
 
-/// Settings that are wanted of a subdevice.
+/// Requested settings of a subdevice.
 pub struct SubdeviceSettings<'a> {
     pub position: usize,
     pub pdos: &'a Pdos,
-    /// Objects that are written in PREOP: entry and value. One that the subdevice does not have is left out where it may be.
+    /// Objects that are written in PREOP: entry, value, and whether a missing object is skipped.
     pub settings: &'a [(Entry, Vec<u8>, bool)],
-    /// True if it takes its outputs with SYNC0, where there are clocks.
+    /// True if it takes its outputs with SYNC0, provided that clocks are used.
     pub is_synced: bool,
 }
 
-/// Line that was brought up: the subdevices in the order in which they were wanted, and the bytes of outputs and inputs of all.
+/// A line that was brought up: the subdevices in the requested order, and the total bytes of outputs and inputs.
 pub struct Line {
     pub stations: Vec<Station>,
     pub outputs: usize,
     pub inputs: usize,
     pub reference: Option<Reference>,
-    /// When SYNC0 of all has begun, in the time of all.
+    /// System time at which SYNC0 of all subdevices has started.
     pub synced_from_ns: Option<u64>,
 }
 
-/// Brings the wanted subdevices of a line that was taken to SAFEOP, with their clocks and SYNC0 where `clocks` are given.
+/// Brings the requested subdevices of a taken line to SAFEOP, with their clocks and SYNC0 if `clocks` is passed.
 ///
 /// # Errors
-/// For people: each names the subdevice.
+/// Fails with a message that names the subdevice.
 pub fn bring_up(bus: &mut Bus, found: &[Subdevice], wanted: &[SubdeviceSettings<'_>], watchdog_ns: i64, clocks: Option<&Clocks<'_>>) -> Result<Line, String> {
     let reference = clocks.map(|clocks| clocks::synchronise(bus, found, clocks)).transpose()?;
     let mut stations = Vec::with_capacity(wanted.len());
@@ -114,7 +114,7 @@ fn to_pre_op(bus: &mut Bus, subdevice: &Subdevice, want: &SubdeviceSettings<'_>)
     mapping::read(bus, subdevice, &mut mailbox)
 }
 
-/// Brings a terminal to PREOP: it exchanges what its objects say, if it has some, else what its EEPROM says.
+/// Brings a terminal to PREOP: it exchanges the data described by its objects, if it has any, or else by its EEPROM.
 fn terminal_to_pre_op(bus: &mut Bus, subdevice: &Subdevice) -> Result<Mapping, String> {
     let contents = &subdevice.contents;
     for (number, manager) in (0..).zip(&contents.sync_managers).filter(|(_, manager)| matches!(manager.kind, 1 | 2)) {
@@ -124,7 +124,7 @@ fn terminal_to_pre_op(bus: &mut Bus, subdevice: &Subdevice) -> Result<Mapping, S
     let by_eeprom = mapping::of_eeprom(contents);
     match subdevice.mailbox() {
         Ok(mut mailbox) => match mapping::read(bus, subdevice, &mut mailbox) {
-            // Some have objects, and none that says what is exchanged.
+            // Some terminals have objects, but none that describes the process data.
             Ok(Mapping { windows, .. }) if windows.is_empty() => Ok(by_eeprom),
             Err(_) if !by_eeprom.windows.is_empty() => Ok(by_eeprom),
             by_objects => by_objects,
@@ -136,12 +136,12 @@ fn terminal_to_pre_op(bus: &mut Bus, subdevice: &Subdevice) -> Result<Mapping, S
 fn to_safe_op(bus: &mut Bus, station: &Station, watchdog_ns: i64, clocks: Option<&Clocks<'_>>) -> Result<Option<u64>, String> {
     let subdevice = &station.subdevice;
     let to = subdevice.station;
-    // 0 switches it off.
+    // The value 0 disables it.
     let units = if watchdog_ns == 0 { 0 } else { (watchdog_ns / WATCHDOG_UNIT_NS).clamp(1, u16::MAX.into()) as u16 };
     bus.write(to, reg::WATCHDOG_DIVIDER, &WATCHDOG_DIVIDER.to_le_bytes())?;
     bus.write(to, reg::WATCHDOG_OUTPUTS, &units.to_le_bytes())?;
     for window in &station.mapping.windows {
-        // The watchdog of outputs is on, whatever the EEPROM says.
+        // The watchdog of outputs is enabled, whatever the EEPROM contains.
         let control = if window.is_output { window.manager.control | 0x40 } else { window.manager.control };
         set_sync_manager(bus, to, window.number, &SyncManager { control, ..window.manager }, window.len as u16)?;
     }
@@ -154,7 +154,7 @@ fn to_safe_op(bus: &mut Bus, station: &Station, watchdog_ns: i64, clocks: Option
     Ok(begins_ns)
 }
 
-/// Windows that lie one behind the other in the subdevice's memory are one span, as it may have a single FMMU for them.
+/// Merges windows that are adjacent in the subdevice's memory into one span, because it may have a single FMMU for them.
 fn joined(windows: &[Window]) -> Vec<Window> {
     let mut spans: Vec<Window> = Vec::new();
     for window in windows {
@@ -173,7 +173,7 @@ fn set_sync_manager(bus: &mut Bus, station: u16, number: u16, manager: &SyncMana
     bus.write(station, reg::SYNC_MANAGER + number * reg::SYNC_MANAGER_LEN, &[start, start_high, low, high, manager.control, 0, 1, 0])
 }
 
-/// Returns the FMMU of whole bytes, at this logical address.
+/// Returns an FMMU of whole bytes at this logical address.
 fn fmmu_of(logical: usize, len: usize, physical: u16, kind: u8) -> [u8; 16] {
     let mut fmmu = [0; 16];
     fmmu[..4].copy_from_slice(&(logical as u32).to_le_bytes());

@@ -1,19 +1,19 @@
 // SPDX-License-Identifier: Apache-2.0
-//! One datagram after another, each waited for: what is done to a segment off the cycle.
+//! Access to a segment off the cycle: sends one datagram after another, and waits for each.
 use crate::frames::{self, Builder, Command, Datagram, FRAME_MAX};
 use crate::link::Link;
 use std::io::ErrorKind;
 use std::time::{Duration, Instant};
 
-/// Time for which an answer is waited for before the frame is sent again, and number of tries.
+/// Time limit of an answer before the frame is sent again, and number of tries.
 const TRY: Duration = Duration::from_millis(200);
 const TRIES: usize = 10;
-/// Indices of the frames off the cycle: those of the cycle are below. Both see each other's answers on the same interface.
+/// First index of frames off the cycle; those of the cycle are below. Both receive each other's answers on the same interface.
 pub const OFF_CYCLE: u8 = 0x80;
-/// Source address of the frames: one that no adapter has.
+/// Source address of the frames: not that of any adapter.
 pub const SOURCE: [u8; 6] = [0x10, 0x47, 0x50, 0x41, 0x43, 0x01];
 
-/// A segment, as it is reached off the cycle.
+/// Access to a segment off the cycle.
 pub struct Bus {
     link: Link,
     frame: Box<[u8; FRAME_MAX]>,
@@ -31,16 +31,16 @@ impl Bus {
     /// Opens the interface.
     ///
     /// # Errors
-    /// For people: there is none of that name, or no right to use it.
+    /// Fails with a message if there is none of that name, or no right to use it.
     pub fn open(interface: &str) -> Result<Bus, String> {
         let link = open_link(interface)?;
         Ok(Bus { link, frame: Box::new([0; FRAME_MAX]), received: Box::new([0; FRAME_MAX]), index: OFF_CYCLE })
     }
 
-    /// Sends a datagram with this data and waits for it to come back.
+    /// Sends a datagram with this data and waits for its return.
     ///
     /// # Errors
-    /// For people: it does not come back.
+    /// Fails with a message if it does not return.
     pub fn ask(&mut self, command: Command, address: u32, data: &[u8]) -> Result<Answer, String> {
         for _ in 0..TRIES {
             self.index = self.index.wrapping_add(1) | OFF_CYCLE;
@@ -50,7 +50,7 @@ impl Bus {
             sent.data_mut(&mut self.frame[..]).copy_from_slice(data);
             match self.link.send(&self.frame[..len]) {
                 Ok(()) => {}
-                // Its queue is full: somebody else's frames go first.
+                // The queue is full; frames of others leave first.
                 Err(error) if error.kind() == ErrorKind::WouldBlock => {
                     std::thread::sleep(TRY);
                     continue;
@@ -74,7 +74,7 @@ impl Bus {
             let received = self.link.receive(&mut self.received[..]).map_err(|error| format!("interface '{}': {error}", self.link.name()))?;
             let Some(frame) = received.map(|len| &self.received[..len]) else { continue };
             let Some(Ok(came)) = frames::datagrams(frame).ok().and_then(|mut all| all.next()) else { continue };
-            // Positions are counted up on the way.
+            // Positions are incremented on the way, so they are not compared.
             let is_it = (came.command, came.index, came.len, came.at) == (sent.command, sent.index, sent.len, sent.at);
             let came_back = is_it && came.address >> 16 == sent.address >> 16;
             if came_back {
@@ -86,12 +86,12 @@ impl Bus {
     /// Reads memory of the subdevice with that station address.
     ///
     /// # Errors
-    /// For people: it does not answer.
+    /// Fails with a message if it does not answer.
     pub fn read(&mut self, station: u16, memory: u16, len: usize) -> Result<Vec<u8>, String> {
         self.try_read(station, memory, len)?.ok_or_else(|| silent(station))
     }
 
-    /// Reads as [`Bus::read`]; none: the memory cannot be read now, as an empty mailbox.
+    /// Reads as [`Bus::read`] does; returns `None` if the memory cannot be read now, such as an empty mailbox.
     pub fn try_read(&mut self, station: u16, memory: u16, len: usize) -> Result<Option<Vec<u8>>, String> {
         let zeros = [0; FRAME_MAX];
         let answer = self.ask(Command::StationRead, frames::at(station, memory), &zeros[..len])?;
@@ -101,23 +101,23 @@ impl Bus {
     /// Writes memory of the subdevice with that station address.
     ///
     /// # Errors
-    /// For people: it does not answer.
+    /// Fails with a message if it does not answer.
     pub fn write(&mut self, station: u16, memory: u16, data: &[u8]) -> Result<(), String> {
         if self.try_write(station, memory, data)? { Ok(()) } else { Err(silent(station)) }
     }
 
-    /// Writes as [`Bus::write`]; false: the memory cannot be written now, as a full mailbox.
+    /// Writes as [`Bus::write`] does; returns false if the memory cannot be written now, such as a full mailbox.
     pub fn try_write(&mut self, station: u16, memory: u16, data: &[u8]) -> Result<bool, String> {
         Ok(self.ask(Command::StationWrite, frames::at(station, memory), data)?.counter == 1)
     }
 
-    /// Writes memory of all.
+    /// Writes memory of all subdevices.
     pub fn write_all(&mut self, memory: u16, data: &[u8]) -> Result<(), String> {
         self.ask(Command::AllWrite, frames::at(0, memory), data).map(drop)
     }
 }
 
-/// Opens an interface, and says what to do where it cannot be.
+/// Opens an interface; a failure includes the remedy.
 pub fn open_link(interface: &str) -> Result<Link, String> {
     Link::open(interface).map_err(|error| {
         let remedy = match error.kind() {

@@ -1,23 +1,23 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Distributed clocks: one time for all subdevices, which is that of this host, and SYNC0 by it.
+//! Distributed clocks: one system time for all subdevices, equal to that of this host, and SYNC0 derived from it.
 //!
-//! The first subdevice with a clock is the reference. Delays are measured, each clock gets an offset to the time of this host and the delay
-//! from the reference; what is left, and what their quartzes do, they take away themselves: by the time of the reference, which passes all of
-//! them in each frame. The reference follows this host in the same way (decision 105).
+//! The first subdevice with a clock is the reference. Delays are measured, and each clock gets an offset to the time of this host and the
+//! delay from the reference. The clocks themselves correct the rest, and the drift of their quartzes, by the time of the reference, which
+//! passes all of them in each frame. The reference follows this host in the same way (decision 105).
 use super::bus::Bus;
 use super::delays::{Ports, delays};
 use super::subdevices::Subdevice;
 use crate::frames::{self, Command, u16_at, u32_at};
 use crate::registers as reg;
 
-/// Period of SYNC0, and its shift from the multiples of that time.
+/// Period of SYNC0, and its shift from the multiples of that period.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Sync0 {
     pub cycle_ns: u32,
     pub shift_ns: u32,
 }
 
-/// Setting of the clocks of a line: SYNC0, and the time of this host in ns.
+/// Settings of the clocks of a line: SYNC0, and the time of this host in ns.
 pub struct Clocks<'a> {
     pub sync0: Sync0,
     pub now_ns: &'a dyn Fn() -> u64,
@@ -27,23 +27,23 @@ pub struct Clocks<'a> {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Reference {
     pub station: u16,
-    /// Working counter of its time on its way through the line: itself and those that take it.
+    /// Working counter of the datagram that distributes its time: the reference and the clocks that follow.
     pub counted: u16,
 }
 
-/// Number of measurements of the delays, and of passes of the time before SYNC0 begins.
+/// Number of measurements of the delays, and of time distributions before SYNC0 starts.
 const MEASURED: usize = 8;
 const PASSES: usize = 500;
 /// Resets the filters of a clock.
 const SPEED: u16 = 0x1000;
-/// SYNC0 begins that much later; where that is too soon for a slow host, twice that.
+/// Delay until SYNC0 starts; if this is too short for a slow host, it is doubled.
 const LEAD_NS: u64 = 20_000_000;
 const TRIES: u32 = 8;
 
 /// Sets all clocks to the time of this host. Returns the reference clock.
 ///
 /// # Errors
-/// For people: no subdevice has a clock, or one does not answer.
+/// Fails with a message if no subdevice has a clock, or if one does not answer.
 pub fn synchronise(bus: &mut Bus, line: &[Subdevice], clocks: &Clocks<'_>) -> Result<Reference, String> {
     let mut has_clock = Vec::with_capacity(line.len());
     for subdevice in line {
@@ -77,7 +77,7 @@ pub fn synchronise(bus: &mut Bus, line: &[Subdevice], clocks: &Clocks<'_>) -> Re
     Ok(Reference { station, counted })
 }
 
-/// The times of one frame, when this host sent it, and how long it took.
+/// Times of one frame, the time at which this host sent it, and its duration.
 struct LatchedTimes {
     ports: Vec<Ports>,
     local_ns: Vec<u64>,
@@ -92,7 +92,7 @@ fn latch(bus: &mut Bus, line: &[Subdevice], has_clock: &[bool], clocks: &Clocks<
     let mut latched = LatchedTimes { ports: Vec::new(), local_ns: Vec::new(), host_ns: begun_ns + span_ns / 2, span_ns };
     for (subdevice, has_clock) in line.iter().zip(has_clock) {
         let status = u16_at(&bus.read(subdevice.station, reg::DL_STATUS, 2)?, 0);
-        // Communication on a port: two bits each, from bit 8 on; the second one says that there is some.
+        // Each port has two bits from bit 8 on; the second one indicates communication.
         let is_open = std::array::from_fn(|port| status >> (9 + 2 * port) & 1 == 1);
         let mut ports = Ports { has_clock: *has_clock, is_open, received: [0; 4] };
         let mut local_ns = 0;
@@ -107,10 +107,10 @@ fn latch(bus: &mut Bus, line: &[Subdevice], has_clock: &[bool], clocks: &Clocks<
     Ok(latched)
 }
 
-/// Has SYNC0 of a subdevice begin, in PREOP. Returns when it does, in the time of all.
+/// Starts SYNC0 of a subdevice, in PREOP. Returns the system time of its start.
 ///
 /// # Errors
-/// For people: it has no clock, or does not answer.
+/// Fails with a message if the subdevice has no clock, or does not answer.
 pub fn start_sync0(bus: &mut Bus, subdevice: &Subdevice, sync0: Sync0) -> Result<u64, String> {
     let to = subdevice.station;
     if u16_at(&bus.read(to, reg::FEATURES, 2)?, 0) & reg::HAS_CLOCK == 0 {
@@ -125,7 +125,7 @@ pub fn start_sync0(bus: &mut Bus, subdevice: &Subdevice, sync0: Sync0) -> Result
         bus.write(to, reg::SYNC0_CYCLE, &sync0.cycle_ns.to_le_bytes())?;
         bus.write(to, reg::SYNC0_START, &start_ns.to_le_bytes())?;
         bus.write(to, reg::SYNC_ACTIVATION, &[reg::SYNC0_ON])?;
-        // One that is to begin in the past never does.
+        // SYNC0 never starts if its start is in the past.
         if eight(&bus.read(to, reg::DC_SYSTEM_TIME, 8)?) < start_ns {
             return Ok(start_ns);
         }

@@ -8,10 +8,10 @@ use crate::link::Link;
 use crate::registers as reg;
 use crate::states::State;
 
-/// Number of frames that one reading looks at: those of services come by too.
+/// Maximum number of frames checked in one reading; frames of services arrive too.
 const LOOKED_AT: usize = 32;
 
-/// The frame, as it is sent and as it came back.
+/// The frame, as sent and as returned.
 pub struct Cycle {
     link: Link,
     frame: Box<[u8; FRAME_MAX]>,
@@ -29,18 +29,18 @@ pub struct Cycle {
 
 /// Datagrams of the distributed clocks.
 struct Time {
-    /// Tells the reference clock the time of this host; says nothing before it is known.
+    /// Sends the time of this host to the reference clock; it has no effect until that time is known.
     follow: Datagram,
-    /// Takes the time of the reference clock to all others.
+    /// Distributes the time of the reference clock to all others.
     pass: Datagram,
     counted: u16,
-    /// Asks one subdevice after another how far its time is from that of the reference clock.
+    /// Reads the difference to the reference clock from one subdevice after another.
     difference: Datagram,
-    /// Station addresses of those that have SYNC0, and which of them is asked.
+    /// Station addresses of the subdevices with SYNC0, and the index of the one being read.
     synced: Vec<u16>,
     asked: usize,
     differences_ns: Vec<u32>,
-    /// The low halves of both times.
+    /// Low halves of both times.
     told_ns: u32,
     reference_ns: u32,
 }
@@ -48,9 +48,9 @@ struct Time {
 /// State of the distributed clocks.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Timing {
-    /// The maximum difference of an axis from the reference clock, ns.
+    /// Maximum difference of an axis from the reference clock, ns.
     pub difference_ns: u32,
-    /// Difference of the reference clock from what it was told last, ns.
+    /// Difference of the reference clock from the time that was last sent to it, ns.
     pub reference_ns: i32,
 }
 
@@ -58,27 +58,27 @@ pub struct Timing {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum AnswerError {
     Malformed(MalformedFrame),
-    /// The frame is that of another cycle, or of another main device.
+    /// The frame belongs to another cycle, or to another main device.
     Other,
-    /// The frame has other datagrams, or outputs that were not sent.
+    /// The frame contains other datagrams, or outputs that were not sent.
     Changed,
 }
 
 /// Answer to the frame that was sent.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum FrameAnswer {
-    /// All did what they should; the inputs are new.
+    /// All subdevices responded as expected; the inputs are new.
     Whole,
-    /// The frame came back, and not all did what they should.
+    /// The frame came back, but not all subdevices responded as expected.
     Short,
     /// The frame did not come back.
     Nothing,
-    /// None was sent.
+    /// No frame was sent.
     NotAsked,
 }
 
 impl Cycle {
-    /// Makes the frame of these subdevices. None: it does not fit.
+    /// Creates the frame for these subdevices; returns `None` if it is too long.
     pub fn new(link: Link, line: &Line) -> Option<Cycle> {
         let Line { stations, outputs, inputs, reference, .. } = line;
         let (outputs, inputs) = (*outputs, *inputs);
@@ -93,7 +93,7 @@ impl Cycle {
             None => None,
         };
         let len = builder.finish();
-        // A subdevice that is written counts 2, one that is read counts 1.
+        // A subdevice that is written counts as 2, one that is read counts as 1.
         let counted = |of: &Station| {
             let (outputs, inputs) = of.mapping.bytes();
             u16::from(outputs > 0) * 2 + u16::from(inputs > 0)
@@ -103,22 +103,22 @@ impl Cycle {
         Some(Cycle { link, received: boxed(), newest: frame.clone(), frame, len, process, states, time, outputs, expected, index: 0, is_out: false })
     }
 
-    /// Returns all outputs, to be stored to before [`Cycle::send`].
+    /// Returns all outputs for writing, before [`Cycle::send`].
     pub fn outputs(&mut self) -> &mut [u8] {
         let at = self.process.data_at();
         &mut self.frame[at..at + self.outputs]
     }
 
-    /// Returns the process data that came back last: outputs, then inputs.
+    /// Returns the process data that were last returned: outputs, then inputs.
     pub fn newest(&self) -> &[u8] {
         self.process.data(&self.newest[..])
     }
 
-    /// Sends the frame, with the time of this host where there are clocks that are to follow it. An answer to the one before it no
-    /// longer counts.
+    /// Sends the frame, with the time of this host if there are clocks that have to follow it. An answer to the previous frame is then
+    /// ignored.
     ///
     /// # Errors
-    /// The interface is down.
+    /// Fails if the interface is down.
     pub fn send(&mut self, now_ns: Option<u64>) -> std::io::Result<()> {
         self.index = (self.index + 1) % OFF_CYCLE;
         let times = self.time.iter().flat_map(Time::datagrams).map(|of| of.at);
@@ -132,10 +132,10 @@ impl Cycle {
         self.link.send(&self.frame[..self.len])
     }
 
-    /// Looks at the frames that came, and says what is there for the last one that was sent. `refused` counts those that were not taken.
+    /// Checks the received frames, and returns the answer to the last frame that was sent. `refused` counts rejected frames.
     ///
     /// # Errors
-    /// The interface is down.
+    /// Fails if the interface is down.
     pub fn receive(&mut self, mut refused: impl FnMut(AnswerError)) -> std::io::Result<FrameAnswer> {
         if !self.is_out {
             return Ok(FrameAnswer::NotAsked);
@@ -170,11 +170,12 @@ impl Cycle {
         }
     }
 
-    /// Checks that a frame is the answer to the one that was sent, with the same datagrams and the same outputs, and returns whether all did what
-    /// they should.
+    /// Checks that a frame is the answer to the one that was sent, with the same datagrams and the same outputs, and returns whether all
+    /// subdevices responded as expected.
     ///
     /// # Errors
-    /// Why it is not. A turned bit in the inputs is seen by the check sum of Ethernet alone, which the adapter checks.
+    /// Fails with the reason if it is not. A flipped bit in the inputs is detected only by the Ethernet checksum, which the
+    /// adapter checks.
     pub fn check(&self, frame: &[u8]) -> Result<FrameAnswer, AnswerError> {
         let mut all = frames::datagrams(frame).map_err(AnswerError::Malformed)?;
         for sent in std::iter::once(&self.process).chain(&self.states).chain(self.time.iter().flat_map(Time::datagrams)) {
@@ -182,7 +183,7 @@ impl Cycle {
             if came.index != self.index {
                 return Err(AnswerError::Other);
             }
-            // Command, index, address and length, with the bits that have no meaning.
+            // The header consists of command, index, address and length, with the bits that have no meaning.
             let header = sent.at..sent.at + 8;
             if came.at != sent.at || frame[header.clone()] != self.frame[header] {
                 return Err(AnswerError::Changed);
@@ -199,19 +200,19 @@ impl Cycle {
         Ok(if is_whole { FrameAnswer::Whole } else { FrameAnswer::Short })
     }
 
-    /// Returns state and code of the subdevice of this index, as the last frame had them; none: it did not answer.
+    /// Returns state and code of the subdevice of this index in the last frame, or `None` if it did not answer.
     pub fn state(&self, of: usize) -> Option<(u16, u16)> {
         let of = self.states.get(of)?;
         let data = of.data(&self.newest[..]);
         (of.working_counter(&self.newest[..]) == 1).then(|| (u16_at(data, 0), u16_at(data, 4)))
     }
 
-    /// Returns true if every subdevice was in this state, without an error, as the last frame had it.
+    /// Returns true if every subdevice was in this state, without an error, in the last frame.
     pub fn all_are_in(&self, state: State) -> bool {
         (0..self.states.len()).all(|of| self.state(of).is_some_and(|(status, _)| status == state as u16))
     }
 
-    /// Returns the state of the distributed clocks; none: there are none.
+    /// Returns the state of the distributed clocks, or `None` if there are none.
     pub fn timing(&self) -> Option<Timing> {
         self.time.as_ref().map(|time| Timing {
             difference_ns: time.differences_ns.iter().copied().max().unwrap_or(0),
@@ -219,12 +220,12 @@ impl Cycle {
         })
     }
 
-    /// Returns true if the reference clock has come to a time that is less than 2 s away.
+    /// Returns true if the reference clock has reached a time that is less than 2 s away.
     pub fn has_come(&self, to_ns: u64) -> bool {
         self.time.as_ref().is_none_or(|time| time.reference_ns.wrapping_sub(to_ns as u32) as i32 >= 0)
     }
 
-    /// Returns the frame as it was sent last.
+    /// Returns the frame that was last sent.
     pub fn sent(&self) -> &[u8] {
         &self.frame[..self.len]
     }
@@ -248,7 +249,7 @@ impl Time {
         [&self.follow, &self.pass, &self.difference]
     }
 
-    /// Returns true if the reference clock took the time that it was told, and all others its own.
+    /// Returns true if the reference clock accepted the time that was sent to it, and all others accepted the reference's.
     fn is_whole(&self, sent: &[u8], frame: &[u8]) -> bool {
         let is_told = sent[self.follow.at] != Command::Nop as u8;
         self.follow.working_counter(frame) == u16::from(is_told)
@@ -263,7 +264,7 @@ impl Time {
             self.told_ns = now_ns as u32;
         }
         self.asked = (self.asked + 1) % self.synced.len().max(1);
-        // Without any the reference clock is asked, whose address is there from the start.
+        // Without any, the reference clock is read, whose address is the initial one.
         if let Some(station) = self.synced.get(self.asked) {
             self.difference.set_address(&mut frame[..], frames::at(*station, reg::DC_DIFFERENCE));
         }
@@ -276,7 +277,7 @@ impl Time {
         if self.difference.working_counter(frame) == 1
             && let Some(of) = self.differences_ns.get_mut(self.asked)
         {
-            // Sign and magnitude.
+            // The register contains sign and magnitude.
             *of = frames::u32_at(self.difference.data(frame), 0) & 0x7FFF_FFFF;
         }
     }

@@ -1,24 +1,24 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Delays of a frame from the reference clock to each subdevice, from the times at which one frame came in at their ports.
+//! Delays of a frame from the reference clock to each subdevice, computed from the times at which one frame arrived at their ports.
 //!
-//! A frame passes the open ports of a subdevice in the order 0, 3, 1, 2 and leaves by the one by which it came. What it took between two
-//! ports is the way through all that hangs on the second one and back; less the way through the subdevice there it is twice the cable
-//! between both, which is assumed to be as long there as back.
+//! A frame passes the open ports of a subdevice in the order 0, 3, 1, 2 and leaves by the one by which it came. The time between two
+//! ports is the delay through all subdevices attached to the second one and back. Less the delay through the subdevice attached there, it
+//! is twice the delay of the cable between both, which is assumed to be equal in both directions.
 
 /// Times of one frame at the ports of a subdevice.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Ports {
     pub has_clock: bool,
     pub is_open: [bool; 4],
-    /// Times of reception in its local time, ns.
+    /// Times of reception in the subdevice's local time, ns.
     pub received: [u32; 4],
 }
 
-/// The order in which a frame passes.
+/// Order in which a frame passes the ports.
 const ORDER: [usize; 4] = [0, 3, 1, 2];
 
 impl Ports {
-    /// Returns the open ports in the order of a frame, from the one by which it came.
+    /// Returns the open ports in the order of a frame, starting at the one by which it came.
     fn passed(&self) -> impl Iterator<Item = usize> {
         let is_open = self.is_open;
         ORDER.into_iter().filter(move |port| is_open[*port] || *port == 0)
@@ -29,18 +29,19 @@ impl Ports {
         self.received[to].wrapping_sub(self.received[from])
     }
 
-    /// Returns the time through all that hangs on it and back, ns.
+    /// Returns the time through all attached subdevices and back, ns.
     fn through(&self) -> u32 {
         self.between(0, self.passed().last().unwrap_or(0))
     }
 }
 
-/// Returns the delay of each from the first one with a clock, in the order of the line; none if there is no clock. ns.
+/// Returns the delay of each subdevice from the first one with a clock, ns, in the order of the line; `None` if the subdevice has no
+/// clock.
 pub fn delays(line: &[Ports]) -> Vec<Option<u32>> {
     let mut delays: Vec<Option<u32>> = vec![None; line.len()];
-    // Ports at which others may hang: the subdevice and its ports that are left, the next one last.
+    // These ports may have further subdevices: each entry is a subdevice and its remaining ports, the next one last.
     let mut branches: Vec<(usize, Vec<usize>)> = Vec::new();
-    // By which port of which subdevice with a clock each is reached.
+    // Each entry is the subdevice with a clock, and its port, through which a subdevice is reached.
     let mut reached: Vec<Option<(usize, usize)>> = vec![None; line.len()];
     for (at, ports) in line.iter().enumerate() {
         while branches.last().is_some_and(|(_, left)| left.is_empty()) {
@@ -61,7 +62,7 @@ pub fn delays(line: &[Ports]) -> Vec<Option<u32>> {
     delays
 }
 
-/// Returns the delay of a subdevice that hangs on a port of another one.
+/// Returns the delay of a subdevice that is attached to a port of another one.
 fn delay(before: &Ports, before_ns: u32, port: usize, ports: &Ports) -> u32 {
     let previous = before.passed().take_while(|of| *of != port).last().unwrap_or(0);
     let cable = before.between(previous, port).saturating_sub(ports.through()) / 2;
@@ -72,7 +73,7 @@ fn delay(before: &Ports, before_ns: u32, port: usize, ports: &Ports) -> u32 {
 mod tests {
     use super::*;
 
-    /// Returns ports of one with a clock that is ahead, times from the moment at which the frame came in at port 0.
+    /// Returns the ports of a subdevice whose clock is ahead; times are relative to the arrival of the frame at port 0.
     fn ports(ahead: u32, times: [Option<u32>; 4]) -> Ports {
         Ports { has_clock: true, is_open: times.map(|time| time.is_some()), received: times.map(|time| ahead.wrapping_add(time.unwrap_or(0))) }
     }
@@ -86,7 +87,7 @@ mod tests {
 
     #[test]
     fn a_branch_is_passed_before_what_is_behind_it() {
-        // Behind the first one: at port 3 a branch of one, 200 ns of cable; then at port 1 another one, 300 ns.
+        // After the first subdevice, port 3 has a branch of one with 200 ns of cable, and then port 1 another one with 300 ns.
         let line = [ports(5, [Some(0), Some(1_000), None, Some(400)]), ports(9, [Some(0), None, None, None]), ports(2, [Some(0), None, None, None])];
         assert_eq!(delays(&line), [Some(0), Some(200), Some(700)]);
     }

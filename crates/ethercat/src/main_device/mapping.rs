@@ -14,23 +14,23 @@ const INPUTS: (u16, u16) = (0x1C13, 0x1A00);
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Field {
     pub of: Entry,
-    /// Bits from the start.
+    /// Offset from the start, bits.
     pub at: usize,
     pub bits: usize,
 }
 
-/// Memory of a subdevice in which process data of one direction lie: what one SyncManager guards.
+/// Memory of a subdevice with process data of one direction, covered by one SyncManager.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Window {
     pub number: u16,
     pub manager: SyncManager,
     pub is_output: bool,
-    /// Bytes from the start of its direction, and how many.
+    /// Offset from the start of its direction, and length, bytes.
     pub at: usize,
     pub len: usize,
 }
 
-/// The objects of both directions.
+/// Mapped objects of both directions.
 #[derive(Clone, Debug, Default)]
 pub struct Mapping {
     pub outputs: Vec<Field>,
@@ -43,17 +43,17 @@ const OUTPUT_KIND: u8 = 3;
 const INPUT_KIND: u8 = 4;
 
 impl Mapping {
-    /// Bytes of the outputs and of the inputs.
+    /// Returns the numbers of bytes of outputs and of inputs.
     pub fn bytes(&self) -> (usize, usize) {
         let bytes = |fields: &[Field]| fields.last().map_or(0, |field| (field.at + field.bits).div_ceil(8));
         (bytes(&self.outputs), bytes(&self.inputs))
     }
 }
 
-/// Writes which objects are exchanged: index, subindex and bits in a number each.
+/// Writes the mapping: index, subindex and bits in one number for each object.
 ///
 /// # Errors
-/// For people: the subdevice refuses.
+/// Fails with a message if the subdevice refuses.
 pub fn write(bus: &mut Bus, mailbox: &mut Mailbox, outputs: &[u32], inputs: &[u32]) -> Result<(), String> {
     for ((assignment, pdo), entries) in [(OUTPUTS, outputs), (INPUTS, inputs)] {
         let mut put = |index, sub, value: &[u8]| mailbox.download(bus, Entry { index, sub }, value);
@@ -69,10 +69,10 @@ pub fn write(bus: &mut Bus, mailbox: &mut Mailbox, outputs: &[u32], inputs: &[u3
     Ok(())
 }
 
-/// Reads which objects are exchanged.
+/// Reads the mapping.
 ///
 /// # Errors
-/// For people: the subdevice does not say.
+/// Fails with a message if the subdevice does not provide it.
 pub fn read(bus: &mut Bus, subdevice: &Subdevice, mailbox: &mut Mailbox) -> Result<Mapping, String> {
     let (outputs, inputs) = (read_one(bus, mailbox, OUTPUTS.0)?, read_one(bus, mailbox, INPUTS.0)?);
     let mut mapping = Mapping { outputs, inputs, windows: Vec::new() };
@@ -96,7 +96,7 @@ pub fn of_eeprom(contents: &Contents) -> Mapping {
                 fields.push(Field { of: entry.of, at, bits: entry.bits.into() });
                 at += usize::from(entry.bits);
             }
-            // Each SyncManager begins with a byte of its own.
+            // Each SyncManager begins at a byte boundary.
             at = at.next_multiple_of(8);
             if at > before {
                 let (before, len) = (before / 8, (at - before) / 8);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The main device: finds subdevices, brings them to OP, exchanges their process data.
+//! The main device: finds subdevices, brings them to OP, and exchanges their process data.
 mod bring_up;
 mod bus;
 mod clocks;

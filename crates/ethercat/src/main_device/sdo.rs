@@ -26,7 +26,7 @@ impl Mailbox {
     /// Reads an object.
     ///
     /// # Errors
-    /// For people: the subdevice aborts, or does not answer.
+    /// Fails with a message if the subdevice aborts, or does not answer.
     pub fn upload(&mut self, bus: &mut Bus, of: Entry) -> Result<Vec<u8>, String> {
         let answer = self.exchange(bus, &Sdo::Upload(of))?;
         let (size, mut value) = match coe::response(&answer) {
@@ -53,7 +53,7 @@ impl Mailbox {
     /// Writes an object.
     ///
     /// # Errors
-    /// As [`Mailbox::upload`].
+    /// Fails as [`Mailbox::upload`] does.
     pub fn download(&mut self, bus: &mut Bus, of: Entry, value: &[u8]) -> Result<(), String> {
         let room = self.room()?;
         let first = if value.len() <= 4 { value.len() } else { value.len().min(room - coe::SDO_LEN) };
@@ -88,7 +88,7 @@ impl Mailbox {
         if fits { Ok(room) } else { Err(format!("the subdevice with station address {:#06x} has no mailbox for objects", self.station)) }
     }
 
-    /// Sends a message and waits for the answer to it; what else comes is put aside.
+    /// Sends a message and waits for its answer; other messages are ignored.
     fn exchange(&mut self, bus: &mut Bus, sdo: &Sdo<'_>) -> Result<Vec<u8>, String> {
         let mut mailbox = vec![0; self.room()?];
         self.counter = self.counter % 7 + 1;

@@ -8,15 +8,15 @@ use crate::sii::{self, Contents, SyncManager};
 use crate::states::{self, ERROR, State};
 use std::time::{Duration, Instant};
 
-/// Station address of the first one.
+/// Station address of the first subdevice.
 const FIRST_STATION: u16 = 0x1001;
 /// Time limit of a change of state.
 const CHANGE: Duration = Duration::from_secs(10);
 const EEPROM_PATIENCE: Duration = Duration::from_secs(2);
-/// More are not looked for.
+/// Maximum number of subdevices on a line.
 const MOST: usize = 64;
 
-/// A subdevice that answers.
+/// A subdevice that has answered.
 #[derive(Clone, Debug)]
 pub struct Subdevice {
     pub position: usize,
@@ -24,7 +24,7 @@ pub struct Subdevice {
     pub contents: Contents,
 }
 
-/// Address of the subdevices that are meant.
+/// Address of the subdevices concerned.
 #[derive(Clone, Copy)]
 enum Which {
     Position(usize),
@@ -32,15 +32,15 @@ enum Which {
 }
 
 impl Subdevice {
-    /// Returns its name in errors.
+    /// Returns the name for errors.
     pub fn title(&self) -> String {
         format!("subdevice {} '{}'", self.position, self.contents.identity.name)
     }
 
-    /// Its mailbox.
+    /// Returns the mailbox.
     ///
     /// # Errors
-    /// For people: it has none.
+    /// Fails with a message if it has none.
     pub fn mailbox(&self) -> Result<Mailbox, String> {
         let find = |kind| self.contents.sync_managers.iter().find(|manager| manager.kind == kind).copied();
         match (find(1), find(2)) {
@@ -49,15 +49,15 @@ impl Subdevice {
         }
     }
 
-    /// Returns number and content of its SyncManager of a kind.
+    /// Returns number and content of the SyncManager of a kind.
     pub fn sync_manager(&self, kind: u8) -> Option<(u16, SyncManager)> {
         (0..).zip(&self.contents.sync_managers).find(|(_, manager)| manager.kind == kind).map(|(number, manager)| (number, *manager))
     }
 
-    /// Asks it for a state and waits until it is there.
+    /// Requests a state and waits until it is reached.
     ///
     /// # Errors
-    /// For people, with its own code.
+    /// Fails with a message that contains the subdevice's own code.
     pub fn change(&self, bus: &mut Bus, to: State) -> Result<(), String> {
         bus.write(self.station, reg::AL_CONTROL, &(to as u16 | ERROR).to_le_bytes())?;
         self.wait(bus, to)
@@ -79,19 +79,19 @@ impl Subdevice {
     }
 }
 
-/// Returns the subdevices on the line, in its order; nothing is changed. The EEPROMs are read.
+/// Returns the subdevices on the line, in order, without changing them. Their EEPROMs are read.
 ///
 /// # Errors
-/// For people: nothing answers, or an EEPROM cannot be read.
+/// Fails with a message if none answers, or if an EEPROM cannot be read.
 pub fn inventory(bus: &mut Bus) -> Result<Vec<Contents>, String> {
     let count = count(bus)?;
     (0..count).map(|position| read_eeprom(bus, Which::Position(position))).collect()
 }
 
-/// Takes the line: all go to INIT, get station addresses, and are asked what they are.
+/// Takes control of the line: all subdevices go to INIT, get station addresses, and are identified.
 ///
 /// # Errors
-/// For people.
+/// Fails with a message.
 pub fn take(bus: &mut Bus) -> Result<Vec<Subdevice>, String> {
     let count = count(bus)?;
     bus.write_all(reg::AL_CONTROL, &(State::Init as u16 | ERROR).to_le_bytes())?;
@@ -140,7 +140,7 @@ fn gone(which: Which) -> String {
 }
 
 fn read_eeprom(bus: &mut Bus, which: Which) -> Result<Contents, String> {
-    // Ours, whatever had it.
+    // The main device takes the EEPROM, regardless of its previous owner.
     write(bus, which, reg::EEPROM_CONFIG, &[2])?;
     write(bus, which, reg::EEPROM_CONFIG, &[0])?;
     let mut bytes = Vec::new();
@@ -155,7 +155,7 @@ fn read_eeprom(bus: &mut Bus, which: Which) -> Result<Contents, String> {
     }
 }
 
-/// Reads four or eight bytes of an EEPROM, from this word on.
+/// Reads four or eight bytes of an EEPROM, starting at this word.
 fn read_words(bus: &mut Bus, which: Which, word: u32) -> Result<Vec<u8>, String> {
     let mut command = [0; 6];
     command[1] = 1;

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The EEPROM of a subdevice, in which it says what it is: identity, mailbox, name, SyncManagers, FMMUs, process data.
+//! The EEPROM of a subdevice, which describes it: identity, mailbox, name, SyncManagers, FMMUs, process data.
 mod pdos;
 
 use crate::frames::{put, u16_at, u32_at};
 pub use pdos::{Pdo, PdoEntry};
 
-/// Bytes of the part that every EEPROM has.
+/// Size of the part that every EEPROM has, bytes.
 pub const FIXED: usize = 0x80;
 const STRINGS: u16 = 10;
 const GENERAL: u16 = 30;
@@ -23,36 +23,36 @@ pub struct Identity {
     pub product: u32,
     pub revision: u32,
     pub serial: u32,
-    /// Configured station alias; 0: none.
+    /// Configured station alias; 0 for none.
     pub alias: u16,
     pub name: String,
 }
 
-/// A SyncManager as the EEPROM has it.
+/// A SyncManager as described in the EEPROM.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct SyncManager {
     pub start: u16,
     pub len: u16,
     pub control: u8,
     pub enable: u8,
-    /// 1 mailbox out, 2 mailbox in, 3 process data out, 4 process data in.
+    /// Kind: 1 mailbox out, 2 mailbox in, 3 process data out, 4 process data in.
     pub kind: u8,
 }
 
-/// Contents of an EEPROM, as far as a main device needs them.
+/// Contents of an EEPROM that a main device needs.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Contents {
     pub identity: Identity,
     pub has_coe: bool,
     pub sync_managers: Vec<SyncManager>,
-    /// 1 outputs, 2 inputs, 3 state of the mailbox.
+    /// Kinds: 1 outputs, 2 inputs, 3 state of the mailbox.
     pub fmmus: Vec<u8>,
-    /// PDOs that it sends, and that it is sent. Devices with objects may leave them out.
+    /// PDOs that the subdevice sends, and those that it receives. Devices with objects may omit them.
     pub inputs: Vec<Pdo>,
     pub outputs: Vec<Pdo>,
 }
 
-/// Reads an EEPROM, which may end early: what is not there is left out.
+/// Parses an EEPROM, which may end early: missing parts are omitted.
 pub fn parse(bytes: &[u8]) -> Option<Contents> {
     if bytes.len() < FIXED {
         return None;
@@ -64,7 +64,7 @@ pub fn parse(bytes: &[u8]) -> Option<Contents> {
     identity.alias = u16_at(bytes, 0x08);
     let mut name_index = 0;
     let mut strings: Vec<String> = Vec::new();
-    // Their names may follow them.
+    // The names may follow the PDOs.
     let (mut inputs, mut outputs) = (Vec::new(), Vec::new());
     let mut at = FIXED;
     while at + 4 <= bytes.len() {
@@ -86,7 +86,7 @@ pub fn parse(bytes: &[u8]) -> Option<Contents> {
     Some(contents)
 }
 
-/// Returns the number of bytes of an EEPROM that are known to be needed, when this much of it was read; none: it is read.
+/// Returns the number of bytes of an EEPROM that are known to be needed after this much of it was read, or `None` if it is complete.
 pub fn wanted(bytes: &[u8]) -> Option<usize> {
     let mut at = FIXED;
     loop {
@@ -115,14 +115,14 @@ fn read_strings(body: &[u8]) -> Vec<String> {
 fn read_sync_manager(eight: &[u8]) -> SyncManager {
     let (len, control, enable) = (u16_at(eight, 2), eight[4], eight[6]);
     let kind = match eight[7] {
-        // Old ones leave it out; then their control says it: buffered, and who writes.
+        // Old EEPROMs omit the kind; the control byte then determines it: buffered, and the writing side.
         0 if enable & 1 != 0 && len > 0 && control & 3 == 0 => 4 - u8::from(control & 0x0C == 4),
         kind => kind,
     };
     SyncManager { start: u16_at(eight, 0), len, control, enable, kind }
 }
 
-/// Writes an EEPROM with that content. Its mailboxes are its first two SyncManagers.
+/// Creates an EEPROM with that content. Its mailboxes are its first two SyncManagers.
 pub fn build(contents: &Contents) -> Vec<u8> {
     let mut bytes = vec![0; FIXED];
     let identity = &contents.identity;
@@ -137,14 +137,14 @@ pub fn build(contents: &Contents) -> Vec<u8> {
         put(&mut bytes, at + 2, &manager.len.to_le_bytes());
     }
     put(&mut bytes, 0x38, &(if contents.has_coe { 4u16 } else { 0 }).to_le_bytes());
-    // 16 kbit, layout 1.
+    // The values mean 16 kbit, layout 1.
     put(&mut bytes, 0x7C, &[15, 0, 1, 0]);
     let mut strings = Strings(vec![identity.name.clone()]);
     let inputs = pdos::write(&contents.inputs, |text| strings.number(text));
     let outputs = pdos::write(&contents.outputs, |text| strings.number(text));
     let mut general = [0; GENERAL_LEN];
     (general[2], general[3]) = (1, 1);
-    // SDO, its information, PDO assignment and configuration.
+    // The bits are SDO, SDO information, PDO assignment and configuration.
     general[5] = if contents.has_coe { 0x0D } else { 0 };
     let managers: Vec<u8> = contents.sync_managers.iter().flat_map(write_sync_manager).collect();
     let fixed = [(STRINGS, strings.bytes()), (GENERAL, general.to_vec()), (FMMUS, contents.fmmus.clone()), (SYNC_MANAGERS, managers)];
@@ -160,7 +160,7 @@ pub fn build(contents: &Contents) -> Vec<u8> {
     bytes
 }
 
-/// The table of strings, each once; they are numbered from 1.
+/// The table of strings, each stored once; they are numbered from 1.
 struct Strings(Vec<String>);
 
 impl Strings {
@@ -192,7 +192,7 @@ fn write_sync_manager(of: &SyncManager) -> [u8; 8] {
     [start, start_high, len, len_high, of.control, 0, of.enable, of.kind]
 }
 
-/// Returns the check sum by x⁸ + x² + x + 1, begun with ones.
+/// Returns the checksum by x⁸ + x² + x + 1, with an initial value of ones.
 fn check_sum(bytes: &[u8]) -> u8 {
     bytes.iter().fold(0xFF, |sum, byte| (0..8).fold(sum ^ byte, |sum: u8, _| if sum & 0x80 == 0 { sum << 1 } else { sum << 1 ^ 0x07 }))
 }

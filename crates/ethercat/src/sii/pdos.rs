@@ -1,18 +1,18 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Process data objects (PDOs) of an EEPROM: which entries a subdevice exchanges, by name.
+//! Process data objects (PDOs) in an EEPROM: the entries that a subdevice exchanges, by name.
 use crate::coe::Entry;
 use crate::frames::u16_at;
 
-/// Bytes of the head of a PDO, and of each of its entries.
+/// Size of the head of a PDO, and of each of its entries, bytes.
 const ROW: usize = 8;
-/// A PDO that is not exchanged unless a main device assigns it.
+/// Marks a PDO that is not exchanged unless a main device assigns it.
 const UNASSIGNED: u8 = 0xFF;
 
-/// A PDO as the EEPROM lists it.
+/// A PDO as listed in the EEPROM.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Pdo {
     pub index: u16,
-    /// The SyncManager that exchanges it; none: it is not exchanged as delivered.
+    /// SyncManager that exchanges it; `None` if it is not exchanged by default.
     pub manager: Option<u8>,
     pub name: String,
     pub entries: Vec<PdoEntry>,
@@ -21,15 +21,15 @@ pub struct Pdo {
 /// An entry of a PDO.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct PdoEntry {
-    /// Index 0: a gap.
+    /// Object of the entry; index 0 for a gap.
     pub of: Entry,
     pub bits: u8,
-    /// Its data type, as CoE numbers them: 1 BOOL, 3 INTEGER16, …
+    /// Data type, as numbered by CoE: 1 BOOL, 3 INTEGER16, …
     pub kind: u8,
     pub name: String,
 }
 
-/// Reads a category of PDOs; one that ends early ends the list.
+/// Parses a category of PDOs; an incomplete PDO ends the list.
 pub fn parse(body: &[u8], strings: &[String]) -> Vec<Pdo> {
     let text = |index: u8| usize::from(index).checked_sub(1).and_then(|at| strings.get(at)).cloned().unwrap_or_default();
     let mut pdos = Vec::new();
@@ -49,7 +49,7 @@ pub fn parse(body: &[u8], strings: &[String]) -> Vec<Pdo> {
     pdos
 }
 
-/// Writes a category of PDOs; `number` gives a text its number in the table of strings.
+/// Writes a category of PDOs; `number` returns the number of a text in the table of strings.
 pub fn write(pdos: &[Pdo], mut number: impl FnMut(&str) -> u8) -> Vec<u8> {
     let mut body = Vec::new();
     for pdo in pdos {

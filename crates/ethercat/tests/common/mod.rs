@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-//! An emulated segment with two drives, and the driver that has it open. The segment's time is the test's: it goes on with the cycles, so
-//! that nothing depends on how busy the machine is.
+//! An emulated segment with two drives, and the driver that has opened it. The segment's time is set by the test and advances with the
+//! cycles, so that nothing depends on the machine's load.
 #![allow(dead_code)]
 use device::{DeviceError, Driver};
 use ethercat::emulator::{DriveOptions, Segment, Server, serve_at};
@@ -14,15 +14,15 @@ pub const PERIOD_NS: i64 = 1_000_000;
 pub const LONG: Duration = Duration::from_secs(300);
 pub const SWITCH_ON_DISABLED: u16 = 0x40;
 pub const OPERATION_ENABLED: u16 = 0x27;
-/// Time of a frame on the way to the segment, beside that of the test.
+/// Transit time of a frame to the segment, in addition to the test's time.
 const FRAME_NS: u64 = 10_000;
 
-/// A segment, and the driver that has it open.
+/// A segment, and the driver that has opened it.
 pub struct Rig {
     pub server: Server,
     pub interface: String,
     pub driver: Box<dyn Driver>,
-    /// The time of the segment, ns.
+    /// Time of the segment, ns.
     time_ns: Arc<AtomicU64>,
     options: Value,
     readings: Vec<u8>,
@@ -31,7 +31,7 @@ pub struct Rig {
 }
 
 impl Rig {
-    /// Two axes, at 1 rad and at 2 rad.
+    /// Creates two axes, at 1 rad and at 2 rad.
     pub fn new() -> Rig {
         Rig::of(two_axes())
     }
@@ -40,14 +40,14 @@ impl Rig {
         Rig::with(&[drive("first", 1000), drive("second", 2000)], json!({ "axes": axes }))
     }
 
-    /// These drives, and a driver with these options.
+    /// Creates these drives, and a driver with these options.
     pub fn with(drives: &[DriveOptions], options: Value) -> Rig {
         static NEXT: AtomicU32 = AtomicU32::new(0);
         let interface = format!("local:test-{}-{}", std::process::id(), NEXT.fetch_add(1, Ordering::Relaxed));
         Rig::on(&interface, &interface, drives, options)
     }
 
-    /// With the segment on one end, the driver on the other.
+    /// Creates a rig with the segment on one end and the driver on the other.
     pub fn on(answering: &str, interface: &str, drives: &[DriveOptions], mut options: Value) -> Rig {
         let time_ns = Arc::new(AtomicU64::new(1_000_000_000));
         let time = time_ns.clone();
@@ -59,20 +59,20 @@ impl Rig {
         Rig { server, interface: interface.to_owned(), driver, time_ns, options, readings: vec![0; 512], now_ns: 0, axes }
     }
 
-    /// Writes, waits until the segment has seen it, and reads.
+    /// Writes, waits until the segment has received it, and reads.
     pub fn exchange(&mut self, goals: &[Option<f64>]) -> Result<(), DeviceError> {
         self.write(goals);
         self.read()
     }
 
-    /// Writes, and waits until the segment has seen it.
+    /// Writes, and waits until the segment has received it.
     pub fn write(&mut self, goals: &[Option<f64>]) {
         let seen = self.server.lock().counts().frames;
         self.tell(goals);
         self.wait_beyond(seen);
     }
 
-    /// Writes.
+    /// Writes without waiting.
     pub fn tell(&mut self, goals: &[Option<f64>]) {
         let engaged: Vec<bool> = (0..self.axes).map(|of| goals.get(of).copied().flatten().is_some()).collect();
         let commands: Vec<u8> = (0..self.axes).flat_map(|of| goals.get(of).copied().flatten().unwrap_or(f64::NAN).to_ne_bytes()).collect();
@@ -81,7 +81,7 @@ impl Rig {
         self.driver.write(self.now_ns, &commands, &engaged).expect("written");
     }
 
-    /// Writes a command of the first axis at the time of the last one.
+    /// Writes a command of the first axis again at the time of the last one.
     pub fn write_again(&mut self, goal: f64) {
         self.now_ns -= PERIOD_NS;
         self.write(&[Some(goal)]);
@@ -92,7 +92,7 @@ impl Rig {
         self.driver.read(self.now_ns, &mut self.readings)
     }
 
-    /// One exchange of these commands; returns how much a count rose in what the driver does.
+    /// Exchanges these commands once; returns how much a count rose within the driver's calls.
     pub fn raw(&mut self, commands: &[u8], engaged: &[bool], count: impl Fn() -> u64) -> u64 {
         let before = count();
         let seen = self.tell_raw(commands, engaged);
@@ -104,14 +104,14 @@ impl Rig {
         counted
     }
 
-    /// One exchange of these commands.
+    /// Exchanges these commands once.
     pub fn exchange_raw(&mut self, commands: &[u8], engaged: &[bool]) -> Result<(), DeviceError> {
         let seen = self.tell_raw(commands, engaged);
         self.wait_beyond(seen);
         self.read()
     }
 
-    /// Writes these commands; returns how many frames the segment had seen before.
+    /// Writes these commands; returns the number of frames that the segment had seen before.
     fn tell_raw(&mut self, commands: &[u8], engaged: &[bool]) -> u64 {
         let seen = self.server.lock().counts().frames;
         self.now_ns += PERIOD_NS;
@@ -120,7 +120,7 @@ impl Rig {
         seen
     }
 
-    /// Waits until the segment has seen more frames.
+    /// Waits until the segment has seen more than `seen` frames.
     pub fn wait_beyond(&self, seen: u64) {
         let until = Instant::now() + LONG;
         while self.server.lock().counts().frames == seen {
@@ -129,7 +129,7 @@ impl Rig {
         }
     }
 
-    /// Exchanges until something holds.
+    /// Exchanges until a condition holds.
     pub fn until(&mut self, goals: &[Option<f64>], what: &str, mut holds: impl FnMut(&Rig) -> bool) {
         let until = Instant::now() + LONG;
         while !holds(self) {
@@ -156,7 +156,7 @@ impl Rig {
         counters.all().find(|(word, _)| word.name == name).expect("a counter").1
     }
 
-    /// Makes a new driver, as a reset of the device does.
+    /// Replaces the driver with a new one, as a reset of the device does.
     pub fn reset(&mut self) {
         self.driver.close();
         self.driver = opened(&self.options);
@@ -171,12 +171,12 @@ impl Rig {
         refused
     }
 
-    /// Gives the driver other options from the next reset on.
+    /// Sets the axes that the driver gets at the next reset.
     pub fn set_axes(&mut self, axes: Value) {
         self.options["axes"] = axes;
     }
 
-    /// Time goes by for the segment, and no frame comes.
+    /// Lets time pass for the segment without a frame.
     pub fn pass_by(&self, time_ns: u64) {
         self.time_ns.fetch_add(time_ns, Ordering::Relaxed);
     }
@@ -189,12 +189,12 @@ fn opened(options: &Value) -> Box<dyn Driver> {
     driver
 }
 
-/// Axes of which each moves 10 rad/s at most.
+/// Returns two axes, each limited to 10 rad/s.
 pub fn two_axes() -> Value {
     json!([{ "name": "x", "counts": COUNTS, "speed_max": 10 }, { "name": "y", "counts": COUNTS, "speed_max": 10 }])
 }
 
-/// A drive that stands at these counts.
+/// Returns a drive at this position in counts.
 pub fn drive(name: &str, position: i32) -> DriveOptions {
     DriveOptions { name: name.into(), position, ..DriveOptions::default() }
 }

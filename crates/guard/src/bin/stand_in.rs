@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Processes for the tests of this crate: `rtp` stores to its output and beats, `supervisor` starts one with a guard, `program` is one that
-//! is guarded itself, `exit N`.
+//! Processes for the tests of this crate: `rtp` stores to its output and beats, `supervisor` starts one with a guard, `program` is
+//! guarded itself, `exit N`.
 use guard::{Guard, GuardCommand};
 use interconnect::Link;
 use process_kit::{Heartbeat, Launch, SharedMemory, UnixLink, inherited};
@@ -23,7 +23,7 @@ fn link() -> UnixLink {
     UnixLink::from_descriptor(inherited("link").expect("passed")).expect("a socket")
 }
 
-/// Stores 1, 2, 3, … to its output and beats, without end.
+/// Stores 1, 2, 3, … to its output and beats, in an endless loop.
 fn rtp() {
     let output = SharedMemory::received(inherited("output").expect("passed"), 16).expect("memory");
     let heartbeat = Heartbeat::received(inherited("heartbeat").expect("passed")).expect("memory");
@@ -34,7 +34,7 @@ fn rtp() {
     }
 }
 
-/// Starts an rtp with a guard at `GUARD_PATH`, sends the rtp's descriptor, and waits to be killed.
+/// Starts an `rtp` with a guard at `GUARD_PATH`, sends its descriptor, and waits to be killed.
 fn supervisor() {
     let link = link();
     let output = SharedMemory::received(inherited("output").expect("passed"), 16).expect("memory");
@@ -55,7 +55,8 @@ fn supervisor() {
     panic!("the test ends the supervisor by SIGKILL");
 }
 
-/// Stores 1, 2, 3, … to its output and beats, guarded itself; says what its guards say, and their numbers and those of their stand-ins to each that asks. What makes it safe
+/// Stores 1, 2, 3, … to its output and beats, guarded itself; says what its guards say, and their numbers and those of their stand-ins
+/// to each that asks. What makes it safe
 /// latches.
 fn program() {
     let link = std::sync::Arc::new(link());
@@ -72,7 +73,7 @@ fn program() {
     for command in 1.. {
         output.word(0).store(command, Ordering::Release);
         beats.beat();
-        // What is asked is always the same.
+        // All requests are the same.
         if let Ok(Some(_asked)) = link.receive(Duration::from_millis(1)) {
             link.send(format!("guards {:?}; {:?}", guard.pids(), guard.stand_ins()).as_bytes()).expect("the test is there");
         }

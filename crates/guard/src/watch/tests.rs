@@ -3,7 +3,7 @@ use super::*;
 
 const MS: i64 = 1_000_000;
 
-/// A process that beats at every look while it runs, and what was done to it.
+/// A process that beats at every poll while it runs, and the actions taken on it.
 #[derive(Default)]
 struct Process {
     beats: u64,
@@ -45,7 +45,7 @@ fn watch(is_spared: bool) -> (Watch, Process) {
     (Watch::new(Some(Pulse::new(Bounds::default(), 1, 0)), is_spared), process)
 }
 
-/// Looks every 20 ms from `from_ms` on for `for_ms`; the first event, and when.
+/// Polls every 20 ms from `from_ms` on for `for_ms`; returns the first event and its time.
 fn looks(watch: &mut Watch, process: &mut Process, from_ms: i64, for_ms: i64) -> Option<(Event, i64)> {
     (from_ms..from_ms + for_ms).step_by(20).find_map(|ms| Some((watch.look(process, ms * MS)?, ms)))
 }
@@ -89,7 +89,7 @@ fn one_that_is_only_silent_has_the_long_bound() {
     assert!(process.done.is_empty());
     looks(&mut watch, &mut process, 500, 40);
     assert_eq!(process.done, ["kill"]);
-    // It takes its time to die: it is written for all the same, and again.
+    // It takes time to die: its safe values are written nevertheless, and again after its end.
     let lost = looks(&mut watch, &mut process, 540, 200).expect("it is late");
     assert!(matches!(lost, (Event::Lost { cause: Cause::Frozen, .. }, 620)), "{lost:?}");
     process.has_ended = true;
@@ -116,7 +116,7 @@ fn beside_a_guard_that_serves_only_an_end_is_acted_upon() {
     let (mut watch, mut process) = watch(false);
     process.is_stopped = true;
     assert!((1..100).all(|look| watch.look_beside(&mut process, look * 20 * MS).is_none()) && process.done.is_empty());
-    // The guard is gone: what has been seen of it so far counts.
+    // The guard has exited: its previous observations count.
     watch.look(&mut process, 2_001 * MS);
     assert_eq!(process.done, ["kill"]);
     let (mut watch, mut process) = super::tests::watch(false);

@@ -1,17 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Certificates for hosts, made where they are needed.
+//! Certificates for hosts, created on demand.
 use std::path::PathBuf;
 
-/// An authority and what it has signed, as PEM files in a folder of their own.
+/// An authority and the certificates it has signed, as PEM files in their own folder.
 pub struct Authority {
     issuer: rcgen::Issuer<'static, rcgen::KeyPair>,
     folder: PathBuf,
-    /// Its own certificate.
+    /// Certificate of the authority.
     pub authority: PathBuf,
 }
 
 impl Authority {
-    /// One with its files in a folder of its own, which goes with it.
+    /// Creates an authority with its files in its own folder, which is deleted with it.
     pub fn at(folder: PathBuf) -> Self {
         std::fs::create_dir_all(&folder).expect("the folder can be made");
         let key = rcgen::KeyPair::generate().expect("a key can be made");
@@ -23,7 +23,7 @@ impl Authority {
         Authority { issuer: rcgen::Issuer::new(params, key), folder, authority }
     }
 
-    /// A certificate for a host with these addresses, and its key.
+    /// Returns a certificate for a host with these addresses, and its key.
     pub fn sign(&self, host: &str, addresses: &[&str]) -> (PathBuf, PathBuf) {
         use std::os::unix::fs::PermissionsExt;
         let key = rcgen::KeyPair::generate().expect("a key can be made");

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Common code of the tests of hosts: addresses, certificates, and waiting for what happens in real time.
+//! Shared code of the tests of hosts: addresses, certificates, and waits for real-time events.
 #![allow(dead_code, reason = "each test uses its part")]
 mod authority;
 pub use authority::Authority;
@@ -8,37 +8,37 @@ use interconnect::{ConnectionSpec, Header, Receiver, Sender};
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
-/// Far longer than anything here takes: a wait for it in vain is a failure.
+/// Far longer than any operation here: reaching it is a failure.
 pub const LONG: Duration = Duration::from_secs(300);
 
 pub const SPEC: ConnectionSpec = ConnectionSpec { writer: 0, reader: 1, asynchronous_len: 16, queue_row_len: 16, queue_depth: 4 };
 
-/// Secret of the hosts of the tests.
+/// Secret of the test hosts.
 pub const SECRET: &str = "the-secret-of-the-tests";
 
 pub fn loopback() -> Security {
     Security::Loopback { secret: SECRET.to_owned() }
 }
 
-/// Of a host on loopback that has the secret; a busy machine takes long to let it join.
+/// Returns the options of a loopback host that has the secret; joining may take long on a busy machine.
 pub fn options_of(system: &str, name: &str, endpoint: &str) -> Options {
     Options { security: loopback(), join_max: LONG, ..Options::new(system, name, endpoint) }
 }
 
-/// A port of this host that was free just now.
+/// Returns a port of this host that was free a moment ago.
 pub fn free_port() -> u16 {
     let listener = std::net::TcpListener::bind("127.0.0.1:0").expect("a port is free");
     listener.local_addr().expect("it is bound").port()
 }
 
-/// A supervisor's host, and how to join it from this one.
+/// Starts a supervisor's host; returns it and the endpoint to join.
 pub fn listening(system: &str) -> (Hosts, String) {
     let endpoint = format!("tcp/127.0.0.1:{}", free_port());
     let hosts = Hosts::listen(options_of(system, "cell-a", &endpoint)).expect("loopback may be plain");
     (hosts, endpoint)
 }
 
-/// Waits until something holds.
+/// Waits until a condition holds.
 pub fn wait_until(what: &str, mut holds: impl FnMut() -> bool) {
     let until = Instant::now() + LONG;
     while !holds() {
@@ -47,7 +47,7 @@ pub fn wait_until(what: &str, mut holds: impl FnMut() -> bool) {
     }
 }
 
-/// A value and what it must come with.
+/// Returns a value and its checksum.
 pub fn checked(value: u64) -> [u8; 16] {
     let mut bytes = [0; 16];
     bytes[..8].copy_from_slice(&value.to_le_bytes());
@@ -55,7 +55,7 @@ pub fn checked(value: u64) -> [u8; 16] {
     bytes
 }
 
-/// The value; panics where it did not come as it was written.
+/// Returns the value; panics if it differs from what was written.
 pub fn value_of(bytes: &[u8]) -> u64 {
     let value = u64::from_le_bytes(bytes[..8].try_into().expect("eight bytes"));
     assert_eq!(bytes, checked(value), "a value that nobody wrote");
@@ -67,12 +67,12 @@ pub fn publish(sender: &mut dyn Sender, value: u64, now_ns: i64) {
     sender.publish(value, now_ns);
 }
 
-/// Pushes a row; false where there is no room.
+/// Pushes a row; returns false if there is no space.
 pub fn push(sender: &mut dyn Sender, value: u64) -> bool {
     sender.push(value, 0, &mut |row| row.copy_from_slice(&checked(value))).is_ok()
 }
 
-/// The group that came, if it is a new one.
+/// Latches and returns the group if it is new.
 pub fn latched(receiver: &mut dyn Receiver, now_ns: i64) -> Option<(Header, u64)> {
     let header = receiver.latch(now_ns)?;
     let value = value_of(receiver.group());
@@ -80,7 +80,7 @@ pub fn latched(receiver: &mut dyn Receiver, now_ns: i64) -> Option<(Header, u64)
     Some((header, value))
 }
 
-/// The oldest row.
+/// Pops the oldest row.
 pub fn popped(receiver: &mut dyn Receiver) -> Option<u64> {
     let (number, value) = receiver.peek_row().map(|(number, row)| (number, value_of(row)))?;
     assert_eq!(number, value, "a row and its number belong together");
@@ -92,7 +92,7 @@ pub fn monotonic_ns() -> i64 {
     (hosts::Options::new("x", "x", "tcp/127.0.0.1:1").clocks.steady)()
 }
 
-/// An authority of a test's own.
+/// Creates an authority for one test.
 pub fn authority(name: &str) -> Authority {
     Authority::at(PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join(format!("{name}-{}", std::process::id())))
 }

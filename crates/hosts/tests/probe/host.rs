@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-//! A host in a process of its own, for tests: commands on its standard input, what happens on its output, one a line.
+//! A host in its own process, for tests: commands on its standard input, events on its output, one per line.
 //!
 //!     hosts-probe listen|join SYSTEM NAME ENDPOINT [AUTHORITY CERTIFICATE KEY]
 //!
-//! `write N` publishes values on connection N every 5 ms; `read N` reads them; `at N` says whether they are `fresh` or `stale`, the newest
-//! value and the rows; `link HOST N` opens a link, `say TEXT` sends over it. It says `wrong …` if it ever reads what nobody wrote.
+//! `write N` publishes values on connection N every 5 ms; `read N` reads them; `at N` reports whether they are `fresh` or `stale`, the
+//! newest value and the rows; `link HOST N` opens a link, `say TEXT` sends over it. It prints `wrong …` if it ever reads a value that was
+//! not written.
 use hosts::{Hosts, Options, Security};
 use interconnect::{ConnectionSpec, Ends, Link, Receiver, Sender};
 use std::collections::HashMap;
@@ -22,7 +23,7 @@ const STALE: Duration = Duration::from_millis(300);
 struct ConnectionValues {
     value: AtomicU64,
     rows: AtomicU64,
-    /// True if the newest value came just now.
+    /// True if the newest value has just arrived.
     is_fresh: AtomicBool,
 }
 
@@ -77,7 +78,7 @@ fn serve(hosts: &Hosts) {
             }
             "say" => {
                 let link = link.lock().expect("one thread").clone().expect("a link was opened");
-                // A link that is closed has said so.
+                // A closed link has already been reported.
                 let _ = link.send(rest.as_bytes());
             }
             _ => panic!("'{command}' is no command"),

@@ -1,32 +1,32 @@
 // SPDX-License-Identifier: Apache-2.0
-//! A proxy between two ends of TCP streams that delays, stalls, cuts, corrupts, repeats, drops and reorders what passes.
+//! A proxy between two ends of TCP streams that delays, stalls, cuts, corrupts, repeats, drops and reorders data.
 use std::io::{Read, Write};
 use std::net::{Shutdown, SocketAddr, TcpListener, TcpStream};
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
-/// Fault of pieces of the stream, as they are read: of every one, or of one in eight.
+/// Fault applied to the pieces of the stream as they are read: to every one, or to one in eight.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Fault {
-    /// Each comes 5 ms later.
+    /// Every piece arrives 5 ms later.
     Delay,
-    /// None passes until the fault ends; then all do.
+    /// No piece passes until the fault ends; then all do.
     Stall,
-    /// The streams are cut, and new ones as long as the fault lasts.
+    /// The streams are cut, and new ones too while the fault lasts.
     Cut,
-    /// One bit of some is turned over.
+    /// One bit of some pieces is flipped.
     Corrupt,
-    /// Some come twice.
+    /// Some pieces arrive twice.
     Repeat,
-    /// Some are left out.
+    /// Some pieces are dropped.
     Drop,
-    /// Some come after the next.
+    /// Some pieces arrive after their successor.
     Reorder,
 }
 
 pub struct Proxy {
-    /// Where it listens: at another loopback address, since a listener on another port than is asked for is refused.
+    /// Listening address: another loopback address, since a listener on a different port than requested is refused.
     pub address: SocketAddr,
     state: Arc<State>,
 }
@@ -40,7 +40,7 @@ struct State {
 }
 
 impl Proxy {
-    /// Starts one before `target`, an address and a port. Its threads end with their streams.
+    /// Starts a proxy in front of `target`, an address and a port. Its threads end with their streams.
     pub fn start(target: &str) -> Self {
         let target: SocketAddr = target.parse().expect("an address and a port");
         let address = SocketAddr::from(([127, 0, 0, 2], target.port()));
@@ -50,7 +50,7 @@ impl Proxy {
         std::thread::spawn(move || {
             for near in listener.incoming().map_while(Result::ok) {
                 let far = if accepting.fault() == Some(Fault::Cut) { None } else { TcpStream::connect(target).ok() };
-                // Without a far end the near one is closed here.
+                // Without a far end, the near one is closed here.
                 let Some(far) = far else { continue };
                 accepting.carry(&near, &far);
             }
@@ -68,7 +68,7 @@ impl Proxy {
         }
     }
 
-    /// Returns the number of faults of the stream so far.
+    /// Returns the number of stream faults so far.
     pub fn faults(&self) -> u64 {
         self.state.faults.load(Ordering::Relaxed)
     }

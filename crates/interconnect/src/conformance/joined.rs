@@ -1,15 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Ends that are made apart, as one carrier.
+//! Separately made ends, joined to one carrier.
 use crate::carrier::{Carrier, ConnectionSpec, Full, Header, Receiver, Sender};
 use crate::link::Ends;
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
-/// Longer than any raise takes that comes at all.
+/// Upper bound of the time until a raise is delivered.
 const RAISE_MAX: Duration = Duration::from_secs(60);
 
-/// Makes both ends of each connection, the writing one by one [`Ends`] and the reading one by another. What is published or pushed is readable at
-/// once; [`deliver`](Carrier::deliver) waits for the raises.
+/// Carrier that makes the writing ends with one [`Ends`] and the reading ends with another. Publications and rows are readable
+/// immediately; [`deliver`](Carrier::deliver) waits for the raises.
 pub struct JoinedCarrier {
     writing: Box<dyn Ends>,
     reading: Box<dyn Ends>,
@@ -18,7 +18,7 @@ pub struct JoinedCarrier {
 }
 
 impl JoinedCarrier {
-    /// Panics, later, where an end cannot be made.
+    /// Joins the two sides. Connecting panics later if an end cannot be made.
     pub fn new(writing: impl Ends + 'static, reading: impl Ends + 'static) -> Self {
         JoinedCarrier { writing: Box::new(writing), reading: Box::new(reading), connections: 0, raises: Arc::default() }
     }
@@ -63,12 +63,12 @@ struct Raises {
 #[derive(Default)]
 struct Rows {
     reader: u32,
-    /// Rows whose reader will be raised.
+    /// Rows whose reader is to be raised.
     pushed: usize,
     raised: usize,
-    /// Raises that were passed on.
+    /// Raises that were forwarded.
     delivered: usize,
-    /// The reading end was dropped.
+    /// True if the reading end was dropped.
     gone: bool,
 }
 
@@ -79,7 +79,7 @@ impl Raises {
 
     fn count(&self, number: u64, change: impl FnOnce(&mut Rows)) {
         let rows = &mut self.rows()[number as usize];
-        // Who is gone is raised no more: nothing is waited for.
+        // A dropped reader is no longer raised, so there is nothing to wait for.
         if !rows.gone {
             change(rows);
         }

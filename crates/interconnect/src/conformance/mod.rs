@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Promises of every carrier of connections, as checks: the tests of each carrier run them all by [`conformance!`](crate::conformance!).
+//! Guarantees of every carrier of connections, as checks: the tests of each carrier run all of them with
+//! [`conformance!`](crate::conformance!).
 mod joined;
 
 pub use joined::JoinedCarrier;
@@ -9,10 +10,11 @@ use crate::carrier::{Carrier, ConnectionSpec, Full, Header, Receiver, Sender};
 const WRITER: u32 = 3;
 const READER: u32 = 5;
 const SPEC: ConnectionSpec = ConnectionSpec { writer: WRITER, reader: READER, asynchronous_len: 40, queue_row_len: 12, queue_depth: 4 };
-/// Between two releases.
+/// Time between two releases.
 pub const PERIOD_NS: i64 = 1_000_000;
 
-/// Makes a test of each check: `$on_each`, a `fn(fn(&mut Interconnect))`, calls the check it gets with each interconnect that is to keep it.
+/// Makes a test of each check: `$on_each`, a `fn(fn(&mut Interconnect))`, calls the check passed to it with each interconnect to be
+/// tested.
 #[macro_export]
 macro_rules! conformance {
     ($on_each:path) => {
@@ -48,7 +50,7 @@ pub struct Interconnect {
 }
 
 impl Interconnect {
-    /// Makes an interconnect; `name` stands in what a failed check says.
+    /// Makes an interconnect; `name` appears in the message of a failed check.
     pub fn new(name: &str, carrier: impl Carrier + 'static) -> Self {
         Interconnect { name: name.to_owned(), carrier: Box::new(carrier), now_ns: PERIOD_NS, raised: Vec::new() }
     }
@@ -57,13 +59,13 @@ impl Interconnect {
         self.carrier.connect(spec)
     }
 
-    /// Delivers what is due and moves on to the next release.
+    /// Delivers everything due and moves on to the next release.
     fn release(&mut self) {
         self.carrier.deliver(self.now_ns, &mut |source| self.raised.push(source));
         self.now_ns += PERIOD_NS;
     }
 
-    /// Lets everything arrive that is on its way.
+    /// Delivers everything in transit.
     fn settle(&mut self) {
         for _ in 0..10_000 {
             let Some(at_ns) = self.carrier.next_arrival() else { return };
@@ -83,7 +85,7 @@ impl Interconnect {
     }
 }
 
-/// Checks that before the first publication there is no news, and the group is zeros.
+/// Checks that before the first publication there is no new group, and the group is zero.
 pub fn a_connection_that_was_never_published_has_no_news_and_zeros(it: &mut Interconnect) {
     let (_sender, mut receiver) = it.connect(&SPEC);
     it.settle();
@@ -94,7 +96,7 @@ pub fn a_connection_that_was_never_published_has_no_news_and_zeros(it: &mut Inte
     assert_eq!(receiver.rows(), 0);
 }
 
-/// Checks that a group is latched once, with the writer's number and time, and stays until the next.
+/// Checks that a group is latched once, with the writer's number and time, and stays until the next one.
 pub fn a_group_arrives_with_its_number_and_time_once(it: &mut Interconnect) {
     let (mut sender, mut receiver) = it.connect(&SPEC);
     for number in 1..=20 {
@@ -111,7 +113,7 @@ pub fn a_group_arrives_with_its_number_and_time_once(it: &mut Interconnect) {
     }
 }
 
-/// Checks that whatever is latched is whole, newer than before, and in the end the newest.
+/// Checks that every latched group is complete and newer than the previous one, and that the last one is the newest.
 pub fn r049_a_reader_sees_all_of_a_publication_or_nothing_and_never_goes_back(it: &mut Interconnect) {
     let (mut sender, mut receiver) = it.connect(&SPEC);
     let mut seen = 0;
@@ -129,7 +131,7 @@ pub fn r049_a_reader_sees_all_of_a_publication_or_nothing_and_never_goes_back(it
     assert_eq!(receiver.group(), [200; 40], "{}: the newest group arrives in the end", it.name);
 }
 
-/// Checks that a publication that was incomplete when the writer went is never seen; one that was complete is.
+/// Checks that a publication that was incomplete when the writer disappeared is never seen, and a complete one is.
 pub fn a_writer_that_is_gone_leaves_its_last_complete_group_and_its_rows(it: &mut Interconnect) {
     let (mut sender, mut receiver) = it.connect(&SPEC);
     it.publish(&mut *sender, 1);
@@ -143,7 +145,7 @@ pub fn a_writer_that_is_gone_leaves_its_last_complete_group_and_its_rows(it: &mu
     assert_eq!(receiver.peek_row(), Some((9, [9; 12].as_slice())));
 }
 
-/// Checks that every row that was taken in comes, in order, once.
+/// Checks that every accepted row arrives in order, once.
 pub fn rows_come_in_order_and_once(it: &mut Interconnect) {
     let (mut sender, mut receiver) = it.connect(&SPEC);
     let (mut pushed, mut popped) = (0, 0);
@@ -166,7 +168,7 @@ pub fn rows_come_in_order_and_once(it: &mut Interconnect) {
     assert!(pushed > 100, "{}: only {pushed} rows went through", it.name);
 }
 
-/// Checks that a full queue refuses without filling; a row taken makes room for one.
+/// Checks that a full queue refuses without filling, and that taking a row makes room for one.
 pub fn a_reader_that_takes_nothing_makes_the_queue_full_and_room_comes_back(it: &mut Interconnect) {
     let (mut sender, mut receiver) = it.connect(&SPEC);
     let mut next = 0;
@@ -185,7 +187,7 @@ pub fn a_reader_that_takes_nothing_makes_the_queue_full_and_room_comes_back(it: 
     }
 }
 
-/// Rows raise the reader, groups nobody.
+/// Checks that rows raise the reader and groups raise no source.
 pub fn each_row_raises_the_reader_once_unless_it_arrived_at_once(it: &mut Interconnect) {
     let (mut sender, mut receiver) = it.connect(&SPEC);
     let (mut pushed, mut at_once) = (0, 0);
@@ -203,7 +205,7 @@ pub fn each_row_raises_the_reader_once_unless_it_arrived_at_once(it: &mut Interc
     assert!(it.raised.iter().all(|source| *source == READER));
 }
 
-/// Checks that the raise comes after the row.
+/// Checks that a row is readable when its reader is raised.
 pub fn a_row_can_be_read_when_its_reader_is_raised(it: &mut Interconnect) {
     let (mut sender, mut receiver) = it.connect(&SPEC);
     for number in 0..50 {
@@ -220,7 +222,7 @@ pub fn a_row_can_be_read_when_its_reader_is_raised(it: &mut Interconnect) {
     }
 }
 
-/// Connections between the same sources are apart.
+/// Checks that connections between the same sources are independent.
 pub fn connections_do_not_mix(it: &mut Interconnect) {
     let other = ConnectionSpec { reader: 6, asynchronous_len: 8, queue_row_len: 3, queue_depth: 2, ..SPEC };
     let (mut sender, mut receiver) = it.connect(&SPEC);
@@ -234,7 +236,7 @@ pub fn connections_do_not_mix(it: &mut Interconnect) {
     assert_eq!(other_receiver.peek_row(), Some((2, [2; 3].as_slice())));
 }
 
-/// Checks that the end that is left goes on; a new connection begins afresh.
+/// Checks that the remaining end continues, and that a new connection starts fresh.
 pub fn an_end_that_is_gone_troubles_nobody(it: &mut Interconnect) {
     let (mut sender, receiver) = it.connect(&SPEC);
     it.publish(&mut *sender, 1);
@@ -251,7 +253,7 @@ pub fn an_end_that_is_gone_troubles_nobody(it: &mut Interconnect) {
     assert_eq!(receiver.rows(), 0);
 }
 
-/// Checks that a connection may have a group alone, or rows alone.
+/// Checks that a connection may have only a group, or only rows.
 pub fn a_connection_may_lack_a_group_or_a_queue(it: &mut Interconnect) {
     let (mut sender, mut receiver) = it.connect(&ConnectionSpec { queue_row_len: 0, queue_depth: 0, ..SPEC });
     it.publish(&mut *sender, 1);

@@ -1,79 +1,79 @@
 // SPDX-License-Identifier: Apache-2.0
-//! State of the two ends of a connection over messages. No link, no time: their users have those, `traffic` under the virtual
-//! clock, crate `hosts` over a network.
+//! State of the two ends of a connection over messages. It contains neither link nor time; its users provide them: `traffic` under the
+//! virtual clock, crate `hosts` over a network.
 //!
-//! Group: the newest publication wins. The writing end keeps it until the reading end has said that it is there; an older one
-//! that comes late is ignored.
-//! Rows: each is kept by the writing end until the reading end has all rows up to it, and is read in order, once. How many
-//! were popped goes back until the reading end knows that it is known: so a writing end that was full always learns of the room.
+//! Group: the newest publication wins. The writing end keeps it until the reading end has acknowledged it; an older one that arrives late
+//! is ignored. Rows: the writing end keeps each until the reading end has all rows up to it; rows are read in order, once. The reading
+//! end keeps reporting the number of popped rows until the writing end acknowledges it, so a writing end that was full always learns of
+//! the room.
 use super::packet::Content;
 use crate::carrier::Header;
 use std::collections::{BTreeMap, VecDeque};
 
-/// The writing end's side.
+/// State of the writing end.
 pub struct WritingEnd {
     depth: u64,
     window: u64,
-    /// Publications so far: the sequence of the newest.
+    /// Number of publications so far: the sequence of the newest.
     published: u64,
-    /// The newest publication, until it is known to have arrived.
+    /// Newest publication, until its arrival is acknowledged.
     group: Option<(Header, Vec<u8>)>,
-    /// Rows pushed; known to have arrived; known to be popped.
+    /// Numbers of rows pushed, acknowledged as arrived, and acknowledged as popped.
     pushed: u64,
     received: u64,
     popped: u64,
-    /// The rows from `received` to `pushed`.
+    /// Rows from `received` to `pushed`.
     rows: VecDeque<(u64, Vec<u8>)>,
 }
 
 impl WritingEnd {
-    /// Makes the end for a reader at which `depth` rows may wait, and at most `window` rows on their way.
+    /// Makes the end for a reader with room for `depth` waiting rows, and at most `window` rows in transit.
     pub fn new(depth: usize, window: usize) -> Self {
         let (depth, window) = (depth as u64, window as u64);
         WritingEnd { depth, window, published: 0, group: None, pushed: 0, received: 0, popped: 0, rows: VecDeque::new() }
     }
 
-    /// Takes a publication in: the newest.
+    /// Accepts a publication, which becomes the newest.
     pub fn publish(&mut self, header: Header, bytes: &[u8]) {
         self.published += 1;
         self.group = Some((header, bytes.to_vec()));
     }
 
-    /// Returns the newest publication, if it is not known to have arrived.
+    /// Returns the newest publication, unless its arrival has been acknowledged.
     pub fn group(&self) -> Option<Content<'_>> {
         let (header, bytes) = self.group.as_ref()?;
         Some(Content::Group { sequence: self.published, header: *header, bytes })
     }
 
-    /// Publications so far: the sequence of the newest.
+    /// Returns the number of publications so far: the sequence of the newest.
     pub fn published(&self) -> u64 {
         self.published
     }
 
-    /// Notes that the reading end has publication `sequence`.
+    /// Records that the reading end has publication `sequence`.
     pub fn group_received(&mut self, sequence: u64) {
         if sequence == self.published {
             self.group = None;
         }
     }
 
-    /// Returns true if another row may be pushed: the reader has fewer than `depth` waiting, as far as is known, and fewer
-    /// than `window` are on their way.
+    /// Returns true if another row may be pushed: as far as known, fewer than `depth` wait at the reader and fewer than `window` are in
+    /// transit.
     pub fn has_room(&self) -> bool {
         self.pushed < self.room_until()
     }
 
-    /// Rows pushed so far.
+    /// Returns the number of rows pushed so far.
     pub fn pushed(&self) -> u64 {
         self.pushed
     }
 
-    /// Rows that are known to have arrived.
+    /// Returns the number of rows acknowledged as arrived.
     pub fn received(&self) -> u64 {
         self.received
     }
 
-    /// Returns number of rows that may have been pushed in all, as far as is known now.
+    /// Returns the total number of rows that may have been pushed, as far as known.
     pub fn room_until(&self) -> u64 {
         if self.received - self.popped < self.depth { self.received + self.window } else { self.pushed }
     }
@@ -85,18 +85,18 @@ impl WritingEnd {
         self.pushed - 1
     }
 
-    /// Returns the rows that are not known to have arrived, from `sequence` on.
+    /// Returns the unacknowledged rows from `sequence` on.
     pub fn rows(&self, sequence: u64) -> impl Iterator<Item = Content<'_>> {
         let rows = (self.received..).zip(&self.rows).skip_while(move |(of, _)| *of < sequence);
         rows.map(|(sequence, (number, bytes))| Content::Row { sequence, number: *number, bytes })
     }
 
-    /// Returns true if rows are not known to have arrived.
+    /// Returns true if there are unacknowledged rows.
     pub fn has_rows(&self) -> bool {
         !self.rows.is_empty()
     }
 
-    /// Notes that the reading end has the first `count` rows. True if that is news.
+    /// Records that the reading end has the first `count` rows. Returns true if this is new.
     pub fn rows_received(&mut self, count: u64) -> bool {
         let news = count.min(self.pushed).saturating_sub(self.received);
         self.rows.drain(..news as usize);
@@ -104,39 +104,39 @@ impl WritingEnd {
         news > 0
     }
 
-    /// Notes that the reader has popped `count` rows. Returns how many are known to be popped, of those that are known to have arrived.
+    /// Records that the reader has popped `count` rows. Returns the number known to be popped among those acknowledged as arrived.
     pub fn rows_popped(&mut self, count: u64) -> u64 {
         self.popped = self.popped.max(count.min(self.received));
         self.popped
     }
 }
 
-/// The reading end's side.
+/// State of the reading end.
 pub struct ReadingEnd {
     group_len: usize,
     row_len: Option<usize>,
-    /// The sequence of the newest publication that has come.
+    /// Sequence of the newest publication that has arrived.
     newest: u64,
     /// Newest group, until it is latched.
     group: Option<(Header, Vec<u8>)>,
-    /// Rows that came before one that is missing.
+    /// Rows that arrived before a missing one.
     early: BTreeMap<u64, (u64, Vec<u8>)>,
-    /// Rows that can be read.
+    /// Readable rows.
     ready: VecDeque<(u64, Vec<u8>)>,
-    /// Rows that came in order; that were popped; that the writing end knows to be popped.
+    /// Numbers of rows that arrived in order, that were popped, and that the writing end knows to be popped.
     received: u64,
     popped: u64,
     popped_known: u64,
 }
 
 impl ReadingEnd {
-    /// Makes the end for groups and rows of these lengths; rows of any length without one.
+    /// Makes the end for groups and rows of these lengths; without a row length, it accepts rows of any length.
     pub fn new(group_len: usize, row_len: Option<usize>) -> Self {
         let (early, ready) = (BTreeMap::new(), VecDeque::new());
         ReadingEnd { group_len, row_len, newest: 0, group: None, early, ready, received: 0, popped: 0, popped_known: 0 }
     }
 
-    /// Takes a publication; returns the newest one's sequence. `None`: it is not one of this connection.
+    /// Accepts a publication and returns the sequence of the newest. `None` if it does not belong to this connection.
     pub fn group_came(&mut self, sequence: u64, header: Header, bytes: &[u8]) -> Option<u64> {
         if bytes.len() != self.group_len {
             return None;
@@ -153,7 +153,7 @@ impl ReadingEnd {
         self.group.take()
     }
 
-    /// Takes a row; returns how many rows became readable by it. `None`: it is not one of this connection.
+    /// Accepts a row and returns how many rows became readable. `None` if it does not belong to this connection.
     pub fn row_came(&mut self, sequence: u64, number: u64, bytes: &[u8]) -> Option<usize> {
         if self.row_len.is_some_and(|len| len != bytes.len()) {
             return None;
@@ -169,27 +169,27 @@ impl ReadingEnd {
         Some((self.received - before) as usize)
     }
 
-    /// Rows that came in order.
+    /// Returns the number of rows that arrived in order.
     pub fn received(&self) -> u64 {
         self.received
     }
 
-    /// Returns the sequence of the newest publication that has come; 0 before the first.
+    /// Returns the sequence of the newest publication that has arrived; 0 before the first.
     pub fn newest(&self) -> u64 {
         self.newest
     }
 
-    /// Returns true if a row came before one that is missing.
+    /// Returns true if a row arrived before a missing one.
     pub fn has_gap(&self) -> bool {
         !self.early.is_empty()
     }
 
-    /// Returns the number and bytes of the oldest row, which stays.
+    /// Returns number and bytes of the oldest row without removing it.
     pub fn oldest(&self) -> Option<&(u64, Vec<u8>)> {
         self.ready.front()
     }
 
-    /// Rows that can be read.
+    /// Returns the number of readable rows.
     pub fn ready(&self) -> usize {
         self.ready.len()
     }
@@ -201,27 +201,27 @@ impl ReadingEnd {
         popped
     }
 
-    /// Takes the oldest row out, for a reader that pops it later ([`popped`](Self::popped)).
+    /// Takes out the oldest row, for a reader that pops it later ([`popped`](Self::popped)).
     pub fn take(&mut self) -> Option<(u64, Vec<u8>)> {
         self.ready.pop_front()
     }
 
-    /// Notes that the reader has popped `count` of the rows that were taken out.
+    /// Records that the reader has popped `count` of the rows that were taken out.
     pub fn popped(&mut self, count: u64) {
         self.popped = self.popped.max(count.min(self.received));
     }
 
-    /// Rows that came and are not popped.
+    /// Returns the number of rows that arrived and were not popped.
     pub fn waiting(&self) -> u64 {
         self.received - self.popped
     }
 
-    /// Returns number of rows that were popped, if the writing end is not known to know it.
+    /// Returns the number of popped rows, unless the writing end has acknowledged it.
     pub fn room_news(&self) -> Option<Content<'static>> {
         (self.popped_known < self.popped).then_some(Content::RowsPopped { count: self.popped })
     }
 
-    /// Notes that the writing end knows that `count` rows were popped.
+    /// Records that the writing end knows that `count` rows were popped.
     pub fn room_known(&mut self, count: u64) {
         self.popped_known = self.popped_known.max(count.min(self.popped));
     }

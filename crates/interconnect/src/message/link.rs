@@ -1,47 +1,46 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The faulty link: delays, drops, repeats, reorders and corrupts packets, chosen by a seed.
+//! The faulty link: delays, drops, repeats, reorders and corrupts packets, as determined by a seed.
 use std::collections::BTreeMap;
 
-/// Faults of a link. Probabilities are from 0 to 1, each drawn for each packet; with `drop` or `corrupt` at 1
-/// nothing ever arrives.
+/// Faults of a link. Probabilities are from 0 to 1, drawn for each packet; with `drop` or `corrupt` at 1 nothing ever arrives.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Faults {
-    /// Least delay, ns.
+    /// Minimum delay, ns.
     pub delay_ns_min: i64,
-    /// Maximum delay, ns. Packets that are not reordered keep their order all the same.
+    /// Maximum delay, ns. Packets that are not reordered keep their order nevertheless.
     pub delay_ns_max: i64,
     /// Probability that a packet is lost.
     pub drop: f64,
-    /// Probability that a packet comes twice.
+    /// Probability that a packet arrives twice.
     pub repeat: f64,
     /// Probability that a packet is held back, so that later ones overtake it.
     pub reorder: f64,
-    /// Probability that one to three bits of a packet are turned over.
+    /// Probability that one to three bits of a packet are flipped.
     pub corrupt: f64,
-    /// Time without an answer after which a packet is sent again, ns, 1 or more; more than a round trip if repeats are unwanted.
+    /// Time without an answer after which a packet is retransmitted, ns, 1 or more; longer than a round trip to avoid duplicates.
     pub retransmit_ns: i64,
-    /// Rows of a connection that may be on their way (pushed, not known to have arrived), beside those that wait at the reader.
+    /// Maximum number of a connection's rows in transit (pushed, not acknowledged), in addition to those waiting at the reader.
     pub window: usize,
 }
 
 impl Faults {
-    /// Makes a perfect link: everything arrives at once.
+    /// Makes a perfect link: everything arrives immediately.
     pub fn none() -> Self {
         let (delay_ns_min, delay_ns_max) = (0, 0);
         Faults { delay_ns_min, delay_ns_max, drop: 0.0, repeat: 0.0, reorder: 0.0, corrupt: 0.0, retransmit_ns: 1_000_000, window: 64 }
     }
 
-    /// Makes a link that only delays.
+    /// Makes a link that only delays packets.
     pub fn delay(delay_ns_min: i64, delay_ns_max: i64) -> Self {
         Faults { delay_ns_min, delay_ns_max, retransmit_ns: 2 * delay_ns_max + 1, ..Faults::none() }
     }
 
-    /// Makes every fault: 20 to 100 µs of delay, one packet in ten lost, repeated, reordered, corrupted.
+    /// Makes a link with every fault: 20 to 100 µs of delay, one packet in ten lost, repeated, reordered, corrupted.
     pub fn every() -> Self {
         Faults { drop: 0.1, repeat: 0.1, reorder: 0.1, corrupt: 0.1, ..Faults::delay(20_000, 100_000) }
     }
 
-    /// Panics where a field is out of its range.
+    /// Panics if a field is out of its range.
     pub(super) fn check(&self) {
         assert!(0 <= self.delay_ns_min && self.delay_ns_min <= self.delay_ns_max, "delays are 0 or more, the least first: {self:?}");
         assert!(self.retransmit_ns >= 1 && self.window >= 1, "retransmit_ns and window are 1 or more: {self:?}");
@@ -51,38 +50,38 @@ impl Faults {
     }
 }
 
-/// Counters of what has happened to packets so far.
+/// Counters of packet events.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Counters {
-    /// Packets given to the link, retransmissions included.
+    /// Packets sent over the link, including retransmissions.
     pub sent: u64,
-    /// Lost by the link.
+    /// Packets lost by the link.
     pub dropped: u64,
-    /// Damaged by the link.
+    /// Packets damaged by the link.
     pub corrupted: u64,
-    /// Sent a second time by the link.
+    /// Packets duplicated by the link.
     pub repeated: u64,
-    /// Held back by the link.
+    /// Packets held back by the link.
     pub reordered: u64,
-    /// Sent again by an end that had no answer.
+    /// Packets retransmitted by an end that had no answer.
     pub retransmitted: u64,
-    /// Arrived damaged, and thrown away.
+    /// Packets that arrived damaged and were discarded.
     pub refused: u64,
-    /// Arrived whole.
+    /// Packets that arrived intact.
     pub delivered: u64,
 }
 
-/// The way of a packet: which connection, and whether to its reading end.
+/// Direction of a packet: its connection, and whether it goes to the reading end.
 pub(super) type Way = (u32, bool);
 
 pub(super) struct Link {
     pub(super) faults: Faults,
     pub(super) counters: Counters,
     random: Random,
-    /// Packets on their way, by time of arrival, then order of sending.
+    /// Packets in transit, by time of arrival, then order of sending.
     flying: BTreeMap<(i64, u64), (Way, Vec<u8>)>,
     sent: u64,
-    /// The arrival before which a packet in order cannot come.
+    /// Earliest arrival of a packet in order, per direction.
     floors: BTreeMap<Way, i64>,
 }
 
@@ -93,7 +92,7 @@ impl Link {
         Link { faults, counters: Counters::default(), random: Random(seed), flying, sent: 0, floors }
     }
 
-    /// Sends a packet at `now_ns`; what becomes of it is up to the faults.
+    /// Sends a packet at `now_ns`, subject to the faults.
     pub(super) fn send(&mut self, way: Way, now_ns: i64, packet: Vec<u8>) {
         self.counters.sent += 1;
         if self.random.chance(self.faults.drop) {
@@ -107,7 +106,7 @@ impl Link {
         self.fly(way, now_ns, packet);
     }
 
-    /// Returns the packet that arrives next, if it does so by `now_ns`: its time, way and bytes.
+    /// Returns the next packet to arrive, if it does so by `now_ns`: its time, direction and bytes.
     pub(super) fn arrival(&mut self, now_ns: i64) -> Option<(i64, Way, Vec<u8>)> {
         let entry = self.flying.first_entry().filter(|entry| entry.key().0 <= now_ns)?;
         let at_ns = entry.key().0;
@@ -115,19 +114,19 @@ impl Link {
         Some((at_ns, way, packet))
     }
 
-    /// Returns when the next packet arrives.
+    /// Returns the time at which the next packet arrives.
     pub(super) fn next_arrival(&self) -> Option<i64> {
         self.flying.first_key_value().map(|(&(at_ns, _), _)| at_ns)
     }
 
-    /// Takes back everything of a connection that is on its way.
+    /// Discards everything of a connection that is in transit.
     pub(super) fn forget(&mut self, connection: u32) {
         self.flying.retain(|_, ((of, _), _)| *of != connection);
         self.floors.remove(&(connection, false));
         self.floors.remove(&(connection, true));
     }
 
-    /// Returns true if nothing is on its way, nor remembered of any connection.
+    /// Returns true if nothing is in transit and no state of any connection is kept.
     #[cfg(test)]
     pub(super) fn is_empty(&self) -> bool {
         self.flying.is_empty() && self.floors.is_empty()
@@ -151,19 +150,19 @@ impl Link {
         self.sent += 1;
     }
 
-    /// Turns one to three different bits over.
+    /// Flips one to three different bits.
     fn damage(&mut self, packet: &mut [u8]) {
         let bits = packet.len() as u64 * 8;
         let first = self.random.below(bits);
         for step in 0..=self.random.below(3) {
-            // Different bits, so that one does not mend the other.
+            // Different bits, so that none is flipped back.
             let bit = ((first + step * 13) % bits) as usize;
             packet[bit / 8] ^= 1 << (bit % 8);
         }
     }
 }
 
-/// SplitMix64 (Steele, Lea, Flood 2014): one sequence for each seed.
+/// SplitMix64 (Steele, Lea, Flood 2014): one sequence per seed.
 struct Random(u64);
 
 impl Random {
@@ -175,7 +174,7 @@ impl Random {
         z ^ (z >> 31)
     }
 
-    /// Returns a number from 0 to `bound` − 1; the bias of the remainder is of no matter here.
+    /// Returns a number from 0 to `bound` − 1; the bias of the remainder does not matter here.
     fn below(&mut self, bound: u64) -> u64 {
         self.next() % bound
     }
@@ -191,7 +190,7 @@ mod tests {
 
     const WAY: Way = (0, true);
 
-    /// Sends 1,000 packets, 1 µs apart, and returns what arrives: times and bytes in order of arrival, and the counters.
+    /// Sends 1,000 packets, 1 µs apart, and returns the arrivals (times and bytes in order of arrival) and the counters.
     fn fates(seed: u64, faults: Faults) -> (Vec<(i64, Vec<u8>)>, Counters) {
         let mut link = Link::new(seed, faults);
         for index in 0..1000i64 {

@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Connections over messages: a link in memory that can delay, drop, repeat, reorder and corrupt, for tests under the
-//! virtual clock.
+//! Connections over messages: a link in memory that can delay, drop, repeat, reorder and corrupt, for tests under the virtual clock.
 //!
-//! Publications and rows become packets with a checksum. Whatever the faults, the reader gets the newest group in the end,
-//! never an older one after a newer one, never a damaged one; and every row, in order, once. One seed and the same calls give
-//! the same deliveries. Time moves only with the calls: nothing here has a clock, and each end is behind one lock, so this is
-//! not for the real-time path.
+//! Publications and rows become packets with a checksum. Whatever the faults, the reader eventually gets the newest group, never an older
+//! one after a newer one, and never a damaged one; and it gets every row, in order, once. The same seed and calls give the same
+//! deliveries. Time advances only with the calls, since the link has no clock. Each end is behind one lock, so it is not for the
+//! real-time path.
 pub mod ends;
 mod link;
 pub mod packet;
@@ -20,36 +19,36 @@ use crate::carrier::{Carrier, ConnectionSpec, Full, Header, Receiver, Sender};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use traffic::Traffic;
 
-/// Carries connections over one faulty link. A clone is the same link, so that a test can keep one and look at the counters.
+/// Carrier over one faulty link. A clone shares the link, so that a test can keep one to read the counters.
 #[derive(Clone)]
 pub struct Message(Arc<Mutex<Traffic>>);
 
 impl Message {
-    /// Makes a link whose faults are chosen by `seed`. Panics where a field of `faults` is out of its range.
+    /// Makes a link whose faults are determined by `seed`. Panics if a field of `faults` is out of its range.
     pub fn new(seed: u64, faults: Faults) -> Self {
         Message(Arc::new(Mutex::new(Traffic::new(seed, faults))))
     }
 
-    /// Counters of what has happened so far.
+    /// Returns the counters of packet events so far.
     pub fn counters(&self) -> Counters {
         self.traffic().link.counters
     }
 
-    /// Changes the faults: packets on their way stay as they are, and connections keep their window.
+    /// Changes the faults. Packets in transit are not affected, and connections keep their window.
     pub fn set_faults(&self, faults: Faults) {
         faults.check();
         self.traffic().link.faults = faults;
     }
 
-    /// Lets `bytes` come to one end of connection `connection` (from 0, in the order of their making) as the link would: a packet that
-    /// somebody forged. True where they were taken. For tests of what reads packets.
+    /// Delivers `bytes` to one end of connection `connection` (numbered from 0 in order of creation) as the link would: a forged packet.
+    /// Returns true if they were accepted. For tests of packet parsing.
     #[doc(hidden)]
     pub fn arrive(&self, connection: u32, to_reader: bool, bytes: &[u8]) -> bool {
         self.traffic().arrive(connection, to_reader, bytes).is_ok()
     }
 
     fn traffic(&self) -> MutexGuard<'_, Traffic> {
-        // What a panic elsewhere left is no worse than a fault of the link.
+        // State left by a panic elsewhere is no worse than a fault of the link.
         self.0.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
@@ -74,19 +73,19 @@ impl Carrier for Message {
             traffic.run_until(now_ns);
             traffic.take_raises()
         };
-        // The lock is free again: who is raised may publish.
+        // The lock has been released, because a raised source may publish.
         raises.into_iter().for_each(raise);
     }
 }
 
-/// Value of unfilled bytes, so that a writer that does not fill its group or row whole is found.
+/// Value of unfilled bytes, which exposes a writer that does not fill its whole group or row.
 const SPOILT: u8 = 0xa5;
 
 struct MessageSender {
     link: Message,
     connection: u32,
     group: AlignedBytes,
-    /// None without a queue.
+    /// `None` without a queue.
     row_len: Option<usize>,
     arrived: bool,
 }
@@ -127,7 +126,7 @@ struct MessageReceiver {
     link: Message,
     connection: u32,
     group: AlignedBytes,
-    /// A copy of the oldest row, and its number, once it was looked at.
+    /// Copy of the oldest row, with its number, once it has been peeked at.
     row: AlignedBytes,
     peeked: Option<u64>,
 }
@@ -214,7 +213,7 @@ mod tests {
             assert!(receiver.pop_row());
             settle(&mut link);
         }
-        // Each publication and row, their answers, the room for another row and its answer.
+        // Each publication and row with its answer, and the notice of room for another row with its answer.
         assert_eq!(link.counters(), Counters { sent: 60, delivered: 60, ..Counters::default() });
     }
 

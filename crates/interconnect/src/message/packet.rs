@@ -15,7 +15,7 @@
 //! All little-endian. A field that a kind does not use is zero.
 use crate::carrier::Header;
 
-/// Bytes that were found whole: the length and the checksum agree.
+/// Bytes whose length and checksum have been verified.
 #[derive(Clone, Copy, Debug)]
 pub struct Packet<'a>(&'a [u8]);
 
@@ -23,7 +23,7 @@ impl<'a> Packet<'a> {
     /// Checks length and checksum.
     ///
     /// # Errors
-    /// [`DamagedPacket`]: one of them does not agree.
+    /// [`DamagedPacket`] if one of them does not match.
     pub fn new_checked(bytes: &'a [u8]) -> Result<Self, DamagedPacket> {
         if bytes.len() < PAYLOAD || word(bytes, LENGTH) as u32 as usize != bytes.len() {
             return Err(DamagedPacket);
@@ -39,58 +39,58 @@ impl<'a> Packet<'a> {
     }
 }
 
-/// The bytes are not those of a packet as it was sent.
+/// Error: the bytes are not an intact packet.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct DamagedPacket;
 
 /// Content of a packet.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Repr<'a> {
-    /// Number of the connection, among all that share the way.
+    /// Number of the connection, unique among those that share the link.
     pub connection: u64,
-    /// Its content.
+    /// Content of the packet.
     pub content: Content<'a>,
 }
 
-/// The kinds of packets, from the writing end to the reading end unless it says otherwise.
+/// Kinds of packets, sent from the writing end to the reading end unless stated otherwise.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Content<'a> {
     /// Publication `sequence` (from 1) of the group.
     Group {
         /// Number of the publication, from 1.
         sequence: u64,
-        /// Publisher, and time of the publication.
+        /// Number and time of the publication.
         header: Header,
-        /// Bytes of the packet, all of them.
+        /// Bytes of the group.
         bytes: &'a [u8],
     },
-    /// To the writing end: publication `sequence` is here; no older one is wanted.
+    /// To the writing end: publication `sequence` has arrived; older ones are no longer needed.
     GroupReceived {
-        /// The newest that has come.
+        /// Newest publication that has arrived.
         sequence: u64,
     },
     /// Row `sequence` (from 0).
     Row {
         /// Number of the row, from 0.
         sequence: u64,
-        /// The writer's number.
+        /// Number assigned by the writer.
         number: u64,
-        /// Bytes of the packet, all of them.
+        /// Bytes of the row.
         bytes: &'a [u8],
     },
-    /// To the writing end: all of the first `count` rows are here.
+    /// To the writing end: all of the first `count` rows have arrived.
     RowsReceived {
-        /// Rows that came in order.
+        /// Number of rows that arrived in order.
         count: u64,
     },
     /// To the writing end: the reader has popped `count` rows, so there is room.
     RowsPopped {
-        /// Rows that were popped.
+        /// Number of popped rows.
         count: u64,
     },
     /// The writing end knows that `count` rows were popped.
     RoomKnown {
-        /// Rows that were popped.
+        /// Number of popped rows.
         count: u64,
     },
 }
@@ -99,7 +99,7 @@ impl<'a> Repr<'a> {
     /// Returns the content of the packet.
     ///
     /// # Errors
-    /// [`DamagedPacket`]: its kind is not known.
+    /// [`DamagedPacket`] if its kind is unknown.
     pub fn parse(packet: Packet<'a>) -> Result<Self, DamagedPacket> {
         let (sequence, number, bytes) = (word(packet.0, SEQUENCE), word(packet.0, NUMBER), &packet.0[PAYLOAD..]);
         let content = match packet.kind() {
@@ -114,7 +114,7 @@ impl<'a> Repr<'a> {
         Ok(Repr { connection: word(packet.0, CONNECTION), content })
     }
 
-    /// Returns the packet that says it.
+    /// Returns the packet with this content.
     pub fn emit(&self) -> Vec<u8> {
         let (kind, sequence, number, time_ns, payload): (u32, u64, u64, i64, &[u8]) = match self.content {
             Content::Group { sequence, header, bytes } => (1, sequence, header.number, header.time_ns, bytes),
@@ -138,13 +138,13 @@ impl<'a> Repr<'a> {
     }
 }
 
-/// Returns the packet of these bytes, all that comes after its length: with that length and their checksum.
+/// Returns the packet of the given content, i.e. all bytes after the length field, with length and checksum added.
 #[doc(hidden)]
 pub fn sealed(content: &[u8]) -> Vec<u8> {
     sealed_parts(&[content])
 }
 
-/// Seals as [`sealed`], of parts that lie apart: a group is copied once on its way into its packet.
+/// Seals separate parts as [`sealed`] does, so that a group is copied only once into its packet.
 fn sealed_parts(parts: &[&[u8]]) -> Vec<u8> {
     let len = CONTENT + parts.iter().map(|part| part.len()).sum::<usize>();
     let mut bytes = Vec::with_capacity(len);
@@ -169,8 +169,8 @@ fn word(bytes: &[u8], at: usize) -> u64 {
     u64::from_le_bytes(bytes[at..at + 8].try_into().expect("eight bytes were cut out"))
 }
 
-/// Eight bytes at a time, as FNV-1a does it with one, and turned so that every bit reaches every other: finds each change within eight
-/// bytes that start at a multiple of eight, and all but one in 2^64 of the others.
+/// Computes a checksum like FNV-1a, but over eight bytes at a time and with a rotation so that every bit affects every other. It detects
+/// each change within eight bytes that start at a multiple of eight, and all but one in 2^64 of the others.
 pub fn checksum(bytes: &[u8]) -> u64 {
     let step = |sum: u64, word: u64| (sum ^ word).wrapping_mul(0x9e37_79b9_7f4a_7c15).rotate_left(29);
     let mut words = bytes.chunks_exact(8);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The traffic of all connections over one link: arrivals and retransmissions, in order of time.
+//! Traffic of all connections over one link: arrivals and retransmissions, in order of time.
 use super::ends::{ReadingEnd, WritingEnd};
 use super::link::{Faults, Link};
 use super::packet::{Content, DamagedPacket, Packet, Repr};
@@ -13,7 +13,7 @@ pub(super) struct Traffic {
     connections_made: u32,
     /// Deadlines by time, then connection.
     deadlines: BTreeSet<(i64, u32, Retransmission)>,
-    /// Reading sources of rows that became readable and were not raised yet.
+    /// Reading sources to be raised, for rows that became readable.
     raises: Vec<u32>,
 }
 
@@ -37,8 +37,8 @@ impl Traffic {
         raise_ns.into_iter().chain(self.next_event()).min()
     }
 
-    /// Lets everything happen that is due by `now_ns`, each at its own time. Time does not go back: a firing publishes with
-    /// its release time, and others may have been here since.
+    /// Processes everything that is due by `now_ns`, each at its own time. Time does not go back: a firing publishes with its release
+    /// time, and later calls may have happened since.
     pub(super) fn run_until(&mut self, now_ns: i64) {
         let now_ns = now_ns.max(self.now_ns);
         while let Some(at_ns) = self.next_event().filter(|at_ns| *at_ns <= now_ns) {
@@ -56,7 +56,7 @@ impl Traffic {
         self.now_ns = now_ns;
     }
 
-    /// Takes the sources to raise, each once for each row.
+    /// Takes the sources to raise, once for each row.
     pub(super) fn take_raises(&mut self) -> Vec<u32> {
         std::mem::take(&mut self.raises)
     }
@@ -75,7 +75,7 @@ impl Traffic {
         self.connection(connection).writing.has_room()
     }
 
-    /// Sends a row; true if it could be read before this returned, so that nobody is to be raised.
+    /// Sends a row; returns true if it became readable before this returned, so that nothing is to be raised.
     pub(super) fn push(&mut self, connection: u32, number: u64, now_ns: i64, bytes: Vec<u8>) -> bool {
         let Some(open) = self.open(connection) else { return false };
         let sequence = open.writing.push(number, bytes);
@@ -83,7 +83,7 @@ impl Traffic {
         self.run_until(now_ns);
         let Connection { reader, reading, .. } = self.connection(connection);
         let (reader, received) = (*reader, reading.received());
-        // A row that somebody forged has raised the reader before, when it came.
+        // A forged row has already raised the reader when it arrived.
         let raise = self.raises.iter().rposition(|raised| *raised == reader).filter(|_| received > sequence);
         raise.map(|raise| self.raises.remove(raise)).is_some()
     }
@@ -101,18 +101,18 @@ impl Traffic {
         popped
     }
 
-    /// Returns true if nothing is left of any connection.
+    /// Returns true if no state of any connection is left.
     #[cfg(test)]
     pub(super) fn is_empty(&self) -> bool {
         self.connections.is_empty() && self.deadlines.is_empty() && self.link.is_empty()
     }
 
-    /// Drops the writing end; what it has sent still arrives.
+    /// Drops the writing end; rows and groups already sent still arrive.
     pub(super) fn drop_writing(&mut self, connection: u32) {
         self.drop_end(connection);
     }
 
-    /// Drops the reading end: nothing more is sent or arrives.
+    /// Drops the reading end; nothing is sent or arrives afterwards.
     pub(super) fn drop_reading(&mut self, connection: u32) {
         self.link.forget(connection);
         for which in Retransmission::ALL {
@@ -139,12 +139,12 @@ impl Traffic {
         self.connections.get_mut(&connection).expect("a connection lives as long as one of its ends")
     }
 
-    /// Returns the connection, if its reading end is there.
+    /// Returns the connection, if its reading end exists.
     fn open(&mut self, connection: u32) -> Option<&mut Connection> {
         Some(self.connection(connection)).filter(|connection| connection.open)
     }
 
-    /// Lets a packet come to the reading or the writing end.
+    /// Delivers a packet to the reading or the writing end.
     pub(super) fn arrive(&mut self, connection: u32, to_reader: bool, bytes: &[u8]) -> Result<(), DamagedPacket> {
         let repr = Repr::parse(Packet::new_checked(bytes)?)?;
         if repr.connection != u64::from(connection) || repr.answers() == to_reader {
@@ -206,7 +206,7 @@ impl Traffic {
         self.arm(connection, Retransmission::Group, true);
     }
 
-    /// Sends the rows that are not known to have arrived, from `sequence` on.
+    /// Sends the unacknowledged rows from `sequence` on.
     fn send_rows(&mut self, connection: u32, sequence: u64) {
         let rows = self.connection(connection).writing.rows(sequence);
         let packets: Vec<_> = rows.map(|content| Repr { connection: connection.into(), content }.emit()).collect();
@@ -232,7 +232,7 @@ impl Traffic {
         }
     }
 
-    /// Sets the retransmission to come after a while without an answer, or takes it back.
+    /// Schedules or cancels a retransmission after a time without an answer.
     fn arm(&mut self, connection: u32, which: Retransmission, unanswered: bool) {
         let due_ns = unanswered.then(|| self.now_ns.saturating_add(self.link.faults.retransmit_ns));
         let before_ns = std::mem::replace(&mut self.connection(connection).due_ns[which as usize], due_ns);
@@ -246,19 +246,19 @@ impl Traffic {
 }
 
 struct Connection {
-    /// The reading source.
+    /// Reading source.
     reader: u32,
     writing: WritingEnd,
     reading: ReadingEnd,
     /// Number of the two ends that are still held.
     ends: u8,
-    /// The reading end is one of them.
+    /// True if the reading end is one of them.
     open: bool,
-    /// The deadline of each retransmission.
+    /// Deadline of each retransmission.
     due_ns: [Option<i64>; 3],
 }
 
-/// Packet that is sent again when no answer came.
+/// Packet to retransmit if no answer arrives.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 enum Retransmission {
     Group,

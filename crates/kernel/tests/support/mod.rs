@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Blocks, and a program of one process, for the kernel's tests. Blocks are written by hand against the ABI: instances that load
-//! through addresses, and store on success.
+//! Blocks, and a program of one process, for the kernel's tests. The blocks are hand-written against the ABI: instances that load through
+//! addresses, and store on success.
 #![allow(dead_code, reason = "each test file uses its part")]
 use kernel::*;
 use opengpac::abi::{self, Descriptor, Header, Invocation, Item, NONE, kind};
@@ -30,7 +30,7 @@ pub const PARAMETER: usize = 3;
 /// Body of a test block: returns `Ok` with conditions to report, or the result of a fault.
 pub type Body = fn(&mut Instance, &Invocation) -> u64;
 
-/// Enters a body as generated entries do.
+/// Runs a body as generated entries do.
 pub unsafe fn enter(instance: *mut c_void, invocation: *const Invocation, body: Body) -> u64 {
     unsafe {
         let this = &mut *instance.cast::<Instance>();
@@ -66,7 +66,7 @@ macro_rules! block {
     }};
 }
 
-/// Makes a descriptor around an entry. Leaked: descriptors are constants.
+/// Makes a descriptor around an entry. It is leaked, since descriptors are constants.
 pub fn describe(run: abi::Run) -> &'static Descriptor {
     let text = |text: &str| CString::new(text).unwrap().into_raw().cast_const();
     let item = |item_kind, name: &str, offset: usize, address: u32, report: u32| Item {
@@ -144,7 +144,7 @@ pub fn interval() -> Arc<Activation> {
     Activation::new(Due::Interval, None)
 }
 
-/// Cells of 8 bytes, side by side.
+/// Returns adjacent cells of 8 bytes.
 pub fn cells(n: usize) -> Vec<Cell> {
     let extent = Extent::new(8 * n);
     (0..n).map(|at| extent.cell(8 * at, 8)).collect()
@@ -170,18 +170,18 @@ pub fn monotonic_host() -> Host {
     Host::new(ClockKind::Monotonic, Box::new(interconnect::Memory))
 }
 
-/// Runs every firing up to and with `until_ns`.
+/// Runs every firing up to and including `until_ns`.
 pub fn run_until(host: &Host, until_ns: i64) {
     while host.fire_next(until_ns).unwrap() {}
     host.set_now(until_ns);
 }
 
-/// Returns everything told so far.
+/// Returns all events so far.
 pub fn events(host: &Host) -> Vec<Event> {
     std::iter::from_fn(|| host.poll()).collect()
 }
 
-/// Waits, under the monotonic clock, for the first event that `wanted` takes.
+/// Waits, under the monotonic clock, for the first event that `wanted` accepts.
 pub fn await_event<T>(host: &Host, mut wanted: impl FnMut(Event) -> Option<T>) -> T {
     loop {
         while let Some(event) = host.poll() {
@@ -206,7 +206,7 @@ pub fn random_below(seed: &mut u64, below: u64) -> u64 {
     (random(seed) >> 11) % below
 }
 
-/// Returns the number that a variable of the environment gives.
+/// Returns the number in an environment variable.
 pub fn setting(name: &str, default: u64) -> u64 {
     std::env::var(name).map_or(default, |given| given.parse().expect("a number"))
 }

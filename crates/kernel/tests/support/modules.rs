@@ -5,7 +5,7 @@ use opengpac::bank::Bank;
 use std::ffi::CString;
 use std::process::Command;
 
-/// Options with which a user's module is built.
+/// Options with which user modules are built.
 #[allow(dead_code, reason = "each test file uses its part")]
 pub const AS_A_USER: [&str; 3] = ["-std=c11", "-O2", "-ffp-contract=off"];
 
@@ -15,7 +15,7 @@ pub fn blocks_of(name: &str, options: &[&str]) -> Vec<&'static Descriptor> {
     with_banks_of(name, options).into_iter().map(|(block, _)| block).collect()
 }
 
-/// Returns the same, each with the bank entry that the module gives for it.
+/// Returns the same, each with its bank entry in the module.
 pub fn with_banks_of(name: &str, options: &[&str]) -> Vec<(&'static Descriptor, Option<Bank>)> {
     let root = env!("CARGO_MANIFEST_DIR");
     let object = std::env::temp_dir().join(format!("opengpac-{name}-{}.so", std::process::id()));

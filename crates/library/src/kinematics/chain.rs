@@ -1,15 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
-//! A chain of joints from the base of an arm to its tool, as a product of exponentials.
+//! Chain of joints from the base of an arm to its tool, as a product of exponentials.
 //!
-//! Each joint is a line in space where the arm is at zero: its axis and a point on it. The pose of the tool is
-//! base exp(ξ₁ q₁) … exp(ξₙ qₙ) home tool (Brockett, *Robotic manipulators and the product of exponentials formula*, 1984; Lynch and
-//! Park, *Modern Robotics*, 2017, section 4.1), so no frames need be chosen for the links.
+//! Each joint is a line in space with the arm at zero: its axis and a point on it. The pose of the tool is base exp(ξ₁ q₁) … exp(ξₙ qₙ)
+//! home tool (Brockett, *Robotic manipulators and the product of exponentials formula*, 1984; Lynch and Park, *Modern Robotics*, 2017,
+//! section 4.1), so no link frames need be chosen.
 use super::JOINTS_MAX;
 use super::matrix::{Square, eigenvalues};
 use super::pose::{Numbers, Pose, add, cross, length, product, rotate, scale, subtract, turn};
 use opengpac::Type;
 
-/// A joint that does not move the tool: a finger, for example.
+/// A joint that does not move the tool, such as a finger.
 pub const NONE: i32 = 0;
 /// A joint that turns; its position is in rad.
 pub const HINGE: i32 = 1;
@@ -22,22 +22,22 @@ pub const SLIDE: i32 = 2;
 pub struct Chain {
     /// Number of joints.
     pub joints: i32,
-    /// Of each joint: 0 does not move the tool, 1 turns, 2 slides.
+    /// Kind of each joint: 0 does not move the tool, 1 turns, 2 slides.
     pub kind: [i32; JOINTS_MAX],
-    /// The arm's base in the frame in which poses are given.
+    /// Base of the arm in the frame of the poses.
     pub base: Numbers,
-    /// The flange in the base's frame where every joint is at 0.
+    /// Flange in the frame of the base with every joint at 0.
     pub home: Numbers,
-    /// The tool in the flange's frame.
+    /// Tool in the frame of the flange.
     pub tool: Numbers,
-    /// Unit vector along each joint's axis, in the base's frame, where every joint is at 0.
+    /// Unit vector along each joint's axis, in the frame of the base, with every joint at 0.
     pub axis: [[f64; 3]; JOINTS_MAX],
-    /// A point on each axis, there.
+    /// Point on each axis, in the frame of the base, with every joint at 0.
     pub anchor: [[f64; 3]; JOINTS_MAX],
 }
 
 impl Chain {
-    /// A chain that is not given yet: it fits no arm.
+    /// An undefined chain: it fits no arm.
     pub const NOTHING: Chain = Chain {
         joints: 0,
         kind: [NONE; JOINTS_MAX],
@@ -48,7 +48,7 @@ impl Chain {
         anchor: [[0.0; 3]; JOINTS_MAX],
     };
 
-    /// The chain with its frames read, where it is one for `n` joints.
+    /// Parses the frames of the chain; `None` if it is not valid for `n` joints.
     pub fn read(&self, n: usize) -> Option<Arm<'_>> {
         let fine = |i: usize| match self.kind[i] {
             NONE => true,
@@ -62,20 +62,20 @@ impl Chain {
     }
 }
 
-/// A chain that was found to be one, with its frames read.
+/// A validated chain with its frames parsed.
 #[derive(Clone, Copy, Debug)]
 pub struct Arm<'a> {
     chain: &'a Chain,
     base: Pose,
-    /// The tool in the base's frame where every joint is at 0.
+    /// Tool in the frame of the base with every joint at 0.
     end: Pose,
     n: usize,
 }
 
-/// Where the tool and the axes of the joints are, in the frame in which poses are given.
+/// Pose of the tool and axes of the joints, in the frame of the poses.
 #[derive(Clone, Copy, Debug)]
 pub struct Posture {
-    /// The tool.
+    /// Pose of the tool.
     pub tool: Pose,
     /// Directions of the axes.
     axis: [[f64; 3]; JOINTS_MAX],
@@ -93,17 +93,17 @@ pub struct PlacedJoint {
 }
 
 impl Arm<'_> {
-    /// Returns the number of its joints.
+    /// Returns the number of joints.
     pub fn joints(&self) -> usize {
         self.n
     }
 
-    /// Returns its base in the frame in which poses are given.
+    /// Returns the base in the frame of the poses.
     pub fn base(&self) -> &Pose {
         &self.base
     }
 
-    /// Returns true if a joint moves the tool.
+    /// Returns true if `joint` moves the tool.
     pub fn moves(&self, joint: usize) -> bool {
         self.chain.kind[joint] != NONE
     }
@@ -128,7 +128,7 @@ impl Arm<'_> {
         PlacedJoint { axis, anchor, link }
     }
 
-    /// Where everything is at these joint positions (one for each joint, rad or m).
+    /// Computes the tool pose and the axes for these joint positions (one for each joint, rad or m).
     pub fn posture(&self, q: &[f64]) -> Posture {
         let mut at = self.base;
         let mut posture = Posture { tool: at, axis: [[0.0; 3]; JOINTS_MAX], anchor: [[0.0; 3]; JOINTS_MAX] };
@@ -140,7 +140,8 @@ impl Arm<'_> {
         posture
     }
 
-    /// The geometric Jacobian, a row for each joint: the tool's linear (m/s) and angular (rad/s) velocity for a joint speed of 1.
+    /// Computes the geometric Jacobian, a row for each joint: the tool's linear (m/s) and angular (rad/s) velocity for a joint speed of
+    /// 1.
     pub fn jacobian(&self, posture: &Posture) -> [[f64; 6]; JOINTS_MAX] {
         let mut rows = [[0.0; 6]; JOINTS_MAX];
         for (i, row) in rows.iter_mut().enumerate().take(self.n) {
@@ -155,7 +156,8 @@ impl Arm<'_> {
         rows
     }
 
-    /// The minimum singular value of a Jacobian that such an arm can have above 0: with fewer than six joints, of as many.
+    /// Returns the minimum of the singular values of a Jacobian that such an arm can make nonzero: with fewer than six joints, one per
+    /// joint.
     pub fn least_singular_value(&self, jacobian: &[[f64; 6]; JOINTS_MAX]) -> f64 {
         let moving = (0..self.n).filter(|i| self.moves(*i)).count();
         match moving {
@@ -165,21 +167,21 @@ impl Arm<'_> {
     }
 }
 
-/// J Jᵀ, for a Jacobian with a row for each joint.
+/// Computes J Jᵀ, for a Jacobian with a row for each joint.
 pub fn gram(rows: &[[f64; 6]]) -> Square {
     std::array::from_fn(|i| std::array::from_fn(|j| rows.iter().map(|row| row[i] * row[j]).sum()))
 }
 
-/// The chains of the tests beside and around this file.
+/// Sample chains for the tests of this and other files.
 #[cfg(test)]
 pub mod samples {
     use super::*;
     use std::f64::consts::FRAC_PI_2;
 
-    /// Where `six_joints` is well away from all singularities: upper arm up, forearm level, tool down.
+    /// Joint positions of `six_joints` well away from all singularities: upper arm up, forearm level, tool down.
     pub const HOME: [f64; 6] = [0.0, -FRAC_PI_2, FRAC_PI_2, -FRAC_PI_2, -FRAC_PI_2, 0.0];
 
-    /// Two links of 1 m and 0.5 m in the plane.
+    /// Returns two links of 1 m and 0.5 m in the plane.
     pub fn planar() -> Chain {
         let mut chain = Chain { joints: 2, home: [1.5, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0], ..Chain::NOTHING };
         for (i, x) in [0.0, 1.0].into_iter().enumerate() {
@@ -188,7 +190,7 @@ pub mod samples {
         chain
     }
 
-    /// An arm with the geometry of a UR5e (published Denavit-Hartenberg numbers), tool along the last axis.
+    /// Returns an arm with the geometry of a UR5e (published Denavit-Hartenberg parameters), tool along the last axis.
     pub fn six_joints() -> Chain {
         let (d1, a2, a3, d4, d5, d6) = (0.1625, -0.425, -0.3922, 0.1333, 0.0997, 0.0996);
         let x = a2 + a3;

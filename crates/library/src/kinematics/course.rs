@@ -1,76 +1,76 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Course of the tool: a straight line or an arc of a circle, with a turn on the way, as a closed form of a coordinate from 0 to 1.
+//! Course of the tool: a straight line or an arc of a circle, turning along the way, as a closed form of a coordinate from 0 to 1.
 //!
-//! An arc is measured by angles at its points and not from its centre: three points that are nearly on a line have a centre that is
-//! far away and badly known, but a tangent and a length that are known well. With φ = angle · s the position is
-//! start + along s sin(φ)/φ + across s (1 - cos φ)/φ, which is the straight line at an angle of 0. The orientation at s is that at
-//! the start, turned by the rotation vector turn s + bend s².
+//! An arc is described by angles at its points and not from its centre: the centre of three nearly collinear points is far away and
+//! ill-conditioned, but the tangent and the length are well-conditioned. With φ = angle · s the position is start + along s sin(φ)/φ +
+//! across s (1 - cos φ)/φ, which is the straight line at an angle of 0. The orientation at s is that at the start, turned by the rotation
+//! vector turn s + bend s².
 use super::pose::{Numbers, Pose, add, cross, length, of_rotation_vector, product, scale, subtract, unit};
 use crate::profile::Limits;
 use opengpac::Type;
 use std::f64::consts::{PI, TAU};
 
-/// Points of an arc that are nearer to each other than this are one, m.
+/// Distance below which points of an arc coincide, m.
 const SAME: f64 = 1e-6;
-/// Distance from a straight line that an arm cannot tell, m.
+/// Deviation from a straight line that an arm cannot resolve, m.
 const FLAT: f64 = 5e-7;
-/// Radius of a circle of which no arm can go more than half, m.
+/// Radius above which no arm can follow more than half of a circle, m.
 const RADIUS_MAX: f64 = 10.0;
-/// Share of the acceleration that the way round a circle may take; the rest is for speeding up along it.
+/// Fraction of the acceleration that the centripetal acceleration may take; the rest is for speeding up along the circle.
 const ROUND: f64 = 0.8;
-/// A turn that bends less than this bends not at all, rad.
+/// Bend below which a turn counts as even, rad.
 const UNBENT: f64 = 1e-9;
 
 /// Course of the tool for s from 0 to 1.
 #[derive(Clone, Copy, Debug, PartialEq, Type)]
 #[repr(C)]
 pub struct Course {
-    /// Pose of the tool at its beginning.
+    /// Pose of the tool at the start.
     pub start: Numbers,
-    /// Length along the tangent at the beginning, m.
+    /// Displacement along the tangent at the start, m.
     pub along: [f64; 3],
-    /// The same length towards the centre of the circle; 0 for a straight line.
+    /// Displacement of the same length towards the centre of the circle; 0 for a straight line.
     pub across: [f64; 3],
     /// Angle of the arc, rad; 0 for a straight line.
     pub angle: f64,
-    /// Rotation vector of the turn for each unit of s, rad.
+    /// Rotation vector of the turn per unit of s, rad.
     pub turn: [f64; 3],
-    /// The same for each unit of s².
+    /// Rotation vector of the bend per unit of s², rad.
     pub bend: [f64; 3],
 }
 
 /// Orientation of the tool along an arc.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Orientation {
-    /// The orientations of the start, the via pose and the goal, each at its place.
+    /// Passes the orientations of the start, the via pose and the goal where those poses are.
     Via,
-    /// Even turn from the orientation of the start to that of the goal.
+    /// Turns evenly from the orientation of the start to that of the goal.
     Goal,
     /// Orientation kept relative to the path.
     Path,
 }
 
 impl Orientation {
-    /// The one with this number: 0, 1, 2.
+    /// Returns the orientation with this number: 0, 1, 2.
     pub fn of(number: i32) -> Option<Orientation> {
         [Orientation::Via, Orientation::Goal, Orientation::Path].get(usize::try_from(number).ok()?).copied()
     }
 }
 
-/// Reason why three poses make no arc. The numbers are the values of a condition.
+/// Reason why three poses do not define an arc. The numbers are the values of a condition.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum NoArc {
-    /// The via pose is where the tool is.
+    /// The via pose coincides with the tool.
     ViaAtStart = 1,
-    /// The via pose is where the goal is.
+    /// The via pose coincides with the goal.
     ViaAtGoal = 2,
-    /// The goal is where the tool is.
+    /// The goal coincides with the tool.
     GoalAtStart = 3,
     /// The three are on a straight line, and the via pose is not between the other two.
     ViaBeyond = 4,
-    /// The three are on a straight line, and an angle is asked for.
+    /// The three are on a straight line, and an angle is requested.
     Straight = 5,
-    /// The angle ends before the via pose, whose orientation is asked for.
+    /// The angle ends before the via pose, whose orientation is requested.
     ViaAfterEnd = 6,
 }
 
@@ -79,19 +79,19 @@ pub enum NoArc {
 pub struct Arc {
     pub via: Pose,
     pub goal: Pose,
-    /// Angle at which it ends, rad; `None`: at the goal.
+    /// Angle at which the arc ends, rad; `None`: at the goal.
     pub angle: Option<f64>,
     pub orientation: Orientation,
 }
 
 impl Course {
-    /// The straight line from one pose to another, turning evenly about one axis.
+    /// Returns the straight line from one pose to another, turning evenly about one axis.
     pub fn straight(start: &Pose, goal: &Pose) -> Course {
         let (along, turn) = start.to(goal);
         Course { start: start.numbers(), along, turn, ..<Course as Type>::zero() }
     }
 
-    /// The arc of a circle from a pose through another.
+    /// Returns the arc of a circle from a pose through another.
     pub fn arc(start: &Pose, arc: &Arc) -> Result<Course, NoArc> {
         let (to_via, to_goal) = (subtract(arc.via.position, start.position), subtract(arc.goal.position, start.position));
         let on = subtract(to_goal, to_via);
@@ -121,7 +121,7 @@ impl Course {
         Ok(Course { start: start.numbers(), turn, bend, ..course })
     }
 
-    /// Returns the pose at s; `start` is the one that it begins with.
+    /// Returns the pose at s; `start` is the start pose of the course.
     pub fn at(&self, start: &Pose, s: f64) -> Pose {
         let half = self.angle * s / 2.0;
         let position = add(add(start.position, scale(self.along, s * sinc(self.angle * s))), scale(self.across, s * half * sinc(half) * sinc(half)));
@@ -129,22 +129,22 @@ impl Course {
         Pose { position, quaternion: unit(product(of_rotation_vector(turn), start.quaternion)) }
     }
 
-    /// Returns true if it is an arc or its turn is not even: what a straight line does not need is looked at.
+    /// Returns true if the course is an arc or its turn is not even: these need checks that a straight line does not.
     pub fn is_bent(&self) -> bool {
         self.angle != 0.0 || self.turns_unevenly()
     }
 
-    /// Returns true if the axis or the speed of its turn changes on the way.
+    /// Returns true if the axis or the speed of the turn changes along the course.
     pub fn turns_unevenly(&self) -> bool {
         self.bend != [0.0; 3]
     }
 
-    /// Length of the way, m, and the angle of an even turn, rad.
+    /// Returns the length of the course, m, and the angle of an even turn, rad.
     pub fn lengths(&self) -> (f64, f64) {
         (length(self.along), length(self.turn))
     }
 
-    /// Returns the limits of the position along the way: what the way round a circle takes of the acceleration, the rest does not have.
+    /// Returns the limits of the position along the course, reduced by the centripetal acceleration.
     pub fn along_it(&self, linear: Limits) -> Limits {
         if self.angle == 0.0 {
             return linear;
@@ -158,7 +158,7 @@ impl Course {
 
 /// Circle through three points.
 struct Circle {
-    /// Unit vector of the direction in which it begins.
+    /// Unit vector of the initial direction.
     tangent: [f64; 3],
     radius: f64,
     /// Angles from the start to the other two points, rad.
@@ -166,7 +166,8 @@ struct Circle {
     to_goal: f64,
 }
 
-/// The circle from a start through two places given from there (`on` is from the one to the other) and the unit vector of its axis; none where they are on a line.
+/// Returns the circle from a start through two points relative to it (`on` leads from the first to the second) and the unit vector of its
+/// axis; `None` if they are collinear.
 fn round(to_via: [f64; 3], to_goal: [f64; 3], on: [f64; 3]) -> Option<(Circle, [f64; 3])> {
     let area = cross(to_via, to_goal);
     let longest = length(to_via).max(length(to_goal)).max(length(on));
@@ -175,7 +176,7 @@ fn round(to_via: [f64; 3], to_goal: [f64; 3], on: [f64; 3]) -> Option<(Circle, [
     }
     let axis = scale(area, 1.0 / length(area));
     let radius = length(to_via) * length(to_goal) * length(on) / (2.0 * length(area));
-    // The angle of an arc is twice the angle at which its chord is seen from the circle beyond it.
+    // The angle of an arc is twice the inscribed angle over its chord.
     let between = |a: [f64; 3], b: [f64; 3]| length(cross(a, b)).atan2(dot(a, b));
     let (to_via_half, to_goal_half) = (between(to_goal, on), between(to_via, on));
     if radius > RADIUS_MAX && to_goal_half > PI / 2.0 {
@@ -187,7 +188,7 @@ fn round(to_via: [f64; 3], to_goal: [f64; 3], on: [f64; 3]) -> Option<(Circle, [
     Some((Circle { tangent, radius, to_via: 2.0 * to_via_half, to_goal: 2.0 * to_goal_half }, axis))
 }
 
-/// The turn and its bend that have the orientations of the via pose at a share of the way, and of the goal at its end.
+/// Returns the turn and bend that have the orientation of the via pose at a fraction of the course, and that of the goal at its end.
 fn turns(start: &Pose, arc: &Arc, share: f64) -> ([f64; 3], [f64; 3]) {
     let to_via = start.to(&arc.via).1;
     let goal = goes_on(start.to(&arc.goal).1, add(to_via, arc.via.to(&arc.goal).1));
@@ -195,7 +196,7 @@ fn turns(start: &Pose, arc: &Arc, share: f64) -> ([f64; 3], [f64; 3]) {
     if length(bend) < UNBENT { (goal, [0.0; 3]) } else { (subtract(goal, bend), bend) }
 }
 
-/// Of the rotation vectors that are one turn, the one that is nearer to another: a turn goes on beyond half a turn.
+/// Returns the equivalent rotation vector that is nearest to another one: a turn may exceed half a turn.
 fn goes_on(turn: [f64; 3], near: [f64; 3]) -> [f64; 3] {
     let angle = length(turn);
     let axis = if angle > UNBENT { scale(turn, 1.0 / angle) } else { scale(near, -1.0 / length(near).max(UNBENT)) };
@@ -203,7 +204,7 @@ fn goes_on(turn: [f64; 3], near: [f64; 3]) -> [f64; 3] {
     if length(subtract(other, near)) < length(subtract(turn, near)) { other } else { turn }
 }
 
-/// sin(x)/x.
+/// Returns sin(x)/x.
 fn sinc(x: f64) -> f64 {
     if x == 0.0 { 1.0 } else { x.sin() / x }
 }
@@ -233,7 +234,7 @@ mod tests {
         for seed in 0..500 {
             let mut number = numbers(seed);
             let radius = 10f64.powf(number(-4.0, 4.0));
-            // Beyond half a circle only where an arm can go so far; never so short that its points are one, or it is flat.
+            // Beyond half a circle only if an arm can reach that far; never so short that its points coincide or it is flat.
             let whole = number(0.0, 1.0) * if radius > 1.0 { 1.0 / radius } else { TAU - 0.2 } + if radius > 1.0 { 0.1 / radius.sqrt() } else { 0.1 };
             let share = number(0.2, 0.8);
             let axis: [f64; 3] = std::array::from_fn(|_| number(-1.0, 1.0));
@@ -278,7 +279,7 @@ mod tests {
         let (axis, quarter) = ([0.6, 0.0, 0.8], [0.1, 0.1, 0.0]);
         let pose = |position, angle| Pose { position, quaternion: about(axis, angle) };
         let angle_at = |course: &Course, s: f64| length(rotation_vector(course.at(&Pose::IDENTITY, s).quaternion));
-        // Beyond half a turn it goes on the way that it came over the via pose.
+        // Beyond half a turn it continues in the direction in which it passed the via pose.
         for (via, goal) in [(0.5, 1.0), (1.0, 0.4), (2.0, 4.0), (3.0, 6.0), (-1.0, 1.0), (0.0, 1.0)] {
             let arc = Arc { via: pose(quarter, via), goal: pose([0.0, 0.2, 0.0], goal), angle: None, orientation: Orientation::Via };
             let course = Course::arc(&Pose::IDENTITY, &arc).expect("a circle");
@@ -290,7 +291,7 @@ mod tests {
         let arc = Arc { via: pose(quarter, 1.5), goal: pose([0.0, 0.2, 0.0], 1.0), angle: None, orientation: Orientation::Goal };
         let even = Course::arc(&Pose::IDENTITY, &arc).expect("a circle");
         assert!((angle_at(&even, 0.3) - 0.3).abs() < 1e-12);
-        // Kept relative to the path, the tool turns as the tangent does.
+        // With its orientation kept relative to the path, the tool turns as the tangent does.
         let kept = Course::arc(&Pose::IDENTITY, &Arc { orientation: Orientation::Path, ..arc }).expect("a circle");
         assert!((angle_at(&kept, 0.5) - PI / 2.0).abs() < 1e-12);
     }

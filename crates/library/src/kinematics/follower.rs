@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Common part of the generators of tool motion: the path time passes at a pace, and the joints follow by inverse kinematics.
+//! Common part of the generators of tool motion: path time advances at a pace, and the joints follow by inverse kinematics.
 use super::JOINTS_MAX;
 use super::chain::Arm;
 use super::inverse::{Ranges, inverse};
@@ -11,27 +11,27 @@ use crate::span::{ElapsedTime, Span};
 use crate::takeover::Tail;
 use opengpac::{Condition, ConditionOf, Invocation};
 
-/// Number of times that a step that a joint cannot make is halved before the motion ends.
+/// Number of times that an infeasible joint step is halved before the motion ends.
 const HALVINGS: u32 = 6;
 const ANYWHERE: Ranges = Ranges { min: &[f64::NEG_INFINITY; JOINTS_MAX], max: &[f64::INFINITY; JOINTS_MAX] };
 
 /// Progress of a motion.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Follower {
-    /// Number of the plan under way.
+    /// Number of the plan being executed.
     plan: f64,
-    /// Its time, s, and how fast that passes.
+    /// Path time, s, and its pace.
     time_s: f64,
     pace: f64,
     span: Span,
-    /// It comes to rest because time was lost.
+    /// The motion comes to rest because time was lost.
     is_lost: bool,
-    /// Joint positions of the invocation before.
+    /// Joint positions of the previous invocation.
     q: [f64; JOINTS_MAX],
     tail: Tail,
 }
 
-/// Segment of path time: its start and duration, the pace at its beginning and end, and the slope between.
+/// Segment of path time: its start and duration, the pace at its start and end, and the slope between.
 #[derive(Clone, Copy, Debug)]
 pub struct Stretch {
     pub time_s: f64,
@@ -45,26 +45,26 @@ pub struct Stretch {
 pub trait Way {
     /// Returns the number of the plan: 1, 2, …
     fn plan(&self) -> f64;
-    /// Joint positions at its beginning and at its end.
+    /// Returns the joint positions at the start and at the end.
     fn ends(&self) -> (&[f64; JOINTS_MAX], &[f64; JOINTS_MAX]);
-    /// Returns its planned duration, s.
+    /// Returns the planned duration, s.
     fn duration_s(&self) -> f64;
-    /// The part of it that is done at a time of its own, 0 to 1.
+    /// Returns the completed fraction of the motion at a path time, 0 to 1.
     fn progress(&self, time_s: f64) -> f64;
-    /// Returns the pose at which the tool is to be at a time of its own.
+    /// Returns the commanded pose of the tool at a path time.
     fn pose(&self, time_s: f64) -> Pose;
-    /// Returns true if its accelerations allow a segment of it to be passed at a pace that changes so.
+    /// Returns true if the accelerations allow a segment to be passed with this change of pace.
     fn allows(&self, stretch: Stretch) -> bool;
 }
 
-/// Inputs of one invocation of a generator, a number for each joint.
+/// Inputs of one invocation of a generator; each slice has one element per joint.
 #[derive(Clone, Copy, Debug)]
 pub struct FollowerInputs<'a> {
     pub r#override: &'a [f64],
     pub cell_override: &'a [f64],
     pub holding: bool,
     pub speed_max: &'a [f64],
-    /// Time that may be lost at once, s.
+    /// Maximum time that may be lost at once, s.
     pub gap_max: &'a [f64],
     pub invocation: &'a Invocation,
 }
@@ -77,18 +77,18 @@ pub struct FollowerOutputs {
     pub acceleration: [f64; JOINTS_MAX],
     pub pose: Numbers,
     pub progress: f64,
-    /// The last set-point is stored.
+    /// The last set-point has been stored.
     pub complete: bool,
-    /// It rests, as it was asked to.
+    /// The motion is at rest as requested.
     pub held: bool,
-    /// The arm cannot follow from here: how much is done, 0 to 1.
+    /// The arm cannot follow from here; the value is the completed fraction, 0 to 1.
     pub singular: Option<f64>,
-    /// It rests because more time was lost at once than is allowed: how much, s.
+    /// The motion is at rest because more time was lost at once than allowed; the value is the time lost, s.
     pub gap_s: Option<f64>,
 }
 
 impl FollowerOutputs {
-    /// Reports the conditions that have come.
+    /// Reports the conditions that have become true.
     pub fn report(&self, finished: &mut Condition, held: &mut Condition, singular: &mut ConditionOf<f64>, gap: &mut ConditionOf<f64>) {
         if let Some(gap_s) = self.gap_s {
             gap.report(gap_s);
@@ -105,7 +105,7 @@ impl FollowerOutputs {
     }
 }
 
-/// Checks that there is a plan, and one for `n` joints; the error is the code of a fault.
+/// Checks that there is a plan for `n` joints; the error is the code of a fault.
 pub fn check(plan: f64, joints: i32, n: usize) -> Result<(), u32> {
     match plan {
         plan if plan < 1.0 => Err(NO_PLAN),
@@ -115,10 +115,11 @@ pub fn check(plan: f64, joints: i32, n: usize) -> Result<(), u32> {
 }
 
 impl Follower {
-    /// One invocation of a generator: path time passes at the pace that the overrides allow, or comes to rest, and the joints follow.
+    /// Performs one invocation of a generator: path time advances at the pace that the overrides allow, or comes to rest, and the joints
+    /// follow.
     ///
     /// # Errors
-    /// The code of a fault: an override is not within 0 and 1.
+    /// Returns the code of a fault if an override is not within 0 and 1.
     pub fn follow(&mut self, arm: &Arm, way: &impl Way, asked: &FollowerInputs, lost: &mut f64) -> Result<FollowerOutputs, u32> {
         let allowed = pace::allowed(asked.r#override, asked.cell_override).ok_or(BAD_LIMIT)?;
         let (from, to) = way.ends();
@@ -133,7 +134,7 @@ impl Follower {
             self.q = *to;
         }
         let gap_s = (self.is_lost && (self.pace == 0.0 || complete)).then_some(*lost);
-        // It may go on, where that does not end the motion.
+        // The motion may resume, if the gap does not end it.
         self.is_lost &= gap_s.is_none();
         let (mut velocity, mut acceleration) = ([0.0; JOINTS_MAX], [0.0; JOINTS_MAX]);
         self.tail.push(&self.q, span_s, complete || self.pace == 0.0, &mut velocity, &mut acceleration);
@@ -150,7 +151,8 @@ impl Follower {
         })
     }
 
-    /// Begins where a plan is new; the time since the invocation before. At the beginning the planned speed is 0: any pace will do.
+    /// Starts a new plan, if there is one. Returns the time since the previous invocation. At the start the planned speed is 0: any pace
+    /// is permitted.
     fn begin(&mut self, plan: f64, from: &[f64; JOINTS_MAX], wanted: f64, invocation: &Invocation) -> ElapsedTime {
         if plan != self.plan {
             *self = Follower { plan, pace: wanted, q: *from, ..Follower::default() };
@@ -158,8 +160,8 @@ impl Follower {
         self.span.pass(invocation)
     }
 
-    /// Advances the path time by `span_s` at the pace that is wanted, as far as `fits` and the maximum joint speeds allow. False: no joint
-    /// could follow, and nothing has changed but that it stands.
+    /// Advances the path time by `span_s` at the requested pace, as far as `fits` and the maximum joint speeds allow. Returns false if
+    /// the joints cannot follow: then the motion stops, and nothing else has changed.
     fn go_on(&mut self, arm: &Arm, span_s: f64, wanted: f64, speed_max: &[f64], pose: impl Fn(f64) -> Pose, fits: impl Fn(Stretch) -> bool) -> bool {
         if span_s <= 0.0 {
             return true;

@@ -1,55 +1,55 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Joint positions that bring the tool to a pose: damped least squares, with the joints' ranges respected.
+//! Inverse kinematics by damped least squares, within the ranges of the joints.
 //!
-//! dq = Jᵀ (J Jᵀ + λ)⁻¹ e (Levenberg and Marquardt), λ proportional to the error, so that it is Newton's step near the goal and a
-//! short one near a singularity (Sugihara, *Solvability-unconcerned inverse kinematics by the Levenberg-Marquardt method*, IEEE
-//! Transactions on Robotics, 2011). A joint at an end of its range that would go further is left out of the step.
+//! dq = Jᵀ (J Jᵀ + λ)⁻¹ e (Levenberg and Marquardt), λ proportional to the error, so that it is Newton's step near the goal and a short
+//! one near a singularity (Sugihara, *Solvability-unconcerned inverse kinematics by the Levenberg-Marquardt method*, IEEE Transactions on
+//! Robotics, 2011). A joint at an end of its range that would move beyond it is left out of the step.
 use super::JOINTS_MAX;
 use super::chain::{Arm, Posture, gram};
 use super::matrix::solve;
 use super::pose::{Pose, length};
 
-/// No joint goes further than this in one iteration, rad or m: a linear model does not hold further away.
+/// Maximum movement of a joint in one iteration, rad or m: the linear model does not hold further away.
 const STEP_MAX: f64 = 0.4;
-/// An error of this part of the tolerance is left as it is: one more iteration would change nothing that matters.
+/// Fraction of the tolerance below which an error is accepted: one more iteration would change nothing significant.
 const EXACT: f64 = 1e-4;
-/// Least damping: what keeps the equations solvable where joints are fewer than six.
+/// Minimum damping: keeps the equations solvable with fewer than six joints.
 const DAMPING_MIN: f64 = 1e-14;
-/// Iterations of one attempt: enough from half a turn away.
+/// Iterations of one attempt: enough for half a turn.
 const ITERATIONS: u32 = 80;
 
-/// The maximum error that counts as reached.
+/// Maximum error that counts as reached.
 #[derive(Clone, Copy, Debug)]
 pub struct Tolerance {
     /// m
     pub position: f64,
     /// rad
     pub angle: f64,
-    /// True if the orientation matters at all.
+    /// True if the orientation counts.
     pub orientation: bool,
 }
 
-/// Where each joint may be, rad or m.
+/// Ranges of the joints, rad or m.
 #[derive(Clone, Copy, Debug)]
 pub struct Ranges<'a> {
     pub min: &'a [f64],
     pub max: &'a [f64],
 }
 
-/// The best that was found.
+/// Best solution found.
 #[derive(Clone, Copy, Debug)]
 pub struct InverseSolution {
     pub q: [f64; JOINTS_MAX],
     /// Distance of the tool from the goal, m.
     pub position_error: f64,
-    /// Angle by which it is turned from it, rad; 0 if the orientation does not matter.
+    /// Angle of the tool from the goal, rad; 0 if the orientation does not count.
     pub angle_error: f64,
     pub reached: bool,
-    /// The joint at an end of its range that would have to go further.
+    /// Joint at an end of its range that would have to move beyond it.
     pub stopped_by: Option<usize>,
 }
 
-/// The joint positions for `goal` that are found from `near`.
+/// Searches the joint positions for `goal`, starting from `near`.
 pub fn inverse(arm: &Arm, goal: &Pose, near: &[f64], ranges: Ranges, tolerance: Tolerance) -> InverseSolution {
     let mut search = Search::new(arm, goal, near, ranges, tolerance);
     for _ in 0..ITERATIONS {
@@ -60,7 +60,8 @@ pub fn inverse(arm: &Arm, goal: &Pose, near: &[f64], ranges: Ranges, tolerance: 
     search.found(tolerance)
 }
 
-/// As [`inverse`], and where that fails from other positions in the ranges, `attempts` in all: of those that reach it, the first.
+/// Searches like [`inverse`], but if that fails retries from other positions in the ranges, with `attempts` in all. Returns the first
+/// solution that reaches the goal, or else the best.
 pub fn inverse_anywhere(arm: &Arm, goal: &Pose, near: &[f64], ranges: Ranges, tolerance: Tolerance, attempts: u32) -> InverseSolution {
     let mut best = inverse(arm, goal, near, ranges, tolerance);
     for attempt in 1..attempts.max(1) {
@@ -69,7 +70,7 @@ pub fn inverse_anywhere(arm: &Arm, goal: &Pose, near: &[f64], ranges: Ranges, to
         }
         let mut from = [0.0; JOINTS_MAX];
         for (i, from) in from.iter_mut().enumerate().take(near.len()) {
-            // A range beyond a turn either way has nothing new for a hinge.
+            // Beyond half a turn in either direction there is nothing new for a hinge.
             let (low, high) = (ranges.min[i].max(near[i] - std::f64::consts::PI), ranges.max[i].min(near[i] + std::f64::consts::PI));
             *from = if arm.moves(i) { low + (high - low) * halton(attempt, i) } else { near[i] };
         }
@@ -81,7 +82,8 @@ pub fn inverse_anywhere(arm: &Arm, goal: &Pose, near: &[f64], ranges: Ranges, to
     best
 }
 
-/// The joint whose range keeps an arm from a goal that was not reached: that at its end, if the goal can be had without ranges.
+/// Returns the joint whose range prevents the arm from reaching the goal: the joint stopped at an end of its range, if the goal is
+/// reachable without ranges.
 pub fn in_the_way(arm: &Arm, goal: &Pose, near: &[f64], found: &InverseSolution, tolerance: Tolerance, attempts: u32) -> Option<usize> {
     let joint = found.stopped_by?;
     let turn = |sign: f64| -> [f64; JOINTS_MAX] { std::array::from_fn(|i| near.get(i).map_or(0.0, |q| q + sign * 2.0 * std::f64::consts::PI)) };
@@ -90,7 +92,7 @@ pub fn in_the_way(arm: &Arm, goal: &Pose, near: &[f64], found: &InverseSolution,
     free.reached.then_some(joint)
 }
 
-/// The i-th number of Halton's sequence for a prime base: spread evenly over 0 to 1.
+/// Returns the i-th number of Halton's sequence for a prime base: spread evenly over 0 to 1.
 fn halton(index: u32, dimension: usize) -> f64 {
     const PRIMES: [u32; JOINTS_MAX] = [2, 3, 5, 7, 11, 13, 17, 19, 23, 29, 31, 37, 41, 43, 47, 53];
     let base = PRIMES[dimension];
@@ -109,10 +111,10 @@ struct Search<'a> {
     ranges: Ranges<'a>,
     tolerance: Tolerance,
     q: [f64; JOINTS_MAX],
-    /// Where everything is at q, and what is missing to the goal.
+    /// Posture at q, and the error that remains.
     posture: Posture,
     error: [f64; 6],
-    /// Factor of the damping: grows where a step made it worse.
+    /// Factor of the damping: grows when a step made the error worse.
     caution: f64,
     stopped_by: Option<usize>,
 }
@@ -135,7 +137,7 @@ impl<'a> Search<'a> {
         [way[0], way[1], way[2], turn[0], turn[1], turn[2]]
     }
 
-    /// Makes a step; false when the error is as small as it gets.
+    /// Makes a step; returns false if the error cannot become smaller.
     fn improve(&mut self) -> bool {
         const CAUTION_MAX: f64 = 1e8;
         let now = square(&self.error);
@@ -165,7 +167,7 @@ impl<'a> Search<'a> {
         false
     }
 
-    /// The damped step, without the joints that would leave their ranges.
+    /// Computes the damped step, without the joints that would leave their ranges.
     fn step(&mut self, rows: &[[f64; 6]; JOINTS_MAX], error_square: f64) -> [f64; JOINTS_MAX] {
         let n = self.arm.joints();
         let mut rows = *rows;
@@ -199,7 +201,7 @@ fn square(error: &[f64; 6]) -> f64 {
     error.iter().map(|e| e * e).sum()
 }
 
-/// Jᵀ (J Jᵀ + λ)⁻¹ e, for a Jacobian with a row for each joint; shortened as a whole where a joint would go too far.
+/// Computes Jᵀ (J Jᵀ + λ)⁻¹ e, for a Jacobian with a row for each joint; the whole step is shortened if a joint would move too far.
 pub fn damped(rows: &[[f64; 6]], error: &[f64; 6], damping: f64) -> [f64; JOINTS_MAX] {
     let mut a = gram(rows);
     for (i, row) in a.iter_mut().enumerate() {
@@ -262,7 +264,7 @@ mod tests {
         assert_eq!((found.reached, found.stopped_by), (false, Some(0)));
         assert!(found.q[0] <= 1.0);
         assert_eq!(in_the_way(&arm, &goal, &[0.2, 0.3], &found, tolerance, 1), Some(0));
-        // A goal that no range would make reachable is nobody's fault.
+        // If no range would make the goal reachable, no joint is to blame.
         let far = Pose { position: [0.0, 2.0, 0.0], ..goal };
         let found = inverse(&arm, &far, &[0.2, 0.3], Ranges { min: &[-1.0; 2], max: &[1.0, 3.0] }, tolerance);
         assert_eq!((found.stopped_by, in_the_way(&arm, &far, &[0.2, 0.3], &found, tolerance, 1)), (Some(0), None));

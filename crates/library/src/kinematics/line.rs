@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-//! A straight line or an arc of the tool, planned whole before anything moves.
+//! A straight line or an arc of the tool, planned as a whole before anything moves.
 //!
-//! The tool goes from its pose at `from` along a [`Course`], with a jerk-limited profile s(t). The plan follows it by inverse kinematics at [`SAMPLES`] points. So a line that leaves a joint's range or the
-//! reach of the arm is known before it begins, and its speed is what the joints can do at their worst point: with q' = dq/ds and
-//! q'' = d²q/ds² there, ṡ ≤ v/|q'|, ṡ² ≤ a/(2 |q''|), s̈ ≤ a/(2 |q'|) keep every joint within its speed v and acceleration a.
+//! The tool moves from its pose at `from` along a [`Course`], with a jerk-limited profile s(t). The plan follows it by inverse kinematics
+//! at [`SAMPLES`] points. So a line that leaves a joint's range or the reach of the arm is detected before it begins, and its speed is
+//! the maximum that the joints can do at their worst point: with q' = dq/ds and q'' = d²q/ds² there, ṡ ≤ v/|q'|, ṡ² ≤ a/(2 |q''|), s̈ ≤
+//! a/(2 |q'|) keep every joint within its speed v and acceleration a.
 pub(crate) mod planner;
 
 use super::JOINTS_MAX;
@@ -14,13 +15,13 @@ use super::pose::{Pose, length, scale, subtract};
 use crate::profile::{Coefficients, Limits, plan};
 use opengpac::{ConditionOf, Type};
 
-/// Points of a line, or of half a circle, at which a plan looks.
+/// Number of points of a line, or of half a circle, at which a plan is checked.
 pub const SAMPLES: usize = 128;
-/// Tolerance within which the tool must be able to come to the line, m and rad.
+/// Maximum distance of the tool from the line, m and rad.
 pub const ON_THE_LINE: Tolerance = Tolerance { position: 1e-7, angle: 1e-7, orientation: true };
-/// A joint that moves further than this from one point to the next has gone to another posture.
+/// Joint step between adjacent points above which the arm has changed its posture.
 const LEAP: f64 = 0.5;
-/// Positions from which the goal of a line that cannot be gone is tried, to say why.
+/// Number of starting positions from which the goal of an infeasible line is tried, to find the reason.
 const ATTEMPTS: u32 = 4;
 
 /// A planned line or arc. Poses are x y z (m), then the quaternion w x y z.
@@ -31,15 +32,15 @@ pub struct Line {
     pub plan: f64,
     /// Number of joints.
     pub joints: i32,
-    /// Joint positions at its beginning.
+    /// Joint positions at the start.
     pub from: [f64; JOINTS_MAX],
-    /// Joint positions at its end.
+    /// Joint positions at the end.
     pub to: [f64; JOINTS_MAX],
     /// Course of the tool.
     pub course: Course,
     /// Maximum acceleration of s, 1/s².
     pub slope: f64,
-    /// The profile of s, from 0 to 1.
+    /// Profile of s, from 0 to 1.
     pub profile: Coefficients,
 }
 
@@ -48,30 +49,30 @@ pub struct Line {
 pub struct Wish<'a> {
     pub from: &'a [f64],
     pub goal: Pose,
-    /// Of the tool's position, m/s, m/s², m/s³.
+    /// Limits of the tool's position, m/s, m/s², m/s³.
     pub linear: Limits,
-    /// Of its orientation, rad/s, rad/s², rad/s³.
+    /// Limits of the tool's orientation, rad/s, rad/s², rad/s³.
     pub angular: Limits,
-    /// Of each joint; the jerk is not used.
+    /// Limits of each joint; the jerk is not used.
     pub joints: &'a [Limits],
     pub ranges: Ranges<'a>,
-    /// The minimum part of the speed asked for that is worth going.
+    /// Minimum acceptable fraction of the requested speed.
     pub slowest: f64,
 }
 
 /// Reason why a line cannot be followed.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Obstacle {
-    /// The goal is out of reach by so much, m.
+    /// The goal is out of reach; the value is the distance, m.
     Unreachable(f64),
-    /// The range of this joint ends on the way.
+    /// The line leaves the range of this joint.
     Limit(usize),
-    /// The arm comes so near to a singularity that only this part of the speed is possible.
+    /// The arm comes so near to a singularity that only this fraction of the speed is possible.
     Singular(f64),
 }
 
 impl Obstacle {
-    /// Reports it as the condition that a planner has for it.
+    /// Reports the obstacle as the corresponding condition of a planner.
     pub fn report(self, unreachable: &mut ConditionOf<f64>, limit: &mut ConditionOf<i32>, singular: &mut ConditionOf<f64>) {
         match self {
             Obstacle::Unreachable(distance) => unreachable.report(distance),
@@ -81,7 +82,8 @@ impl Obstacle {
     }
 }
 
-/// Plans line number `number` (from 1) along a course from where the tool is. The caller has checked that numbers are finite and limits positive.
+/// Plans line number `number` (from 1) along a course from the pose of the tool. The caller has checked that numbers are finite and
+/// limits positive.
 pub fn plan_line(number: f64, arm: &Arm, course: &Course, wish: &Wish) -> Result<Line, Obstacle> {
     let n = arm.joints();
     let start = arm.posture(wish.from).tool;
@@ -89,7 +91,7 @@ pub fn plan_line(number: f64, arm: &Arm, course: &Course, wish: &Wish) -> Result
     let mut line = Line { plan: number, joints: n as i32, course: *course, slope: 1.0, ..<Line as Type>::zero() };
     line.from[..n].copy_from_slice(wish.from);
     line.to = line.from;
-    // Below what the arm can tell, there is nothing to go.
+    // A distance below the resolution of the arm needs no motion.
     if distance < ON_THE_LINE.position / 10.0 && angle < ON_THE_LINE.angle / 10.0 {
         line.profile = plan(number, &[1.0], &[1.0], &[wish.linear]);
         return Ok(line);
@@ -101,7 +103,7 @@ pub fn plan_line(number: f64, arm: &Arm, course: &Course, wish: &Wish) -> Result
     let (samples, pace) = samples(course);
     for k in 1..=samples {
         let place = course.at(&start, k as f64 * pace);
-        // Of an arc the goal says nothing about the way: the place itself may be out of reach.
+        // The goal of an arc gives no information about the path to it: the pose itself may be out of reach.
         let goal = if course.is_bent() { place } else { wish.goal };
         let ahead = next(arm, &place, &here, &Wish { goal, ..*wish })?;
         for (i, limit) in wish.joints.iter().enumerate() {
@@ -120,13 +122,13 @@ pub fn plan_line(number: f64, arm: &Arm, course: &Course, wish: &Wish) -> Result
     Ok(line)
 }
 
-/// Number of points of a course at which a plan looks, and how far they are apart.
+/// Returns the number of points of a course at which a plan is checked, and their spacing.
 fn samples(course: &Course) -> (usize, f64) {
     let samples = SAMPLES * ((course.angle / std::f64::consts::PI).ceil() as usize).max(1);
     (samples, 1.0 / samples as f64)
 }
 
-/// Limits of s that keep a turn about a changing axis within those of the orientation, at every point, as the joints' are.
+/// Returns the limits of s that keep a turn about a changing axis within the limits of the orientation at every point, as for the joints.
 fn uneven(course: &Course, start: &Pose, angular: &Limits) -> Limits {
     let (samples, pace) = samples(course);
     let (mut here, mut before) = (*start, [0.0; 3]);
@@ -145,12 +147,13 @@ fn uneven(course: &Course, start: &Pose, angular: &Limits) -> Limits {
 
 const UNBOUNDED: Limits = Limits { speed: f64::INFINITY, acceleration: f64::INFINITY, jerk: f64::INFINITY };
 
-/// Limits of s for a way of this length, and not above `most`.
+/// Returns the limits of s for a path of this length, at most `most`.
 fn part_of(limits: &Limits, way: f64, most: &Limits) -> Limits {
     Limits { speed: most.speed.min(limits.speed / way), acceleration: most.acceleration.min(limits.acceleration / way), jerk: most.jerk.min(limits.jerk / way) }
 }
 
-/// The joint positions at the next point of a line, from those at the one before; `wish.goal` tells why not.
+/// Computes the joint positions at the next point of a line from those at the previous one; `wish.goal` serves to find the reason for a
+/// failure.
 pub fn next(arm: &Arm, goal: &Pose, here: &[f64; JOINTS_MAX], wish: &Wish) -> Result<[f64; JOINTS_MAX], Obstacle> {
     let n = arm.joints();
     let found = inverse(arm, goal, &here[..n], wish.ranges, ON_THE_LINE);
@@ -161,7 +164,7 @@ pub fn next(arm: &Arm, goal: &Pose, here: &[f64; JOINTS_MAX], wish: &Wish) -> Re
     Err(obstacle(arm, goal, here, &found, wish))
 }
 
-/// Returns what is in the way: the end of a range; else, if the goal itself can be reached, a singularity on the way there.
+/// Returns the obstacle: the end of a range; else, if the goal itself can be reached, a singularity on the path to it.
 fn obstacle(arm: &Arm, place: &Pose, here: &[f64; JOINTS_MAX], found: &InverseSolution, wish: &Wish) -> Obstacle {
     let n = arm.joints();
     if let Some(joint) = in_the_way(arm, place, &here[..n], found, ON_THE_LINE, 1) {

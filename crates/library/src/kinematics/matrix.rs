@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Symmetric matrices of six rows: solved, and their eigenvalues.
+//! Symmetric matrices of six rows: solution and eigenvalues.
 
 /// Six rows of six.
 pub type Square = [[f64; 6]; 6];
 
-/// x with a x = b, for a symmetric positive definite a (Cholesky); `None` where it is not.
+/// Solves a x = b for a symmetric positive definite a (Cholesky); returns `None` if a is not positive definite.
 pub fn solve(a: &Square, b: &[f64; 6]) -> Option<[f64; 6]> {
     let mut l = [[0.0; 6]; 6];
     for i in 0..6 {
@@ -32,7 +32,7 @@ pub fn solve(a: &Square, b: &[f64; 6]) -> Option<[f64; 6]> {
     Some(x)
 }
 
-/// The eigenvalues of a symmetric matrix, the largest first (Jacobi's rotations, cyclic).
+/// Computes the eigenvalues of a symmetric matrix, the largest first (Jacobi's rotations, cyclic).
 pub fn eigenvalues(a: &Square) -> [f64; 6] {
     const SWEEPS: usize = 12;
     let mut a = *a;
@@ -48,7 +48,7 @@ pub fn eigenvalues(a: &Square) -> [f64; 6] {
     values
 }
 
-/// One rotation that makes a[p][q] zero.
+/// Applies one rotation that makes a[p][q] zero.
 fn rotate(a: &mut Square, p: usize, q: usize) {
     if a[p][q] == 0.0 {
         return;
@@ -69,7 +69,7 @@ fn rotate(a: &mut Square, p: usize, q: usize) {
 mod tests {
     use super::*;
 
-    /// B Bᵀ + 0.1 for some B.
+    /// Returns B Bᵀ + 0.1 for some B.
     fn positive() -> Square {
         let b: Square = std::array::from_fn(|i| std::array::from_fn(|j| ((i * 7 + j * 3) as f64).sin()));
         std::array::from_fn(|i| std::array::from_fn(|j| (0..6).map(|k| b[i][k] * b[j][k]).sum::<f64>() + if i == j { 0.1 } else { 0.0 }))

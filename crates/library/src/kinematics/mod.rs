@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Where the tool of an arm is, how it moves, which joint positions bring it to a pose, and which efforts a motion takes.
+//! Kinematics and dynamics of an arm: the pose and the velocity of its tool, the joint positions for a pose, and the efforts for a
+//! motion.
 //!
-//! Everything here is plain numbers of a fixed size: nothing allocates, so blocks on the real-time path call it.
+//! All types have a fixed size and nothing allocates, so blocks on the real-time path can use them.
 pub mod chain;
 pub mod course;
 pub mod dynamics;
@@ -13,15 +14,15 @@ pub mod polyline;
 pub mod pose;
 pub mod tool_jog;
 
-/// The maximum number of joints of a chain.
+/// Maximum number of joints of a chain.
 pub const JOINTS_MAX: usize = 16;
-/// A chain is made for another number of joints, or one of its axes or frames is no unit vector or quaternion.
+/// The chain is for another number of joints, or one of its axes or frames is not a unit vector or quaternion.
 pub const BAD_CHAIN: u32 = 1;
 /// A position is not a finite number, or a pose has no unit quaternion.
 pub const BAD_POSE: u32 = 2;
 /// A speed, acceleration or jerk limit is not above 0, or an override is not within 0 and 1.
 pub const BAD_LIMIT: u32 = 3;
-/// There is no planned line: the planner has not run, or found none.
+/// There is no planned line: the planner has not run, or has not found one.
 pub const NO_PLAN: u32 = 4;
 /// A link has a negative mass, or a number of it is not finite.
 pub const BAD_LINKS: u32 = 3;

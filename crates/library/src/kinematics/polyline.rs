@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Straight lines of the tool through poses, joined by blends, planned whole before anything moves.
+//! Straight lines of the tool through poses, joined by blends, planned as a whole before anything moves.
 //!
-//! The position of the tool goes along a path of four coordinates: x, y, z, and the angle by which it has turned since the start, so
-//! that the orientation has a speed and an acceleration too. On a line the orientation turns evenly about one axis; in a blend it goes
-//! from the one turn into the other as the position does (de Casteljau's construction, with turns for lines). Inverse kinematics follows
-//! the whole path beforehand, and the path is slowed down as a whole until no joint exceeds its limits anywhere.
+//! The position of the tool moves along a path of four coordinates: x, y, z, and the angle turned since the start, so that the
+//! orientation has a speed and an acceleration too. On a line the orientation turns evenly about one axis; in a blend it changes from one
+//! turn to the other as the position does (de Casteljau's construction, with turns for lines). Inverse kinematics follows the whole path
+//! in advance, and the path is slowed down as a whole until no joint exceeds its limits anywhere.
 pub(crate) mod generator;
 pub(crate) mod planner;
 mod planning;
@@ -16,9 +16,9 @@ use crate::path::{LONG_POINTS_MAX, LongPath, POINTS_MAX, Part, Path, Table, View
 use opengpac::Type;
 pub use planning::{Budget, PolylinePlanning, which};
 
-/// Points within a period at which a change of the pace is checked.
+/// Number of points within a period at which a change of the pace is checked.
 const PLACES: u32 = 6;
-/// Coordinates that are the position, and that of the angle.
+/// Number of position coordinates, and index of the angle.
 const SPACE: usize = 3;
 
 macro_rules! polyline {
@@ -33,21 +33,21 @@ macro_rules! polyline {
             pub quaternion: [[f64; 4]; $all],
             /// Number of joints.
             pub joints: i32,
-            /// Joint positions at its beginning.
+            /// Joint positions at the start.
             pub from: [f64; JOINTS_MAX],
-            /// Joint positions at its end.
+            /// Joint positions at the end.
             pub to: [f64; JOINTS_MAX],
             /// Maximum acceleration of the position (m/s²) and of the angle (rad/s²).
             pub acceleration: [f64; 2],
         }
 
         impl $name {
-            /// It, to be asked.
+            /// Returns a view for reading the path.
             pub fn view(&self) -> PolylineView<'_> {
                 PolylineView { path: self.path.view(), quaternion: &self.quaternion, from: &self.from, to: &self.to, acceleration: self.acceleration }
             }
 
-            /// It, to be planned.
+            /// Returns a table for planning the path.
             pub fn table(&mut self) -> PolylineTable<'_> {
                 PolylineTable {
                     path: self.path.table(), quaternion: &mut self.quaternion, joints: &mut self.joints, from: &mut self.from, to: &mut self.to,
@@ -63,11 +63,11 @@ polyline!(
     Polyline, Path, POINTS_MAX + 1
 );
 polyline!(
-    /// A planned path of the tool through up to 4,096 poses: as `polyline`.
+    /// A planned path of the tool through up to 4,096 poses, like `polyline`.
     LongPolyline, LongPath, LONG_POINTS_MAX + 1
 );
 
-/// A planned path of the tool of any length, by the names of [`Polyline`].
+/// A planned path of the tool of any length, with the field names of [`Polyline`].
 #[derive(Clone, Copy, Debug)]
 pub struct PolylineView<'a> {
     pub path: View<'a>,
@@ -88,7 +88,7 @@ pub struct PolylineTable<'a> {
 }
 
 impl PolylineView<'_> {
-    /// The way-point that the path goes to at a time.
+    /// Returns the way-point at the end of the line at a time.
     fn before(&self, time_s: f64) -> usize {
         match self.path.part(time_s) {
             Part::Line { after, .. } => after + 1,
@@ -96,19 +96,19 @@ impl PolylineView<'_> {
         }
     }
 
-    /// The orientation at a share of the line after a way-point.
+    /// Returns the orientation at a fraction of the line after a way-point.
     fn turned(&self, after: usize, share: f64) -> [f64; 4] {
         if self.path.points < 2 { self.quaternion[0] } else { between(self.quaternion[after], self.quaternion[after + 1], share) }
     }
 
-    /// Velocity and acceleration of the position and of the angle at a time, as the limits see them.
+    /// Returns the velocity and acceleration of the position and of the angle at a time, in the form in which they are limited.
     fn motion(&self, time_s: f64) -> ([f64; 4], [f64; 4]) {
         let (mut velocity, mut acceleration) = ([0.0; 4], [0.0; 4]);
         self.path.evaluate(time_s, &mut [0.0; 4], &mut velocity, &mut acceleration);
         (velocity, acceleration)
     }
 
-    /// Returns whether the limits allow the planned motion at a time to pass at a pace that changes at `slope`.
+    /// Returns true if the limits allow the planned motion at a time to pass at a pace that changes at `slope`.
     fn fits(&self, time_s: f64, pace: f64, slope: f64) -> bool {
         let (velocity, planned) = self.motion(time_s);
         let together = crate::pace::acceleration;
@@ -157,7 +157,7 @@ impl Way for PolylineView<'_> {
     }
 }
 
-/// From one orientation a share of the shorter turn to another.
+/// Interpolates by a fraction of the shorter turn between two orientations.
 fn between(from: [f64; 4], to: [f64; 4], share: f64) -> [f64; 4] {
     let (from, to) = (Pose { quaternion: from, ..Pose::IDENTITY }, Pose { quaternion: to, ..Pose::IDENTITY });
     from.along(from.to(&to), share).quaternion

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Poses: a position and a unit quaternion, composed, turned and interpolated.
 //!
-//! As numbers a pose is seven: x, y, z in m, then the quaternion w, x, y, z (w first, as MuJoCo has it). q and -q are one
-//! orientation; what is compared or interpolated here goes the shorter way.
+//! A pose is represented by seven numbers: x, y, z in m, then the quaternion w, x, y, z (w first, as in MuJoCo). q and -q are the same
+//! orientation; comparison and interpolation take the shorter turn.
 
-/// A pose as it travels between blocks: x y z (m), then the quaternion w x y z.
+/// A pose in the form in which blocks exchange it: x y z (m), then the quaternion w x y z.
 pub type Numbers = [f64; 7];
-/// Tolerance of the length of a quaternion about 1.
+/// Tolerance of the length of a quaternion, relative to 1.
 const LENGTH_TOLERANCE: f64 = 1e-3;
 
 /// A position and an orientation.
@@ -19,10 +19,10 @@ pub struct Pose {
 }
 
 impl Pose {
-    /// Pose of a frame that is its own reference.
+    /// Identity pose.
     pub const IDENTITY: Pose = Pose { position: [0.0; 3], quaternion: [1.0, 0.0, 0.0, 0.0] };
 
-    /// The pose of seven numbers, its quaternion made exactly of length 1; `None` where one is not finite or the length is not near 1.
+    /// Parses seven numbers, and normalises the quaternion; returns `None` if one is not finite or the length is not near 1.
     pub fn of(numbers: &Numbers) -> Option<Pose> {
         let [x, y, z, w, i, j, k] = *numbers;
         let length = (w * w + i * i + j * j + k * k).sqrt();
@@ -30,35 +30,35 @@ impl Pose {
         fine.then(|| Pose { position: [x, y, z], quaternion: [w / length, i / length, j / length, k / length] })
     }
 
-    /// Its seven numbers.
+    /// Returns the pose as seven numbers.
     pub fn numbers(&self) -> Numbers {
         let ([x, y, z], [w, i, j, k]) = (self.position, self.quaternion);
         [x, y, z, w, i, j, k]
     }
 
-    /// A point given in this frame, in the frame's own reference.
+    /// Transforms a point from this frame to its reference frame.
     pub fn point(&self, point: [f64; 3]) -> [f64; 3] {
         add(self.position, rotate(self.quaternion, point))
     }
 
-    /// Returns the pose of `inner`, given in this frame, in this frame's reference.
+    /// Transforms the pose `inner` from this frame to its reference frame.
     pub fn then(&self, inner: &Pose) -> Pose {
         Pose { position: self.point(inner.position), quaternion: unit(product(self.quaternion, inner.quaternion)) }
     }
 
-    /// The reference of this frame, seen from it.
+    /// Returns the pose of the reference frame in this frame.
     pub fn inverse(&self) -> Pose {
         let quaternion = conjugate(self.quaternion);
         Pose { position: scale(rotate(quaternion, self.position), -1.0), quaternion }
     }
 
-    /// A position turned by roll, pitch and yaw: about the fixed x, then y, then z axis, rad.
+    /// Returns the pose with this position, turned by roll, pitch and yaw: about the fixed x, then y, then z axis, rad.
     pub fn of_rpy(position: [f64; 3], [roll, pitch, yaw]: [f64; 3]) -> Pose {
         let about = [turn([1.0, 0.0, 0.0], roll), turn([0.0, 1.0, 0.0], pitch), turn([0.0, 0.0, 1.0], yaw)];
         Pose { position, quaternion: product(product(about[2], about[1]), about[0]) }
     }
 
-    /// Roll, pitch and yaw, rad; pitch is within ± π/2. Where only the difference of roll and yaw is known, roll takes it all.
+    /// Returns roll, pitch and yaw, rad; pitch is within ± π/2. If only the difference of roll and yaw is defined, yaw is 0.
     pub fn rpy(&self) -> [f64; 3] {
         let [x, y, z] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]].map(|axis| rotate(self.quaternion, axis));
         let across = x[0].hypot(x[1]);
@@ -66,13 +66,15 @@ impl Pose {
         if across < 1e-9 { [(-z[1]).atan2(y[1]), pitch, 0.0] } else { [y[2].atan2(z[2]), pitch, x[1].atan2(x[0])] }
     }
 
-    /// From here to `goal`: the way (m), and the rotation vector (axis times angle, rad, at most pi), both in the reference frame.
+    /// Returns the displacement from here to `goal` (m), and the rotation vector (axis times angle, rad, at most pi), both in the
+    /// reference frame.
     pub fn to(&self, goal: &Pose) -> ([f64; 3], [f64; 3]) {
         let turn = product(goal.quaternion, conjugate(self.quaternion));
         (subtract(goal.position, self.position), rotation_vector(turn))
     }
 
-    /// The pose at `s` (0 to 1) of the way from here that `to` gave: a straight line, turning evenly about one axis.
+    /// Returns the pose at the fraction `s` (0 to 1) of the displacement and turn returned by `to`: a straight line, turning evenly about
+    /// one axis.
     pub fn along(&self, (way, turn): ([f64; 3], [f64; 3]), s: f64) -> Pose {
         Pose { position: add(self.position, scale(way, s)), quaternion: unit(product(of_rotation_vector(scale(turn, s)), self.quaternion)) }
     }
@@ -103,7 +105,7 @@ pub fn length(a: [f64; 3]) -> f64 {
     (a[0] * a[0] + a[1] * a[1] + a[2] * a[2]).sqrt()
 }
 
-/// The product of two quaternions: first b, then a.
+/// Multiplies two quaternions: first b, then a.
 pub fn product(a: [f64; 4], b: [f64; 4]) -> [f64; 4] {
     [
         a[0] * b[0] - a[1] * b[1] - a[2] * b[2] - a[3] * b[3],
@@ -113,40 +115,40 @@ pub fn product(a: [f64; 4], b: [f64; 4]) -> [f64; 4] {
     ]
 }
 
-/// The turn back.
+/// Returns the inverse turn.
 pub fn conjugate(q: [f64; 4]) -> [f64; 4] {
     [q[0], -q[1], -q[2], -q[3]]
 }
 
-/// A vector turned by a unit quaternion.
+/// Turns a vector by a unit quaternion.
 pub fn rotate(q: [f64; 4], v: [f64; 3]) -> [f64; 3] {
     let u = [q[1], q[2], q[3]];
     let t = scale(cross(u, v), 2.0);
     add(add(v, scale(t, q[0])), cross(u, t))
 }
 
-/// The quaternion of a turn about a unit axis by an angle in rad.
+/// Returns the quaternion of a turn about a unit axis by an angle in rad.
 pub fn turn(axis: [f64; 3], angle: f64) -> [f64; 4] {
     let (sine, cosine) = (angle / 2.0).sin_cos();
     [cosine, axis[0] * sine, axis[1] * sine, axis[2] * sine]
 }
 
-/// The axis times the angle (rad, at most pi) of a unit quaternion.
+/// Returns the rotation vector of a unit quaternion: axis times angle (rad, at most pi).
 pub fn rotation_vector(q: [f64; 4]) -> [f64; 3] {
     let q = if q[0] < 0.0 { [-q[0], -q[1], -q[2], -q[3]] } else { q };
     let u = [q[1], q[2], q[3]];
     let sine = length(u);
-    // Near the identity the angle is twice the sine, exactly to the square of the angle.
+    // Near the identity the angle is twice the sine, with an error of the order of the angle squared.
     if sine < 1e-12 { scale(u, 2.0) } else { scale(u, 2.0 * sine.atan2(q[0]) / sine) }
 }
 
-/// The quaternion of a rotation vector.
+/// Returns the quaternion of a rotation vector.
 pub fn of_rotation_vector(v: [f64; 3]) -> [f64; 4] {
     let angle = length(v);
     if angle < 1e-12 { unit([1.0, v[0] / 2.0, v[1] / 2.0, v[2] / 2.0]) } else { turn(scale(v, 1.0 / angle), angle) }
 }
 
-/// A quaternion of length 1 in the direction of another.
+/// Normalises a quaternion to length 1.
 pub fn unit(q: [f64; 4]) -> [f64; 4] {
     let length = (q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3]).sqrt();
     [q[0] / length, q[1] / length, q[2] / length, q[3] / length]

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The tool of an arm moves along a direction whose end is not known: speed, stop and new directions come while it moves.
+//! Motion of the tool along a direction without a known end: speed, stop and new directions are set during the motion.
 //!
-//! Before each set-point the stop that would follow it is computed, set-point by set-point, by inverse kinematics. If every joint
-//! keeps its range, speed, acceleration and jerk up to rest, the set-point is taken and its stop is kept; otherwise the arm goes on
-//! along the stop that was kept last, and a lower speed is tried. So there is always a way to rest along the line within the limits
-//! of the joints, near singularities and the ends of ranges too (Fraichard and Asama, *Inevitable collision states*, 2004: a state
-//! is safe if a checked manoeuvre leads from it to rest).
+//! Before each set-point the stop that would follow it is computed, set-point by set-point, by inverse kinematics. If every joint keeps
+//! its range, speed, acceleration and jerk until rest, the set-point is accepted and its stop is stored; otherwise the arm continues
+//! along the last stored stop, and a lower speed is tried. So there is always a path to rest along the line within the limits of the
+//! joints, even near singularities and the ends of ranges (Fraichard and Asama, *Inevitable collision states*, 2004: a state is safe if a
+//! checked manoeuvre leads from it to rest).
 use super::JOINTS_MAX;
 use super::chain::Arm;
 use super::inverse::{Ranges, damped, inverse};
@@ -16,21 +16,22 @@ use crate::profile::Limits;
 
 /// Maximum number of set-points of a stop.
 const STOP_MAX: usize = 32;
-/// Factor by which the speed is lowered where its stop cannot be made, and by which it rises again.
+/// Factor by which the speed is lowered if its stop is infeasible, and by which it rises again.
 const LOWER: f64 = 0.7;
 const HIGHER: f64 = 1.05;
-/// Part of the wanted speed below which the direction is given up.
+/// Fraction of the requested speed below which the direction is abandoned.
 const SLOWEST: f64 = 0.02;
-/// Part of a joint's acceleration and jerk that the tool's acceleration and jerk may take; the bends of the line take the rest.
+/// Fraction of a joint's acceleration and jerk that the tool's acceleration and jerk may take; the rest is for the curvature in joint
+/// space.
 const SHARE: f64 = 0.6;
-/// Rounding may exceed a limit by this part.
+/// Fraction by which rounding may exceed a limit.
 const ROUNDING: f64 = 1e-6;
-/// Set-points at one place that count as rest.
+/// Number of equal set-points that counts as rest.
 const REST: u32 = 3;
-/// Way of the tool, m or rad, for which the joints' ways are taken to be straight, and the damping of the equation for them.
+/// Displacement of the tool, m or rad, over which the joints' motion counts as linear, and the damping of the equation for it.
 const SMALL: f64 = 1e-6;
 const DAMPING: f64 = 1e-12;
-/// Way of a joint for one of the tool beyond which a singularity is not approached further, rad or m for 1 m or 1 rad.
+/// Displacement of a joint per unit of the tool's beyond which a singularity is not approached further, rad or m for 1 m or 1 rad.
 const SLOPE_MAX: f64 = 2e3;
 const ANYWHERE: Ranges = Ranges { min: &[f64::NEG_INFINITY; JOINTS_MAX], max: &[f64::INFINITY; JOINTS_MAX] };
 
@@ -42,15 +43,15 @@ pub struct Twist {
     pub in_tool: bool,
 }
 
-/// Inputs of one set-point. The slices have one element a joint.
+/// Inputs of one set-point. The slices have one element per joint.
 #[derive(Clone, Copy, Debug)]
 pub struct Wish<'a> {
     pub twist: Twist,
-    /// Way to go in this direction, m, or rad where the tool only turns.
+    /// Distance to move in this direction, m, or rad if the tool only turns.
     pub distance: f64,
-    /// Share of the speed that is allowed now, 0 to 1.
+    /// Permitted fraction of the speed, 0 to 1.
     pub share: f64,
-    /// Acceleration and jerk of the tool: m/s², m/s³, and of its orientation.
+    /// Acceleration and jerk of the tool's position, m/s² and m/s³, and of its orientation.
     pub linear: Limits,
     pub angular: Limits,
     pub joints: &'a [Limits],
@@ -59,51 +60,51 @@ pub struct Wish<'a> {
     pub cycle_s: f64,
 }
 
-/// Reason why the tool cannot go on in a direction.
+/// Reason why the tool cannot continue in a direction.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Obstacle {
-    /// The range of this joint ends, from 0.
+    /// The range of this joint (from 0) ends.
     Limit(usize),
     /// The arm comes near a singularity, or to the end of its reach.
     Singular,
 }
 
-/// Direction of a motion from the place where it began.
+/// Direction of a motion from its starting pose.
 #[derive(Clone, Copy, Debug)]
 struct Heading {
     start: Pose,
-    /// Way of the tool for one unit along the direction, and its turn, in the frame of the poses.
+    /// Displacement and turn of the tool for one unit along the direction, in the frame of the poses.
     linear: [f64; 3],
     angular: [f64; 3],
-    /// Speed that was wanted first, by which later wishes are compared.
+    /// Direction as first requested, with which later requests are compared.
     unit: Twist,
     distance: f64,
 }
 
-/// A checked way to rest.
+/// A checked sequence of set-points to rest.
 #[derive(Clone, Copy, Debug)]
 struct Stop {
     q: [[f64; JOINTS_MAX]; STOP_MAX],
     way: [State; STOP_MAX],
     count: usize,
-    /// The set-point that comes next.
+    /// Index of the next set-point.
     next: usize,
 }
 
-/// A tool on its way.
+/// Motion of a tool.
 #[derive(Clone, Copy, Debug)]
 pub struct ToolJog {
-    /// The last set-points, the newest first.
+    /// Last set-points, newest first.
     q: [[f64; JOINTS_MAX]; 3],
-    /// Place and speed along the direction, m or rad.
+    /// Position and speed along the direction, m or rad.
     way: State,
     heading: Option<Heading>,
-    /// Speed along the direction that is tried.
+    /// Speed along the direction to try next.
     speed: f64,
     stop: Stop,
-    /// The direction was given up.
+    /// Reason why the direction was abandoned.
     obstacle: Option<Obstacle>,
-    /// Set-points on end at one place.
+    /// Number of consecutive equal set-points.
     rest: u32,
 }
 
@@ -115,19 +116,19 @@ impl Default for ToolJog {
 }
 
 impl Twist {
-    /// Its speed: m/s, or rad/s where the tool only turns.
+    /// Returns the speed: m/s, or rad/s if the tool only turns.
     pub fn speed(&self) -> f64 {
         let linear = length(self.linear);
         if linear > 0.0 { linear } else { length(self.angular) }
     }
 
-    /// Its direction, at a speed of 1; `None` at rest.
+    /// Returns the direction, at a speed of 1; `None` at rest.
     fn unit(&self) -> Option<Twist> {
         let speed = self.speed();
         (speed > 0.0).then(|| Twist { linear: scale(self.linear, 1.0 / speed), angular: scale(self.angular, 1.0 / speed), ..*self })
     }
 
-    /// Returns true if both move the tool the same way, at whatever speed.
+    /// Returns true if both move the tool in the same direction, at any speed.
     fn is_along(&self, other: &Twist) -> bool {
         let near = |a: [f64; 3], b: [f64; 3]| a.iter().zip(&b).all(|(a, b)| (a - b).abs() < 1e-9);
         self.in_tool == other.in_tool && near(self.linear, other.linear) && near(self.angular, other.angular)
@@ -135,7 +136,7 @@ impl Twist {
 }
 
 impl ToolJog {
-    /// Begins at rest at these joint positions.
+    /// Starts at rest at these joint positions.
     pub fn begin(&mut self, q: &[f64; JOINTS_MAX]) {
         *self = ToolJog { q: [*q; 3], rest: REST, ..ToolJog::default() };
     }
@@ -145,22 +146,22 @@ impl ToolJog {
         &self.q[0]
     }
 
-    /// Returns true if the joints are at rest and their servos have come there too.
+    /// Returns true if the joints are at rest and their servos have caught up.
     pub fn is_at_rest(&self) -> bool {
         self.rest >= REST
     }
 
-    /// Returns the reason why the tool rests though it is to move on.
+    /// Returns the reason why the tool is at rest although motion is requested.
     pub fn obstacle(&self) -> Option<Obstacle> {
         self.obstacle.filter(|_| self.is_at_rest())
     }
 
-    /// Returns true if it rests at the end of the way that was wanted.
+    /// Returns true if the tool rests at the end of the requested distance.
     pub fn has_arrived(&self) -> bool {
         self.is_at_rest() && self.heading.is_some_and(|heading| self.way.position == heading.distance)
     }
 
-    /// Makes the next set-point.
+    /// Computes the next set-point.
     pub fn advance(&mut self, arm: &Arm, wish: &Wish) {
         self.turn_to(arm, wish);
         let Some(heading) = self.heading else { return self.keep(self.q[0], State::default()) };
@@ -191,7 +192,7 @@ impl ToolJog {
         }
     }
 
-    /// Takes the direction that is wanted, if the joints are at rest.
+    /// Takes the requested direction, if the joints are at rest.
     fn turn_to(&mut self, arm: &Arm, wish: &Wish) {
         if !self.is_at_rest() {
             return;
@@ -210,8 +211,8 @@ impl ToolJog {
         (self.way, self.speed, self.obstacle, self.stop.count) = (State::default(), 0.0, None, 0);
     }
 
-    /// Computes the set-points from a state along the direction to rest, within these limits along it; the error is what is in the way of
-    /// them. `slopes` are those of the joints now.
+    /// Computes the set-points from a state along the direction to rest, within these limits along it; the error is the obstacle.
+    /// `slopes` are those of the joints now.
     fn checked(&self, arm: &Arm, wish: &Wish, heading: &Heading, way: State, limits: Limits, slopes: &[f64; JOINTS_MAX]) -> Result<Stop, Obstacle> {
         let profile = Profile::stop(way, limits);
         let count = 1 + (profile.duration_s() / wish.cycle_s).ceil() as usize;
@@ -227,7 +228,7 @@ impl ToolJog {
             check(wish, &stop.q[k], &last)?;
             last = [stop.q[k], last[0], last[1]];
         }
-        // The joints stay there: what ends with the last step counts too.
+        // The joints stay at rest: the differences that end with the last step count too.
         for _ in 0..REST - 1 {
             check(wish, &last[0], &last)?;
             last = [last[0], last[0], last[1]];
@@ -236,7 +237,7 @@ impl ToolJog {
         Ok(stop)
     }
 
-    /// Takes the next set-point of the stop that was checked last, or stays.
+    /// Takes the next set-point of the last checked stop, or stays.
     fn follow(&mut self) {
         let Stop { next, count, .. } = self.stop;
         if next < count {
@@ -253,7 +254,7 @@ impl ToolJog {
     }
 }
 
-/// Returns acceleration and jerk along the direction: those of the tool, or what the joints allow where these are their slopes.
+/// Returns acceleration and jerk along the direction: the minimum of those of the tool and those that the joints allow with these slopes.
 fn along(wish: &Wish, heading: &Heading, slopes: &[f64; JOINTS_MAX]) -> Limits {
     let (linear, angular) = (length(heading.linear), length(heading.angular));
     let part = |limit: f64, by: f64| if by > 0.0 { limit / by } else { f64::INFINITY };
@@ -269,8 +270,8 @@ fn along(wish: &Wish, heading: &Heading, slopes: &[f64; JOINTS_MAX]) -> Limits {
     limits
 }
 
-/// Checks that a place of rest is not too near to a singularity that lies ahead: there the joints' ways for that of the tool are so
-/// long that the direction is given up. The way back, along which they become shorter than they are now, is always free.
+/// Checks that a pose at rest is not too near to a singularity ahead: there the joints move so far for a small displacement of the tool
+/// that the direction is abandoned. The way back, along which the slopes become smaller, is always free.
 fn check_approach(arm: &Arm, wish: &Wish, heading: &Heading, now: &[f64; JOINTS_MAX], rest: &[f64; JOINTS_MAX]) -> Result<(), Obstacle> {
     let slowest = SLOWEST * wish.twist.speed();
     let then = slopes(arm, heading, rest);
@@ -278,14 +279,14 @@ fn check_approach(arm: &Arm, wish: &Wish, heading: &Heading, now: &[f64; JOINTS_
     if wish.joints.iter().enumerate().any(|(i, joint)| is_too_near(i, joint)) { Err(Obstacle::Singular) } else { Ok(()) }
 }
 
-/// Returns the way of each joint for a way of the tool of 1 m, or 1 rad, along the direction, where the joints are at `q`.
+/// Returns the displacement of each joint for a displacement of the tool of 1 m, or 1 rad, along the direction, with the joints at `q`.
 fn slopes(arm: &Arm, heading: &Heading, q: &[f64; JOINTS_MAX]) -> [f64; JOINTS_MAX] {
     let posture = arm.posture(&q[..arm.joints()]);
     let error: [f64; 6] = std::array::from_fn(|i| if i < 3 { heading.linear[i] } else { heading.angular[i - 3] } * SMALL);
     damped(&arm.jacobian(&posture)[..arm.joints()], &error, DAMPING).map(|slope| slope.abs() / SMALL)
 }
 
-/// The joint positions for a pose, near those before it and within the ranges; a joint that is outside its range may come back.
+/// Computes the joint positions for a pose, near the previous ones and within the ranges; a joint outside its range may return.
 fn solved(arm: &Arm, wish: &Wish, pose: &Pose, before: &[f64; JOINTS_MAX]) -> Result<[f64; JOINTS_MAX], Obstacle> {
     let n = arm.joints();
     let found = inverse(arm, pose, &before[..n], ANYWHERE, ON_THE_LINE);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The motion of one coordinate: its limits, its end, and what ruckig gives.
+//! Motion of one coordinate: its limits, its end, and comparison with ruckig.
 use super::*;
 use proptest::prelude::*;
 
@@ -7,7 +7,7 @@ fn limits() -> impl Strategy<Value = Limits> {
     (0.05..4.0, 0.2..12.0, 1.0..120.0).prop_map(|(speed, acceleration, jerk)| Limits { speed, acceleration, jerk })
 }
 
-/// A state that the limits allow: also when its acceleration is taken away the speed is within its limit.
+/// Returns a state within the limits: the speed stays within its limit even while the acceleration is reduced to 0.
 fn within(limits: Limits, speed: f64, acceleration: f64) -> State {
     let velocity = speed * limits.speed;
     let room = |left: f64| (2.0 * limits.jerk * left.max(0.0)).sqrt().min(limits.acceleration);
@@ -15,7 +15,7 @@ fn within(limits: Limits, speed: f64, acceleration: f64) -> State {
     State { position: 0.3, velocity, acceleration }
 }
 
-/// Every step is continuous and within the limits, and the end is the goal at rest.
+/// Checks that every step is continuous and within the limits, and the end is the goal at rest.
 fn check(profile: &Profile, start: State, goal: f64, limits: Limits) {
     let steps = 1000;
     let dt = profile.duration_s() / f64::from(steps);
@@ -65,7 +65,7 @@ proptest! {
         let duration_s = Profile::to(start, goal, limits).duration_s() * longer;
         let profile = Profile::to_in(start, goal, limits, duration_s);
         check(&profile, start, goal, limits);
-        // From a moving state there are times between two ways of stopping that none of them takes.
+        // From a moving state there are infeasible durations between two ways of stopping.
         let most_s = duration_s * if start.velocity == 0.0 { 1.0 + 1e-6 } else { 1.5 };
         prop_assert!(profile.duration_s() >= duration_s * (1.0 - 1e-6) && profile.duration_s() < most_s, "{} s, not {duration_s}", profile.duration_s());
     }
@@ -89,7 +89,7 @@ fn a_speed_above_the_limit_comes_down_to_it() {
     assert_eq!(profile.at(1e9).position, 3.0);
 }
 
-/// Start speed, start acceleration, way, speed, acceleration, jerk, and the duration that ruckig 0.19.4 (PyPI) gives.
+/// Start speed, start acceleration, distance, speed, acceleration, jerk, and the duration according to ruckig 0.19.4 (PyPI).
 #[test]
 fn it_takes_as_long_as_ruckig() {
     let cases = include!("oracle.rs");

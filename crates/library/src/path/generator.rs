@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The generator of planned paths in joint space as a block, for tables of a length.
+//! Generator of planned paths in joint space as a block, for tables of a given length.
 
-/// There is no planned path: the planner has not run, or found none.
+/// There is no planned path: the planner has not run, or has not found one.
 pub(crate) const NO_PLAN: u32 = 1;
 /// The path is planned for another number of joints.
 pub(crate) const OTHER_SIZE: u32 = 2;
 /// An override is not within 0 and 1.
 pub(crate) const BAD_OVERRIDE: u32 = 3;
-/// Points within a period at which a change of the pace is checked: a short line or blend may lie between two set-points.
+/// Number of points within a period at which a change of the pace is checked: a short line or blend may lie between two set-points.
 pub(crate) const PLACES: u16 = 6;
 
 /// Declares the block.
@@ -19,97 +19,97 @@ macro_rules! path_generator {
             /// number of joints
             #[size(1, 16)]
             n: u32,
-            /// the planned path
+            /// planned path
             $(#[$path])*
             path: $path_type,
-            /// where the joints are commanded to be now, rad or m
+            /// present commanded positions of the joints, rad or m
             #[input(asynchronous, default = [0.0; 16], sized, range = "[-inf, inf)")]
             start: [f64; 16],
-            /// speeds at which their servos move them now
+            /// speeds at which the servos move the joints now
             #[input(asynchronous, default = [0.0; 16], sized, unit = "rad/s|m/s", range = "[-inf, inf)")]
             start_velocity: [f64; 16],
-            /// speeds of the last set-points, of whatever motion stored them
+            /// speeds of the last set-points, whichever motion stored them
             #[input(asynchronous, default = [0.0; 16], sized, unit = "rad/s|m/s", range = "[-inf, inf)")]
             last_velocity: [f64; 16],
-            /// their accelerations
+            /// accelerations of the last set-points
             #[input(asynchronous, default = [0.0; 16], sized, unit = "rad/s^2|m/s^2", range = "[-inf, inf)")]
             last_acceleration: [f64; 16],
-            /// when they were stored, ns of the system's clock
+            /// time at which they were stored, ns of the system clock
             #[input(asynchronous, default = [i64::MIN; 16], sized, range = "[-inf, inf)")]
             last_time: [i64; 16],
-            /// motion that their servos give them by themselves, because no set-points came in time: see `joint_servo`
+            /// braking of the servos on their own because set-points did not arrive in time: see `joint_servo`
             #[input(asynchronous, default = [[0.0; 4]; 16], sized, range = "[-inf, inf)")]
             braking: [[f64; 4]; 16],
-            /// share of the speed that is allowed now, 0 to 1; the smallest of the joints counts for all
+            /// permitted fraction of the speed, 0 to 1; the minimum over the joints applies to all
             #[input(asynchronous, default = [1.0; 16], sized, range = "[0, 1]")]
             r#override: [f64; 16],
-            /// the same for the whole cell; both are multiplied
+            /// override of the whole cell; the two are multiplied
             #[input(asynchronous, default = [1.0; 16], sized, range = "[0, 1]")]
             cell_override: [f64; 16],
-            /// true to come to rest and wait
+            /// true: bring the motion to rest and keep it there
             #[input(asynchronous, default = false)]
             holding: bool,
-            /// time that may be lost at once; beyond it the motion comes to rest
+            /// maximum time that may be lost at once; if more is lost, the motion comes to rest
             #[input(asynchronous, default = [0.5; 16], sized, unit = "s", range = "(0, inf)")]
             gap_max: [f64; 16],
             /// maximum acceleration of each joint
             #[input(asynchronous, default = [5.0; 16], sized, range = "(0, inf)")]
             acceleration_max: [f64; 16],
-            /// maximum jerk of joints that move and are braked first
+            /// maximum jerk for braking joints that move at the start
             #[input(asynchronous, default = [50.0; 16], sized, range = "(0, inf)")]
             jerk_max: [f64; 16],
-            /// where the joints are to be, rad or m
+            /// commanded positions of the joints, rad or m
             #[output(sized)]
             setpoint: [f64; 16],
-            /// speeds of the joints there, rad/s or m/s
+            /// commanded speeds at those positions, rad/s or m/s
             #[output(sized)]
             velocity: [f64; 16],
-            /// accelerations of the joints there, rad/s^2 or m/s^2
+            /// commanded accelerations at those positions, rad/s^2 or m/s^2
             #[output(sized)]
             setpoint_acceleration: [f64; 16],
-            /// when they are stored, ns of the system's clock
+            /// time at which they are stored, ns of the system clock
             #[output(sized)]
             setpoint_time: [i64; 16],
-            /// the longest time that was lost at once
+            /// maximum time lost at once
             #[output(unit = "s")]
             lost: f64,
-            /// part of the path's time that is done, 0 to 1
+            /// completed fraction of the path's duration, 0 to 1
             #[output]
             progress: f64,
-            /// true when the last set-point is stored
+            /// true if the last set-point has been stored
             #[output]
             complete: bool,
             /// time between two set-points
             #[param(default = 0.02, unit = "s", range = "[0, inf)")]
             lead: f64,
-            /// the last set-point is stored
+            /// the last set-point has been stored
             #[condition]
             finished: Condition,
-            /// it rests, as `holding` asks
+            /// the motion is at rest because of `holding`
             #[condition]
             held: Condition,
-            /// it rests because more time than `gap_max` was lost at once; the value is how much, s
+            /// the motion is at rest because more time than `gap_max` was lost at once; the value is the time lost, s
             #[condition]
             gap: ConditionOf<f64>,
-            /// path that is under way
+            /// number of the path being executed
             #[state]
             plan: f64,
-            /// time of the path, s
+            /// path time, s
             #[state]
             time_s: f64,
-            /// pace of that time
+            /// pace of the path time
             #[state]
             pace: f64,
-            /// the invocation before
+            /// time of the previous invocation
             #[state(opaque)]
             span: Span,
-            /// true while it comes to rest because time was lost
+            /// true if the motion comes to rest because time was lost
             #[state]
             is_lost: bool,
             /// last set-points
             #[state(opaque)]
             tail: Tail,
-            /// joints that are brought to rest first
+            /// joints that are braked to rest first
             #[state(opaque)]
             brake: Brake,
         }
@@ -150,7 +150,7 @@ macro_rules! path_generator {
                 let Some(allowed) = pace::allowed(&self.r#override[..n], &self.cell_override[..n]) else { return Outcome::Fault(BAD_OVERRIDE) };
                 if self.path.plan != self.plan {
                     (self.plan, self.time_s, self.span, self.tail, self.is_lost) = (self.path.plan, 0.0, Span::default(), Tail::default(), false);
-                    // At the beginning the planned speed is 0: any pace will do.
+                    // At the start the planned speed is 0: any pace is permitted.
                     self.pace = if self.holding { 0.0 } else { allowed };
                 }
                 let passed = self.span.pass(invocation);
@@ -194,7 +194,7 @@ macro_rules! path_generator {
                 self.path.view().evaluate(self.time_s, &mut self.setpoint[..n], &mut [0.0; 16][..n], &mut [0.0; 16][..n]);
                 self.complete = self.time_s >= self.path.duration;
                 if self.is_lost && (self.pace == 0.0 || self.complete) {
-                    // It may go on, where that does not end the motion.
+                    // The motion may resume, if the gap does not end it.
                     self.is_lost = false;
                     self.gap.report(self.lost);
                 }

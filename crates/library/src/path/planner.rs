@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The planner of paths in joint space as a block, for tables of a length.
+//! Planner of paths in joint space as a block, for tables of a given length.
 
 /// A start, way-point or blend is not a finite number, or a blend is below 0.
 pub(crate) const NOT_FINITE: u32 = 1;
 /// A speed or acceleration limit is not above 0.
 pub(crate) const BAD_LIMIT: u32 = 2;
 
-/// Declares the block: `at_once` is the number of steps of a way-point that one invocation plans, of some five for each, and `shares` the parts of a
-/// line that one blend may take, of which the better one is used.
+/// Declares the block: `at_once` is the number of way-point steps that one invocation plans (some five per way-point), and `shares` the
+/// fractions of a line that one blend may take, of which the better one is used.
 macro_rules! path_planner {
     (
         $(#[$about:meta])* $name:ident, at_once: $at_once:expr, shares: $shares:expr,
@@ -21,31 +21,31 @@ macro_rules! path_planner {
             /// number of joints
             #[size(1, 16)]
             n: u32,
-            /// where the joints are commanded to be now, rad or m
+            /// present commanded positions of the joints, rad or m
             #[input(asynchronous, sized)]
             start: [f64; 16],
-            /// speeds at which their servos move them now
+            /// speeds at which the servos move the joints now
             #[input(asynchronous, default = [0.0; 16], sized, unit = "rad/s|m/s", range = "[-inf, inf)")]
             start_velocity: [f64; 16],
-            /// speeds of the last set-points, of whatever motion stored them
+            /// speeds of the last set-points, whichever motion stored them
             #[input(asynchronous, default = [0.0; 16], sized, unit = "rad/s|m/s", range = "[-inf, inf)")]
             last_velocity: [f64; 16],
-            /// their accelerations
+            /// accelerations of the last set-points
             #[input(asynchronous, default = [0.0; 16], sized, unit = "rad/s^2|m/s^2", range = "[-inf, inf)")]
             last_acceleration: [f64; 16],
-            /// when they were stored, ns of the system's clock
+            /// time at which they were stored, ns of the system clock
             #[input(asynchronous, default = [i64::MIN; 16], sized, range = "[-inf, inf)")]
             last_time: [i64; 16],
-            /// motion that their servos give them by themselves, because no set-points came in time: see `joint_servo`
+            /// braking of the servos on their own because set-points did not arrive in time: see `joint_servo`
             #[input(asynchronous, default = [[0.0; 4]; 16], sized, range = "[-inf, inf)")]
             braking: [[f64; 4]; 16],
-            /// way-points, one row each; columns beyond n are not used
+            /// way-points, one row each; columns beyond n are unused
             $(#[$points])*
             points: $points_type,
-            /// for each way-point: by how much a joint may pass it, rad or m
+            /// for each way-point: maximum distance at which a joint may pass it, rad or m
             $(#[$blend])*
             blend: $each_type,
-            /// for each way-point: maximum speed of a joint on the way there, rad/s or m/s
+            /// for each way-point: maximum speed of a joint on the line to it, rad/s or m/s
             $(#[$speed])*
             speed: $each_type,
             /// maximum speed of each joint
@@ -60,28 +60,29 @@ macro_rules! path_planner {
             /// maximum position of each joint
             #[input(asynchronous, default = [1e6; 16], sized, range = "[-inf, inf)")]
             position_max: [f64; 16],
-            /// the planned path
+            /// planned path
             $(#[$path])*
             path: $path_type,
-            /// the last way-point, for those that compare
+            /// last way-point, for blocks that compare
             #[output(sized)]
             target: [f64; 16],
             /// duration of the motion
             #[output(unit = "s")]
             duration: f64,
-            /// way-point that `limit` is about, from 0
+            /// index of the way-point that `limit` concerns, from 0
             #[output]
             refused: i32,
             /// time between two set-points
             #[param(default = 0.02, unit = "s", range = "[0, inf)")]
             lead: f64,
-            /// joints that move are waited for, and there is one plan for a start: for a planner that stays active until its generator has braked them
+            /// true: wait until moving joints have stopped, and plan only once per start; for a planner that stays active until its
+            /// generator has braked them
             #[param(default = false)]
             waits: bool,
-            /// a way-point is outside the range of a joint; the value is which, from 0
+            /// a way-point is outside the range of a joint; the value is the index of the joint, from 0
             #[condition]
             limit: ConditionOf<i32>,
-            /// true once it has planned
+            /// true if a plan has been made
             #[state]
             has_planned: bool,
             /// progress of the plan
@@ -111,7 +112,7 @@ macro_rules! path_planner {
                     for (k, point) in self.points.iter().enumerate() {
                         let outside = |i: &usize| !(self.position_min[*i]..=self.position_max[*i]).contains(&point[*i]);
                         if let Some(joint) = (0..n).find(outside) {
-                            // No path: a generator bound to this one does not move.
+                            // An empty path: a generator bound to it does not move.
                             (self.path.plan, self.target, self.duration, self.refused) = (0.0, self.start, 0.0, k as i32);
                             self.limit.report(joint as i32);
                             return Outcome::Done;

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Planning of paths: adds way-points one by one, then makes pass after pass along them, each as far as an invocation has time for.
+//! Planning of paths: adds way-points one by one, then makes several passes along them, in portions that fit into an invocation.
 use super::view::View;
 use super::{BEING_PLANNED, Passing, SAME};
 use crate::profile::{JOINTS_MAX, Limits};
 
-/// A path of any length to be planned, by the names of [`Path`](super::Path).
+/// A path of any length during planning, with the field names of [`Path`](super::Path).
 pub struct Table<'a> {
     pub plan: &'a mut f64,
     pub joints: &'a mut i32,
@@ -19,25 +19,26 @@ pub struct Table<'a> {
     pub begin: &'a mut [f64],
 }
 
-/// Parts of a line that the blend at one of its ends may take; the one that makes the shorter motion is used. With all of a line in blends no rate can
-/// rise along it: few way-points are far from each other, so there the limits of the joints are reached sooner; among many near ones a path would creep.
+/// Fractions of a line that the blend at one of its ends may take; the one that gives the shorter motion is used. If blends take up a
+/// whole line, the rate cannot rise along it: a few way-points are usually far apart, so the limits of the joints are reached sooner;
+/// among many close ones a path would creep.
 pub const BLEND_SHARES: &[f64] = &[0.5, 0.25];
-/// The same of a long path, whose way-points are near each other.
+/// Fractions for a long path, whose way-points are close together.
 pub const LONG_BLEND_SHARES: &[f64] = &[0.25];
 
-/// Progress of planning a path. Its default: nothing is under way.
+/// Progress of planning a path. The default is idle.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Planning {
     pass: Pass,
-    /// Of a line, the part that one blend may take.
+    /// Fraction of a line that one blend may take.
     share: f64,
-    /// Part of a line that is tried next.
+    /// Fraction of a line to try next.
     other: Option<f64>,
-    /// The part that was tried, and the duration that it makes, s.
+    /// Fraction that was tried, and the resulting duration, s.
     tried: Option<(f64, f64)>,
-    /// Duration with the present part, as far as it is added up, s.
+    /// Partial sum of the duration with the present fraction, s.
     sum_s: f64,
-    /// Steps of the pass that are done.
+    /// Number of completed steps of the pass.
     at: usize,
 }
 
@@ -45,24 +46,24 @@ pub struct Planning {
 enum Pass {
     #[default]
     None,
-    /// The maximum rate and acceleration of each line.
+    /// Computes the maximum rate and acceleration of each line.
     Lines,
-    /// Reach of each blend, and the maximum rate that the joints' accelerations allow there.
+    /// Computes the reach of each blend, and the maximum rate that the joints' accelerations allow there.
     Corners,
     /// Lowers the rates at the blends until each line is long enough to speed up.
     Forward,
-    /// The same for slowing down.
+    /// Lowers the rates at the blends until each line is long enough to slow down.
     Backward,
-    /// Duration, where another part of the lines is tried too.
+    /// Sums up the duration, if another fraction of the lines is tried too.
     Sum,
-    /// Time at which each line begins.
+    /// Computes the start time of each line.
     Times,
 }
 
 impl Planning {
-    /// Begins a path from `start`; the first `space` coordinates are a position, whose speed, acceleration and blend are those of the point, with
-    /// the first limits. One blend takes at most a part of a line, of up to two `shares` the better one. The way-points are
-    /// added next, then [`advance`](Planning::advance) plans.
+    /// Begins a path from `start`; the first `space` coordinates are a position, whose speed, acceleration and blend are those of the
+    /// point, with the first limits. One blend takes at most a fraction of a line, the better one of up to two `shares`. The way-points
+    /// are added next, then [`advance`](Planning::advance) plans.
     pub fn begin(table: &mut Table, space: usize, start: &[f64], shares: &[f64]) -> Planning {
         (*table.plan, *table.joints, *table.points, *table.space) = (BEING_PLANNED, start.len() as i32, 1, space as i32);
         table.q[0][..start.len()].copy_from_slice(start);
@@ -70,13 +71,13 @@ impl Planning {
         Planning { pass: Pass::Lines, share: shares[0], other: shares.get(1).copied(), ..Planning::default() }
     }
 
-    /// Returns whether a path is begun and not ready.
+    /// Returns true if a path is begun and not ready.
     pub fn is_under_way(&self) -> bool {
         self.pass != Pass::None
     }
 
-    /// Plans on, by no more than `budget` steps of a way-point each, which it counts down; true where the path is ready but for its number.
-    /// `limits` has one for each coordinate, all above 0; their jerk is not used: the acceleration is constant in each part.
+    /// Continues planning by at most `budget` way-point steps, which it counts down. Returns true if the path is ready except for its
+    /// number. `limits` has one element per coordinate, all above 0; their jerk is not used: the acceleration is constant in each part.
     pub fn advance(&mut self, table: &mut Table, limits: &[Limits], budget: &mut usize) -> bool {
         let last = *table.points as usize - 1;
         while self.pass != Pass::None {
@@ -121,7 +122,7 @@ impl Planning {
         }
     }
 
-    /// Goes on with the other part of a line, or back to the first one if that was faster.
+    /// Continues with the other fraction of a line, or returns to the first one if that was faster.
     fn chosen(&mut self) -> Pass {
         let duration_s = std::mem::take(&mut self.sum_s);
         if let Some(other) = self.other.take() {
@@ -140,19 +141,19 @@ impl Planning {
 }
 
 impl Table<'_> {
-    /// Adds a way-point; one that is where the last one is counts for nothing. There is room for it: the caller has checked.
+    /// Adds a way-point; one that coincides with the last one is ignored. The caller has checked that there is room for it.
     pub fn add(&mut self, point: &[f64], passing: Passing) {
         let (n, last) = (*self.joints as usize, *self.points as usize - 1);
         if (0..n).all(|i| (point[i] - self.q[last][i]).abs() <= SAME) {
             return;
         }
         self.q[last + 1][..n].copy_from_slice(&point[..n]);
-        // What the passes below make of these takes their place: the last one that of the blend.
+        // The passes below replace these two values by their results: the value of the last way-point by that of the blend.
         (self.begin[last + 1], self.top[last]) = (passing.blend, passing.speed);
         *self.points += 1;
     }
 
-    /// It, to be asked.
+    /// Returns a view for reading the path.
     pub fn view(&self) -> View<'_> {
         View {
             plan: *self.plan,
@@ -188,7 +189,7 @@ impl Table<'_> {
         let most = view.maximum(&turn);
         let wished = if most > 0.0 { 4.0 * blend / most } else { f64::INFINITY };
         let mut through = view.top[k - 1].min(view.top[k]);
-        // A longer blend than the maximum rate needs would only take longer.
+        // A longer blend than the maximum rate needs would only slow the motion down.
         let enough = turn.iter().zip(limits).fold(0.0, |most: f64, (turn, limit)| most.max(through.powi(2) * turn / (2.0 * limit.acceleration)));
         let reach = if blend > 0.0 { wished.min(enough).min(long * share).min(short * share) } else { 0.0 };
         for (turn, limit) in turn.iter().zip(limits).filter(|(turn, _)| **turn > 0.0) {
@@ -197,7 +198,7 @@ impl Table<'_> {
         (self.reach[k], self.through[k]) = (reach, if blend == 0.0 { 0.0 } else { through });
     }
 
-    /// The maximum rate at the other end of the line after way-point k, for the rate at one end.
+    /// Returns the maximum rate at the other end of the line after way-point k, for the rate at one end.
     fn reachable(&self, k: usize, rate: f64) -> f64 {
         let rest = (self.view().direction(k).1 - self.reach[k] - self.reach[k + 1]).max(0.0);
         (rate.powi(2) + 2.0 * self.slope[k] * rest).sqrt()
@@ -225,7 +226,7 @@ impl Table<'_> {
         if self.reach[k + 1] > 0.0 { 2.0 * self.reach[k + 1] / self.through[k + 1] } else { 0.0 }
     }
 
-    /// The same path, `factor` times slower.
+    /// Makes the path `factor` times slower.
     pub fn stretch(&mut self, factor: f64) {
         let points = *self.points as usize;
         *self.duration *= factor;

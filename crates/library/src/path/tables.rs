@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Planned paths as the blocks hand them on: tables of two lengths, one that is copied in each invocation and one that is used in place.
+//! Planned paths as exchanged between blocks: tables of two lengths, one that is copied in each invocation and one that is used in place.
 use super::planning::Table;
 use super::view::View;
 use super::{LONG_POINTS_MAX, POINTS_MAX};
@@ -16,9 +16,9 @@ macro_rules! path {
             pub plan: f64,
             /// Number of joints.
             pub joints: i32,
-            /// Number of way-points with the start; of those that were one, one is left.
+            /// Number of way-points including the start; coinciding ones are merged.
             pub points: i32,
-            /// Number of coordinates, the first ones, that are a position in space and are measured together; 0: each is a joint.
+            /// Number of leading coordinates that form a position in space and are measured together; 0: each is a joint.
             pub space: i32,
             /// Duration, s.
             pub duration: f64,
@@ -28,16 +28,16 @@ macro_rules! path {
             pub reach: [f64; $all],
             /// Rate along the path at the blend, 1/s of that distance.
             pub through: [f64; $all],
-            /// Maximum rate on the line that follows.
+            /// Maximum rate on the next line.
             pub top: [f64; $all],
-            /// Maximum acceleration on it.
+            /// Maximum acceleration on the next line.
             pub slope: [f64; $all],
-            /// Time at which that line begins, s.
+            /// Time at which the next line begins, s.
             pub begin: [f64; $all],
         }
 
         impl $name {
-            /// It, to be asked.
+            /// Returns a view for reading the path.
             pub fn view(&self) -> View<'_> {
                 View {
                     plan: self.plan, joints: self.joints as usize, points: self.points as usize, space: self.space as usize, duration: self.duration,
@@ -45,7 +45,7 @@ macro_rules! path {
                 }
             }
 
-            /// It, to be planned.
+            /// Returns a table for planning the path.
             pub fn table(&mut self) -> Table<'_> {
                 Table {
                     plan: &mut self.plan, joints: &mut self.joints, points: &mut self.points, space: &mut self.space, duration: &mut self.duration,
@@ -61,6 +61,6 @@ path!(
     Path, POINTS_MAX + 1
 );
 path!(
-    /// A planned path of up to 4,096 way-points: as `path`.
+    /// A planned path of up to 4,096 way-points, like `path`.
     LongPath, LONG_POINTS_MAX + 1
 );

@@ -50,7 +50,7 @@ fn a_way_point_is_passed_within_its_blend() {
             }
         }
         for (k, (nearest, passing)) in nearest.iter().zip(&case.passing).enumerate() {
-            // A sample is up to half a step away from the nearest place.
+            // A sample is up to half a step away from the nearest point.
             let between = 3.0 * path.duration / f64::from(steps);
             let doubled = k > 0 && case.points[k] == case.points[k - 1];
             assert!(doubled || *nearest <= passing.blend + between, "seed {seed}: way-point {k}, {nearest} for {}", passing.blend);
@@ -69,7 +69,7 @@ fn blends_save_time() {
     let time = |blend| plan(1.0, &[0.0, 1.0], &corner, &[Passing { blend, speed: 1.0 }; 2], &limits).duration;
     // Two lines of 1 from rest to rest: 1/1 + 1/2 s each.
     assert!((time(0.0) - 3.0).abs() < 1e-12);
-    // Half the way of each line in the blend: passed at its maximum rate, sqrt(2 * 0.5 * 2), which the limit makes 1.
+    // Half of each line in the blend: passed at its maximum rate, sqrt(2 * 0.5 * 2), limited to 1.
     assert!((time(0.2) - 2.5).abs() < 0.2 && time(0.2) < time(0.05) && time(0.05) < time(0.0), "{} {}", time(0.2), time(0.05));
 }
 
@@ -89,14 +89,14 @@ fn nowhere_to_go_takes_no_time() {
     assert_eq!((q, v), ([0.5], [0.0]));
 }
 
-/// A path that is too long for a stack.
+/// Returns a path that is too long for the stack.
 fn long() -> Box<LongPath> {
     let memory = Box::<LongPath>::new_zeroed();
-    // SAFETY: numbers, all of which may be 0.
+    // SAFETY: the fields are numbers, for which all-zero bytes are valid.
     unsafe { memory.assume_init() }
 }
 
-/// A smooth way of six joints: sums of sines through `count` points.
+/// Returns a smooth path of six joints: sums of sines through `count` points.
 fn smooth(seed: u64, count: usize) -> Case {
     let (mut number, n) = (numbers(seed), 6);
     let waves: Vec<[f64; 3]> = (0..3 * n).map(|_| [number(-0.5, 0.5), number(1.0, 20.0), number(0.0, 6.0)]).collect();
@@ -144,7 +144,7 @@ fn a_path_of_4096_points_keeps_every_limit_and_passes_every_point() {
                 assert!((v[i] - slower[i]).abs() <= limit.acceleration * dt * (1.0 + 1e-6) + 1e-9, "seed {seed}: the speed of joint {i} jumps");
             }
             slower = v;
-            // The points come in their order: it is nearest to each before it is nearer to the next.
+            // The points are passed in order: each is nearest before the next one is.
             while next < case.points.len() {
                 let off = (0..n).fold(0.0, |most: f64, i| most.max((q[i] - case.points[next][i]).abs()));
                 if off <= nearest && k < steps {
@@ -161,7 +161,7 @@ fn a_path_of_4096_points_keeps_every_limit_and_passes_every_point() {
 
 #[test]
 fn way_points_that_are_dense_do_not_make_a_path_creep() {
-    // A quarter of a circle of two joints in steps of 0.1, 1 and 10 mrad, against the same with every eighth point.
+    // A quarter of a circle of two joints in steps of 0.1, 1 and 10 mrad, compared with every eighth point of it.
     for step in [1e-4, 1e-3, 1e-2] {
         let arc = |every: usize| -> Vec<[f64; JOINTS_MAX]> {
             let place = |k: usize| {

@@ -2,7 +2,7 @@
 //! Position, speed and acceleration of a planned path at a time.
 use crate::profile::JOINTS_MAX;
 
-/// A planned path of any length, by the names of [`Path`](super::Path).
+/// A planned path of any length, with the field names of [`Path`](super::Path).
 #[derive(Clone, Copy, Debug)]
 pub struct View<'a> {
     pub plan: f64,
@@ -18,28 +18,29 @@ pub struct View<'a> {
     pub begin: &'a [f64],
 }
 
-/// A part of a path, and how much of it is done, 0 to 1.
+/// A part of a path, and its completed fraction, 0 to 1.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Part {
-    /// On the line after a way-point; the share is of the whole line, blends included.
+    /// On the line after a way-point; `share` is the fraction of the whole line, including blends.
     Line { after: usize, share: f64 },
-    /// In the blend of a way-point, which begins at the share `before` of the line before it and ends at `behind` of that after it.
+    /// In the blend of a way-point, which begins at the fraction `before` of the previous line and ends at `behind` of the next one.
     Blend { at: usize, share: f64, before: f64, behind: f64 },
 }
 
-/// Straight part of a path between two way-points, and the law by which it is travelled.
+/// Straight part of a path between two way-points, and its time law.
 pub(super) struct Line {
     pub(super) direction: [f64; JOINTS_MAX],
-    /// Of the whole line, and of what its blends leave.
+    /// Length of the whole line, and of the part between its blends.
     whole: f64,
     rest: f64,
-    /// Rates at the beginning, at the most, at the end, and the times of speeding up, constant rate and slowing down.
+    /// Initial, maximum and final rate, and the times of speeding up, constant rate and slowing down.
     rates: [f64; 3],
     pub(super) times: [f64; 3],
 }
 
 impl View<'_> {
-    /// Returns what each limit applies to of a vector: of a position its length, of each other coordinate the amount.
+    /// Returns the magnitudes of a vector to which the limits apply: the length of a position, the absolute value of each other
+    /// coordinate.
     pub fn measures(&self, vector: &[f64; JOINTS_MAX]) -> [f64; JOINTS_MAX] {
         let mut found = vector.map(f64::abs);
         if self.space > 0 {
@@ -49,14 +50,14 @@ impl View<'_> {
         found
     }
 
-    /// Returns the measure that a way-point's speed and blend apply to: that of the position, or of the joint with the most.
+    /// Returns the magnitude to which a way-point's speed and blend apply: that of the position, or the maximum over the joints.
     pub(super) fn maximum(&self, measures: &[f64; JOINTS_MAX]) -> f64 {
         if self.space > 0 { measures[0] } else { measures.iter().fold(0.0, |most: f64, x| most.max(*x)) }
     }
 
-    /// The way-point whose line, or the blend behind that, it is in at a time.
+    /// Returns the way-point before the line, or the blend after it, at a time.
     fn after(&self, time_s: f64) -> usize {
-        // The times never fall.
+        // The times never decrease.
         self.begin[1..self.points.saturating_sub(1).max(1)].partition_point(|begin| *begin <= time_s)
     }
 
@@ -77,7 +78,7 @@ impl View<'_> {
         Part::Blend { at: k + 1, share, before: 1.0 - self.reach[k + 1] / line.whole, behind: self.reach[k + 1] / self.direction(k + 1).1 }
     }
 
-    /// The direction (of length 1) and the length of the line after way-point k.
+    /// Returns the direction (of length 1) and the length of the line after way-point k.
     pub(super) fn direction(&self, k: usize) -> ([f64; JOINTS_MAX], f64) {
         let mut u = [0.0; JOINTS_MAX];
         for (i, u) in u.iter_mut().enumerate().take(self.joints) {
@@ -99,8 +100,8 @@ impl View<'_> {
         Line { direction, whole, rest, rates: [first, peak, last], times: [up, cruise, down] }
     }
 
-    /// Position, velocity and acceleration of each joint at `time_s`: at rest at the start before it, exactly at the last way-point
-    /// from the duration on.
+    /// Computes the position, velocity and acceleration of each joint at `time_s`: at rest at the start before it, exactly at the last
+    /// way-point from the duration on.
     pub fn evaluate(&self, time_s: f64, position: &mut [f64], velocity: &mut [f64], acceleration: &mut [f64]) {
         let last = self.points.saturating_sub(1);
         velocity.fill(0.0);
@@ -116,7 +117,7 @@ impl View<'_> {
         let on_line: f64 = line.times.iter().sum();
         if t <= on_line || k + 1 == last || self.reach[k + 1] <= 0.0 {
             let (way, rate, change) = line.at(t.min(on_line), self.slope[k]);
-            // The distance to the nearer end is the more exact one.
+            // The distance to the nearer end is more accurate.
             let from_start = self.reach[k] + way;
             for i in 0..position.len() {
                 let (u, near_start) = (line.direction[i], from_start <= line.whole / 2.0);
@@ -128,7 +129,7 @@ impl View<'_> {
         self.blend(k + 1, &line.direction, t - on_line, position, velocity, acceleration);
     }
 
-    /// On the blend of way-point k, `t` seconds after its beginning.
+    /// Evaluates the blend of way-point k, `t` seconds after its start.
     fn blend(&self, k: usize, before: &[f64; JOINTS_MAX], t: f64, position: &mut [f64], velocity: &mut [f64], acceleration: &mut [f64]) {
         let (after, _) = self.direction(k);
         let (reach, rate) = (self.reach[k], self.through[k]);
@@ -142,7 +143,7 @@ impl View<'_> {
 }
 
 impl Line {
-    /// Distance since the line's first blend, rate and acceleration, `t` seconds after it.
+    /// Returns the distance since the line's first blend, rate and acceleration, `t` seconds after it.
     fn at(&self, t: f64, slope: f64) -> (f64, f64, f64) {
         let ([first, peak, last], [up, cruise, down]) = (self.rates, self.times);
         if t <= up {

@@ -1,52 +1,52 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Reference of a joint from invocation to invocation: its set-points, the time that was lost, and the braking after a gap.
+//! Reference of a joint from one invocation to the next: its set-points, lost time, and braking after a gap.
 
 use super::{Bounds, Braking, Lead, ReferenceInputs, Spline, WARY};
 use crate::online::State;
 use crate::span::{ElapsedTime, Span};
 use opengpac::Invocation;
 
-/// The reference of a joint: its set-points, smoothed, within its range and its maximum speed, wherever its zero is found to be.
+/// Reference of a joint: its set-points, smoothed, within its range and its maximum speed, independent of changes of its zero.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Approach {
     spline: Spline,
     lead: Lead,
     offset_before: f64,
-    /// Reference less position in the invocation before.
+    /// Reference minus position in the previous invocation.
     error_before: f64,
     span: Span,
     gap: Gap,
 }
 
-/// The last gap, for as long after it as it was: an error that is found then is one of that gap.
+/// The last gap, for as long as it lasted: an error that occurs during this time is attributed to the gap.
 #[derive(Clone, Copy, Debug, Default)]
 struct Gap {
     lost_s: f64,
     left_s: f64,
 }
 
-/// Result of one approach of a reference.
+/// Result of advancing a reference.
 #[derive(Clone, Copy, Debug)]
 pub struct ApproachResult {
     pub reference: f64,
     /// Per second; 0 without interpolation.
     pub velocity: f64,
-    /// A bound held it back.
+    /// A bound limited the reference.
     pub limited: bool,
     /// Time of one cycle, s; 0 in the first.
     pub span_s: f64,
-    /// Time lost in a gap that is no longer ago than it was long, s; 0 if there was none.
+    /// Time lost in the last gap, s; 0 if there was none, or if it is longer ago than it lasted.
     pub lost_s: f64,
-    /// Distance and motion beyond the last set-point, if the servo brakes because no new one came in its time.
+    /// Distance and motion beyond the last set-point, if the servo brakes because no new one arrived in time.
     pub braking: Braking,
-    /// Time lost at once, s, in the invocation in which the reference has come to rest because that was more than allowed.
+    /// Time lost at once, s, in the invocation in which the reference has come to rest because more was lost than allowed.
     pub rested_s: Option<f64>,
 }
 
 impl Approach {
-    /// Advances by one cycle, whatever time was lost before. In the first invocation it begins where the joint is, whatever is commanded. `interpolation` says over how many
-    /// invocations a new set-point is approached, of the time between two of them. Where more time was lost than `gap_max_s`, it brakes from
-    /// where the joint is by then.
+    /// Advances by one cycle, regardless of time lost before. In the first invocation the reference starts at the joint, whatever is
+    /// commanded. `interpolation` returns the number of invocations over which a new set-point is approached, for the time between two
+    /// invocations. If more time was lost than `gap_max_s`, the reference brakes from the position of the joint at that time.
     pub fn advance(&mut self, invocation: &Invocation, led: ReferenceInputs, interpolation: impl FnOnce(f64) -> u32) -> ApproachResult {
         let first = !self.span.begun();
         let passed = self.span.pass(invocation);
@@ -82,8 +82,8 @@ impl Approach {
         ApproachResult { reference, velocity: if moving { step / span_s } else { 0.0 }, limited, span_s, lost_s, braking: self.lead.braking(), rested_s }
     }
 
-    /// Returns true if more time was lost than allowed, or if the joint has strayed too far in a shorter gap. For a short time after a gap too:
-    /// the first readings may be from before it.
+    /// Returns true if more time was lost than allowed, or if the joint has strayed too far in a shorter gap. This also holds for a short
+    /// time after a gap: the first readings may be from before it.
     fn is_left(&self, passed: ElapsedTime, led: &ReferenceInputs) -> bool {
         let is_beyond = passed.lost_s() > led.gap_max_s && !self.rests_in_place(led);
         let is_recent = passed.is_gap() || (self.lead.is_alone() && self.gap.since_s() < READING_S);
@@ -91,13 +91,13 @@ impl Approach {
         led.gap_max_s > 0.0 && (is_beyond || (is_recent && is_astray))
     }
 
-    /// Returns true if nothing moved before the gap and the joint is still in its place.
+    /// Returns true if nothing moved before the gap and the joint is still in place.
     fn rests_in_place(&self, led: &ReferenceInputs) -> bool {
         let moved = (self.spline.value - led.position - self.error_before).abs();
         self.spline.is_there() && self.lead.is_at_rest() && (led.error_max == 0.0 || moved <= IN_PLACE * led.error_max)
     }
 
-    /// Begins at the joint, as fast as it moves, and brakes. A distance that the reference had before stays as far as the joint still has it, so
+    /// Starts at the joint, at its speed, and brakes. An earlier error of the reference is kept as far as the joint still has it, so that
     /// the effort that holds the joint has no step.
     fn leave(&mut self, led: &ReferenceInputs, cycle_s: f64, interpolation: u32, lost_s: f64, now_ns: i64) {
         let before = if self.error_before.is_finite() { self.error_before } else { 0.0 };
@@ -110,15 +110,15 @@ impl Approach {
     }
 }
 
-/// Share of the maximum following error by which a joint at rest may have moved in a gap: readings have noise.
+/// Fraction of the maximum following error by which a joint at rest may have moved in a gap: readings have noise.
 const IN_PLACE: f64 = 0.1;
-/// Time in which a joint that counts as still comes to rest within its acceleration, s: readings of its speed have noise.
+/// Time in which a joint that counts as stationary could stop within its acceleration, s: readings of its speed have noise.
 const STILL_S: f64 = 0.02;
-/// Time after a gap in which a device may still give a reading from before it, s.
+/// Time after a gap in which a device may still return a reading from before it, s.
 const READING_S: f64 = 0.1;
 
 impl Gap {
-    /// Lets a cycle pass. Returns the time lost in the last gap, s; 0 if that is longer ago than it was long.
+    /// Advances by one cycle. Returns the time lost in the last gap, s; 0 if the gap is longer ago than it lasted.
     fn pass(&mut self, passed: ElapsedTime) -> f64 {
         if passed.is_gap() {
             *self = Gap { lost_s: passed.lost_s(), left_s: passed.lost_s() };
@@ -128,7 +128,7 @@ impl Gap {
         if self.left_s > 0.0 { self.lost_s } else { 0.0 }
     }
 
-    /// Time since the last gap, s, until it is as long ago as it was.
+    /// Returns the time since the last gap, s, until that exceeds the length of the gap.
     fn since_s(&self) -> f64 {
         self.lost_s - self.left_s
     }
@@ -138,7 +138,8 @@ impl Gap {
 mod tests {
     use super::*;
 
-    /// A servo at 1 ms that stands still from `at` for `lost` ms, while its set-points go on at 0.3 rad/s and end at 0.6 rad: maximum speed, acceleration, and the end.
+    /// Runs a servo at 1 ms that is stalled from `at` for `lost` ms, while its set-points continue at 0.3 rad/s and end at 0.6 rad.
+    /// Returns maximum speed, acceleration, and the end.
     fn stalled(at: u64, lost: u64) -> (f64, f64, f64) {
         let mut approach = Approach::default();
         let (mut before, mut rate, mut fastest, mut hardest) = (0.0, 0.0, 0.0f64, 0.0f64);
@@ -200,8 +201,8 @@ mod tests {
         assert!((now - 0.3 * 3.97).abs() < 0.01, "{now}");
     }
 
-    /// A servo that leads a joint at 0.3 rad/s stands still for 0.7 s, and finds it at `position`, moving at `velocity`; from then on the joint
-    /// follows. Its references, and when it told that it rests.
+    /// Runs a servo that leads a joint at 0.3 rad/s, is stalled for 0.7 s, and finds the joint at `position`, moving at `velocity`; the
+    /// joint follows afterwards. Returns its references, and the times at which it reported rest.
     fn left(position: f64, velocity: f64) -> (Vec<f64>, Vec<(u64, f64)>) {
         let (mut approach, mut references, mut told) = (Approach::default(), Vec::new(), Vec::new());
         let (mut joint, mut speed) = (0.0, velocity);

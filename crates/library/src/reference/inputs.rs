@@ -4,24 +4,24 @@
 #[derive(Clone, Copy, Debug, Default)]
 pub struct ReferenceInputs {
     pub setpoint: f64,
-    /// Speed and acceleration of the set-point, and the time at which it was stored, ns; 0 if it declares none.
+    /// Speed and acceleration of the set-point, and the time at which it was stored, ns; 0 if the set-point has none.
     pub velocity: f64,
     pub acceleration: f64,
     pub time_ns: i64,
     /// Position of the joint.
     pub position: f64,
-    /// Addition to its readings.
+    /// Offset of the readings of the joint.
     pub offset: f64,
-    /// None where its zero is not known: then its numbers mean nothing.
+    /// Range of positions; `None` if the zero of the joint is unknown: then its numbers are meaningless.
     pub range: Option<(f64, f64)>,
     pub speed_max: f64,
-    /// Maximum acceleration while it catches up after lost time, or brakes because set-points no longer come.
+    /// Maximum acceleration when catching up after lost time, or braking because set-points have stopped arriving.
     pub acceleration_max: f64,
-    /// Maximum jerk while it brakes.
+    /// Maximum jerk when braking.
     pub jerk_max: f64,
     /// Measured speed of the joint.
     pub joint_velocity: f64,
-    /// Maximum distance between reference and joint, and time that may be lost at once, s; each 0 for no bound.
+    /// Maximum distance between reference and joint, and maximum time that may be lost at once, s; 0 means unlimited.
     pub error_max: f64,
     pub gap_max_s: f64,
 }

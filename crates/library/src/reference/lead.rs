@@ -1,34 +1,36 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The set-point that leads the reference of a servo: that of a generator, or, when no new one comes in its time, one that brakes.
+//! Set-points that lead the reference of a servo: those of a generator, or, if no new one arrives in time, those of the servo itself,
+//! which brakes.
 //!
-//! A generator may be taken away while its joint moves: another part of a composition has ended it, its processor is lost, its block
-//! has a fault. Its last set-point says how fast it moved and how that changed. From that state the servo makes set-points itself, at the pace
-//! at which they came, until they rest: within the acceleration and jerk of the joint. They are part of one function with those that came
-//! before, so the reference has no step. A set-point that says nothing about its speed is a place to be at: there the reference rests.
+//! A generator may be removed while its joint moves: another part of a composition has ended it, its processor is lost, or its block has
+//! a fault. Its last set-point includes its speed and acceleration. From that state the servo makes set-points itself, at the same pace,
+//! until they rest: within the acceleration and jerk of the joint. They continue the function of the earlier set-points, so the reference
+//! has no step. A set-point without a speed is a position to hold: the reference comes to rest there.
 //!
-//! After a gap that is longer than allowed the servo brakes from the present position of the joint and passes over the set-points of motions
-//! from before the gap. When the joint rests, a motion that begins from there is followed at once, any other set-point only after a while.
+//! After a gap that is longer than allowed the servo brakes from the present position of the joint and ignores the set-points of motions
+//! from before the gap. When the joint rests, a motion that begins from there is followed at once, any other set-point only after a
+//! while.
 use super::ReferenceInputs;
 use crate::online::{State, towards};
 use crate::profile::Limits;
 
-/// The state of a servo that brakes by itself: its distance beyond the last set-point, and the motion there.
+/// State of a servo that brakes on its own: its distance beyond the last set-point, and the motion there.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Braking {
     pub distance: f64,
     pub velocity: f64,
     pub acceleration: f64,
-    /// When it formed this set-point, ns of the system's clock; 0 where set-points lead.
+    /// Time at which the servo formed this set-point, ns of the system clock; 0 if set-points lead.
     pub time_ns: i64,
 }
 
 impl Braking {
-    /// As ports have it: a double tells times of a clock apart that are 256 ns apart.
+    /// Returns the numbers in the form of a port: a double distinguishes clock times that are 256 ns apart.
     pub fn numbers(self) -> [f64; 4] {
         [self.distance, self.velocity, self.acceleration, self.time_ns as f64]
     }
 
-    /// From a port.
+    /// Parses the numbers of a port.
     pub fn of([distance, velocity, acceleration, time_ns]: [f64; 4]) -> Braking {
         Braking { distance, velocity, acceleration, time_ns: time_ns as i64 }
     }
@@ -37,24 +39,24 @@ impl Braking {
 /// The source of the set-points that a reference follows.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Lead {
-    /// The last set-point, as it was stored, and when.
+    /// The last set-point, as it was stored, and its time.
     seen: f64,
     seen_ns: i64,
-    /// The set-point in force, with its speed and acceleration.
+    /// Set-point in force, with its speed and acceleration.
     now: State,
-    /// Invocations until the next set-point is due.
+    /// Number of invocations until the next set-point is due.
     left: u32,
     /// Time at which the servo formed the set-point `now` itself.
     braked_ns: Option<i64>,
-    /// Set where it leads itself because of a gap.
+    /// Set if the servo leads itself because of a gap.
     alone: Option<Alone>,
 }
 
-/// A servo that leads itself because too much time was lost.
+/// State of a servo that brakes to rest on its own because too much time was lost.
 #[derive(Clone, Copy, Debug)]
 struct Alone {
     lost_s: f64,
-    /// Time for which it has rested.
+    /// Time since it came to rest.
     rested_s: f64,
     is_told: bool,
 }
@@ -63,35 +65,36 @@ struct Alone {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Next {
     pub position: f64,
-    /// It is the first of a generator after the servo has braked.
+    /// The set-point is the first of a generator after the servo has braked.
     pub is_return: bool,
 }
 
-/// Cycles by whose change of speed a declared speed may differ from the reference's, which lags one and a half cycles behind.
+/// Number of cycles whose change of speed a declared speed may differ from the reference's, which lags one and a half cycles behind.
 const LAG: f64 = 3.0;
-/// Time for which a joint that rests after a gap passes over set-points that do not continue its own, s: what stored them ends meanwhile.
+/// Time for which a joint at rest after a gap ignores set-points that do not continue its own, s: the motions that stored them end
+/// meanwhile.
 const REST_S: f64 = 0.5;
 
 impl Lead {
-    /// Begins with the set-point that is stored, which is a place to be at.
+    /// Starts with the stored set-point, as a position to hold.
     pub fn begin(&mut self, led: &ReferenceInputs) {
         *self = Lead { seen: led.setpoint, seen_ns: led.time_ns, now: State { position: led.setpoint, ..State::default() }, ..Lead::default() };
     }
 
-    /// Counts positions from another origin, as the set-point does from this invocation on.
+    /// Moves the origin of positions, as the set-point does from this invocation.
     pub fn shift(&mut self, by: f64, led: &ReferenceInputs) {
         self.seen = led.setpoint;
         self.now.position = if self.braked_ns.is_some() { self.now.position + by } else { led.setpoint };
     }
 
-    /// The set-point of this invocation. `interpolation` invocations lie between two of them, `cycle_s` between two invocations; the
-    /// reference moves at `velocity`.
+    /// Returns the set-point of this invocation. `interpolation` is the number of invocations between two set-points, `cycle_s` the time
+    /// between two invocations; the reference moves at `velocity`.
     pub fn next(&mut self, led: &ReferenceInputs, interpolation: u32, cycle_s: f64, velocity: f64, now_ns: i64) -> Next {
         let mut is_return = false;
         let span_s = f64::from(interpolation) * cycle_s;
         let is_new = led.setpoint != self.seen || led.time_ns != self.seen_ns;
         if is_new && self.passes_over(led, span_s) {
-            // Passed over. What the servo leads to stays the newer of the two.
+            // Ignored. The servo's own set-point remains the newer of the two.
             (self.seen, self.seen_ns) = (led.setpoint, led.time_ns);
             self.braked_ns = Some(now_ns.max(led.time_ns.saturating_add(1)));
         } else if is_new {
@@ -112,7 +115,7 @@ impl Lead {
         Next { position: self.now.position, is_return }
     }
 
-    /// Begins to lead itself from a state, because `lost_s` was lost: it brakes from there.
+    /// Starts to lead itself from a state, because `lost_s` was lost: it brakes from there.
     pub fn leave(&mut self, led: &ReferenceInputs, from: State, interpolation: u32, lost_s: f64, now_ns: i64) {
         *self = Lead {
             seen: led.setpoint,
@@ -124,17 +127,18 @@ impl Lead {
         };
     }
 
-    /// Returns true if it leads to a place to rest at.
+    /// Returns true if the set-point in force is at rest.
     pub fn is_at_rest(&self) -> bool {
         self.now.is_at_rest()
     }
 
-    /// Returns true if it leads itself because of a gap.
+    /// Returns true if the servo leads itself because of a gap.
     pub fn is_alone(&self) -> bool {
         self.alone.is_some()
     }
 
-    /// Returns the time that was lost, s, once: as soon as it rests after the gap and the joint stands still, or does not come to that.
+    /// Returns the lost time, s, once: as soon as the reference rests after the gap and the joint stands still, or fails to do so in
+    /// time.
     pub fn rested(&mut self, stands_still: bool) -> Option<f64> {
         let is_due = |alone: &&mut Alone| alone.rested_s > 0.0 && (stands_still || alone.rested_s >= REST_S) && !alone.is_told;
         let alone = self.alone.as_mut().filter(is_due)?;
@@ -142,20 +146,21 @@ impl Lead {
         Some(alone.lost_s)
     }
 
-    /// Returns true if a set-point is not followed, because it may be that of a motion from before the gap: until the joint has rested, and for
-    /// [`REST_S`] more if it does not continue the servo's own.
+    /// Returns true if a set-point is ignored, because it may be that of a motion from before the gap: until the joint has rested, and
+    /// for [`REST_S`] more if it does not continue the servo's own.
     fn passes_over(&self, led: &ReferenceInputs, span_s: f64) -> bool {
         self.alone.is_some_and(|alone| alone.rested_s < REST_S && !(alone.is_told && self.is_near(led, span_s)))
     }
 
-    /// Returns true if a set-point continues the servo's own: it lies on the way of the next `span_s`, or as near as the acceleration allows.
+    /// Returns true if a set-point continues the servo's own: it lies on the path of the next `span_s`, or within reach of the
+    /// acceleration.
     fn is_near(&self, led: &ReferenceInputs, span_s: f64) -> bool {
         let (from, to) = (self.now.position, self.now.position + self.now.velocity * span_s);
         let room = led.acceleration_max * span_s * span_s;
         (from.min(to) - room..=from.max(to) + room).contains(&led.setpoint)
     }
 
-    /// Returns the state from which a motion that takes over begins.
+    /// Returns the state from which the next motion takes over.
     pub fn braking(&self) -> Braking {
         match self.braked_ns {
             Some(time_ns) => Braking { distance: self.now.position - self.seen, velocity: self.now.velocity, acceleration: self.now.acceleration, time_ns },
@@ -163,7 +168,7 @@ impl Lead {
         }
     }
 
-    /// One set-point further on the way to rest, and no further than the range.
+    /// Advances by one set-point towards rest, within the range.
     fn brake(&mut self, led: &ReferenceInputs, span_s: f64) {
         let next = towards(self.now, 0.0, Limits { speed: led.speed_max, acceleration: led.acceleration_max, jerk: led.jerk_max }, span_s);
         let (least, most) = led.range.unwrap_or((f64::NEG_INFINITY, f64::INFINITY));
@@ -173,8 +178,8 @@ impl Lead {
     }
 }
 
-/// The state that a set-point declares. One that cannot be braked, or is not declared, is at rest. No declared speed is farther from the
-/// reference's than `most`: a number in another unit leads nowhere.
+/// Returns the state declared by a set-point. If it declares none, or a state that cannot be braked, it is at rest. The declared speed
+/// differs from the reference's by at most `most`: a speed in a wrong unit has no effect.
 fn declared(led: &ReferenceInputs, velocity: f64, most: f64, is_declared: bool) -> State {
     let rest = State { position: led.setpoint, ..State::default() };
     let limits = [led.acceleration_max, led.jerk_max];
@@ -206,7 +211,7 @@ mod tests {
         }
     }
 
-    /// A lead whose set-point of 1 ms says this, and where it leads in each of 2000 invocations.
+    /// Runs a lead whose set-point at 1 ms is `last`. Returns the lead, and its position in each of 2000 invocations.
     fn left_alone(last: ReferenceInputs) -> (Lead, Vec<f64>) {
         let mut lead = Lead::default();
         lead.begin(&led(0.0, 0.0, 0.0, 0));

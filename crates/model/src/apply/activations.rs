@@ -15,12 +15,12 @@ struct Key<'a> {
     source: &'a str,
     on: &'a [On],
     by: Vec<(ActivationIndex, u32)>,
-    /// Cells of other sources or instances that it waits for.
+    /// Cells of other sources or instances that the block waits for.
     queues: Vec<CellIndex>,
     is_driven: bool,
 }
 
-/// Drive of one block.
+/// Drivers of a block and the queues it waits for.
 #[derive(Default)]
 struct Drive {
     by: Vec<(ActivationIndex, u32)>,
@@ -29,7 +29,7 @@ struct Drive {
 }
 
 impl<'a> Draft<'a> {
-    /// Groups the blocks, and says when each group is due.
+    /// Groups the blocks into activations and determines when each one is due.
     pub fn activations(&mut self, activity: &Activity, relations: &Relations, beats: &[Vec<Beat<'a>>]) -> Vec<PlannedActivation> {
         let mut activations: Vec<PlannedActivation> = Vec::new();
         let mut known: HashMap<Key<'_>, ActivationIndex> = HashMap::new();
@@ -72,7 +72,8 @@ impl<'a> Draft<'a> {
         activations
     }
 
-    /// Drivers of a block; they come before it, so their activations are known. Fills the block's own lists of drivers.
+    /// Finds the drivers of a block and fills the block's own lists of drivers. Blocks are visited after their drivers, so the drivers'
+    /// activations are known.
     fn drive(&mut self, block: usize, activity: &Activity, relations: &Relations) -> Drive {
         let mut drive = Drive::default();
         for relation in &relations.of[block] {
@@ -104,7 +105,7 @@ impl<'a> Draft<'a> {
         drive
     }
 
-    /// Returns the writers of a cell that are on together with a reader; all, if none is.
+    /// Returns the writers of a cell that are on together with a reader, or all its writers if none is.
     fn active_writers(&mut self, reader: usize, item: usize, cell: CellIndex, activity: &Activity) -> Vec<(usize, usize)> {
         let writers = &self.cells[cell].writers;
         if let [writer] = writers[..] {
@@ -129,7 +130,7 @@ impl<'a> Draft<'a> {
         }
     }
 
-    /// Returns the activation of its drivers, if it is on exactly when they are.
+    /// Returns the activation of the block's only driver if both are on in exactly the same stages.
     fn joins(&self, block: usize, drive: &Drive, activity: &Activity, activations: &[PlannedActivation]) -> Option<ActivationIndex> {
         let [(by, 1)] = drive.by[..] else { return None };
         if !drive.queues.is_empty() {

@@ -1,19 +1,20 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Activity: which blocks are on in which stage, as the command lists say.
+//! Activity of blocks: the stages in which the command lists switch each block on.
 use super::Draft;
 use crate::lists::CheckedCommand;
 use crate::refusal::Class;
 use hints::did_you_mean;
 
-/// A block is on in a stage.
+/// State of a block in a stage in which it is on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(crate) struct On {
-    /// Stages count through all lists.
+    /// Number of the stage, counted through all lists.
     pub stage: u32,
-    /// Its own interval; absent: it is driven, or takes its trigger.
+    /// Own interval of the block; absent if it is driven or triggered.
     pub every_ns: Option<u64>,
     pub budget_ns: Option<u64>,
-    /// Number of the tunable interval, from 1; 0: it has none. Blocks of different ones are not activated as one.
+    /// Number of the tunable interval, from 1; 0 if the block has none. Blocks with different numbers are never grouped into one
+    /// activation.
     pub tunable: u32,
 }
 
@@ -29,7 +30,7 @@ pub(crate) struct Activity {
 }
 
 impl Draft<'_> {
-    /// Runs the command lists, without time.
+    /// Runs the command lists symbolically, ignoring time.
     pub fn activity(&mut self) -> Activity {
         let checked = self.checked;
         let count = checked.blocks.len();
@@ -72,7 +73,8 @@ impl Draft<'_> {
         activity
     }
 
-    /// Returns the interval of a block: changed at application, or the command's times what its graphs divide by.
+    /// Returns the interval of a block: the one set at application, or else the interval of the command multiplied by the divisors of its
+    /// graphs.
     fn every(&self, label: &str, block: usize, every_ns: Option<u64>, divide: u32) -> Option<u64> {
         if self.checked.driven[block] {
             return None;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Arguments: what each instantiation parameter is bound to; a device's members meet the parameters by name.
+//! Arguments: bindings of the instantiation parameters; members of a device match parameters by name.
 use super::{Draft, GroupBinding};
 use crate::configuration::Svv;
 use crate::definition::Argument;

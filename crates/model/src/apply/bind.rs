@@ -12,7 +12,7 @@ use crate::types::Type;
 use std::sync::Arc;
 
 impl<'a> Draft<'a> {
-    /// Makes blocks and cells, and binds them.
+    /// Creates blocks and cells, and binds them.
     pub fn bind(&mut self, given: &[GroupBinding<'a>]) {
         self.make_blocks();
         let checked = self.checked;
@@ -75,13 +75,13 @@ impl<'a> Draft<'a> {
         }
     }
 
-    /// Returns the port whose type its cell has: that of a writer, else the first.
+    /// Returns the port that determines the type of a cell: the first output, or else the first port.
     fn leading(&self, group: &Group) -> Option<Port> {
         let is_output = |port: &&Port| self.kind(**port) == Kind::Output;
         group.ports.iter().find(is_output).or_else(|| group.ports.first()).copied()
     }
 
-    /// Types and units of all ports of a data object; what takes a channel is in no cell.
+    /// Checks the types and units of all ports of a data object. Ports bound to channels have no cell.
     pub fn check_object(&mut self, group: &Group) {
         let Some(first) = self.leading(group) else { return };
         for port in group.ports.iter().filter(|port| **port != first) {
@@ -98,7 +98,7 @@ impl<'a> Draft<'a> {
         }
     }
 
-    /// Returns the part of the drawing that a port is.
+    /// Returns the location of a port in the drawing.
     pub fn drawn(&self, port: Port) -> Where {
         Where::Port { block: self.flat(port.0).label.clone(), port: self.flat(port.0).kind.item(port.1).name.clone() }
     }
@@ -120,7 +120,7 @@ impl<'a> Draft<'a> {
         }
     }
 
-    /// Returns the first value of a cell: an input's constant or default if nothing writes it, else zero.
+    /// Returns the initial value of a cell: the constant or default of an input if nothing writes it, or else zero.
     fn initial(&mut self, group: &Group, layout: &Layout) -> Vec<u8> {
         if group.origin.varies() {
             return vec![0; layout.size];
@@ -222,7 +222,7 @@ impl<'a> Draft<'a> {
         Some(if whole { Binding::Cell(cells[0]) } else { Binding::Cells(cells.to_vec()) })
     }
 
-    /// Checks that an input which reads the last values is bound to one SVV that keeps as many.
+    /// Checks that an input that reads a history is bound to one SVV that keeps as many values.
     fn check_history(&mut self, port: Port, svvs: &[(&str, &Svv)], whole: bool, place: &Option<SourceLocation>) {
         let history = self.flat(port.0).kind.item(port.1).history;
         let Some((name, svv)) = svvs.first().filter(|_| history > 0) else { return };
@@ -295,7 +295,7 @@ impl<'a> Draft<'a> {
         }
     }
 
-    /// Returns the remedy for two types: a number may be one element of an array port.
+    /// Returns the remedy for a type mismatch: a single number may be bound to one element of an array port.
     fn remedy_of_types(&self, first: Port, second: Port) -> String {
         let is_array = |port: &Port| self.flat(port.0).kind.elements_max(port.1).is_some();
         let array = [first, second].into_iter().find(is_array).filter(|_| is_array(&first) != is_array(&second));
@@ -305,13 +305,13 @@ impl<'a> Draft<'a> {
         format!("bind its elements one by one: '{name}[0]', '{name}[1]'")
     }
 
-    /// Returns true if two ports cannot be of one data object. Where a size is not known yet the elements are compared; an SVV that is given
-    /// later may be bound to a number and to an array of one.
+    /// Returns true if two ports cannot share a data object. If a size is not known yet, only the element types are compared; an SVV that
+    /// is passed later may be bound to a number and to an array of one element.
     fn types_differ(&self, first: Port, second: Port, origin: Origin) -> bool {
         match (self.layout(first), self.layout(second)) {
             (Some(a), Some(b)) if origin != Origin::Parameter => !Arc::ptr_eq(&a, &b) && a.text != b.text,
             (Some(a), Some(b)) => a.text != b.text && alone(&a) != alone(&b),
-            // Of an array whose size is still open: it may come to be one alone.
+            // The size of the array is still open: it may turn out to be 1.
             _ => match (self.element(first), self.element(second)) {
                 (Some(a), Some(b)) => a != b && !self.is_one_of(second, &a) && !self.is_one_of(first, &b),
                 _ => false,
@@ -319,12 +319,12 @@ impl<'a> Draft<'a> {
         }
     }
 
-    /// Returns true if a port has this type as a whole: an array of which another one, whose size is open, has one element.
+    /// Returns true if the whole type of a port is the element type of an array whose size is still open.
     fn is_one_of(&self, port: Port, element: &str) -> bool {
         matches!(&self.flat(port.0).kind.shapes[port.1], Shape::Fixed(layout) if layout.text == element)
     }
 
-    /// Returns the type of the elements of a port, of a port that is no array its own.
+    /// Returns the element type of an array port, or the type of any other port.
     fn element(&self, port: Port) -> Option<String> {
         match &self.flat(port.0).kind.shapes[port.1] {
             Shape::Nothing => None,
@@ -336,7 +336,8 @@ impl<'a> Draft<'a> {
         }
     }
 
-    /// Checks that all ports of a data object have one unit, as far as it is known: that of its writer, or of the first port that has one.
+    /// Checks that all ports of a data object have the same unit, if it is known: the unit of the writer, or of the first port that has
+    /// one.
     fn check_units(&mut self, group: &Group) {
         let known = || group.ports.iter().filter(|port| !self.unit(**port).is_empty());
         let Some(&first) = known().find(|port| self.kind(**port) == Kind::Output).or_else(|| known().next()) else { return };
@@ -387,7 +388,7 @@ impl<'a> Draft<'a> {
 
     fn put(&mut self, port: Port, binding: Binding) {
         let declared = self.flat(port.0).mode(port.1);
-        // What does not vary is never new: it cannot make an invocation due.
+        // A constant never has a new value and so cannot make an invocation due.
         let varies = cells_of(&binding).iter().any(|cell| self.varies[*cell]);
         let mode = if self.kind(port) == Kind::Input && !varies { Mode::Asynchronous } else { declared };
         let history = self.flat(port.0).kind.item(port.1).history;
@@ -399,7 +400,7 @@ impl<'a> Draft<'a> {
     }
 }
 
-/// Returns the element of an array of one, else the type itself.
+/// Returns the element type of an array of one element, or else the type itself.
 fn alone(layout: &Layout) -> String {
     match &layout.read {
         Type::Array(element, 1) => element.normalised(),

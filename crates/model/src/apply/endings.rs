@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The state of ending, in the command lists of a plan. A halt, an abort, a time limit or a loss leads on to lists that bring the verb to
-//! its end; from there no transition leads back to the work of the verb.
+//! Ending of a verb, expressed in the command lists of its plan. A halt, an abort, a time limit or a loss leads to lists that bring the
+//! verb to its end; from there, no transition leads back to the work of the verb.
 //!
-//! *Work* are the lists that the initial one leads to by other conditions. A list that is work and also follows such a condition is in the
-//! plan twice, so that kernels and supervisor need no further state: its copy has the transitions of an ending.
+//! *Work* is the set of lists that the initial list reaches by other conditions. A list that is work and also follows an ending condition
+//! is duplicated in the plan, so that kernels and supervisor need no further state: the copy has only the transitions of an ending.
 use crate::conditions::{CheckedCondition, ENDS};
 use crate::plan::PlannedList;
 use std::collections::{BTreeSet, HashMap};
 
-/// Takes the transitions to work from the lists that follow the beginning of an end, and copies the lists that are both.
+/// Removes transitions to work from the lists that follow the start of an ending, and duplicates the lists that belong to both.
 pub(super) fn keep_endings(lists: &mut Vec<PlannedList>, initial: usize, conditions: &[CheckedCondition]) {
     let begins: Vec<bool> = conditions.iter().map(|condition| ENDS.contains(&condition.planned.name.as_str())).collect();
     let work = work(lists, initial, &begins);
@@ -38,7 +38,7 @@ pub(super) fn keep_endings(lists: &mut Vec<PlannedList>, initial: usize, conditi
     }
 }
 
-/// Returns the lists that the initial one leads to while nothing has told the verb to end.
+/// Returns the lists reachable from the initial one while the verb is not ending.
 fn work(lists: &[PlannedList], initial: usize, begins: &[bool]) -> BTreeSet<usize> {
     let (mut found, mut next) = (BTreeSet::new(), vec![initial]);
     while let Some(list) = next.pop() {
@@ -49,7 +49,7 @@ fn work(lists: &[PlannedList], initial: usize, begins: &[bool]) -> BTreeSet<usiz
     found
 }
 
-/// Returns the lists that run after something has told the verb to end.
+/// Returns the lists that run after a condition has started the ending of the verb.
 fn ending(lists: &[PlannedList], work: &BTreeSet<usize>, begins: &[bool]) -> BTreeSet<usize> {
     let first = work.iter().flat_map(|list| &lists[*list].transitions).filter(|(condition, _)| begins[*condition]);
     let (mut found, mut next) = (BTreeSet::new(), first.map(|(_, to)| *to).collect::<Vec<usize>>());
@@ -61,13 +61,13 @@ fn ending(lists: &[PlannedList], work: &BTreeSet<usize>, begins: &[bool]) -> BTr
     found
 }
 
-/// Returns true for a transition that is made although the verb is ending: to a list that is no work, or, by a further condition that
-/// tells it to end, to one of the same part.
+/// Returns true for a transition that is kept in an ending verb: one to a list that is not work, or one by a further ending condition
+/// within the same part.
 fn leads_on(lists: &[PlannedList], work: &BTreeSet<usize>, begins: &[bool], from: usize, (condition, to): (usize, usize)) -> bool {
     if begins[condition] { are_of_one_part(&lists[from].name, &lists[to].name) } else { !work.contains(&to) }
 }
 
-/// Returns true if one of the two lists belongs to the part of a composed verb that the other one belongs to.
+/// Returns true if two lists belong to the same part of a composed verb, or if the part of one contains the part of the other.
 fn are_of_one_part(one: &str, other: &str) -> bool {
     let part = |list: &str| list.rsplit_once('.').map_or(String::new(), |(part, _)| format!("{part}."));
     let (one, other) = (part(one), part(other));

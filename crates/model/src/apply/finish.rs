@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Parts of a plan beside its blocks: input parameters, output values, claims, conditions.
+//! Completes a plan with everything except its blocks: input parameters, output values, claims, conditions.
 use super::sequence::Order;
 use super::{Draft, GroupBinding};
 use crate::conformity::within_items;
@@ -60,7 +60,7 @@ impl<'a> Draft<'a> {
         })
     }
 
-    /// Returns an input parameter with its type, unit, default and range; what is wrong with it is refused.
+    /// Returns an input parameter with its type, unit, default and range; adds refusals for its mistakes.
     pub fn input(&mut self, input: &CheckedInput) -> Option<PlannedInput> {
         let before = self.refusals.len();
         let planned = self.planned_input(input);
@@ -90,7 +90,7 @@ impl<'a> Draft<'a> {
             self.check_device_parameter(input, devices, parameter, first, &unit);
         }
         let unit = self.chosen_unit(unit);
-        // One with a range takes a share of it too, and one number for all devices: that is known at a start.
+        // An input with a range also accepts a share of it, and one number for all devices: these are checked at the start.
         if let Some(Err(refusal)) = input.default.as_ref().filter(|_| input.within.is_none()).map(|value| layout.read.encode(value, &unit)) {
             let refusal = refusal.for_what(&format!("the default of the input parameter '{}'", input.name));
             self.refusals.push(refusal.at(&input.place));
@@ -105,7 +105,7 @@ impl<'a> Draft<'a> {
         let (name, default, tunable) = (input.name.clone(), input.default.clone(), input.tunable);
         let item_ranges = self.item_ranges(input);
         let planned = PlannedInput { name, origin, type_text: layout.text.clone(), unit, default, tunable, range: self.range(input), item_ranges, targets };
-        // Of a default with a range of the verb's own that is known at a start.
+        // If the verb declares a range of its own, the default is checked at the start.
         let default = planned.default.as_ref().filter(|_| planned.range.is_none());
         if let Some(refusal) = default.and_then(|value| within_items(&planned, value).err()) {
             self.refusals.push(refusal.for_what("the default").at(&input.place));
@@ -168,7 +168,8 @@ impl<'a> Draft<'a> {
         PlannedOutput { name: name.to_owned(), type_text, target }
     }
 
-    /// Plans its suspension: what is set then belongs to the instance alone, and no block stores into it again and again.
+    /// Plans the suspension of the verb. Every value that it sets must belong to the instance alone, and no active block may overwrite
+    /// it.
     fn suspend(&mut self, lists: &[PlannedList]) -> PlannedSuspend {
         match &self.checked.suspend {
             CheckedSuspend::Idle => PlannedSuspend::Idle,

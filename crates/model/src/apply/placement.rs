@@ -10,7 +10,7 @@ use crate::refusal::Class;
 use hints::did_you_mean;
 
 impl<'a> Draft<'a> {
-    /// Gives each block its source.
+    /// Assigns a source to each block.
     pub fn place(&mut self, activity: &Activity, relations: &Relations, given: &[GroupBinding<'a>]) {
         let patterns = self.patterns();
         let channels = self.channel_sources(given);
@@ -38,8 +38,8 @@ impl<'a> Draft<'a> {
         }
     }
 
-    /// Patterns in the order in which they count, with sources that exist: those of the application, then the system's for this
-    /// verb, and for the verbs that its parts were made from, which hold within the part.
+    /// Returns the placement patterns with existing sources, in order of precedence: those of the application, then those of the system
+    /// for this verb, then those for the verbs that its parts were made from, which apply within the part.
     fn patterns(&mut self) -> Vec<(&'a str, &'a str, &'a str)> {
         let (application, configuration, checked) = (self.application, self.configuration, self.checked);
         let mut patterns: Vec<(&'a str, &'a str, &'a str)> = Vec::new();
@@ -89,7 +89,7 @@ impl<'a> Draft<'a> {
         sources
     }
 
-    /// Returns the real-time processors of what the verb acts on; all, if it acts on nothing that has one.
+    /// Returns the real-time processors of the devices that the verb acts on, or all processors if none of these devices has one.
     fn processors(&self, given: &[GroupBinding<'a>]) -> Vec<&'a str> {
         let configuration = self.configuration;
         let mut found: Vec<&'a str> = Vec::new();
@@ -128,7 +128,7 @@ impl<'a> Draft<'a> {
         Some(source)
     }
 
-    /// Sources of what drives a block.
+    /// Returns the sources of the writers that drive a block.
     fn driver_sources(&self, block: usize, relations: &Relations) -> Vec<&'a str> {
         let mut sources: Vec<&'a str> = Vec::new();
         for relation in relations.of[block].iter().filter(|r| r.mode == Mode::Synchronous) {
@@ -167,7 +167,8 @@ impl<'a> Draft<'a> {
         self.configuration.sources.get(name)
     }
 
-    /// Returns the slowest timer whose period divides the interval; for `execute` the lowest priority; else the trigger.
+    /// Returns the slowest timer whose period divides the interval; for `execute`, the timer of the lowest priority; otherwise the
+    /// trigger.
     fn place_by_interval(&mut self, block: usize, activity: &Activity, processors: &[&'a str], driven: bool) -> Option<&'a str> {
         let on = &activity.on[block];
         let intervals: Vec<u64> = on.iter().filter_map(|on| on.every_ns).collect();
@@ -241,7 +242,8 @@ impl<'a> Draft<'a> {
     }
 }
 
-/// Returns true if a pattern (`planner`, `pid.*`, `*`, a graph's label) fits a flat label within a part; no part: the whole verb.
+/// Returns true if a pattern (`planner`, `pid.*`, `*`, a graph's label) matches a flat label within a part. An empty part means the whole
+/// verb.
 fn fits_within(part: &str, pattern: &str, label: &str) -> bool {
     if part.is_empty() {
         fits(pattern, label)

@@ -15,7 +15,7 @@ impl Draft<'_> {
         Some(PlannedRange { least: self.bound(least), most: self.bound(most), counted_from })
     }
 
-    /// Returns the ranges of the items that an input parameter goes to, each once.
+    /// Returns the distinct ranges of the items that an input parameter is stored in.
     pub fn item_ranges(&self, input: &CheckedInput) -> Vec<Range> {
         let mut ranges = Vec::new();
         for &(block, item) in &input.ports {
@@ -26,7 +26,7 @@ impl Draft<'_> {
         ranges
     }
 
-    /// Returns a unit with a choice, `rad/s|m/s`, as the devices of the verb decide it: of turning joints alone it is `rad/s`.
+    /// Resolves a unit with alternatives, `rad/s|m/s`, for the devices of the verb: `rad/s` if all of them are rotary joints.
     pub fn chosen_unit(&self, unit: String) -> String {
         if !unit.contains('|') {
             return unit;

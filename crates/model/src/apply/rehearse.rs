@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-//! A verb applied before anybody has given it anything: the functions of the installation check what its definition alone decides.
+//! Rehearsal: applies a verb without arguments, so that the checks of an installation refuse everything that the definition alone
+//! decides.
 use super::activity::Activity;
 use super::{Draft, GroupBinding};
 use crate::checked::CheckedVerb;
@@ -11,8 +12,8 @@ use crate::parameters::Whose;
 use crate::types::Type;
 use std::collections::HashMap;
 
-/// SVVs that stand in for those of devices that will be given, by instantiation parameter. Their types and units are known: those that
-/// the device type declares.
+/// Placeholder SVVs for devices that are not passed yet, by instantiation parameter. Their types and units are those that the device type
+/// declares.
 pub(crate) struct StandIns(HashMap<usize, Vec<(String, Svv)>>);
 
 impl StandIns {
@@ -28,7 +29,7 @@ impl StandIns {
             let Whose::Object { object: name, member } = whose else { continue };
             let Some(object) = checked.objects.get(name) else { continue };
             let Some(declared) = configuration.device_types.get(&object.device_type).and_then(|of| of.svvs.get(member)) else { continue };
-            // A type that only the code of a module explains is known once there is a device.
+            // A type that is defined only in a module's code is unknown until there is a device.
             if Type::parse(&declared.type_text, &Default::default()).is_err() {
                 continue;
             }
@@ -51,7 +52,7 @@ impl StandIns {
 }
 
 impl<'a> Draft<'a> {
-    /// Infers sizes and units as far as the definition decides them, and gives what each group is bound to meanwhile.
+    /// Infers sizes and units as far as the definition determines them, and returns the provisional binding of each group.
     pub fn stand_in(&mut self, stand_ins: &'a StandIns) -> Vec<GroupBinding<'a>> {
         self.objects = vec![Vec::new(); self.checked.objects.len()];
         let mut given: Vec<GroupBinding<'a>> = self.checked.groups.iter().map(|_| GroupBinding::Private).collect();
@@ -63,8 +64,8 @@ impl<'a> Draft<'a> {
         given
     }
 
-    /// Refuses what an installation would refuse whatever it is given. `is_whole`: nothing was refused before, so what is absent is so
-    /// because it was left out.
+    /// Refuses everything that an installation would refuse for any arguments. `is_whole`: nothing has been refused so far, so anything
+    /// that is absent was left out by the definition.
     pub fn rehearse(&mut self, given: &[GroupBinding<'a>], is_whole: bool) {
         self.bind(given);
         let activity = self.activity();
@@ -73,7 +74,7 @@ impl<'a> Draft<'a> {
         for input in &checked.inputs {
             self.input(input);
         }
-        // Who drives what is known where nothing outside does.
+        // Drivers are known only if nothing outside drives the verb.
         if is_whole && !self.is_driven_from_outside() && !self.takes_triggers(&activity) {
             match self.relations() {
                 Ok(relations) => drop(self.relate(&activity, &relations)),
@@ -82,13 +83,13 @@ impl<'a> Draft<'a> {
         }
     }
 
-    /// Returns the number of elements of a group's ports, as far as it is known.
+    /// Returns the number of elements of a group's ports, if it is known.
     fn count_of(&self, group: usize) -> Option<usize> {
         let mut layouts = self.checked.groups[group].ports.iter().filter_map(|port| self.layout(*port));
         layouts.find_map(|layout| if let Type::Array(_, count) = layout.read { Some(count) } else { None })
     }
 
-    /// Returns whether a block takes the trigger of its source, which is known with its place.
+    /// Returns true if a block runs on the trigger of its source, which is known only after placement.
     fn takes_triggers(&self, activity: &Activity) -> bool {
         let mut blocks = activity.on.iter().zip(&self.checked.driven);
         blocks.any(|(on, driven)| !driven && on.iter().any(|on| on.every_ns.is_none()))

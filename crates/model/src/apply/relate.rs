@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Scheduling relations: every synchronous or ratio input has one active writer, at the right rate.
+//! Scheduling relations: checks that every synchronous or ratio input has one active writer, at the right rate.
 use super::Draft;
 use super::activity::Activity;
 use super::bind::cells_of;
@@ -12,7 +12,7 @@ use crate::plan::{CellIndex, CellKind};
 use crate::quantity::duration_text;
 use crate::refusal::{Class, Refusal, Refusals, Where};
 
-/// An input that is bound to its writer's invocations.
+/// Link between an input and the invocations of its writer.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Relation {
     pub item: usize,
@@ -25,11 +25,11 @@ pub(crate) struct Relation {
 #[derive(Debug, Default)]
 pub(crate) struct Relations {
     pub of: Vec<Vec<Relation>>,
-    /// Blocks so that what drives a block comes before it.
+    /// Blocks in an order in which drivers precede the blocks they drive.
     pub order: Vec<usize>,
 }
 
-/// The rate of a block in a stage.
+/// Rate of a block in a stage.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(crate) enum Beat<'a> {
     Interval(u64),
@@ -77,7 +77,7 @@ fn beat(rate: &Rate) -> Beat<'_> {
 }
 
 impl<'a> Draft<'a> {
-    /// Relations, and an order in which drivers come first.
+    /// Returns the relations, and an order of the blocks in which drivers come first.
     pub fn relations(&mut self) -> Result<Relations, Refusals> {
         let mut of: Vec<Vec<Relation>> = Vec::with_capacity(self.blocks.len());
         let mut edges = Vec::new();
@@ -103,7 +103,7 @@ impl<'a> Draft<'a> {
         }
     }
 
-    /// Returns the writers of a cell among the instances that exist.
+    /// Returns the writers of a cell among the installed instances.
     pub fn external_writers(&self, cell: CellIndex) -> &'a [Writer] {
         match &self.cells[cell].kind {
             CellKind::Svv { name, .. } => self.configuration.writers.get(name).map_or(&[], Vec::as_slice),
@@ -111,7 +111,7 @@ impl<'a> Draft<'a> {
         }
     }
 
-    /// Finds the rate of every block in the stages in which it is on, and every refusal of a relation.
+    /// Computes the rate of every block in each stage in which it is on, and refuses the relations that do not hold.
     pub fn relate(&mut self, activity: &Activity, relations: &Relations) -> Vec<Vec<Beat<'a>>> {
         let mut beats: Vec<Vec<Beat<'a>>> = vec![Vec::new(); self.blocks.len()];
         for &block in &relations.order {
@@ -164,7 +164,7 @@ impl<'a> Draft<'a> {
         }
     }
 
-    /// Returns how the writer of a relation updates in each stage in which its reader is on.
+    /// Returns the rate at which the writer of a relation updates, for each stage in which the reader is on.
     fn updates(&mut self, relation: &Relation, reader: usize, activity: &Activity, beats: &[Vec<Beat<'a>>]) -> Vec<Option<Beat<'a>>> {
         let on = &activity.on[reader];
         let writers = &self.cells[relation.cell].writers;
@@ -192,7 +192,7 @@ impl<'a> Draft<'a> {
         updates
     }
 
-    /// Lists in which something drives the reader at some time: a stage before its writer is on is no error.
+    /// Returns the lists in which the reader is driven at some time. A stage before the writer is switched on is not an error.
     fn lists_driven(&self, relation: &Relation, activity: &Activity, updates: &[Option<Beat<'a>>], on: &[super::activity::On]) -> Vec<usize> {
         if updates.iter().all(Option::is_some) {
             return Vec::new();
@@ -205,7 +205,7 @@ impl<'a> Draft<'a> {
         lists
     }
 
-    /// Returns the rate of the one instance outside that writes an SVV.
+    /// Returns the rate of the one external instance that writes an SVV.
     fn external_beat(&mut self, relation: &Relation, reader: usize) -> Option<Beat<'a>> {
         let writers = self.external_writers(relation.cell);
         let mut found: Vec<(Beat<'a>, &Writer)> = Vec::new();
@@ -269,7 +269,7 @@ impl<'a> Draft<'a> {
         self.refusals.push(refusal.end(described, place).at(place).at(&self.checked.lists[0].place).about(about));
     }
 
-    /// Returns a command list, as a drawing knows it.
+    /// Returns the location of a command list in the drawing.
     fn list(&self, list: usize) -> Where {
         Where::List { list: self.checked.lists[list].name.clone() }
     }
@@ -310,7 +310,7 @@ impl<'a> Draft<'a> {
         format!("relax it with modes={{'{}': 'asynchronous'}}", self.port_name(reader))
     }
 
-    /// Checks that two blocks that are on together do not write one cell.
+    /// Checks that no two blocks that are on together write the same cell.
     pub fn one_writer(&mut self, activity: &Activity) {
         for cell in 0..self.cells.len() {
             let writers = self.cells[cell].writers.clone();

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Tunable intervals: the plan of an instance with other intervals, all rates checked again, and nothing else changed.
+//! Tunable intervals: plans an instance with changed intervals, rechecks all rates, and changes nothing else.
 use crate::checked::CheckedVerb;
 use crate::configuration::Configuration;
 use crate::definition::Application;
@@ -10,7 +10,7 @@ use hints::did_you_mean;
 use indexmap::IndexMap;
 
 impl CheckedVerb {
-    /// Labels whose interval is declared tunable in some command list, in the order of the lists.
+    /// Returns the labels whose interval is declared tunable in some command list, in the order of the lists.
     pub fn tunable_labels(&self) -> Vec<&str> {
         let mut labels: Vec<&str> = Vec::new();
         for (label, tunable) in self.activated() {
@@ -21,7 +21,7 @@ impl CheckedVerb {
         labels
     }
 
-    /// Labels that command lists activate, with whether that interval is tunable.
+    /// Returns the labels that command lists activate, each with whether its interval is tunable.
     fn activated(&self) -> impl Iterator<Item = (&str, bool)> {
         let commands = self.lists.iter().flat_map(|list| &list.stages).flat_map(|stage| &stage.commands);
         commands.filter_map(|command| match command {
@@ -30,11 +30,11 @@ impl CheckedVerb {
         })
     }
 
-    /// Returns the plan of `application`, which is in force as `plan`, with these intervals (label → ns) in the place of those
-    /// before: its blocks stay where they are and as they are grouped.
+    /// Returns the plan of `application`, currently installed as `plan`, with these intervals (label → ns) replacing the previous ones.
+    /// The placement and grouping of blocks stay the same.
     ///
     /// # Errors
-    /// A label that is not activated or not tunable; every rate that could not hold.
+    /// Fails if a label is not activated or not tunable, or if a rate would not hold.
     pub fn retuned(&self, application: &Application, every: &IndexMap<String, u64>, plan: &Plan, configuration: &Configuration) -> Result<Plan, Refusals> {
         let refusals: Refusals = every.keys().filter_map(|label| self.not_tunable(label)).map(|refusal| refusal.at(&self.place)).collect();
         if !refusals.is_empty() {
@@ -67,14 +67,14 @@ impl CheckedVerb {
 }
 
 impl Plan {
-    /// Returns the firings from one invocation of an interval to the next, in the stage in which it is activated first; none if it never is.
+    /// Returns the number of firings between two invocations, in the stage that first activates it; `None` if it is never activated.
     pub fn every(&self, activation: ActivationIndex) -> Option<u32> {
         let active = self.lists.iter().flat_map(|list| &list.stages).flat_map(|stage| &stage.active);
         active.into_iter().find(|(index, _)| *index == activation).map(|(_, every)| *every)
     }
 }
 
-/// Returns true if all is the same but intervals and rates.
+/// Returns true if two plans differ only in intervals and rates.
 fn is_alike(before: &Plan, after: &Plan) -> bool {
     let commands = |plan: &Plan| -> Vec<PlannedCommand> {
         let of = plan.lists.iter().flat_map(|list| &list.stages).flat_map(|stage| &stage.commands);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Sequences: the order of each source's firing, and the command lists with activations in the place of blocks.
+//! Sequences: the order of each source's firing, and the command lists with activations in place of blocks.
 use super::Draft;
 use super::activity::Activity;
 use super::bind::cells_of;
@@ -16,7 +16,7 @@ use crate::refusal::Refusals;
 pub(crate) type Order = Vec<(String, Vec<BlockIndex>)>;
 
 impl Draft<'_> {
-    /// Returns the order of a firing of each source.
+    /// Returns the firing order of each source.
     pub fn order(&mut self, relations: &Relations) -> Result<Order, Refusals> {
         let mut order: Order = Vec::new();
         for source in self.configuration.sources.keys() {
@@ -104,7 +104,7 @@ impl Draft<'_> {
         let mut active = vec![Vec::new(); activity.list_of.len()];
         for (index, activation) in activations.iter().enumerate() {
             let Some(first) = activation.blocks.first() else { continue };
-            // The block that has the interval, where driven ones joined it.
+            // Use the block that has the interval, if driven blocks joined it.
             let timed = activation.blocks.iter().find(|b| activity.on[**b].iter().any(|on| on.every_ns.is_some())).unwrap_or(first);
             let period_ns = match self.configuration.sources.get(&activation.source).map(|source| &source.kind) {
                 Some(SourceKind::Timer { period_ns }) => (*period_ns).max(1),
@@ -164,7 +164,8 @@ impl Draft<'_> {
         commands
     }
 
-    /// Returns one invocation of each block without synchronous inputs, then what they drive; the definition has one at least.
+    /// Returns one invocation of each block without synchronous inputs, followed by the blocks they drive. The definition guarantees at
+    /// least one.
     fn executed(&self, blocks: std::ops::Range<usize>, relations: &Relations, position: &[(usize, usize)]) -> Vec<BlockIndex> {
         let is_driven = |block: usize| relations.of[block].iter().any(|r| r.mode == Mode::Synchronous);
         let mut runs = vec![false; blocks.len()];

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Sizes: how many elements a block for any number of elements has, from what it is bound to.
+//! Sizes: infers the number of elements of variable-size blocks from their bindings.
 use super::{Draft, GroupBinding};
 use crate::flatten::Port;
 use crate::kind::Shape;
@@ -9,14 +9,14 @@ use crate::value::Value;
 use std::sync::Arc;
 
 impl Draft<'_> {
-    /// Infers the size of every block that has one.
+    /// Infers the size of every variable-size block.
     pub fn infer_sizes(&mut self, given: &[GroupBinding<'_>]) {
         for block in self.known_sizes(given) {
             self.check_size(block);
         }
     }
 
-    /// Infers the sizes as far as they are known, and gives the blocks that have one.
+    /// Infers the sizes as far as they are known, and returns the blocks that have one.
     pub fn known_sizes(&mut self, given: &[GroupBinding<'_>]) -> Vec<usize> {
         self.sizes = vec![None; self.checked.blocks.len()];
         let checked = self.checked;
@@ -24,7 +24,7 @@ impl Draft<'_> {
         for &block in &sized {
             self.size_of_constant(block);
         }
-        // Each round fixes a block or is the last, and a block that is fixed asks only for its neighbours.
+        // Each round either fixes a block or is the last; a block that is fixed affects only its neighbours.
         let mut work = sized.clone();
         while let Some(block) = work.pop() {
             if self.sizes[block].is_none() {
@@ -43,7 +43,7 @@ impl Draft<'_> {
         match constant {
             Some((_, Value::Integer(size))) if u32::try_from(*size).is_ok() => self.sizes[block] = u32::try_from(*size).ok(),
             Some(_) => self.refuse(Class::ValueRefused, format!("the size of '{}' is not a whole number", flat.label), "give for example n=6", &flat.place),
-            // A list for an array parameter says how many there are.
+            // A list for an array parameter determines the number of elements.
             None => {
                 let list = flat.constants.iter().find_map(|(item, value)| match (&flat.kind.shapes[*item], value) {
                     (Shape::Sized(_), Value::List(values)) => u32::try_from(values.len()).ok(),

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Units that pass through a block: an item that is declared with the unit of others (`=u`, `=k.u`) has it as soon as that is known.
+//! Units that pass through a block: an item declared with the unit of others (`=u`, `=k.u`) receives it as soon as that unit is known.
 use super::{Draft, GroupBinding};
 use crate::configuration::Channel;
 use crate::flatten::Port;
@@ -7,23 +7,23 @@ use crate::interface::Kind;
 use crate::quantity::{product, unit_of};
 use crate::value::Value;
 
-/// A number without a unit.
+/// Unit of a pure number.
 const PURE: &str = "1";
 
 impl<'a> Draft<'a> {
-    /// Returns the unit of an item, declared or inferred; empty: it is not known.
+    /// Returns the unit of an item, declared or inferred; empty if it is not known.
     pub fn unit(&self, (block, item): Port) -> &str {
         let inferred = self.units[block].iter().find(|(at, _)| *at == item);
         inferred.map_or(self.checked.blocks[block].kind.item(item).unit.as_str(), |(_, unit)| unit)
     }
 
-    /// Infers the units of items that are those of others.
+    /// Infers the units of items that are declared by the units of others.
     pub fn infer_units(&mut self, given: &[GroupBinding<'_>]) {
         let checked = self.checked;
         let items = |block: usize| checked.blocks[block].kind.interface.items.iter().enumerate();
         let mut work: Vec<Port> =
             (0..checked.blocks.len()).flat_map(|block| items(block).filter(|(_, item)| !item.unit_of.is_empty()).map(move |(at, _)| (block, at))).collect();
-        // From the last to the first: a chain is mostly declared in the order in which its values flow.
+        // Start from the last: chains are mostly declared in the order in which values flow.
         work.reverse();
         while let Some(port) = work.pop() {
             if !self.unit(port).is_empty() {
@@ -46,13 +46,13 @@ impl<'a> Draft<'a> {
         match (known.next(), known.next()) {
             (None, _) => Some(PURE.to_owned()),
             (Some(one), None) => Some(one.clone()),
-            // Which of `rad|m` it is, a product cannot tell.
+            // A product cannot decide between the alternatives of `rad|m`.
             _ if factors.iter().any(|unit| unit.contains('|')) => None,
             _ => Some(product(factors.iter().map(String::as_str))),
         }
     }
 
-    /// Returns the unit of an item that another takes it from; none if it is not known.
+    /// Returns the unit of an item that another item refers to; `None` if it is not known.
     fn factor(&self, port: Port, given: &[GroupBinding<'_>]) -> Option<String> {
         let own = Some(self.unit(port).to_owned()).filter(|unit| !unit.is_empty());
         own.or_else(|| match self.kind(port) {
@@ -61,8 +61,8 @@ impl<'a> Draft<'a> {
         })
     }
 
-    /// Returns a channel's unit as it is for the device whose own verb this is: a sliding joint may have a drive that turns. Empty where the
-    /// channel is of the other direction: that is refused by itself.
+    /// Returns a channel's unit for the device that owns the verb: a prismatic joint may have a rotary drive. Empty if the channel has
+    /// the other direction, which is refused separately.
     fn channel_unit(&self, port: Port, channel: &Channel) -> String {
         if channel.write != (self.kind(port) == Kind::DeviceWrite) {
             return String::new();
@@ -71,7 +71,7 @@ impl<'a> Draft<'a> {
         owner.map_or_else(|| channel.unit.clone(), |device| device.unit(&channel.unit))
     }
 
-    /// Returns the unit of what a port is bound to.
+    /// Returns the unit of the data object that a port is bound to.
     fn group_unit(&self, port: Port, given: &[GroupBinding<'_>]) -> Option<String> {
         let Some(group) = self.checked.group(port) else { return self.elements_unit(port, given) };
         let mut found: Vec<String> = match &given[group] {
@@ -88,7 +88,7 @@ impl<'a> Draft<'a> {
         found.iter().all(|unit| unit == first).then(|| first.clone())
     }
 
-    /// Returns the unit of an array port whose elements are bound one by one: that of all of them.
+    /// Returns the common unit of the elements of an array port that is bound element by element.
     fn elements_unit(&self, (block, item): Port, given: &[GroupBinding<'_>]) -> Option<String> {
         let elements = self.checked.blocks[block].kind.elements_of(item);
         let mut units = elements.iter().map(|(_, element)| self.factor((block, *element), given));
@@ -96,7 +96,8 @@ impl<'a> Draft<'a> {
         units.all(|unit| unit.as_ref() == Some(&first)).then_some(first)
     }
 
-    /// Returns the unit that a parameter is given: `k="2 N.m/rad"`. A number alone is a pure one; what an input parameter will bring is not known.
+    /// Returns the unit of a parameter's value: `k="2 N.m/rad"`. A number without a unit is pure; the unit of an input parameter's value
+    /// is not known yet.
     fn parameter_unit(&self, (block, item): Port) -> Option<&str> {
         if let Some(input) = self.checked.inputs.iter().find(|input| input.ports.contains(&(block, item))) {
             return Some(input.unit.as_str()).filter(|unit| !unit.is_empty());

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Termination conditions of a composed verb: one line for each part that has one, each for the lists of that part; ν of a list
-//! that several parts share is the union of what they say.
+//! Termination conditions of a composed verb: one line for each part that has the condition, restricted to the lists of that part. In a
+//! list that several parts share, ν is the union of theirs.
 use super::Composing;
 use super::joint::Joint;
 use super::part::{MERGED, PartOf};
@@ -9,7 +9,7 @@ use crate::refusal::Class;
 use indexmap::IndexMap;
 
 impl Composing<'_> {
-    /// Takes over the tables of all parts.
+    /// Copies the tables of all parts.
     pub fn conditions(&mut self) {
         for joint in self.joints.clone() {
             self.merge_conditions(&joint);
@@ -25,7 +25,7 @@ impl Composing<'_> {
         }
     }
 
-    /// Merges the lines of a list that several parts share. Where all are awaited, what ends them is `completed`.
+    /// Merges the lines of a list that several parts share. If all parts are awaited, the conditions that end them become `completed`.
     fn merge_conditions(&mut self, joint: &Joint) {
         let mut lines: IndexMap<String, (usize, Termination)> = IndexMap::new();
         for &(part, list) in &joint.lists {
@@ -58,7 +58,7 @@ impl Composing<'_> {
         let both = self.both(first, second);
         let is_normal = |line: &Termination| !line.raises && (name == "completed" || line.returns.is_some());
         let remedy = format!("rename one: rename={{'{}.{name}': '…'}}, or make them alike", self.parts[second].label);
-        // Parts of which one has come to rest and the other has failed have failed.
+        // If one part has come to rest and the other has failed, the whole has failed.
         let both_ended = name == "completed" && known.on.is_empty();
         if is_normal(&known) != is_normal(&line) && !both_ended {
             let message = format!("the condition '{name}' of {both} is a normal end in one and not in the other, and both run together");
@@ -100,7 +100,7 @@ impl Composing<'_> {
 }
 
 impl PartOf<'_> {
-    /// Returns a line of its table, with the names of the composed verb, for its own lists.
+    /// Returns a line of the part's table, renamed for the composed verb and restricted to the part's own lists.
     fn termination(&self, at: usize) -> Termination {
         let line = &self.verb.conditions[at];
         let lists = (0..self.verb.command_lists.len()).filter(|list| self.checked.conditions[at].planned.holds_in(*list));

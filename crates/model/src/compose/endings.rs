@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-//! End, suspension and cut-off of a composed verb: they are as the one part declares that does; parts that come to rest each in their own way do so in the
-//! composition too. Two that say different things are a conflict.
+//! Ending, suspension and cut-off behaviour of a composed verb. It is taken from the only part that declares it; parts that each come to
+//! rest in their own way do the same in the composition. Two parts that declare different behaviour are a conflict.
 use super::Composing;
 use crate::definition::{Holding, Suspend};
 use crate::refusal::Class;
 use std::mem::discriminant;
 
 impl Composing<'_> {
-    /// Joins the ending list, the way to be suspended, and what happens when the programming system is cut off.
+    /// Combines the ending lists, the kinds of suspension, and the reactions to a cut-off programming system.
     pub fn endings(&mut self) {
         self.cut_off();
         let (mut ending, mut suspend): (Option<usize>, Option<usize>) = (None, None);
@@ -44,7 +44,7 @@ impl Composing<'_> {
 }
 
 impl Composing<'_> {
-    /// Joins the words of the parts about a programming system that is cut off; those without one agree with any.
+    /// Combines the parts' reactions to a cut-off programming system; parts without one agree with any.
     fn cut_off(&mut self) {
         let mut says: Option<usize> = None;
         for part in 0..self.parts.len() {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Kind of value that a parameter is bound to or given: two parts that share its name must agree on it.
+//! Form of a parameter: the kind of value that it is bound to or set to. Two parts that share its name must agree on it.
 use super::part::PartOf;
 use crate::flatten::Port;
 use crate::interface::Kind;
@@ -7,12 +7,12 @@ use crate::kind::Shape;
 use crate::quantity::units_agree;
 use crate::types::Type;
 
-/// Kind, type and unit of a parameter, as its first port has them.
+/// Kind, type and unit of a parameter, taken from its first port.
 pub(super) struct Form {
-    /// Kind of value that is given for it.
+    /// Kind of value that is passed for the parameter.
     pub what: &'static str,
     element: String,
-    /// Elements; none where the block's size says it.
+    /// Number of elements; `None` if the block's size determines it.
     count: Option<usize>,
     unit: String,
     /// `input 'approach.plan.speed' (double, rad/s)`.
@@ -49,7 +49,7 @@ pub(super) fn form(part: &PartOf<'_>, ports: &[Port], unit: &str) -> Option<Form
 }
 
 impl Form {
-    /// Returns why the other cannot be the same parameter, if so.
+    /// Returns why `other` cannot be the same parameter; `None` if it can.
     pub fn differs(&self, other: &Form) -> Option<Differ> {
         let counts_differ = matches!((self.count, other.count), (Some(a), Some(b)) if a != b);
         if self.what != other.what {

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Lists of several parts that are one in `together`: the initial ones, and those to which one system condition leads several parts.
+//! Joint lists: lists of several parts that `together` merges into one. These are the initial lists, and lists to which one system
+//! condition leads several parts.
 //!
-//! Where all parts are awaited, the arrivals are remembered by waits: the list goes on with one wait for each part, which takes the
-//! condition also when it came before, then switches the parts off, and is `completed`. What ends a part otherwise ends the whole.
+//! If all parts are awaited, waits record the arrivals: the list continues with one wait per part, which also accepts a condition that
+//! arrived earlier, then switches the parts off, and is `completed`. Any other end of a part ends the whole.
 use super::part::{MERGED, PartOf};
 use super::{Composing, Until};
 use crate::conditions::{ENDS, LIMITS, SYSTEM};
@@ -11,13 +12,13 @@ use crate::refusal::Class;
 use indexmap::IndexSet;
 use std::collections::HashSet;
 
-/// Lists that are one.
+/// Lists of several parts that are merged into one.
 #[derive(Clone)]
 pub(super) struct Joint {
     pub name: String,
-    /// Part, and list of it.
+    /// Pairs of a part and one of its lists.
     pub lists: Vec<(usize, usize)>,
-    /// True if it ends when all of them have.
+    /// True if the joint list ends only when all parts have ended.
     pub all: bool,
 }
 
@@ -29,7 +30,7 @@ impl Joint {
 }
 
 impl Composing<'_> {
-    /// Finds the joint lists, and tells the parts what theirs are called.
+    /// Finds the joint lists, and records their names in the parts.
     pub fn join(&mut self) {
         if !self.of.together {
             return;
@@ -41,7 +42,8 @@ impl Composing<'_> {
             let goals: Vec<(usize, usize)> = goals.collect();
             let is_known = self.joints.iter().any(|joint| joint.lists == goals);
             let is_taken = goals.iter().any(|(part, list)| self.parts[*part].joint.contains_key(list));
-            // What leads back to the initial list leads there for all; what is a part of two joint lists is refused with τ.
+            // A goal that leads back to the initial list does so for all parts; a goal that belongs to two joint lists is refused with
+            // τ.
             if goals.len() > 1 && !is_known && !is_taken {
                 let name = self.joint_name(&goals);
                 for (part, list) in &goals {
@@ -56,8 +58,8 @@ impl Composing<'_> {
         }
     }
 
-    /// Refuses lists that are one where a condition by which something tells the verb to end leads to some of them alone: the others, to which no such
-    /// condition of their part leads, would begin then.
+    /// Refuses a joint list if a condition that tells the verb to end leads to only some of its lists: the others, to which no such
+    /// condition of their part leads, would start then.
     fn check_ends(&mut self, joint: &Joint) {
         let is_ending = |(part, list): &(usize, usize)| ENDS.iter().any(|condition| self.parts[*part].goal_of_initial(condition) == Some(*list));
         let (ending, work): (Vec<_>, Vec<_>) = joint.lists.iter().copied().partition(is_ending);
@@ -84,7 +86,7 @@ impl Composing<'_> {
         name
     }
 
-    /// Refuses parts that never come to an end in a list in which all are awaited, or leave it alone.
+    /// Refuses parts that never end in a list in which all parts are awaited, or that leave it alone.
     fn check_all(&mut self, joint: &Joint) {
         for &(part, list) in &joint.lists {
             let of = &self.parts[part];
@@ -99,7 +101,7 @@ impl Composing<'_> {
         }
     }
 
-    /// Returns the commands with which a joint list goes on if all parts are awaited.
+    /// Returns the commands with which a joint list continues if all parts are awaited.
     pub fn await_all(&self, joint: &Joint) -> Vec<Command> {
         let (mut waits, mut offs): (Vec<Command>, Vec<Command>) = (Vec::new(), Vec::new());
         for &(part, list) in joint.lists.iter().filter(|_| joint.all) {
@@ -127,7 +129,7 @@ impl PartOf<'_> {
         self.verb.command_lists.get_index(list).map_or("", |(name, _)| name.as_str())
     }
 
-    /// Returns the list to which a condition leads from the initial one; none if that is the initial or the ending list.
+    /// Returns the list to which a condition leads from the initial one; `None` if that is the initial or the ending list.
     fn goal_of_initial(&self, condition: &str) -> Option<usize> {
         let from = self.own_list(self.checked.initial);
         let line = self.verb.transitions.iter().find(|line| line.from == from && line.condition == condition)?;
@@ -135,7 +137,7 @@ impl PartOf<'_> {
         (to != self.checked.initial && self.checked.ending.list != Some(to)).then_some(to)
     }
 
-    /// Returns a condition of a block by which it leaves a list for another.
+    /// Returns a condition of a block, and the list to which it leads from this list.
     fn leaves(&self, list: usize) -> Option<(&str, &str)> {
         let from = self.own_list(list);
         let is_own = |name: &str| !SYSTEM.contains(&name) && !LIMITS.contains(&name);
@@ -143,8 +145,8 @@ impl PartOf<'_> {
         Some((&line.condition, &line.to))
     }
 
-    /// Returns the lines of its table by which it ends a list: the normal ones; if there is none, as in a list that follows a time
-    /// limit, those that raise.
+    /// Returns the table lines by which the part ends a list: the normal ones, or the lines that raise if there are none, as in a list
+    /// that follows a time limit.
     pub fn awaited(&self, list: usize) -> Vec<usize> {
         let ends = |at: &usize| {
             let (key, line) = self.verb.conditions.get_index(*at).expect("an index of the table");

@@ -10,7 +10,7 @@ use crate::refusal::Class;
 use std::collections::HashSet;
 
 impl Composing<'_> {
-    /// Takes over all lists.
+    /// Copies the lists of all parts.
     pub fn lists(&mut self) {
         for joint in self.joints.clone() {
             self.merge(&joint);
@@ -27,8 +27,8 @@ impl Composing<'_> {
         }
     }
 
-    /// Merges several lists: what each begins with, up to its first wait, in the order of the parts; then what the one
-    /// that waits goes on with; then the waits for all.
+    /// Merges several lists: the start of each list, up to its first wait, in the order of the parts; then the rest of the list that
+    /// waits; then the waits for all parts.
     fn merge(&mut self, joint: &Joint) {
         let mut commands: Vec<(usize, Command)> = Vec::new();
         let mut waiting: Option<(usize, Vec<Command>)> = None;
@@ -56,7 +56,8 @@ impl Composing<'_> {
         self.verb.command_lists.insert(joint.name.clone(), CommandList { commands, place: self.of.place.clone() });
     }
 
-    /// Returns the commands that end the list if the part that waits in it is `completed` by that and ends all: the blocks of the others go off.
+    /// Returns the commands that end the list if the waiting part is `completed` with it and thereby ends the whole: they deactivate the
+    /// blocks of the other parts.
     fn end_with(&self, joint: &Joint, first: Option<usize>) -> Vec<Command> {
         let list_of = |part: usize| joint.lists.iter().find(|(of, _)| *of == part).map(|(_, list)| *list);
         let Some((first, list)) = first.and_then(|first| Some((first, list_of(first)?))).filter(|_| !joint.all) else { return Vec::new() };
@@ -75,7 +76,7 @@ impl Composing<'_> {
         offs
     }
 
-    /// Merges a command of a shared block: one that is there already is one; another of the same kind is a conflict.
+    /// Merges a command of a shared block: a duplicate is dropped; a different command of the same kind is a conflict.
     fn merge_command(&mut self, part: usize, command: &Command, commands: &mut Vec<(usize, Command)>) {
         let block = |command: &Command| match command {
             Command::Execute { block } | Command::Activate { block, .. } | Command::Deactivate { block } => block.clone(),
@@ -94,7 +95,7 @@ impl Composing<'_> {
         }
     }
 
-    /// Checks that no two parts write one parameter from lists that are one.
+    /// Checks that no two parts write one parameter from the same joint list.
     fn check_writers(&mut self, joint: &Joint) {
         let mut conflicts = Vec::new();
         for name in self.verb.instantiation_parameters.keys() {
@@ -137,7 +138,7 @@ impl PartOf<'_> {
         if self.verb.blocks.contains_key(label) { self.block(label) } else { self.port(label) }
     }
 
-    /// Returns the port of its own that writes an instantiation parameter of the composed verb while a list of it runs.
+    /// Returns the port of the part that writes an instantiation parameter of the composed verb while one of its lists runs.
     fn writer_of(&self, name: &str, list: usize) -> Option<String> {
         let own = self.verb.instantiation_parameters.keys().find(|own| self.parameter(own) == name)?;
         let active: HashSet<usize> = self.checked.lists[list]

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! One part of a composition, and what its names become.
+//! Parts of a composition, and the names that their items have in the composed verb.
 use super::Composition;
 use crate::checked::CheckedVerb;
 use crate::definition::Verb;
@@ -8,23 +8,23 @@ use crate::lists::CheckedCommand;
 use crate::value::Value;
 use std::collections::{HashMap, HashSet};
 
-/// The list into which `together` merges the initial lists.
+/// Name of the list into which `together` merges the initial lists.
 pub(super) const MERGED: &str = "start";
 
-/// A part: its verb, checked, and what the composition says of its names.
+/// A part: its checked verb, and the renamings, presets and shared blocks that the composition declares for it.
 pub(super) struct PartOf<'a> {
     pub label: &'a str,
     pub verb: &'a Verb,
     pub checked: CheckedVerb,
-    /// Its names that are others in the composed verb.
+    /// Names of the part that differ in the composed verb.
     pub renamed: HashMap<&'a str, &'a str>,
-    /// Its inputs that have one value for good.
+    /// Inputs of the part that have a fixed value.
     pub preset: HashMap<&'a str, &'a Value>,
-    /// Labels of its blocks that other parts have too.
+    /// Labels of its blocks that are shared with other parts.
     pub shared: HashSet<&'a str>,
-    /// Cells that are bound to such blocks.
+    /// Cells that are bound to shared blocks.
     pub shared_cells: HashSet<&'a str>,
-    /// Its lists that are one with lists of other parts, by the name of that one.
+    /// Lists of the part that are merged with lists of other parts, with the name of the merged list.
     pub joint: HashMap<usize, String>,
 }
 
@@ -39,12 +39,12 @@ impl<'a> PartOf<'a> {
         format!("part '{}' (verb '{}')", self.label, self.verb.name)
     }
 
-    /// Returns the name in the composed verb of the parameter, object, output or condition of that name.
+    /// Returns the name in the composed verb of a parameter, object, output or condition of the part.
     pub fn own<'s>(&'s self, name: &'s str) -> &'s str {
         self.renamed.get(name).copied().unwrap_or(name)
     }
 
-    /// Returns a parameter, which may be a member (`arm.sensed`) of something that is renamed.
+    /// Returns the name in the composed verb of a parameter, which may be a member (`arm.sensed`) of a renamed object.
     pub fn parameter(&self, name: &str) -> String {
         match name.split_once('.') {
             Some((root, member)) if !self.renamed.contains_key(name) => format!("{}.{member}", self.own(root)),
@@ -52,7 +52,7 @@ impl<'a> PartOf<'a> {
         }
     }
 
-    /// Returns the key of a line of ν or ω: `grasp.width`; of a composed part `pick.grasp.width`.
+    /// Returns the key of a line of ν or ω: `grasp.width`, or `pick.grasp.width` for a part that is itself composed.
     pub fn line(&self, key: &str) -> String {
         let name = self.verb.reported(key);
         format!("{}.{}{}", self.label, &key[..key.len() - name.len()], self.own(name))
@@ -62,7 +62,7 @@ impl<'a> PartOf<'a> {
         if self.shared.contains(label) { label.to_owned() } else { format!("{}.{label}", self.label) }
     }
 
-    /// Returns `label.item`, or further inside.
+    /// Returns the name of a port in the composed verb: `label.item`, or a longer path.
     pub fn port(&self, name: &str) -> String {
         match self.labels_of(name).max_by_key(|label| label.len()) {
             Some(label) => format!("{}{}", self.block(label), &name[label.len()..]),
@@ -70,7 +70,7 @@ impl<'a> PartOf<'a> {
         }
     }
 
-    /// Returns the label of the block that a name begins with.
+    /// Returns the block labels that a name may begin with.
     fn labels_of<'s>(&'s self, name: &'s str) -> impl Iterator<Item = &'s str> {
         let is_head = move |label: &&str| name.strip_prefix(*label).is_some_and(|rest| rest.starts_with('.'));
         self.verb.blocks.keys().map(String::as_str).filter(is_head)
@@ -84,7 +84,7 @@ impl<'a> PartOf<'a> {
         if self.shared_cells.contains(name) { name.to_owned() } else { format!("{}.{name}", self.label) }
     }
 
-    /// Returns the name of its list in the composed verb.
+    /// Returns the name of a list in the composed verb.
     pub fn list(&self, index: usize) -> String {
         if let Some(joint) = self.joint.get(&index) {
             return joint.clone();
@@ -108,7 +108,7 @@ impl<'a> PartOf<'a> {
         self.verb.blocks.keys().map(String::as_str).filter(|label| is_within(flat, label)).max_by_key(|label| label.len()).unwrap_or(flat)
     }
 
-    /// Returns a flat item in words: `output 'approach.plan.target' (double[n], rad)`.
+    /// Describes a flat item for messages: `output 'approach.plan.target' (double[n], rad)`.
     pub fn item(&self, port: Port) -> String {
         let mut block = self.checked.blocks[port.0].clone();
         let label = self.label_of(port.0);
@@ -116,7 +116,7 @@ impl<'a> PartOf<'a> {
         crate::flatten::describe(&block, port.1)
     }
 
-    /// Returns true if a list runs a block that reports the condition; a system condition may come in any.
+    /// Returns true if a list runs a block that reports the condition. A system condition may occur in any list.
     pub fn can_come(&self, list: usize, name: &str) -> bool {
         let runs = |block: usize| {
             let mut commands = self.checked.lists[list].stages.iter().flat_map(|stage| &stage.commands);
@@ -127,8 +127,8 @@ impl<'a> PartOf<'a> {
         line.is_none_or(|line| line.planned.on.is_empty() || line.planned.on.iter().any(|port| runs(port.0)))
     }
 
-    /// Returns true if the condition, by its name in the part, is one of a list and has no transition there. The end
-    /// of the ending list is no matter of τ.
+    /// Returns true if the condition, by its name in the part, holds in a list and has no transition there. τ does not concern the end of
+    /// the ending list.
     pub fn ends(&self, list: usize, name: &str) -> bool {
         if self.checked.ending.list == Some(list) {
             return false;
@@ -141,7 +141,7 @@ impl<'a> PartOf<'a> {
     }
 }
 
-/// Returns true if a flat label is `label` or lies within it.
+/// Returns true if a flat label equals `label` or lies within it.
 pub(super) fn is_within(flat: &str, label: &str) -> bool {
     flat.strip_prefix(label).is_some_and(|rest| rest.is_empty() || rest.starts_with('.'))
 }

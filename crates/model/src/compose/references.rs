@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! References of `rename` and `preset` to something of one part.
+//! References in `rename` and `preset` to items of one part.
 use super::Composing;
 use super::part::PartOf;
 use crate::conditions::{LIMITS, SYSTEM};
@@ -8,9 +8,9 @@ use hints::did_you_mean;
 use indexmap::IndexSet;
 use std::collections::HashMap;
 
-/// Names of a verb's things, by the sets in which they must differ.
+/// Names of a verb's items, grouped into the sets within which they must be distinct.
 pub(super) struct Names<'a> {
-    /// Objects, instantiation parameters (`drive` of `drive.position`) and input parameters of its own.
+    /// Names of objects, instantiation parameters (`drive` of `drive.position`) and input parameters.
     pub parameters: IndexSet<&'a str>,
     pub outputs: IndexSet<&'a str>,
     pub conditions: IndexSet<&'a str>,
@@ -77,7 +77,7 @@ impl<'a> Composing<'a> {
         }
     }
 
-    /// Checks that two things of one part do not get one name.
+    /// Checks that no two items of one part get the same name.
     fn check_renamed(&mut self, part: usize) {
         let names = self.parts[part].names();
         for (what, names) in [("parameters", &names.parameters), ("outputs", &names.outputs), ("conditions", &names.conditions)] {
@@ -92,7 +92,7 @@ impl<'a> Composing<'a> {
         }
     }
 
-    /// Returns `approach.speed` as the part and its name.
+    /// Splits `approach.speed` into the part and the name within it.
     fn part_and_name(&mut self, what: &str, key: &'a str) -> Option<(usize, &'a str)> {
         let found = key.split_once('.').and_then(|(label, name)| Some((self.parts.iter().position(|part| part.label == label)?, name)));
         if found.is_none() {
@@ -109,7 +109,7 @@ impl<'a> Composing<'a> {
         let Some(&(block, item)) = input.ports.first() else { return };
         let kind = &of.checked.blocks[block].kind;
         let unit = if input.unit.is_empty() { &kind.item(item).unit } else { &input.unit };
-        // How long a sized one is, is known when the verb is applied.
+        // The length of a sized item is known only when the verb is applied.
         let encoded = kind.layout(item, None).map(|layout| layout.read.encode(of.preset[name], unit));
         if let Some(Err(refusal)) = encoded {
             let refusal = refusal.for_what(&format!("the preset of '{name}' of {}", of.described()));

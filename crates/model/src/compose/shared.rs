@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! `share`: blocks that are one instance in all parts that have them. Their uses and bindings must be the same.
+//! `share`: blocks of which all parts use one instance. Their uses and bindings must be identical.
 use super::Composing;
 use super::part::{PartOf, is_within};
 use crate::flatten::{Origin, Port};
@@ -8,7 +8,7 @@ use crate::refusal::Class;
 use hints::did_you_mean;
 
 impl Composing<'_> {
-    /// Reads `share`: which blocks and cells of which part are shared.
+    /// Reads `share`: finds the shared blocks and cells of each part.
     pub fn read_shared(&mut self) {
         for label in &self.of.share {
             let having: Vec<usize> = (0..self.parts.len()).filter(|part| self.parts[*part].verb.blocks.contains_key(label)).collect();
@@ -44,7 +44,7 @@ impl Composing<'_> {
         for (here, there) in a.flat_of(label).zip(b.flat_of(label)) {
             for item in 0..a.checked.blocks[here].kind.interface.items.len() {
                 let declared = a.checked.blocks[here].kind.item(item);
-                // An element that only the first names is bound to nothing in the second.
+                // An element that only the first part names is unbound in the second.
                 let other = b.checked.blocks[there].kind.find(&declared.name);
                 if !is_data(declared.kind) {
                     continue;
@@ -67,7 +67,7 @@ impl Composing<'_> {
 }
 
 impl<'a> PartOf<'a> {
-    /// Marks a block as shared, and the cells that it is bound to.
+    /// Marks a block and the cells that it is bound to as shared.
     fn share(&mut self, label: &str) {
         let verb = self.verb;
         let Some((label, _)) = verb.blocks.get_key_value(label) else { return };
@@ -80,7 +80,7 @@ impl<'a> PartOf<'a> {
         self.shared_cells.extend(cells);
     }
 
-    /// Its flat blocks that a label stands for.
+    /// Returns the flat blocks of the part that a label refers to.
     fn flat_of<'s>(&'s self, label: &'s str) -> impl Iterator<Item = usize> + 's {
         (0..self.checked.blocks.len()).filter(move |block| is_within(&self.checked.blocks[*block].label, label))
     }

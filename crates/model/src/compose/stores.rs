@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Values that one part needs when it begins, and another would take away: those that ψ stores once, at the start of the whole,
-//! and those that only another verb could drive.
+//! Values that one part needs when it begins and that another part would destroy: values that ψ stores once, at the start of the whole
+//! verb, and values that only another verb could drive.
 use super::Composing;
 use super::part::PartOf;
 use crate::flatten::{Origin, Port};
@@ -8,12 +8,12 @@ use crate::interface::{Kind, Mode};
 use crate::refusal::Class;
 use std::collections::HashMap;
 
-/// A data object of the composed verb that several parts may have.
+/// A data object of the composed verb that several parts may use.
 type Object = String;
 
 impl Composing<'_> {
-    /// Refuses inputs of different names, or with a preset, that go to one place; inputs that another part overwrites before
-    /// their part begins; synchronous inputs that only another part writes.
+    /// Refuses inputs of different names, or with a preset, that are stored in the same place; inputs that another part overwrites before
+    /// their part begins; and synchronous inputs that only another part writes.
     pub fn check_stores(&mut self) {
         let mut stored: HashMap<Object, (usize, String)> = HashMap::new();
         for part in 0..self.parts.len() {
@@ -44,7 +44,7 @@ impl Composing<'_> {
         }
     }
 
-    /// Checks that a synchronous input has a writer that runs when its part does.
+    /// Checks that every synchronous input of a part has a writer that runs together with the part.
     fn check_driven(&mut self, part: usize) {
         if self.of.together {
             return;
@@ -74,7 +74,7 @@ impl Composing<'_> {
         }
     }
 
-    /// Returns another part with a port that writes an object.
+    /// Returns another part, and its port that writes an object.
     fn writer(&self, object: &str, part: usize) -> Option<(usize, String)> {
         (0..self.parts.len()).filter(|other| *other != part).find_map(|other| {
             let of = &self.parts[other];
@@ -85,7 +85,7 @@ impl Composing<'_> {
         })
     }
 
-    /// Returns true if a part begins after another has run.
+    /// Returns true if a part begins only after another part has run.
     fn comes_later(&self, part: usize) -> bool {
         let of = &self.parts[part];
         let own: Vec<String> = (0..of.verb.command_lists.len()).map(|list| of.list(list)).collect();
@@ -94,7 +94,7 @@ impl Composing<'_> {
 }
 
 impl PartOf<'_> {
-    /// Returns the object of a port or parameter, if other parts may have it too.
+    /// Returns the object of a port or parameter if other parts may also use it.
     fn object(&self, port: Port) -> Option<Object> {
         let group = self.checked.group(port).map(|group| &self.checked.groups[group]);
         match group {

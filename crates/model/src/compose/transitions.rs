@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-//! τ of a composed verb: that of each part, and the lines that lead from part to part. A pair (list, condition) that ended a part
-//! and that such a line covers is a transition now.
+//! τ of a composed verb: the transitions of each part, and the lines that lead from part to part. A pair (list, condition) that ended a
+//! part becomes a transition if such a line covers it.
 use super::part::MERGED;
 use super::{Composing, Step};
 use crate::conditions::{ENDS, LIMITS, SYSTEM};
@@ -14,12 +14,12 @@ use std::collections::HashMap;
 /// A list of a part.
 type ListOf = (usize, usize);
 
-/// Rank of a line: of two that speak of one pair, the higher counts. It has: whether it names a condition, whether it names a list,
-/// how few parts it names, and how far inside they are.
+/// Rank of a line: if two lines apply to the same pair, the higher rank wins. It compares, in order: whether the line names a condition,
+/// whether it names a list, how few parts it names, and how deeply they are nested.
 type Rank = (bool, bool, Reverse<usize>, usize);
 
 impl Composing<'_> {
-    /// Takes over τ of the parts, and augments it.
+    /// Copies τ of the parts and augments it.
     pub fn transitions(&mut self) {
         self.initial();
         self.own_transitions();
@@ -42,8 +42,9 @@ impl Composing<'_> {
         }
     }
 
-    /// Takes every normal end away that a part has only after something has told the verb to end, where the part is work of the verb: what
-    /// follows the part does not begin then, also where nothing else leads to it. A line that names the condition declares an ending.
+    /// Removes transitions of lines without a condition from lists that run only after the verb was told to end, if such a line also
+    /// leaves work: whatever follows the part does not begin during an ending, even if nothing else leads there. A line that names its
+    /// condition declares an ending.
     fn keep_to_ends(&mut self, lines: &[(Rank, &Step, Vec<ListOf>)], augmented: &HashMap<(String, String), (Rank, usize)>) {
         let (work, ending) = self.work_and_ending();
         let is_work = |at: usize| lines[at].2.iter().any(|(part, list)| work.contains(&self.parts[*part].list(*list)));
@@ -68,12 +69,12 @@ impl Composing<'_> {
         self.verb.initial = found;
     }
 
-    /// Parts and lists, as they can be named.
+    /// Returns the names by which parts and lists can be referenced.
     fn known_lists(&self) -> Vec<&str> {
         self.verb.parts.keys().chain(self.verb.command_lists.keys()).map(String::as_str).collect()
     }
 
-    /// Returns the list that a part or list stands for as a goal.
+    /// Returns the list that a part or list denotes as a goal.
     fn list_of(&self, name: &str) -> Option<String> {
         let list = |name: &str| self.verb.command_lists.contains_key(name).then(|| name.to_owned());
         let own = || {
@@ -139,7 +140,7 @@ impl Composing<'_> {
         Some((found, names_lists)).filter(|(found, _)| !found.is_empty())
     }
 
-    /// Returns the lists that a name stands for: one list, or all of a part.
+    /// Returns the lists that a name denotes: one list, or all lists of a part.
     fn lists_of(&self, name: &str) -> (Vec<ListOf>, bool) {
         let all = || self.parts.iter().enumerate().flat_map(|(at, part)| (0..part.verb.command_lists.len()).map(move |list| (at, list)));
         let full = |(part, list): &ListOf| {
@@ -194,7 +195,7 @@ impl Composing<'_> {
         }
     }
 
-    /// Returns the conditions of a line in a list: by their names in the part and in the composed verb.
+    /// Returns the conditions to which a line applies in a list, by their names in the part and in the composed verb.
     fn ends_of(&self, step: &Step, part: usize, list: usize) -> Vec<(String, String)> {
         let of = &self.parts[part];
         if let Some(condition) = &step.condition {
@@ -205,7 +206,7 @@ impl Composing<'_> {
         names.into_iter().map(|own| (own.to_owned(), of.own(own).to_owned())).collect()
     }
 
-    /// Returns a condition of a part, by its name in the composed verb, else by its own.
+    /// Returns the condition of a part that has this name in the composed verb, or else in the part.
     fn own_condition(&self, part: usize, name: &str) -> Option<String> {
         let of = &self.parts[part];
         let known = || of.checked.conditions.iter().map(|c| c.planned.name.as_str()).chain(LIMITS);
@@ -225,7 +226,7 @@ impl Composing<'_> {
         false
     }
 
-    /// Refuses a line that changes nothing.
+    /// Refuses a line that has no effect.
     fn refuse_nothing(&mut self, step: &Step, lists: &[ListOf]) {
         let condition = step.condition.as_deref().unwrap_or("a normal end");
         let elsewhere = |(part, list): &ListOf| {
@@ -240,7 +241,8 @@ impl Composing<'_> {
         self.refuse(Class::CompositionConflict, message, "leave the line out, or name a list that it ends", &step.place);
     }
 
-    /// Refuses a line that names a condition and is never made: it begins in lists that bring the verb to its end, and leads back to work.
+    /// Refuses a line that names a condition but is never taken because it starts in lists that bring the verb to its end and leads back
+    /// to work.
     fn check_endings(&mut self, lines: &[(Rank, &Step, Vec<ListOf>)], augmented: &HashMap<(String, String), (Rank, usize)>) {
         let (work, ending) = self.work_and_ending();
         let mut never: Vec<(usize, String)> = Vec::new();
@@ -264,7 +266,8 @@ impl Composing<'_> {
         }
     }
 
-    /// Returns the lists that the initial one leads to while nothing has told the verb to end, and those that something that has leads to.
+    /// Returns the lists reachable from the initial one while the verb is not ending, and the lists reachable by conditions that tell it
+    /// to end.
     fn work_and_ending(&self) -> (IndexSet<String>, IndexSet<String>) {
         let lines = || self.verb.transitions.iter().map(|line| (line, ENDS.contains(&line.condition.as_str())));
         let mut work: IndexSet<String> = self.verb.initial.iter().cloned().collect();

@@ -9,7 +9,7 @@ use crate::quantity::units_agree;
 use crate::refusal::Class;
 use std::collections::HashMap;
 
-/// Sort of a name among a composed verb's calls.
+/// Kind of item that a name denotes in a composed verb's calls.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Sort {
     Object,
@@ -27,7 +27,7 @@ impl Sort {
     }
 }
 
-/// Properties of the names that are united, and the part in which each was seen first.
+/// United names with their properties and the part in which each was seen first.
 #[derive(Default)]
 struct SeenNames {
     sorts: HashMap<String, (Sort, usize)>,
@@ -37,7 +37,7 @@ struct SeenNames {
 }
 
 impl Composing<'_> {
-    /// Unites everything but lists, conditions and τ.
+    /// Unites everything except lists, conditions and τ.
     pub fn unite(&mut self) {
         let mut seen = SeenNames::default();
         for part in 0..self.parts.len() {
@@ -51,7 +51,7 @@ impl Composing<'_> {
         }
     }
 
-    /// Unites the requirements: whatever a part requires must hold when the whole starts.
+    /// Unites the requirements: everything that a part requires must hold when the whole verb starts.
     fn unite_requirements(&mut self, part: usize) {
         let of = &self.parts[part];
         for (member, requirement) in &of.verb.requires {
@@ -70,7 +70,7 @@ impl Composing<'_> {
         }
     }
 
-    /// Checks that a name is one sort of thing in all parts.
+    /// Checks that a name denotes the same kind of item in all parts.
     fn check_sort(&mut self, part: usize, name: &str, sort: Sort, seen: &mut SeenNames) {
         let (known, first) = *seen.sorts.entry(name.to_owned()).or_insert((sort, part));
         if known != sort {
@@ -131,7 +131,7 @@ impl Composing<'_> {
         }
     }
 
-    /// Kinds, types and units of a united parameter are the same on both sides.
+    /// Checks that a united parameter has the same kind, type and unit in both parts.
     fn check_forms(&mut self, name: &str, (first, ports, unit): (usize, &[Port], &str), (second, others, other_unit): (usize, &[Port], &str)) {
         let (a, b) = (form(&self.parts[first], ports, unit), form(&self.parts[second], others, other_unit));
         let (Some(a), Some(b)) = (a, b) else { return };
@@ -151,7 +151,7 @@ impl Composing<'_> {
         for (own, nodes) in &of.verb.cells {
             let (name, ports) = (of.cell(own), of.ports(nodes));
             let cell = self.verb.cells.entry(name.clone()).or_default();
-            // Cells of one name are one only where a shared block is bound to them in both.
+            // Cells of the same name are merged only if a shared block is bound to them in both parts.
             let is_common =
                 |port: &String| cell.contains(port) || of.shared.iter().any(|label| is_within(port, label) && cell.iter().any(|known| is_within(known, label)));
             if !cell.is_empty() && !ports.iter().any(is_common) {
@@ -189,7 +189,7 @@ impl Composing<'_> {
         }
     }
 
-    /// Unites two inputs of one name: of one type and unit, with a default if both have the same one.
+    /// Unites two inputs of the same name. They must have one type and unit; the default is kept if both have the same.
     fn unite_input(&mut self, (first, second): (usize, usize), name: &str, known: InputParameter, input: InputParameter) {
         let ports_of = |part: usize| {
             let of = &self.parts[part];
@@ -209,7 +209,7 @@ impl Composing<'_> {
         if let (Some(a), Some(b)) = (&known.default, &input.default)
             && a != b
         {
-            // A table of thousands of numbers is no message.
+            // A table of thousands of numbers does not belong in a message.
             let text = |value| crate::wording::shown(&serde_json::to_string(value).unwrap_or_default());
             let (first_label, label) = (self.parts[first].label, self.parts[second].label);
             let message = format!("the input '{name}' defaults to {} in part '{first_label}' and to {} in part '{label}'", text(a), text(b));
@@ -252,7 +252,7 @@ impl Composing<'_> {
     }
 }
 
-/// Returns an end of a range, with the name that the object has in the composed verb.
+/// Returns a bound of a range, with its object renamed for the composed verb.
 fn bound(of: &PartOf<'_>, bound: &Bound) -> Bound {
     match bound {
         Bound::Number(number) => Bound::Number(*number),

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Logical device types, and a verb applied to devices and SVVs.
+//! Logical device types, and applications of a verb to devices and SVVs.
 use super::Bound;
 use crate::range::Range;
 use crate::refusal::SourceLocation;
@@ -7,21 +7,21 @@ use crate::value::Value;
 use indexmap::IndexMap;
 use serde::{Deserialize, Serialize};
 
-/// Arbitration of a start that needs something of a logical device which another verb holds.
+/// Arbitration of a start that needs an item of a logical device that another verb holds.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]
 pub enum Arbitration {
-    /// The start is refused, naming the holder.
+    /// The start is refused; the refusal names the holder.
     #[default]
     Refuse,
-    /// The start waits until what it needs is free, in the order of the starts.
+    /// The start waits until the items it needs are free; starts are served in order.
     Queue,
     /// The holder is aborted, and the start follows.
     Abort,
 }
 
-/// The range of a member of a device type, or of an SVV. JSON: `"(0, inf)"`, or two ends, each a number or the name of a parameter of the
+/// Range of a member of a device type, or of an SVV. JSON: `"(0, inf)"`, or two bounds, each a number or the name of a parameter of the
 /// device, `["position_min", "position_max"]`, `["-max_effort", "max_effort"]`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
@@ -37,7 +37,7 @@ pub enum Within {
 #[serde(rename_all = "snake_case")]
 pub enum Initial {
     Value(Value),
-    /// The value of this SVV of the same device, once, when the device is enabled.
+    /// Value of this SVV of the same device, copied once when the device is enabled.
     CopyOf(String),
 }
 
@@ -50,16 +50,16 @@ pub struct SvvSpecification {
     pub unit: String,
     #[serde(default)]
     pub initial: Option<Initial>,
-    /// Number of earlier values that are kept for Python.
+    /// Number of earlier values kept for Python.
     #[serde(default)]
     pub history: u32,
-    /// The values that the PS may store.
+    /// Values that the PS may store.
     #[serde(default)]
     pub within: Option<Within>,
-    /// The PS keeps its value over a warm restart.
+    /// True if the PS keeps the value over a warm restart.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub keep: Option<bool>,
-    /// Name of the system's SVV that the devices of a type share: they have none of their own.
+    /// Name of the system's SVV that all devices of the type share instead of having their own.
     #[serde(default)]
     pub shared: Option<String>,
 }
@@ -72,10 +72,10 @@ pub struct DeviceParameter {
     pub unit: String,
     #[serde(default)]
     pub tunable: bool,
-    /// The values that it may have.
+    /// Values that the parameter may have.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub within: Option<Within>,
-    /// The PS keeps its value over a warm restart; absent: that of a tunable one.
+    /// True if the PS keeps the value over a warm restart; absent: true for a tunable parameter.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub keep: Option<bool>,
 }
@@ -87,7 +87,7 @@ pub struct DeviceType {
     pub name: String,
     #[serde(default)]
     pub doc: String,
-    /// Name of the verb that keeps the device going; members meet its parameters by name.
+    /// Name of the verb that operates the device; members match its parameters by name.
     #[serde(default)]
     pub verb: Option<String>,
     #[serde(default)]
@@ -114,7 +114,7 @@ pub enum Argument {
         device: String,
         channel: String,
     },
-    /// A part of a physical device: `drive.position` of the verb is its channel `part.position`.
+    /// A part of a physical device: `drive.position` of the verb is bound to its channel `part.position`.
     Part {
         device: String,
         part: String,
@@ -124,27 +124,27 @@ pub enum Argument {
     Devices(Vec<String>),
 }
 
-/// A verb applied to arguments: what makes a verb instance.
+/// A verb applied to arguments: the definition of a verb instance.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Application {
-    /// Name of a verb that was defined in the system.
+    /// Name of a verb defined in the system.
     pub verb: String,
-    /// Instance name, or absent: `verb#n`.
+    /// Name of the instance; absent: `verb#n`.
     #[serde(default)]
     pub name: Option<String>,
     #[serde(default)]
     pub arguments: IndexMap<String, Argument>,
-    /// Pattern over flat block labels (`planner`, `pid.*`, `*`) → source (`rtp0.fast`); the first that fits counts.
+    /// Pattern over flat block labels (`planner`, `pid.*`, `*`) → source (`rtp0.fast`); the first match wins.
     #[serde(default)]
     pub placement: IndexMap<String, String>,
     /// Intervals changed at application: label → ns.
     #[serde(default)]
     pub every: IndexMap<String, u64>,
-    /// Values of a start, where a check is to look at them too.
+    /// Values of a start, if they are to be checked too.
     #[serde(default, skip_serializing_if = "IndexMap::is_empty")]
     pub values: IndexMap<String, Value>,
-    /// The logical device whose own verb this is.
+    /// Logical device whose own verb this is.
     #[serde(default)]
     pub owner: Option<String>,
     #[serde(default)]

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Short forms, as people write definitions: each is read as the long form of [`crate::definition`], and none is written here.
+//! Short forms in which people write definitions. Each is read as the long form of [`crate::definition`]; none is ever serialised.
 //!
 //! Fields of definitions name these functions in `deserialize_with`, and these types for their schema.
 use crate::definition::{BlockSource, BlockUse, Command, CommandList, InputParameter, Object, Requirement, Termination};
@@ -11,7 +11,7 @@ use serde::de::value::{MapAccessDeserializer, SeqAccessDeserializer};
 use serde::de::{DeserializeOwned, Deserializer, Error, MapAccess, SeqAccess, Visitor};
 use std::marker::PhantomData;
 
-/// One name or several, as JSON may have them.
+/// One or several names, as JSON allows.
 #[derive(Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[cfg_attr(feature = "schema", schemars(rename = "NameList"))]
@@ -45,14 +45,14 @@ pub(crate) fn sets<'de, D: Deserializer<'de>>(deserializer: D) -> Result<IndexMa
     Ok(Sets::deserialize(deserializer)?.into_iter().map(|(name, names)| (name, names.into())).collect())
 }
 
-/// Type that has a short form: a text, or several.
+/// A type that can be written in short as one or several texts.
 pub(crate) trait Short: DeserializeOwned {
-    /// True if several texts may stand for it.
+    /// True if several texts may be written for a value.
     const SEVERAL: bool;
     fn of(names: Vec<String>) -> Result<Self, String>;
 }
 
-/// Value in its long form, or in short.
+/// A value in its long or short form.
 pub(crate) struct ShortForm<T>(T);
 
 /// Values by name, each long or short.
@@ -145,7 +145,7 @@ impl Short for Termination {
     }
 }
 
-/// Mark of a condition that raises: a bool, or the name of the class, which the programming system knows.
+/// `raises` mark of a condition: a bool, or the name of the exception class, which only the programming system resolves.
 #[derive(Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(untagged)]
@@ -173,7 +173,7 @@ impl<'de> Deserialize<'de> for Span {
     }
 }
 
-/// A command in short: its name is the key of what it acts on.
+/// A command in short form: the name of the command is the key of its argument.
 #[derive(Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(untagged)]
@@ -194,7 +194,7 @@ pub(crate) enum ShortCommand {
     Deactivate {
         deactivate: String,
     },
-    /// Waits for a condition or several, for a time, or (`true`) until no instance is active.
+    /// Waits for one or several conditions, for a time, or (`true`) until no instance is active.
     Wait {
         wait: Until,
     },
@@ -213,7 +213,7 @@ pub(crate) enum Until {
     Named(Names),
 }
 
-/// A command, long or short.
+/// A command in long or short form.
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[cfg_attr(feature = "schema", schemars(untagged))]
 pub(crate) enum WrittenCommand {
@@ -272,7 +272,7 @@ pub(crate) fn commands<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Vec
     written.into_iter().map(|command| Command::try_from(command).map_err(D::Error::custom)).collect()
 }
 
-/// A command list, or its commands alone.
+/// A command list, or just its commands.
 #[derive(Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(transparent)]
@@ -286,7 +286,7 @@ pub(crate) fn lists<'de, D: Deserializer<'de>>(deserializer: D) -> Result<IndexM
     Ok(IndexMap::<String, WrittenList>::deserialize(deserializer)?.into_iter().map(|(name, WrittenList(list))| (name, list)).collect())
 }
 
-/// A command list, long or short.
+/// A command list in long or short form.
 pub(crate) struct WrittenList(CommandList);
 
 impl<'de> Deserialize<'de> for WrittenList {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Values to bytes and back.
+//! Conversion between values and bytes.
 use super::{Scalar, Type};
 use crate::quantity;
 use crate::refusal::{Class, Refusal};
@@ -7,18 +7,18 @@ use crate::value::Value;
 use indexmap::IndexMap;
 
 impl Type {
-    /// Returns the bytes of `value`, which is a number in `unit`, a quantity (`"20 ms"`), a list for an array, a record for a struct.
+    /// Returns the bytes of `value`: a number in `unit`, a quantity (`"20 ms"`), a list for an array, or a record for a struct.
     ///
     /// # Errors
-    /// `ValueRefused`: another form, out of range, a fraction where an integer is wanted, a list of another length, a member
-    /// missing or unknown. `UnitMismatch`: a quantity of another dimension.
+    /// `ValueRefused` if the form or the length of a list is wrong, a number is out of range, an integer has a fraction, or a
+    /// member is missing or unknown. `UnitMismatch` if a quantity has another dimension.
     pub fn encode(&self, value: &Value, unit: &str) -> Result<Vec<u8>, Refusal> {
         let mut bytes = vec![0; self.size()];
         self.encode_into(value, unit, &mut bytes)?;
         Ok(bytes)
     }
 
-    /// Returns the value in the first bytes of `bytes`.
+    /// Decodes a value from the start of `bytes`.
     ///
     /// # Panics
     /// If there are fewer bytes than [`Type::size`].

@@ -1,27 +1,27 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Reading C declarations of types.
+//! Parser of C type declarations.
 use super::{Member, Scalar, Type};
 use crate::refusal::{Class, Refusal};
 use indexmap::IndexMap;
 
-/// Bytes that one value may have at most.
+/// Maximum size of a value, bytes.
 const SIZE_MAX: usize = 1 << 30;
-/// Structs within structs, and names that stand for names.
+/// Maximum depth of nested structs and of names that refer to names.
 const DEPTH_MAX: usize = 32;
 
 impl Type {
-    /// Reads a C type: `double`, `double[6]`, `double[3][2]`, `struct { double x; double q[4]; }`, or a name in `types`.
+    /// Parses a C type: `double`, `double[6]`, `double[3][2]`, `struct { double x; double q[4]; }`, or a name in `types`.
     ///
     /// # Errors
-    /// `DefinitionError` that says which word is not understood and what to write.
+    /// `DefinitionError` that names the word that is not understood and suggests a correction.
     pub fn parse(text: &str, types: &IndexMap<String, String>) -> Result<Type, Refusal> {
         Type::parse_sized(text, types, None)
     }
 
-    /// Parses as [`Type::parse`]; a name within brackets (`double[n]`) stands for `size` elements.
+    /// Parses as [`Type::parse`] does; a name within brackets (`double[n]`) means `size` elements.
     ///
     /// # Errors
-    /// As [`Type::parse`]; also a name within brackets where `size` is not given.
+    /// As [`Type::parse`]; also if a name is within brackets and `size` is `None`.
     pub fn parse_sized(text: &str, types: &IndexMap<String, String>, size: Option<u32>) -> Result<Type, Refusal> {
         let mut reader = Reader { text, tokens: tokens(text), at: 0, types, size, depth: 0 };
         let base = reader.base()?;
@@ -84,7 +84,7 @@ impl<'a> Reader<'a> {
         Refusal::new(Class::DefinitionError, format!("cannot read the type '{}': {why}", self.text))
     }
 
-    /// Parses a scalar, a struct or a name, without dimensions behind it.
+    /// Parses a scalar, a struct or a name, without trailing dimensions.
     fn base(&mut self) -> Result<Type, Refusal> {
         if self.depth > DEPTH_MAX {
             return Err(self.refusal(format!("it is more than {DEPTH_MAX} types deep")).remedy("a type cannot contain itself"));
@@ -185,7 +185,7 @@ impl<'a> Reader<'a> {
         self.bounded(Type::Struct(members))
     }
 
-    /// Parses `[3][2]` behind a type or a member's name: 3 elements of 2 elements each, as in C.
+    /// Parses `[3][2]` after a type or a member's name: 3 elements of 2 elements each, as in C.
     fn dimensions(&mut self, base: Type) -> Result<Type, Refusal> {
         let mut counts = Vec::new();
         while self.peek() == "[" {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! A type as a tree with its layout: for a programming system, which reads and writes its bytes.
+//! Types as trees with their layouts, for programming systems, which read and write their bytes.
 use super::Type;
 use serde::Serialize;
 
@@ -9,22 +9,22 @@ use serde::Serialize;
 pub struct TypeTree {
     #[serde(flatten)]
     pub form: TypeForm,
-    /// The normalised declaration.
+    /// Normalised declaration.
     pub text: String,
-    /// Bytes of a value, padding included.
+    /// Size of a value in bytes, including padding.
     pub size: usize,
     /// Alignment, bytes.
     pub align: usize,
 }
 
-/// Form of a type.
+/// Structure of a type.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]
 pub enum TypeForm {
-    /// Its name in C: `double`, `int32_t`, `bool`.
+    /// Name of the scalar in C: `double`, `int32_t`, `bool`.
     Scalar(String),
-    /// The type of an element, and their number.
+    /// Type and number of the elements.
     Array(Box<TypeTree>, usize),
     /// Name, type and offset in bytes of each member.
     Struct(Vec<(String, TypeTree, usize)>),

@@ -1,25 +1,25 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Checks of a workspace by itself: its form, whatever system it is for.
+//! Checks of a workspace on its own, independent of any system.
 use super::{Button, PanelKind, Region, ShownValue, Workspace};
 use crate::refusal::{Class, Refusal, Refusals};
 use std::collections::HashSet;
 
-/// Panels of a workspace.
+/// Maximum number of panels of a workspace.
 pub const PANELS_MAX: usize = 64;
-/// Plots of a workspace: each is a subscription of its page.
+/// Maximum number of plots of a workspace; each is a subscription of its page.
 pub const PLOTS_MAX: usize = 16;
-/// Rows and columns in each other.
+/// Maximum nesting of rows and columns.
 pub const DEPTH_MAX: usize = 8;
-/// Names of a plot, and values of a table.
+/// Maximum number of names of a plot, and of values of a table.
 pub const NAMES_MAX: usize = 64;
-/// Buttons of a panel.
+/// Maximum number of buttons of a panel.
 pub const BUTTONS_MAX: usize = 32;
-/// Maximum time that a plot looks back, s.
+/// Maximum time span of a plot, s.
 pub const SECONDS_MAX: f64 = 600.0;
-/// Characters of a name, a title or a label.
+/// Maximum number of characters of a name, title or label.
 const CHARACTERS_MAX: usize = 100;
 
-/// Returns all that is wrong with the form of a workspace, each with its remedy.
+/// Returns all mistakes in the form of a workspace, each with its remedy.
 pub fn check_workspace(of: &Workspace) -> Refusals {
     let mut check = Check { name: of.name.clone(), refusals: Vec::new(), panels: 0, plots: 0, labels: HashSet::new() };
     if of.name.trim().is_empty() || !is_line(&of.name) {
@@ -57,7 +57,7 @@ impl Check {
         self.refusals.push(Refusal::new(Class::DefinitionError, message).remedy(remedy));
     }
 
-    /// Refuses something about a panel.
+    /// Refuses a mistake in a panel.
     fn wrong(&mut self, of: &Region, what: impl std::fmt::Display, remedy: impl Into<String>) {
         let message = format!("workspace '{}', {}: {what}", self.name, of.called());
         self.refuse(message, remedy.into());
@@ -137,7 +137,7 @@ impl Check {
             self.wrong(of, format!("the label of '{}' cannot be shown", value.name), format!("give at most {CHARACTERS_MAX} characters on one line"));
         }
         let (low, high) = (value.minimum.unwrap_or(f64::NEG_INFINITY), value.maximum.unwrap_or(f64::INFINITY));
-        // Not ordered either: a limit that is no number.
+        // NaN limits compare as `None` and are refused too.
         if low.partial_cmp(&high).is_none_or(std::cmp::Ordering::is_ge) {
             self.wrong(of, format!("the limits of '{}' are {low} and {high}", value.name), "the minimum lies below the maximum");
         }

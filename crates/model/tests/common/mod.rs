@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! A small cell to apply verbs in: one RTP, an arm of two joints, a handful of blocks; definitions as JSON.
+//! A small cell to apply verbs to: one RTP, an arm of two joints, a handful of blocks; definitions as JSON.
 #![allow(dead_code)]
 use model::configuration::{Configuration, SvvId};
 use model::definition::{Application, Graph, Verb};
@@ -8,7 +8,7 @@ use model::plan::Plan;
 use model::refusal::Refusals;
 use serde_json::{Value, json};
 
-/// An interface from lines `kind type name [unit] [default] [sized] [ratio=n] [history=n] [async]`.
+/// Returns an interface from lines `kind type name [unit] [default] [sized] [ratio=n] [history=n] [async]`.
 pub fn interface(name: &str, lines: &[&str]) -> Interface {
     let items = lines.iter().map(|line| item(line)).collect();
     Interface { name: name.into(), doc: String::new(), items, types: Default::default(), file: String::new(), line: 0 }
@@ -148,7 +148,7 @@ fn blocks() -> Vec<Interface> {
     ]
 }
 
-/// The servo of DESIGN 4.1.
+/// Returns the servo of DESIGN 4.1.
 pub fn servo() -> Value {
     json!({"name": "joint_servo",
         "blocks": {"read": {"block": {"subroutine": "lib.read_channel"}}, "pid": {"block": {"subroutine": "lib.pid"}},
@@ -164,7 +164,7 @@ pub fn servo() -> Value {
         "conditions": {"following_error": {"on": ["pid.following_error"], "raises": true}}})
 }
 
-/// The move of DESIGN 4.1.
+/// Returns the move of DESIGN 4.1.
 pub fn movement() -> Value {
     json!({"name": "move",
         "blocks": {"planner": {"block": {"subroutine": "lib.planner"}}, "generator": {"block": {"subroutine": "lib.generator"}},
@@ -182,7 +182,7 @@ pub fn movement() -> Value {
         "conditions": {"arrived": {"on": ["near.done"], "returns": ["position"]}, "time_limit": {"raises": true}}})
 }
 
-/// A verb around blocks `label: module.block` and what else is given.
+/// Returns a verb with blocks `label: module.block` and the remaining members.
 pub fn verb(blocks: &[(&str, &str)], rest: Value) -> Value {
     let uses: serde_json::Map<String, Value> =
         blocks.iter().map(|(label, name)| ((*label).into(), json!({"block": {"subroutine": name}, "place": {"file": "p.py", "line": 7}}))).collect();
@@ -202,7 +202,7 @@ pub fn merge(base: &mut Value, over: Value) {
     }
 }
 
-/// One command list of commands in short form: `+label`, `+label 1ms`, `-label`, `!label`, `?` (wait), `? label.condition`.
+/// Returns one command list of commands in short form: `+label`, `+label 1ms`, `-label`, `!label`, `?` (wait), `? label.condition`.
 pub fn start(commands: &[&str]) -> Value {
     json!({"start": list(commands)})
 }
@@ -250,7 +250,7 @@ pub fn check_graph_json(graph: Value) -> Refusals {
     model::check_graph(&graph, &cell())
 }
 
-/// `class: message; remedy at place`, one a line.
+/// Formats refusals as `class: message; remedy at place`, one per line.
 pub fn texts(refusals: &Refusals) -> String {
     refusals.iter().map(|r| format!("{:?}: {r}", r.class)).collect::<Vec<_>>().join("\n")
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The model has no clock, thread, file, network or `unsafe`.
+//! Checks that the model has no clock, thread, file, network or `unsafe`.
 use std::path::Path;
 
 fn scan(folder: &Path, found: &mut Vec<String>, files: &mut usize) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Compositions: what the verb that comes out is made of.
+//! Compositions: the contents of the resulting verb.
 use crate::common::*;
 use model::Composition;
 use model::definition::{Command, Verb};
@@ -7,7 +7,7 @@ use model::plan::InputOrigin;
 use model::refusal::Refusals;
 use serde_json::{Value, json};
 
-/// A verb that reports `enough` when its signal is above `limit`.
+/// Returns a verb that reports `enough` when its signal is above `limit`.
 fn counting(name: &str, rest: Value) -> Value {
     let mut counting = verb(
         &[("s", "lib.signal")],
@@ -18,7 +18,7 @@ fn counting(name: &str, rest: Value) -> Value {
     counting
 }
 
-/// Returns a verb that goes on to a list `back` of its own when `enough` comes, and ends there.
+/// Returns a verb that moves to its own list `back` on `enough`, and ends there.
 fn retreating(name: &str) -> Value {
     let lists = json!({"start": list(&["+s 1ms"]), "back": list(&["+s 2ms"])});
     let transitions = json!([{"from": "start", "condition": "enough", "to": "back"}]);
@@ -40,7 +40,7 @@ fn made(rest: Value) -> Verb {
     composed(rest).unwrap_or_else(|refusals| panic!("{}", texts(&refusals)))
 }
 
-/// τ as lines `from condition to`.
+/// Formats τ as lines `from condition to`.
 fn tau(verb: &Verb) -> Vec<String> {
     verb.transitions.iter().map(|t| format!("{} {} {}", t.from, t.condition, t.to)).collect()
 }
@@ -143,7 +143,7 @@ fn an_input_is_optional_where_it_is_so_in_all_parts() {
     assert_eq!((whole.input_parameters["limit"].default.clone(), whole.input_parameters["limit"].tunable), (None, false));
 }
 
-/// A chain `s → c → k`, whose wire is the cell `w`.
+/// Returns a chain `s → c → k`, whose wire is the cell `w`.
 fn chain(name: &str, rest: Value) -> Value {
     let mut chain = verb(
         &[("c", "lib.constant"), ("k", "lib.gain"), ("s", "lib.signal")],
@@ -169,7 +169,7 @@ fn a_shared_block_is_one_instance_with_its_cells() {
     assert!(on(0).contains(&shared) && on(1).contains(&shared), "it is on in both lists, as one activation");
 }
 
-/// A list in short: `+` activates, `-` deactivates, `?` waits.
+/// Formats a list in short form: `+` activates, `-` deactivates, `?` waits.
 fn commands(verb: &Verb, list: &str) -> Vec<String> {
     let short = |command: &Command| match command {
         Command::Activate { block, .. } => format!("+{block}"),

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Parts that do not go together: each refusal names both and says what to do, and all come at once.
+//! Incompatible parts: each refusal names both and the remedy, and all are reported at once.
 use crate::common::*;
 use model::Composition;
 use serde_json::{Value, json};
@@ -14,7 +14,7 @@ fn part(name: &str, rest: Value) -> Value {
     part
 }
 
-/// Returns the refusal of parts `a` and `b`, which may differ from the plain one, and further words of the composition.
+/// Returns the refusal of parts `a` and `b`, which may differ from the plain one, with further members of the composition.
 fn refused(a: Value, b: Value, rest: Value) -> String {
     let mut whole = json!({"name": "whole", "parts": {"a": part("first", a), "b": part("second", b)},
         "transitions": [{"from": "a", "condition": "enough", "to": "b"}], "place": {"file": "c.py", "line": 9}});
@@ -28,7 +28,7 @@ fn plain() -> Value {
     json!({})
 }
 
-/// The same of two parts that are given whole.
+/// Does the same for two complete parts.
 fn refused_of(a: Value, b: Value, rest: Value) -> String {
     let mut whole = json!({"name": "whole", "parts": {"a": a, "b": b}, "transitions": [{"from": "a", "to": "b"}], "place": {"file": "c.py", "line": 9}});
     merge(&mut whole, rest);
@@ -36,7 +36,7 @@ fn refused_of(a: Value, b: Value, rest: Value) -> String {
     texts(&model::compose(&whole, &cell()).err().unwrap_or_default())
 }
 
-/// A verb of one block `b`, activated at `every`; none: driven.
+/// Returns a verb of one block `b`, activated at `every`; without an interval it is driven.
 fn one(name: &str, block: &str, every: &str, rest: Value) -> Value {
     let mut one = verb(&[("b", block)], json!({"name": name, "command_lists": start(&[format!("+b {every}").trim()])}));
     merge(&mut one, rest);

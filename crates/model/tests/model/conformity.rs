@@ -9,7 +9,7 @@ use model::refusal::{Class, Refusals};
 use model::value::Value;
 use serde_json::json;
 
-/// The cell, with ranges and a home in its joints; the second is slower and slides.
+/// Returns the cell with ranges and a home in its joints; the second is slower and prismatic.
 fn jointed() -> Configuration {
     let mut cell = cell();
     let more = json!({"position_min": {"default": -3.0, "unit": "rad"}, "position_max": {"default": 3.0, "unit": "rad"}, "absolute": {"default": true}});

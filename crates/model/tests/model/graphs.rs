@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Random valid graphs are accepted, and every synchronous edge lies in the order of a firing.
+//! Checks that random valid graphs are accepted, and that every synchronous edge follows the order of a firing.
 use crate::common::*;
 use model::interface::Mode;
 use model::plan::Binding;
 use proptest::prelude::*;
 use serde_json::{Value, json};
 
-/// Gains in layers below one signal, in a random declaration order, some of them in graphs within.
+/// Returns gains in layers below one signal, declared in random order, some of them in nested graphs.
 fn graph(parents: &[usize], names: &[usize], nested: bool) -> Value {
     let label = |at: usize| format!("b{}", names[at]);
     let mut declared: Vec<usize> = (0..names.len()).collect();

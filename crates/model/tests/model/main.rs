@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The model: what is refused, what is planned, what the forms are.
+//! The model: its refusals, its plans, its forms.
 #[path = "../common/mod.rs"]
 mod common;
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Order: hard edges hold, soft ones where they make no cycle, what exists is never moved.
+//! Order: hard edges hold, soft ones unless they form a cycle, and existing elements never move.
 use model::order::{find_cycle, insert, sort};
 use proptest::prelude::*;
 
@@ -38,7 +38,7 @@ fn edges(count: usize, most: usize) -> impl Strategy<Value = Vec<(usize, usize)>
 proptest! {
     #[test]
     fn a_sorted_order_holds(all in edges(30, 60), soft in edges(30, 60)) {
-        // Edges up a random but fixed permutation make no cycle.
+        // Edges up a random but fixed permutation form no cycle.
         let key = |e: usize| (e * 17 + 5) % 30;
         let hard: Vec<_> = all.into_iter().filter(|(a, b)| key(*a) < key(*b)).collect();
         let sorted = sort(30, &hard, &soft).unwrap();
@@ -47,7 +47,7 @@ proptest! {
         for (a, b) in &soft {
             prop_assert_eq!(a != b && at[*a] > at[*b], sorted.against.contains(&(*a, *b)));
         }
-        // Every edge that gave way lies on a cycle.
+        // Every soft edge that was dropped lies on a cycle.
         for (a, b) in &sorted.against {
             let mut reached = [false; 30];
             let mut work = vec![*b];
@@ -79,7 +79,8 @@ proptest! {
     #[test]
     fn an_insertion_moves_nothing(existing in Just((0..20).collect::<Vec<usize>>()).prop_shuffle(), count in 0_usize..10, hard in edges(30, 30), soft in edges(30, 30)) {
         let new: Vec<usize> = (20..20 + count).collect();
-        // Hard edges between new elements and existing ones that fit a known good order: each new one right behind existing[new - 20].
+        // Hard edges between new and existing elements, consistent with a known good order: each new element directly after existing[new
+        // - 20].
         let place = |e: usize| existing.iter().position(|x| *x == e).map_or_else(|| 2 * (e - 20) + 1, |at| 2 * at);
         let there = |e: &usize| *e < 20 + count;
         let hard: Vec<_> = hard.into_iter().filter(|(a, b)| there(a) && there(b) && place(*a) < place(*b)).collect();

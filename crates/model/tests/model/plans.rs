@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Correct programs make exactly the plans that they mean.
+//! Checks that correct programs produce exactly the intended plans.
 use crate::common::*;
 use model::configuration::{Rate, SvvId};
 use model::plan::*;

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-//! One minimal program for each kind of refusal, and what is said about it.
+//! One minimal program for each kind of refusal, and its message.
 mod calls;
 
 use crate::common::*;
 use serde_json::{Value, json};
 
-/// The program is refused with one refusal, which reads so.
+/// Checks that the program is refused with exactly this refusal.
 fn check(program: (Value, Value), expected: &str) {
     let refusals = apply_json(program.0, program.1).map(|_| ()).expect_err("the program is accepted");
     let found = texts(&refusals).replace(" at p.py:7", "").replace(" at p.py:3", "");
@@ -350,7 +350,7 @@ fn words_of_a_call_are_no_names_of_parameters() {
 
 #[test]
 fn units_pass_through_blocks() {
-    // s.y is in nothing, q.y in rad: what a gain makes of it depends on its factor.
+    // s.y has no unit, q.y is in rad: the unit after a gain depends on its factor.
     let chain = |k: Value| {
         let rest = json!({"blocks": {"g": {"constants": {"k": k}}}, "instantiation_parameters": {"from": ["g.u"], "to": ["g.y", "p.setpoint"]},
             "input_parameters": {"m": {"targets": ["p.measured"]}}, "modes": {"g.u": "asynchronous", "p.measured": "asynchronous"}});
@@ -361,7 +361,7 @@ fn units_pass_through_blocks() {
     check(chain(json!("50 %")), refused);
     assert!(apply_json(chain(json!("2 s")).0, chain(json!("2 s")).1).is_ok());
     check(chain(json!("2 kg")), &refused.replace("(double, rad/s)", "(double, kg.rad/s)"));
-    // What an input parameter will bring is not known, unless it says so.
+    // The unit of an input parameter is unknown unless declared.
     let tunable = |input: Value| {
         let (mut verb, application) = chain(json!(1.0));
         verb["blocks"]["g"]["constants"] = json!({});
@@ -370,7 +370,7 @@ fn units_pass_through_blocks() {
     };
     assert!(apply_json(tunable(json!({"targets": ["g.k"]})).0, chain(json!(1.0)).1).is_ok());
     check(tunable(json!({"targets": ["g.k"], "unit": "N"})), &refused.replace("(double, rad/s)", "(double, N.rad/s)"));
-    // Through any number of blocks, in whatever order they are declared.
+    // Units propagate through any number of blocks, in any order of declaration.
     let rest = json!({"instantiation_parameters": {"from": ["a.u"], "to": ["c.y"]}, "cells": {"x": ["a.y", "b.u"], "y": ["b.y", "c.u"]}, "modes": {"a.u": "asynchronous"}});
     let row = verb(&[("c", "lib.gain"), ("b", "lib.gain"), ("a", "lib.gain")], rest);
     check(

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The committed schema of files with definitions is that of the types.
+//! Checks that the committed schema of definition files matches the types.
 #![cfg(feature = "schema")]
 
 #[test]

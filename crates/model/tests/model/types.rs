@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! C types: how they are read, laid out, and filled with values.
+//! C types: parsing, layout, and conversion of values.
 use model::refusal::Class;
 use model::types::Type;
 use model::value::Value;
@@ -100,7 +100,7 @@ fn values_that_do_not_fit_say_why() {
     assert_eq!(read("int64_t").encode(&value("20 ms".into()), "ns").unwrap(), 20_000_000_i64.to_le_bytes());
 }
 
-/// Random types, no deeper than three levels.
+/// Generates random types, at most three levels deep.
 fn any_type() -> impl Strategy<Value = Type> {
     let scalars = ["double", "float", "bool", "int8_t", "uint8_t", "int16_t", "uint16_t", "int32_t", "uint32_t", "int64_t", "uint64_t"];
     let scalar = prop::sample::select(scalars.to_vec()).prop_map(read);
@@ -115,7 +115,7 @@ fn any_type() -> impl Strategy<Value = Type> {
     })
 }
 
-/// A declaration that C understands, of `name`.
+/// Returns a C declaration of `name`.
 fn c_declaration(of: &Type, name: &str) -> String {
     match of {
         Type::Scalar(scalar) => format!("{} {name}", scalar.name()),

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Definitions while they are drawn: where each refusal points, and which wires go.
+//! Definitions while they are drawn: the place of each refusal, and the possible wires.
 use crate::common::*;
 use model::refusal::Refusal;
 use model::{Drawing, PortName, check_drawing, compatible, compatible_with};
@@ -9,7 +9,7 @@ fn drawing(of: Value) -> Drawing {
     serde_json::from_value(of).expect("a drawing")
 }
 
-/// `class: where` of each finding.
+/// Returns `class: where` of each finding.
 fn findings(of: Value) -> Vec<String> {
     let found = check_drawing(&drawing(of), &cell()).expect("it is a definition");
     found.iter().map(|refusal| format!("{:?}: {}", refusal.class, serde_json::to_string(&refusal.about).expect("JSON"))).collect()
@@ -35,7 +35,7 @@ fn sketch() -> Value {
         "inputs": {"in": "h.u"}, "outputs": {"out": "h.y"}, "cells": {"c": ["s.y", "g.u"]}}})
 }
 
-/// The sketch with the nested graph in the long form.
+/// Returns the sketch with the nested graph in the long form.
 fn whole() -> Value {
     let mut of = sketch();
     let inner = of["graph"]["blocks"]["inner"].clone();
@@ -142,7 +142,7 @@ fn findings_point_at_lists_commands_conditions_and_transitions() {
     assert_eq!(found, [r#"UnknownName: [{"parameter":"level"}]"#, r#"UnknownName: [{"output":"y"}]"#]);
 }
 
-/// `class: message: where` of each finding.
+/// Returns `class: message: where` of each finding.
 fn told(of: Value) -> Vec<String> {
     let found = check_drawing(&drawing(of), &cell()).expect("it is a definition");
     let parts = |refusal: &Refusal| serde_json::to_string(&refusal.about).expect("JSON");
@@ -206,7 +206,7 @@ fn constants_with_units_are_judged_by_the_unit_of_what_they_are_for() {
             r#"UnitMismatch: the constant for parameter 's.frequency' (double, Hz): cannot take '3 rad' where the unit is Hz: the dimensions differ: [{"block":"s","port":"frequency"}]"#
         ]
     );
-    // Known by its neighbour alone.
+    // Known only from its neighbour.
     let through = json!({"graph": {"name": "g", "blocks": {"p": "lib.pid", "g": {"block": "lib.gain", "constants": {"k": "3 Hz"}}}, "cells": {"c": ["p.effort", "g.u"], "d": ["g.y", "p.measured"]},
         "inputs": {"setpoint": "p.setpoint"}, "modes": {"p.measured": "asynchronous"}}});
     assert!(told(through)[0].starts_with("UnitMismatch: cannot bind output 'g.y' (double, "));

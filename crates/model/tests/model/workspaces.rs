@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The form of workspaces: what is refused, each with its remedy.
+//! The form of workspaces: refusals, each with its remedy.
 use model::refusal::Class;
 use model::workspace::{Workspace, check_workspace};
 use serde_json::{Value as Json, json};
@@ -8,7 +8,7 @@ fn of(layout: Json) -> Workspace {
     serde_json::from_value(json!({ "name": "cell", "layout": layout })).expect("of the right form")
 }
 
-/// Returns the errors of a layout: message and remedy of each.
+/// Returns the errors of a layout: the message and remedy of each.
 fn wrong(layout: Json) -> Vec<String> {
     let found = check_workspace(&of(layout));
     assert!(found.iter().all(|refusal| refusal.class == Class::DefinitionError && !refusal.remedy.is_empty()), "{found:?}");

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Short forms of definitions say what the long ones say.
+//! Checks that short forms of definitions mean the same as the long ones.
 use model::definition::{Graph, Verb};
 use serde_json::{Value, json};
 

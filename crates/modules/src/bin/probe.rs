@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-//! `opengpac-probe FILE`: loads a code module and walks its tables, so that a bad file kills this process and not the real-time
-//! system. It prints one line; see `modules::Probe`.
+//! `opengpac-probe FILE`: loads a code module and walks its tables, so that a bad file crashes this process and not the real-time system.
+//! Prints one line; see `modules::Probe`.
 
 use libloading::os::unix::{Library, RTLD_LOCAL, RTLD_NOW};
 use opengpac::abi::{MODULE_SYMBOL, Module};
@@ -27,7 +27,7 @@ fn main() {
             // SAFETY: as above; the library is not closed before the process ends.
             Ok(entry) => match unsafe { ModuleFace::read(entry()) } {
                 Err(Refusal::AbiVersion { module, .. }) => format!("abi {module}"),
-                // Readable: the parent says in full what is wrong with it.
+                // Readable; the parent reports its faults in full.
                 Ok(_) | Err(_) => "ok".to_string(),
             },
         },
@@ -35,7 +35,6 @@ fn main() {
     println!("{}", line.replace('\n', " "));
     use std::io::Write;
     let _ = std::io::stdout().flush();
-    // Without running what the file has left to be run at the end.
-    // SAFETY: ends this process.
+    // Without running the file's exit handlers. SAFETY: ends this process.
     unsafe { libc::_exit(0) };
 }

@@ -14,12 +14,12 @@ pub enum ElfError {
     Foreign { have: String, want: String },
 }
 
-/// Returns the target that this process can load.
+/// Returns the target whose files this process can load.
 pub fn target_here() -> &'static str {
     opengpac::generated::target()
 }
 
-/// Checks that the file is a whole shared object for this machine. Returns what it says of itself.
+/// Checks that the file is a complete shared object for this machine. Returns its parsed form.
 pub fn check(bytes: &[u8]) -> Result<Elf<'_>, ElfError> {
     let foreign = |have: &str| Err(ElfError::Foreign { have: have.to_string(), want: target_here().to_string() });
     match bytes {
@@ -41,7 +41,7 @@ pub fn check(bytes: &[u8]) -> Result<Elf<'_>, ElfError> {
     Ok(file)
 }
 
-/// The machine that a file is for, as in the name of a target, and whether its order of bytes is little-endian.
+/// Returns the machine of a file, as in the name of a target, and whether its byte order is little-endian.
 fn machine<H: FileHeader<Endian = Endianness>>(bytes: &[u8]) -> Result<(String, bool), ElfError> {
     let header = H::parse(bytes).map_err(|_| damaged("its header is damaged"))?;
     let order = header.endian().map_err(|_| damaged("its header is damaged"))?;
@@ -60,7 +60,7 @@ fn machine<H: FileHeader<Endian = Endianness>>(bytes: &[u8]) -> Result<(String, 
     Ok((name, order == Endianness::Little))
 }
 
-/// Parts of a 64-bit, little-endian file that the loader reads: all of it lies within the file.
+/// Parts of a 64-bit, little-endian file that the loader reads, all within the file.
 pub struct Elf<'a> {
     pub(crate) bytes: &'a [u8],
     kind: u16,
@@ -69,7 +69,7 @@ pub struct Elf<'a> {
 }
 
 impl<'a> Elf<'a> {
-    /// Errors: a table, or what it speaks of, leads out of the file.
+    /// Parses a file. Fails if a table, or an offset in it, leads out of the file.
     fn read(bytes: &'a [u8]) -> Result<Elf<'a>, ElfError> {
         let short = |_| damaged("it is truncated");
         let header = FileHeader64::<Little>::parse(bytes).map_err(short)?;
@@ -84,32 +84,32 @@ impl<'a> Elf<'a> {
         Ok(Elf { bytes, kind: header.e_type(Little), segments, dynamic })
     }
 
-    /// The entries of the table for the loader: tag and value.
+    /// Returns the entries of the dynamic table: tag and value.
     pub(crate) fn entries(&self) -> impl Iterator<Item = (i64, u64)> {
         self.dynamic.iter().map(|entry| (entry.tag(Little), entry.val(Little))).take_while(|(tag, _)| *tag != 0)
     }
 
-    /// The value of the last entry with this tag: as the loader takes it.
+    /// Returns the value of the last entry with this tag, which is the one that the loader uses.
     pub(crate) fn entry(&self, wanted: i64) -> Option<u64> {
         self.entries().filter(|(tag, _)| *tag == wanted).last().map(|(_, value)| value)
     }
 
-    /// The parts of the file that are loaded, and where in memory.
+    /// Returns the loadable segments of the file.
     fn loaded(&self) -> impl Iterator<Item = &'a ProgramHeader64<Little>> {
         self.segments.iter().filter(|segment| segment.p_type(Little) == PT_LOAD)
     }
 
-    /// Those of them that have this right there.
+    /// Returns the loadable segments with this permission.
     fn loaded_with(&self, right: u32) -> impl Iterator<Item = &'a ProgramHeader64<Little>> {
         self.loaded().filter(move |segment| segment.p_flags(Little) & right != 0)
     }
 
-    /// The bytes that can be executed.
+    /// Returns the executable bytes.
     pub(crate) fn executable(&self) -> impl Iterator<Item = &'a [u8]> {
         self.loaded_with(PF_X).filter_map(|segment| segment.data(Little, self.bytes).ok())
     }
 
-    /// The bytes of the file that are loaded at an address, as far as their segment goes.
+    /// Returns the bytes of the file that are loaded at an address, up to the end of their segment.
     pub(crate) fn at(&self, address: u64) -> Option<&'a [u8]> {
         self.loaded().find_map(|segment| {
             let offset = address.checked_sub(segment.p_vaddr(Little))?;
@@ -117,8 +117,8 @@ impl<'a> Elf<'a> {
         })
     }
 
-    /// Checks that the loader writes into the module's own writable memory only: a child that is killed by a wild write is one
-    /// thing, one that happens to survive it says nothing about this process.
+    /// Checks that the loader writes only into the module's own writable memory: a child may survive a wild write, which proves nothing
+    /// about this process.
     fn check_relocations(&self) -> Result<(), ElfError> {
         let unread = || damaged("its relocations cannot be read");
         for (table, size) in [(DT_RELA, DT_RELASZ), (DT_JMPREL, DT_PLTRELSZ)] {
@@ -132,7 +132,7 @@ impl<'a> Elf<'a> {
         Ok(())
     }
 
-    /// True where a word at this address lies in writable memory of the module.
+    /// Returns true if a word at this address is in writable memory of the module.
     fn is_written(&self, address: u64) -> bool {
         self.loaded_with(PF_W).any(|segment| {
             let start = segment.p_vaddr(Little);

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Test whether a module can change floating-point control words: it imports a function that does, needs an unknown library, or has an
-//! instruction for it. What is suspected wrongly runs a little slower; what is not found here is found at the end of a firing.
+//! Test whether a module can change floating-point control words: it imports a function that does, needs an unknown library, or contains
+//! an instruction for it. A false positive runs a little slower; a false negative is found at the end of a firing.
 use super::elf::Elf;
 use object::elf::{DT_NEEDED, DT_STRTAB};
 
-/// Functions of the C library that change control words, or may.
+/// Functions of the C library that change control words, or may do so.
 const FUNCTIONS: [&str; 14] = [
     "fesetround",
     "fesetenv",
@@ -22,20 +22,20 @@ const FUNCTIONS: [&str; 14] = [
     "dlvsym",
 ];
 
-/// Libraries that change them only for as long as a call takes, but for the functions above.
+/// Libraries that change them only during a call, except for the functions above.
 const LIBRARIES: [&str; 9] = ["libc.so", "libm.so", "libgcc_s.so", "libstdc++.so", "libpthread.so", "libdl.so", "librt.so", "ld-linux-", "libatomic.so"];
 
-/// True where the shared object is one to be watched.
+/// Returns true if the shared object must be watched.
 pub(crate) fn can_change(file: &Elf<'_>) -> bool {
     names_a_function(file.bytes) || needs_another_library(file).unwrap_or(true) || file.executable().any(changes)
 }
 
-/// Names of imports lie in the file as they are, each between two zeros.
+/// Returns true if the file imports one of the functions; names of imports are stored verbatim, each between two zeros.
 fn names_a_function(bytes: &[u8]) -> bool {
     bytes.split(|&byte| byte == 0).any(|text| text.len() < 16 && FUNCTIONS.iter().any(|name| name.as_bytes() == text))
 }
 
-/// None where the tables lead out of the file.
+/// Returns true if the file needs a library not listed above; `None` if the tables lead out of the file.
 fn needs_another_library(file: &Elf<'_>) -> Option<bool> {
     let strings = file.at(file.entry(DT_STRTAB)?)?;
     for (_, name) in file.entries().filter(|(tag, _)| *tag == DT_NEEDED) {
@@ -47,7 +47,7 @@ fn needs_another_library(file: &Elf<'_>) -> Option<bool> {
     Some(false)
 }
 
-/// True where one of the instructions changes control words, or leaves registers of MMX behind.
+/// Returns true if one of the instructions changes control words, or leaves MMX registers in use.
 #[cfg(target_arch = "x86_64")]
 fn changes(code: &[u8]) -> bool {
     let mut at = 0;
@@ -61,7 +61,7 @@ fn changes(code: &[u8]) -> bool {
     false
 }
 
-/// `msr fpcr, x`.
+/// Returns true if the code contains `msr fpcr, x`.
 #[cfg(target_arch = "aarch64")]
 fn changes(code: &[u8]) -> bool {
     code.chunks_exact(4).any(|four| u32::from_le_bytes([four[0], four[1], four[2], four[3]]) & !0x1f == 0xd51b_4400)

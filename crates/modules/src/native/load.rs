@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Loading a shared object.
+//! Loads shared objects.
 use super::elf::{self, ElfError};
 use super::floats;
 use super::probe::Finding;
@@ -42,7 +42,7 @@ pub(crate) fn load_bytes(path: &Path, bytes: Vec<u8>, options: &LoadOptions) -> 
     Ok(LoadedModule { name, path: here(), blocks, types, target, compiler, changed_floats, bytes: bytes.into() })
 }
 
-/// The loader's copy of a descriptor, with what it knows of the block. It stays, as the module does.
+/// Returns a permanent copy of a descriptor with the loader's marks.
 fn marked(descriptor: &'static Descriptor, marks: u32) -> &'static Descriptor {
     Box::leak(Box::new(Descriptor { reserved: marks, ..*descriptor }))
 }
@@ -64,7 +64,7 @@ fn judge(path: &Path, finding: Finding, options: &LoadOptions) -> Result<(), Loa
     })
 }
 
-/// Loads the copy that a child has survived.
+/// Loads the copy that a child has survived loading.
 fn open(path: &Path, copy: &Path) -> Result<ModuleFace, LoadError> {
     let here = || path.to_path_buf();
     // SAFETY: a child process has just loaded these bytes, run their initialisation and walked their tables.
@@ -74,7 +74,7 @@ fn open(path: &Path, copy: &Path) -> Result<ModuleFace, LoadError> {
     let Ok(entry) = entry else { return Err(LoadError::NotAModule { path: here() }) };
     // SAFETY: the symbol's name has the version of its type; a module need not have it.
     let bank = unsafe { library.get::<unsafe extern "C" fn(Run) -> Option<Bank>>(BANK_SYMBOL.as_bytes()) }.map(|symbol| *symbol).ok();
-    // Descriptors are `'static` from here on: the module stays.
+    // Descriptors are `'static` from here, because the module is never unloaded.
     core::mem::forget(library);
     // SAFETY: the entry of a module that stays.
     let face = unsafe { ModuleFace::read(entry()) };

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Shared objects made of C, C++ or Rust. A file is never trusted: its header is read here, a sacrificial child process loads a private copy
-//! and walks its tables, and only then that same copy is loaded here. A module is never unloaded, so descriptors are `'static`.
+//! Shared objects made of C, C++ or Rust. A file is never trusted: its header is read here, a sacrificial child process loads a private
+//! copy and walks its tables, and only then is the same copy loaded here. A module is never unloaded, so descriptors are `'static`.
 #[doc(hidden)]
 pub mod elf;
 mod floats;
@@ -17,7 +17,7 @@ use crate::backend::{Backend, Description, LoadOptions, LoadedModule};
 use crate::error::LoadError;
 use std::path::Path;
 
-/// The backend.
+/// Backend for shared objects.
 pub(crate) struct SharedObjects;
 
 /// First bytes of a file of each kind.

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-# Loads a code module and walks its tables; the parent reads one line. If the file kills a process, it is this one.
+# Loads a code module and walks its tables; the parent reads one line. A file that crashes a process only crashes this one.
 import ctypes, os, resource, sys
 
 resource.setrlimit(resource.RLIMIT_CORE, (0, 0))

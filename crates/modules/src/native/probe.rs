@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The sacrificial child: it loads a module and walks its tables, so that a bad file kills it and not us.
+//! Sacrificial child that loads a module and walks its tables, so that a bad file crashes the child instead of us.
 
 use std::ffi::{OsStr, OsString};
 use std::io::Read;
@@ -9,11 +9,11 @@ use std::process::{Command, Stdio};
 use std::sync::mpsc::{RecvTimeoutError, channel};
 use std::time::{Duration, Instant};
 
-/// A probe in Python, for an installation that has the interpreter and no program `opengpac-probe`:
-/// `[sys.executable, "-c", PYTHON_PROBE]`. It needs nothing but the standard library.
+/// Probe in Python, for installations that have the interpreter but not `opengpac-probe`: `[sys.executable, "-c", PYTHON_PROBE]`.
+/// Requires only the standard library.
 pub const PYTHON_PROBE: &str = include_str!("probe.py");
 
-/// Start of the child: the path of the module is appended. It prints one line: `ok`, `abi N`, `nosymbol`, `noload TEXT` or
+/// Command of the child, to which the path of the module is appended. It prints one line: `ok`, `abi N`, `nosymbol`, `noload TEXT` or
 /// `damaged TEXT`.
 #[derive(Clone, Debug)]
 pub struct Probe {
@@ -23,7 +23,7 @@ pub struct Probe {
 }
 
 impl Default for Probe {
-    /// `opengpac-probe` beside this program, else the Python probe with `python3`; 10 s.
+    /// Returns `opengpac-probe` beside this program, else the Python probe with `python3`; 10 s.
     fn default() -> Probe {
         let beside = std::env::current_exe().ok().map(|program| program.with_file_name("opengpac-probe")).filter(|program| program.is_file());
         match beside {
@@ -47,12 +47,12 @@ pub enum Finding {
 }
 
 impl Probe {
-    /// With this command and 10 s.
+    /// Makes a probe with this command and 10 s.
     pub fn of(command: impl IntoIterator<Item = OsString>) -> Probe {
         Probe { command: command.into_iter().collect(), limit: Duration::from_secs(10) }
     }
 
-    /// Lets a child load the file. Blocks until it is through, at most the limit.
+    /// Lets a child load the file. Blocks until it has finished, at most for the limit.
     pub fn run(&self, file: &Path) -> Finding {
         let Some((program, arguments)) = self.command.split_first() else { return Finding::Unusable("the probe has no command".to_string()) };
         let mut command = Command::new(program);
@@ -63,7 +63,7 @@ impl Probe {
         };
         let mut output = child.stdout.take().expect("the child was started with a pipe");
         let (done, said) = channel();
-        // A thread of its own, because the file's code may keep the pipe open.
+        // A separate thread, because the file's code may keep the pipe open.
         std::thread::spawn(move || {
             let mut text = Vec::new();
             let _ = output.read_to_end(&mut text);
@@ -80,7 +80,7 @@ impl Probe {
                 Ok(Some(status)) => break status,
                 Ok(None) if Instant::now() < deadline => std::thread::sleep(Duration::from_millis(1)),
                 _ => {
-                    // It may have ended by itself at this moment.
+                    // It may just have ended by itself.
                     let _ = child.kill();
                     let _ = child.wait();
                     return Finding::TimedOut;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The seal of a module that we built: a checksum behind the end of the shared object, where no loader looks. With it every
-//! damage is found before a byte of the file is executed. Modules built by others have none, and are tried in a child only.
+//! Seal of a module that we built: a checksum after the end of the shared object, which loaders ignore. It reveals any damage before a
+//! byte of the file is executed. Modules built by others have none, and are only tried in a child.
 
 const MARK: &[u8] = b"\nopengpac-seal:";
 const DIGITS: usize = 16;
@@ -13,7 +13,7 @@ pub enum Seal {
     Broken,
 }
 
-/// The bytes with their seal.
+/// Appends the seal to the bytes.
 pub fn sealed(mut bytes: Vec<u8>) -> Vec<u8> {
     let sum = checksum(&bytes);
     bytes.extend_from_slice(MARK);
@@ -32,7 +32,7 @@ pub fn check(bytes: &[u8]) -> Seal {
     }
 }
 
-/// FNV-1a, 64 bits: it finds accidents, not attacks.
+/// Computes FNV-1a, 64 bits: detects accidents, not attacks.
 fn checksum(bytes: &[u8]) -> u64 {
     bytes.iter().fold(0xcbf2_9ce4_8422_2325, |sum, byte| (sum ^ u64::from(*byte)).wrapping_mul(0x0000_0100_0000_01b3))
 }

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Instructions of x86-64, as far as their length and whether they change floating-point state: what compilers make is read one instruction after
-//! the other, so that bytes of an address or a constant are not taken for one. Bytes that are none count as one of a single byte.
+//! Decoder of x86-64 instructions, limited to their length and whether they change floating-point state. Compiled code is decoded one
+//! instruction after the other, so that bytes of an address or a constant are not mistaken for one. Invalid bytes count as instructions
+//! of one byte.
 
 /// Instruction at an address.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -9,7 +10,7 @@ pub struct Instruction {
     pub changes_floats: bool,
 }
 
-/// Reads the instruction at the beginning of `code`, which is not empty.
+/// Decodes the instruction at the start of `code`, which is not empty.
 pub fn read(code: &[u8]) -> Instruction {
     Reader { code, at: 0, operand_16: false, address_32: false, repeated: false, wide: false }.read().unwrap_or(Instruction { len: 1, changes_floats: false })
 }
@@ -23,7 +24,7 @@ struct Reader<'a> {
     wide: bool,
 }
 
-/// The byte behind an opcode that says what it is about.
+/// Operand byte (ModRM) after an opcode.
 #[derive(Clone, Copy)]
 struct Operand {
     register: u8,
@@ -81,7 +82,7 @@ impl Reader<'_> {
         }
     }
 
-    /// Behind the prefix of a vector instruction.
+    /// Decodes the rest of an instruction after a vector prefix.
     fn vector(&mut self, map: u8, opcode: u8) -> Option<bool> {
         if map == 1 && opcode == 0x77 {
             return Some(false);
@@ -93,7 +94,7 @@ impl Reader<'_> {
         Some(map == 1 && opcode == 0xae && operand.is_memory && operand.register == 2)
     }
 
-    /// Register, and memory with its displacement.
+    /// Reads a register or memory operand with its displacement.
     fn operand(&mut self) -> Option<Operand> {
         let byte = self.next()?;
         let (mode, memory) = (byte >> 6, byte & 7);
@@ -183,7 +184,7 @@ impl Reader<'_> {
         }
     }
 
-    /// Without a prefix these are of the registers that the x87 stack lies in.
+    /// Returns true if the instruction, without a prefix, uses the MMX registers, which alias the x87 stack.
     fn is_mmx(&self, opcode: u8) -> bool {
         let of_either = matches!(opcode, 0x60..=0x6b | 0x6e..=0x76 | 0x7e..=0x7f | 0xd1..=0xd5 | 0xd7..=0xef | 0xf1..=0xfe) && opcode != 0xe6;
         (of_either && !self.operand_16 && !self.repeated) || (matches!(opcode, 0x2a | 0x2c | 0x2d) && !self.repeated)

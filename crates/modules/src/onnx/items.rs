@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The items of a policy's block, as its declaration in C has them.
+//! Items of a policy's block, as in its C declaration.
 use super::meaning::Term;
 use crate::source::is_taken_in_c;
 
-/// Items that a declaration has room for.
+/// Maximum number of items in a declaration.
 const ITEMS_MAX: usize = 32;
 
 #[derive(Default)]
@@ -18,18 +18,18 @@ impl Items {
         Ok(())
     }
 
-    /// A state of floats, and its name.
+    /// Adds a state of floats, and returns its name.
     pub fn state(&mut self, name: &str, len: usize, doc: &str) -> String {
         self.0.push(format!("state(float[{}], opengpac_{name}, 0, {})", len.max(1), quoted(doc)));
         format!("opengpac_{name}")
     }
 
-    /// An item of 64-bit numbers: a state, a condition, an input.
+    /// Adds an item of 64-bit numbers: a state, a condition, an input.
     pub fn whole(&mut self, word: &str, name: &str, more: &str, doc: &str) {
         self.0.push(format!("{word}(int64_t, {name}, {more}{})", quoted(doc)));
     }
 
-    /// All of them, as arguments of the declaration.
+    /// Returns all items as arguments of the declaration.
     pub fn declared(&self) -> Result<String, String> {
         match self.0.len() {
             count if count > ITEMS_MAX => Err(format!("its block would have {count} items, {ITEMS_MAX} are the most: join ports")),
@@ -38,7 +38,7 @@ impl Items {
     }
 }
 
-/// Numbers as the elements of an array in C.
+/// Formats numbers as the elements of a C array.
 pub(super) fn numbers(values: &[f64]) -> String {
     let number = |x: &f64| match *x {
         x if x.is_finite() => format!("{x:e}"),
@@ -60,10 +60,10 @@ pub(super) fn quoted(text: &str) -> String {
     format!("\"{letters}\"")
 }
 
-/// Checks that a port or block can have a name in C.
+/// Checks that a name of a port or block is a valid C identifier.
 ///
 /// # Errors
-/// It has other letters, or is a word of C or of a block's declaration.
+/// Fails if it contains other characters, or is a keyword of C or of a block's declaration.
 pub(super) fn identifier(name: &str) -> Result<&str, String> {
     let is_one = name.chars().all(|c| c.is_ascii_alphanumeric() || c == '_') && name.starts_with(|c: char| c.is_ascii_alphabetic());
     if !is_one {

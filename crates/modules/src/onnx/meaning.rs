@@ -1,15 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Meaning of a network's numbers: the declaration that `gpac.policy` writes into the file, compared with the network's shapes and with
-//! what the trainer wrote there (`metadata.rs`).
+//! the trainer's metadata (`metadata.rs`).
 use super::network::{Network, names};
 use crate::source::is_taken_in_c;
 use serde::Deserialize;
 use std::collections::BTreeMap;
 
-/// Key of the file's metadata under which the declaration lies, as JSON.
+/// Key of the declaration, as JSON, in the file's metadata.
 pub const KEY: &str = "opengpac.policy";
 
-/// A declaration: which ports there are, and how the inputs and outputs of the network are made of them.
+/// A declaration: the ports, and how they form the inputs and outputs of the network.
 #[derive(Clone, Debug, Default, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Meaning {
@@ -19,12 +19,12 @@ pub struct Meaning {
     pub age_max_ns: Option<i64>,
     pub inputs: BTreeMap<String, Vec<Term>>,
     pub outputs: BTreeMap<String, Vec<Term>>,
-    /// Input of the network → the output that it is in the next invocation.
+    /// Input of the network → the output that feeds it in the next invocation.
     pub states: BTreeMap<String, String>,
     pub shapes: BTreeMap<String, Vec<i64>>,
 }
 
-/// Elements of a network's input or output that are one port of the block.
+/// Elements of a network's input or output that form one port of the block.
 #[derive(Clone, Debug, Default, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Term {
@@ -32,24 +32,24 @@ pub struct Term {
     pub size: usize,
     pub unit: String,
     pub doc: String,
-    /// The trainer's name of it; the port's unless given.
+    /// The trainer's name for it; defaults to the port's.
     pub observation: String,
-    /// Names of the elements, in their order: joints.
+    /// Names of the elements, in order: joints.
     pub names: Vec<String>,
     pub scale: Option<Vec<f64>>,
     pub offset: Option<Vec<f64>>,
-    /// Least and most value, without the offset for an input.
+    /// Minimum and maximum value, without the offset for an input.
     pub clip: Option<[Vec<f64>; 2]>,
-    /// Range of the values that the network was trained with.
+    /// Range of the values with which the network was trained.
     pub within: Option<[Vec<f64>; 2]>,
     pub history: usize,
-    /// No port: this output of the network, as it was in the invocation before.
+    /// Not a port: this output of the network at the previous invocation.
     pub previous: String,
     pub mode: String,
 }
 
 impl Term {
-    /// Elements of the network that it takes.
+    /// Returns the number of elements of the network that it occupies.
     pub fn width(&self) -> usize {
         self.size * self.history.max(1)
     }
@@ -65,12 +65,12 @@ impl Term {
 }
 
 impl Meaning {
-    /// Reads the declaration; without one each input and output is a port of pure numbers.
+    /// Reads the declaration; without one, each input and output is a port of plain numbers.
     pub fn read(metadata: &BTreeMap<String, String>) -> Result<Meaning, String> {
         metadata.get(KEY).map_or_else(|| Ok(Meaning::default()), |text| serde_json::from_str(text).map_err(|why| format!("its declaration is damaged: {why}")))
     }
 
-    /// Fills in what was left out, and checks the shapes.
+    /// Fills in omitted values, and checks the shapes.
     pub fn complete(&mut self, network: &Network) -> Result<(), String> {
         for (input, output) in &self.states {
             let (from, to) = (shape(&network.inputs, input, "input")?, shape(&network.outputs, output, "output")?);
@@ -106,7 +106,7 @@ fn shape<'a>(all: &'a [(String, Vec<usize>)], name: &str, side: &str) -> Result<
     found.ok_or_else(|| format!("it has no {side} '{name}'; its {side}s are {}", names(all.iter().map(|(known, _)| known.as_str()))))
 }
 
-/// A port of its own for each input or output that nothing is said of.
+/// Adds a port for each input or output without a declaration.
 fn fill(declared: &mut BTreeMap<String, Vec<Term>>, all: &[(String, Vec<usize>)], spoken_for: &[String], side: &str) -> Result<(), String> {
     let is_bare = declared.is_empty();
     for (name, shape) in all.iter().filter(|(name, _)| !spoken_for.contains(name)) {
@@ -148,7 +148,7 @@ fn check(name: &str, terms: &[Term], shape: &[usize], side: &str) -> Result<(), 
     Ok(())
 }
 
-/// The name of a port for an input or output that has no declaration: its own in letters, digits and _.
+/// Returns the name of a port for an undeclared input or output: its own, in letters, digits and _.
 pub(super) fn port_name(name: &str, side: &str) -> String {
     let letters: String = name.chars().map(|c| if c.is_ascii_alphanumeric() { c } else { '_' }).collect();
     match letters.trim_matches('_') {

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Metadata that trainers write into a file, read where the declaration is silent and compared where it is not.
+//! Metadata that trainers write into a file, used if the declaration omits a value and compared if it does not.
 //!
 //! mjlab and the exporters of whole-body tracking for Isaac Lab write lists separated by commas: `joint_names`, `default_joint_pos`,
 //! `action_scale`, `observation_names`, `observation_history_lengths`, numbers with three decimals. `period`, `observation_units` and
-//! `action_units` are ours, for exporters that know them.
+//! `action_units` are ours, for exporters that support them.
 use super::meaning::{Meaning, Term};
 use std::collections::BTreeMap;
 
@@ -12,10 +12,10 @@ type Metadata = BTreeMap<String, String>;
 /// Half of the last decimal that exporters write.
 const ROUNDING: f64 = 5.1e-4;
 
-/// Compares, and fills in.
+/// Compares the declaration with the file, and fills in omitted values.
 ///
 /// # Errors
-/// The declaration and the file differ: both are in the text.
+/// Fails if they differ; the message contains both.
 pub fn compare(meaning: &mut Meaning, file: &Metadata) -> Result<(), String> {
     if let Some(period) = file.get("period") {
         let seconds: f64 = period.trim().parse().map_err(|_| format!("metadata 'period' is '{period}', not a number of seconds"))?;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Learned policies: an ONNX file of fixed shapes becomes C of ours, which is built like any other source. Weights are constants, scratch lies on
-//! the stack within a bound, and nothing of any library of networks is there at run time.
+//! Learned policies: an ONNX file of fixed shapes is translated into C code, which is built like any other source. Weights are constants,
+//! scratch is on the stack within a limit, and no neural-network library is needed at run time.
 mod block;
 mod items;
 mod meaning;
@@ -20,7 +20,7 @@ use meaning::Meaning;
 use prost::Message;
 use std::path::Path;
 
-/// The backend.
+/// Backend for policies.
 pub(crate) struct Policies;
 
 impl Backend for Policies {
@@ -32,12 +32,12 @@ impl Backend for Policies {
         true
     }
 
-    /// A message of protobuf has no mark at its start: the name of the file tells.
+    /// Returns false, because protobuf messages have no magic number; the file's name tells.
     fn probe(&self, _bytes: &[u8]) -> bool {
         false
     }
 
-    /// Weights in files beside the network are taken into it first.
+    /// Loads a network, first including weights from files beside it.
     fn load(&self, path: &Path, options: &LoadOptions) -> Result<LoadedModule, LoadError> {
         let bytes = std::fs::read(path).map_err(|error| LoadError::Unreadable { path: path.to_path_buf(), what: error.to_string() })?;
         let whole = whole(&bytes, path).map_err(|what| LoadError::Network { path: path.to_path_buf(), what })?;
@@ -57,20 +57,20 @@ impl Backend for Policies {
     }
 }
 
-/// The file of a network with its weights inside, where some lie in files beside `path`; `None` where it has them already.
+/// Returns the file of a network with its weights included, if some are in files beside `path`; `None` if it is already complete.
 ///
 /// # Errors
-/// The bytes are no ONNX model, or a file with weights is missing or too short.
+/// Fails if the bytes are not an ONNX model, or a file with weights is missing or too short.
 pub fn whole(bytes: &[u8], path: &Path) -> Result<Option<Vec<u8>>, String> {
     let (mut model, _) = network::decode(bytes)?;
     let taken = tensors::take_in(&mut model, path.parent().unwrap_or(Path::new(".")))?;
     Ok(taken.then(|| model.encode_to_vec()))
 }
 
-/// The C source of a policy's block.
+/// Returns the C source of a policy's block.
 ///
 /// # Errors
-/// What is wrong with the file or its declaration, with the node's name and what to do.
+/// Describes the fault of the file or its declaration, with the node's name and the remedy.
 fn translate(path: &Path, bytes: &[u8]) -> Result<String, String> {
     let (model, file) = network::decode(bytes)?;
     let mut meaning = Meaning::read(&file)?;

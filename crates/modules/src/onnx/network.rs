@@ -7,32 +7,32 @@ use super::value::{Kind, Value, fixed};
 use prost::Message;
 use std::collections::{BTreeMap, HashMap, HashSet};
 
-/// Versions of the operators that are known.
+/// Supported versions of the operator set.
 const OPSETS: std::ops::RangeInclusive<i64> = 7..=28;
 
-/// A network whose steps are known.
+/// A network with its translated steps.
 pub struct Network {
     pub inputs: Vec<(String, Vec<usize>)>,
     pub outputs: Vec<(String, Vec<usize>)>,
     pub program: Program,
-    /// Sentences on dimensions that the file leaves open and that were taken as 1.
+    /// Sentences about dimensions that the file leaves open and that were assumed to be 1.
     pub assumed: Vec<String>,
 }
 
-/// Reads the file; its metadata too, where a declaration of ours may lie.
+/// Decodes the file and its metadata, which may contain a declaration.
 ///
 /// # Errors
-/// The bytes are no ONNX model.
+/// Fails if the bytes are not an ONNX model.
 pub fn decode(bytes: &[u8]) -> Result<(Model, BTreeMap<String, String>), String> {
     let model = Model::decode(bytes).map_err(|error| format!("it is damaged, or no ONNX file ({error}): export it again"))?;
     let metadata = model.metadata.iter().map(|entry| (entry.key.clone(), entry.value.clone())).collect();
     Ok((model, metadata))
 }
 
-/// Translates a model. `shapes` are those that the user gives to inputs whose shape the file leaves open.
+/// Translates a model. `shapes` are set by the user for inputs whose shape the file leaves open.
 ///
 /// # Errors
-/// What is not supported, with the node's name and what to do.
+/// Names the unsupported feature, with the node's name and the remedy.
 pub fn read(model: &Model, shapes: &BTreeMap<String, Vec<i64>>) -> Result<Network, String> {
     let graph = model.graph.as_ref().ok_or("it has no graph: it is damaged, or no ONNX file; export it again")?;
     let opset = model.opset_import.iter().find(|opset| matches!(opset.domain.as_str(), "" | "ai.onnx")).map(|opset| opset.version);
@@ -57,7 +57,7 @@ pub fn read(model: &Model, shapes: &BTreeMap<String, Vec<i64>>) -> Result<Networ
     Ok(Network { inputs, outputs, program, assumed })
 }
 
-/// Names of the values on which the outputs depend. Nodes and weights beside them are left out.
+/// Returns the names of the values on which the outputs depend. Other nodes and weights are left out.
 fn needed(graph: &Graph) -> HashSet<&str> {
     let mut needed: HashSet<&str> = graph.output.iter().map(|output| output.name.as_str()).collect();
     for node in graph.node.iter().rev() {
@@ -103,7 +103,7 @@ fn dims_of(input: &ValueInfo) -> Option<&[Dimension]> {
     input.r#type.as_ref()?.tensor.as_ref()?.shape.as_ref().map(|shape| &shape.dim[..])
 }
 
-/// The symbol of an input's leading dimension, which is 1 wherever it stands.
+/// Returns the symbol of an input's leading dimension, which is 1 wherever it occurs.
 fn batch_symbol(input: &ValueInfo) -> Option<&str> {
     dims_of(input)?.first().map(|dim| dim.symbol.as_str()).filter(|symbol| !symbol.is_empty())
 }
@@ -169,7 +169,7 @@ fn leave(graph: &Graph, values: &HashMap<String, Value>, program: &mut Program) 
     Ok(outputs)
 }
 
-/// Names for a sentence.
+/// Formats names for a sentence.
 pub fn names<'a>(names: impl Iterator<Item = &'a str>) -> String {
     names.map(|name| format!("'{name}'")).collect::<Vec<_>>().join(", ")
 }

@@ -4,13 +4,13 @@ use super::value::{Content, Kind, Value};
 use std::fmt::Write;
 use std::rc::Rc;
 
-/// Lanes of the vectors that kernels work on: buffers and constants are padded to a multiple.
+/// Lanes of the vectors that kernels use: buffers and constants are padded to a multiple.
 pub const LANES: usize = 8;
-/// Steps of one function in C.
+/// Number of steps in one C function.
 const STEPS_EACH: usize = 32;
-/// The most scratch of one invocation; it lies on the stack of the processor's thread.
+/// Maximum scratch of one invocation, which is on the stack of the processor's thread.
 const SCRATCH_BYTES_MAX: usize = 256 << 10;
-/// The most constants: what is larger does not fit a firing, and takes a compiler too long.
+/// Maximum number of constants: larger networks do not fit in a firing, and take a compiler too long.
 const CONSTANTS_MAX: usize = 4 << 20;
 
 struct Buffer {
@@ -20,7 +20,7 @@ struct Buffer {
     last: usize,
 }
 
-/// Steps in order. `Program::value` makes buffers, `step` says what fills them.
+/// Steps in order. `Program::value` makes buffers, and `step` adds the code that fills them.
 #[derive(Default)]
 pub struct Program {
     buffers: Vec<Buffer>,
@@ -30,18 +30,18 @@ pub struct Program {
 }
 
 impl Program {
-    /// A new buffer of floats of this shape.
+    /// Makes a new buffer of floats of this shape.
     pub fn value(&mut self, shape: &[usize]) -> Value {
         self.value_of(Kind::Float, shape)
     }
 
-    /// A new buffer of this shape and kind of elements.
+    /// Makes a new buffer of this shape and kind of elements.
     pub fn value_of(&mut self, kind: Kind, shape: &[usize]) -> Value {
         self.buffers.push(Buffer { len: shape.iter().product(), kind, first: usize::MAX, last: 0 });
         Value { shape: shape.to_vec(), content: Content::Buffer(self.buffers.len() - 1) }
     }
 
-    /// The kind of a value's elements. Constant truth values are integers.
+    /// Returns the kind of a value's elements. Constant truth values are integers.
     pub fn kind(&self, value: &Value) -> Kind {
         match value.content {
             Content::Buffer(number) => self.buffers[number].kind,
@@ -50,12 +50,12 @@ impl Program {
         }
     }
 
-    /// The kind of a value that is computed; a constant fits every operator that takes its content.
+    /// Returns the kind of a computed value; a constant is accepted by every operator that can handle its contents.
     pub fn kind_at_run_time(&self, value: &Value) -> Kind {
         if matches!(value.content, Content::Buffer(_)) { self.kind(value) } else { Kind::Float }
     }
 
-    /// The C name of the elements of a value, which are floats there. Constant integers become a constant.
+    /// Returns the C name of a value's elements, which are floats in C. Constant integers become a constant.
     pub fn name(&mut self, value: &Value) -> Result<String, String> {
         match &value.content {
             Content::Buffer(number) => Ok(format!("b{number}")),
@@ -73,18 +73,18 @@ impl Program {
         format!("c{number}")
     }
 
-    /// Constants that no tensor of the file is: packed weights.
+    /// Adds constants that are not a tensor of the file, such as packed weights; returns their name.
     pub fn packed(&mut self, floats: Vec<f32>) -> String {
         self.constant(&floats.into())
     }
 
-    /// A table of indices.
+    /// Adds a table of indices; returns its name.
     pub fn table(&mut self, indices: Vec<usize>) -> String {
         self.tables.push(indices);
         format!("t{}", self.tables.len() - 1)
     }
 
-    /// Appends a step in C that reads and fills these values.
+    /// Appends a step in C that reads and writes these values.
     pub fn step(&mut self, values: &[&Value], text: String) {
         let at = self.steps.len();
         for value in values {
@@ -97,7 +97,8 @@ impl Program {
         self.steps.push(text);
     }
 
-    /// The offset of each buffer in the scratch, and its size: a buffer takes the first gap among those that live when it does.
+    /// Returns the offset of each buffer in the scratch, and its size: a buffer takes the first gap among the buffers alive at the same
+    /// time.
     fn placed(&self) -> Result<(Vec<usize>, usize), String> {
         let mut offsets: Vec<usize> = Vec::new();
         let mut size = 0;
@@ -128,10 +129,10 @@ impl Program {
         Ok((offsets, size.max(LANES)))
     }
 
-    /// The C of constants and tables.
+    /// Returns the C code of constants and tables.
     ///
     /// # Errors
-    /// There are too many weights.
+    /// Fails if there are too many weights.
     pub fn constants(&self) -> Result<String, String> {
         let all: usize = self.constants.iter().map(|floats| floats.len()).sum();
         if all > CONSTANTS_MAX {
@@ -153,11 +154,11 @@ impl Program {
         Ok(text)
     }
 
-    /// The C of the function `network`. Its steps lie in functions of `STEPS_EACH`: a compiler takes more than twice the time for one of twice
-    /// the length.
+    /// Returns the C code of the function `network`. Its steps are in functions of `STEPS_EACH`, because a compiler takes more than twice
+    /// the time for one of twice the length.
     ///
     /// # Errors
-    /// It needs too much scratch.
+    /// Fails if it needs too much scratch.
     pub fn function(&self, parameters: &str, arguments: &str) -> Result<String, String> {
         let (offsets, size) = self.placed()?;
         let mut text = String::new();

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The parts of an ONNX file that are read, with the field numbers of onnx.proto3.
+//! Parts of an ONNX file that are read, with the field numbers of onnx.proto3.
 use prost::Message;
 
 #[derive(Clone, PartialEq, Message)]
@@ -139,13 +139,13 @@ pub struct Dimension {
 }
 
 impl Dimension {
-    /// Returns true if the file leaves it open: by a symbol, by -1 or by saying nothing.
+    /// Returns true if the file leaves the dimension open: by a symbol, by -1 or by omitting it.
     pub fn is_open(&self) -> bool {
         !self.symbol.is_empty() || self.value <= 0
     }
 }
 
-/// Element types of ONNX that are read.
+/// Supported element types of ONNX.
 pub const FLOAT: i32 = 1;
 pub const UINT8: i32 = 2;
 pub const INT8: i32 = 3;
@@ -160,7 +160,7 @@ pub const UINT32: i32 = 12;
 pub const UINT64: i32 = 13;
 pub const BFLOAT16: i32 = 16;
 
-/// The name of an element type in an error.
+/// Returns the name of an element type for error messages.
 pub fn type_name(element: i32) -> String {
     let names = [
         "undefined",

@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Elements of the tensors of a file, of every element type that is read, inside the file or in one beside it.
+//! Elements of a file's tensors, of all supported element types, inside the file or in one beside it.
 use super::proto::{self, Attribute, Model, Tensor};
 use std::fs::File;
 use std::io::{Read, Seek, SeekFrom};
 use std::path::{Component, Path};
 
-/// The most bytes that tensors outside the file may have together.
+/// Maximum total size of tensors outside the file, in bytes.
 const EXTERNAL_BYTES_MAX: u64 = 256 << 20;
 
-/// Elements of a tensor of floats.
+/// Returns the elements of a tensor of floats.
 pub fn floats(tensor: &Tensor) -> Vec<f32> {
     let raw = &tensor.raw_data[..];
     match (tensor.data_type, raw.is_empty()) {
@@ -23,7 +23,7 @@ pub fn floats(tensor: &Tensor) -> Vec<f32> {
     }
 }
 
-/// Elements of a tensor of integers or truth values.
+/// Returns the elements of a tensor of integers or truth values.
 pub fn ints(tensor: &Tensor) -> Vec<i64> {
     let raw = &tensor.raw_data[..];
     if raw.is_empty() {
@@ -44,7 +44,7 @@ pub fn ints(tensor: &Tensor) -> Vec<i64> {
     }
 }
 
-/// Returns true if the bytes of a tensor are a whole number of elements.
+/// Returns true if the size of a tensor is a whole number of elements.
 pub fn is_whole(tensor: &Tensor) -> bool {
     let size = match tensor.data_type {
         proto::UINT8 | proto::INT8 | proto::BOOL => 1,
@@ -55,7 +55,7 @@ pub fn is_whole(tensor: &Tensor) -> bool {
     tensor.raw_data.len().is_multiple_of(size)
 }
 
-/// The value of a float of 16 bits (IEEE 754 binary16).
+/// Returns the value of a 16-bit float (IEEE 754 binary16).
 fn half(bits: u16) -> f32 {
     let (sign, exponent, fraction) = (u32::from(bits >> 15) << 31, u32::from(bits >> 10 & 0x1f), u32::from(bits & 0x3ff));
     match exponent {
@@ -65,10 +65,10 @@ fn half(bits: u16) -> f32 {
     }
 }
 
-/// Takes the tensors that lie in files beside the network into it. False where there are none.
+/// Moves tensors stored in files beside the network into it. Returns false if there are none.
 ///
 /// # Errors
-/// A file is not there, is too short, or lies outside `folder`.
+/// Fails if a file does not exist, is too short, or is outside `folder`.
 pub fn take_in(model: &mut Model, folder: &Path) -> Result<bool, String> {
     let Some(graph) = &mut model.graph else { return Ok(false) };
     let of_nodes = graph.node.iter_mut().flat_map(|node| &mut node.attribute).filter_map(|attribute: &mut Attribute| attribute.t.as_mut());
@@ -82,7 +82,7 @@ pub fn take_in(model: &mut Model, folder: &Path) -> Result<bool, String> {
     Ok(any)
 }
 
-/// The bytes of one tensor that lies in a file below `folder`.
+/// Returns the bytes of one tensor stored in a file below `folder`.
 fn outside(tensor: &Tensor, folder: &Path, total: &mut u64) -> Result<Vec<u8>, String> {
     let entry = |key: &str| tensor.external_data.iter().find(|entry| entry.key == key).map(|entry| entry.value.as_str());
     let number =

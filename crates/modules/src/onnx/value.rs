@@ -1,15 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Values of a network while it is translated: of fixed shape, either constants or buffers that a step fills.
+//! Values of a network during translation: of fixed shape, either constants or buffers that a step fills.
 use super::proto::{self, Tensor};
 use super::tensors;
 use std::rc::Rc;
 
-/// The most elements of one tensor: a damaged shape is refused before memory is asked for.
+/// Maximum number of elements of one tensor: an invalid shape is refused before memory is allocated.
 pub const ELEMENTS_MAX: usize = 1 << 24;
 
 #[derive(Clone, Debug)]
 pub enum Content {
-    /// Buffer of this number in the scratch of an invocation.
+    /// Buffer with this number in the scratch of an invocation.
     Buffer(usize),
     Floats(Rc<[f32]>),
     Ints(Rc<[i64]>),
@@ -34,17 +34,17 @@ impl Value {
         self.shape.iter().product()
     }
 
-    /// The elements of a constant of floats.
+    /// Returns the elements of a constant of floats.
     pub fn known_floats(&self) -> Option<&[f32]> {
         if let Content::Floats(floats) = &self.content { Some(floats) } else { None }
     }
 
-    /// The elements of a constant of integers.
+    /// Returns the elements of a constant of integers.
     pub fn known_ints(&self) -> Option<&[i64]> {
         if let Content::Ints(ints) = &self.content { Some(ints) } else { None }
     }
 
-    /// The same elements in another shape.
+    /// Returns the same elements in another shape.
     pub fn reshaped(&self, shape: Vec<usize>) -> Value {
         Value { shape, content: self.content.clone() }
     }
@@ -79,7 +79,7 @@ impl Value {
     }
 }
 
-/// Kind of the elements of a value. All are computed as 32-bit floats: integers beyond 2^24 are not exact.
+/// Kind of a value's elements. All are computed as 32-bit floats: integers beyond 2^24 are not exact.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Kind {
     Float,
@@ -88,7 +88,7 @@ pub enum Kind {
 }
 
 impl Kind {
-    /// The kind of an element type of ONNX; `None` for one that is not read.
+    /// Returns the kind of an ONNX element type; `None` if it is not supported.
     pub fn of(element: i32) -> Option<Kind> {
         match element {
             proto::FLOAT | proto::FLOAT16 | proto::DOUBLE | proto::BFLOAT16 => Some(Kind::Float),
@@ -99,7 +99,7 @@ impl Kind {
     }
 }
 
-/// A shape whose every dimension is a number and whose size is bounded.
+/// Checks that every dimension is a number and the size is within the limit; returns the shape.
 pub fn fixed(dims: &[i64]) -> Result<Vec<usize>, String> {
     let shape: Option<Vec<usize>> = dims.iter().map(|&d| usize::try_from(d).ok()).collect();
     let shape = shape.ok_or_else(|| format!("its shape {dims:?} is negative: the file is damaged"))?;
@@ -109,7 +109,7 @@ pub fn fixed(dims: &[i64]) -> Result<Vec<usize>, String> {
     }
 }
 
-/// Elements from one index of each dimension to the next.
+/// Returns, for each dimension, the number of elements from one index to the next.
 pub fn strides(shape: &[usize]) -> Vec<usize> {
     let mut strides = vec![1; shape.len()];
     for i in (1..shape.len()).rev() {
@@ -138,7 +138,7 @@ pub fn offset(index: &[usize], strides: &[usize]) -> usize {
     index.iter().zip(strides).map(|(i, s)| i * s).sum()
 }
 
-/// The shape that two operands are spread to (the rule of NumPy).
+/// Returns the shape to which two operands are broadcast (the rule of NumPy).
 pub fn broadcast(a: &[usize], b: &[usize]) -> Result<Vec<usize>, String> {
     let rank = a.len().max(b.len());
     let at = |shape: &[usize], i: usize| if i + shape.len() < rank { 1 } else { shape[i + shape.len() - rank] };
@@ -151,7 +151,7 @@ pub fn broadcast(a: &[usize], b: &[usize]) -> Result<Vec<usize>, String> {
         .collect()
 }
 
-/// For each element of `to`, which one of a value of shape `from` is spread there.
+/// Returns, for each element of `to`, the index of the element of a value of shape `from` that is broadcast there.
 pub fn spread(from: &[usize], to: &[usize]) -> Vec<usize> {
     let own = strides(from);
     let skip = to.len() - from.len();

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Building a code module from C or C++ with the system's compiler.
+//! Builds code modules from C or C++ with the system's compiler.
 
 use super::diagnosis::{Diagnosis, first_error};
 use super::languages::is_cxx;
@@ -12,7 +12,7 @@ use std::process::{Command, Stdio};
 /// Reason why a module could not be built.
 #[derive(Debug, thiserror::Error)]
 pub enum BuildError {
-    /// The first error, at the line in the user's file.
+    /// First error, at the line in the user's file.
     #[error("{message}, at {}:{line}", file.display())]
     Failed { message: String, file: PathBuf, line: u32 },
     #[error("there is no source file '{}'", path.display())]
@@ -28,16 +28,16 @@ pub enum BuildError {
 /// Options of a build.
 #[derive(Clone, Debug, Default)]
 pub struct BuildOptions {
-    /// Where the module goes; without it, beside the first source with the ending `.so`.
+    /// Path of the module; defaults to that of the first source, with the extension `.so`.
     pub output: Option<PathBuf>,
-    /// More folders for `#include`.
+    /// Additional folders for `#include`.
     pub include: Vec<PathBuf>,
-    /// The interpreter that has the `ziglang` wheel; `python3` unless set.
+    /// Interpreter that has the `ziglang` wheel; `python3` unless set.
     pub python: Option<OsString>,
 }
 
-/// Blocks keep their bits on every machine: no contraction, no reassociation. A missing `return` is an error, an undefined
-/// function one at link time; nothing is bound late.
+/// Flags that make blocks bit-identical on every machine: no contraction, no reassociation. A missing `return` is an error, an undefined
+/// function one at link time; there is no lazy binding.
 const COMPILE: [&str; 9] =
     ["-c", "-O2", "-fPIC", "-ffp-contract=off", "-fno-fast-math", "-fno-math-errno", "-fvisibility=hidden", "-fmax-errors=1", "-Werror=return-type"];
 const C_ONLY: [&str; 3] = ["-Werror=implicit-function-declaration", "-Werror=incompatible-pointer-types", "-Werror=int-conversion"];
@@ -47,7 +47,7 @@ const LINK: [&str; 5] = ["-shared", "-Wl,-z,defs", "-Wl,-z,now", "-Wl,-Bsymbolic
 /// Writes `opengpac.h` and `opengpac_driver.h` into a folder, for an editor or another build; returns the path of the first.
 ///
 /// # Errors
-/// The folder cannot be written.
+/// Fails if the folder cannot be written.
 pub fn write_header(folder: &Path) -> Result<PathBuf, BuildError> {
     let unwritable = |path: &Path, error: std::io::Error| BuildError::Unwritable { path: path.to_path_buf(), what: error.to_string() };
     std::fs::create_dir_all(folder).map_err(|error| unwritable(folder, error))?;
@@ -58,14 +58,14 @@ pub fn write_header(folder: &Path) -> Result<PathBuf, BuildError> {
     Ok(path.0)
 }
 
-/// The command that compiles C (or C++): `$CC` (`$CXX`), `cc`, `gcc`, `clang`, else the `ziglang` wheel of `python`.
+/// Returns the command that compiles C (or C++): `$CC` (`$CXX`), `cc`, `gcc`, `clang`, else the `ziglang` wheel of `python`.
 ///
 /// # Errors
-/// There is none of them.
+/// Fails if none of them exists.
 pub fn compiler(cxx: bool, python: Option<&OsString>) -> Result<Vec<OsString>, BuildError> {
     let (variable, names) = if cxx { ("CXX", ["c++", "g++", "clang++"]) } else { ("CC", ["cc", "gcc", "clang"]) };
     if let Some(given) = std::env::var_os(variable).filter(|given| !given.is_empty()) {
-        // "gcc-12 -m64" is a command with an argument, as make takes it.
+        // "gcc-12 -m64" is a command with an argument, as in make.
         return Ok(given.to_string_lossy().split_whitespace().map(OsString::from).collect());
     }
     let runs = |command: &[OsString]| {
@@ -82,22 +82,22 @@ pub fn compiler(cxx: bool, python: Option<&OsString>) -> Result<Vec<OsString>, B
 /// Builds one code module of C and C++ sources; returns its path.
 ///
 /// # Errors
-/// The first error of the first source that has one, or what kept it from being built.
+/// Returns the first error of the first faulty source, or the obstacle to building it.
 pub fn build<P: AsRef<Path>>(sources: &[P], options: &BuildOptions) -> Result<PathBuf, BuildError> {
     build_told(sources, options).map(|(path, _)| path)
 }
 
-/// A source that has been compiled.
+/// A compiled source.
 pub(super) struct CompiledSource {
     pub path: PathBuf,
     pub source: Vec<u8>,
     pub object: Vec<u8>,
-    /// Text of the compiler about the files that it read; those in `ours` are not the user's.
+    /// The compiler's list of the files that it read; those in `ours` are not the user's.
     pub read: String,
     pub ours: PathBuf,
 }
 
-/// The same, with what its sources were.
+/// Builds a code module; returns its path and its compiled sources.
 pub(super) fn build_told<P: AsRef<Path>>(sources: &[P], options: &BuildOptions) -> Result<(PathBuf, Vec<CompiledSource>), BuildError> {
     let Some(first) = sources.first() else { return Err(BuildError::NoSources) };
     let output = options.output.clone().unwrap_or_else(|| first.as_ref().with_extension("so"));
@@ -124,14 +124,14 @@ pub(super) fn build_told<P: AsRef<Path>>(sources: &[P], options: &BuildOptions) 
     let cxx = sources.iter().any(|source| is_cxx(source.as_ref()));
     run(&mut link(cxx, options, &objects, &linked)?, first.as_ref(), &header)?;
     let bytes = std::fs::read(&linked).map_err(|error| unwritable(&linked, error))?;
-    // Never written in place: a module of this name may be in use.
+    // Never written in place, because a module of this name may be in use.
     let fresh = output.with_extension(format!("so.{}", std::process::id()));
     std::fs::write(&fresh, seal::sealed(bytes)).map_err(|error| unwritable(&fresh, error))?;
     std::fs::rename(&fresh, &output).map_err(|error| unwritable(&output, error))?;
     Ok((output, compiled))
 }
 
-/// The command that compiles a source, but for what comes of it.
+/// Returns the command that compiles a source, without the output.
 pub(super) fn compile(source: &Path, options: &BuildOptions, header: &Path) -> Result<Command, BuildError> {
     let mut command = start(&compiler(is_cxx(source), options.python.as_ref())?);
     command.args(COMPILE).args(if is_cxx(source) { &CXX_ONLY[..] } else { &C_ONLY[..] });
@@ -142,7 +142,7 @@ pub(super) fn compile(source: &Path, options: &BuildOptions, header: &Path) -> R
     Ok(command)
 }
 
-/// The command that links objects.
+/// Returns the command that links objects.
 pub(super) fn link(cxx: bool, options: &BuildOptions, objects: &[PathBuf], linked: &Path) -> Result<Command, BuildError> {
     let mut command = start(&compiler(cxx, options.python.as_ref())?);
     command.args(objects).arg("-o").arg(linked).args(LINK);

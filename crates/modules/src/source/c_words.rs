@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Words that a name in generated C cannot be: keywords, and macros of the headers that blocks include.
+//! Names that generated C cannot use: keywords, and macros of the headers that blocks include.
 
-/// Keywords of C, and the name that a body has for its block.
+/// Keywords of C, and the name of the block inside its body.
 const KEYWORDS: &str = "
     alignas alignof asm auto bool break case char const constexpr continue default do double else enum extern false float for goto if
     inline int long nullptr register restrict return self short signed sizeof static static_assert struct switch thread_local true typedef
@@ -19,7 +19,7 @@ const MACROS: &str = "
     M_LN10 M_LN2 M_LOG10E M_LOG2E M_PI M_PI_2 M_PI_4 M_SQRT1_2 M_SQRT2
 ";
 
-/// Beginnings of the macros for floating-point types and of this project's header, then of those for limits of integers.
+/// Prefixes of the macros for floating-point types and of this project's header, then of those for limits of integers.
 const BEGINNINGS: [&str; 6] = ["DBL_", "FLT_", "LDBL_", "OG_", "OPENGPAC", "opengpac"];
 const LIMITS: [&str; 19] = [
     "CHAR_",
@@ -43,7 +43,7 @@ const LIMITS: [&str; 19] = [
     "RAND_",
 ];
 
-/// Words of a block's declaration and body. Items can have these names, but a body that somebody writes cannot use them.
+/// Words of a block's declaration and body. Items may have these names, but a hand-written body cannot use them.
 const OF_BLOCKS: [&str; 3] = ["in", "out", "report"];
 
 /// Returns true if C, one of the headers that blocks include, or the declaration of a block has another meaning for a name.

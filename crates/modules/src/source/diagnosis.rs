@@ -1,20 +1,21 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The first error of a compiler, in plain words and at the user's line.
+//! First error of a compiler, in plain words and at the user's line.
 
 use super::languages::is_cxx;
 use super::names::{TakenName, taken_name};
 use std::path::{Path, PathBuf};
 
-/// One error.
+/// An error found in the output of a compiler.
 pub struct Diagnosis {
     pub message: String,
     pub file: PathBuf,
-    /// 0 where the compiler names none (the linker).
+    /// Line number; 0 if the compiler does not state one (the linker).
     pub line: u32,
 }
 
-/// Finds the first error in what a compiler printed about `source`. Errors of the declarations stand in the header, behind
-/// macros: then the place is where the user's file calls the macro, and the item that the message quotes. Where a name there is taken, that is said.
+/// Finds the first error that a compiler printed about `source`. Errors in declarations are reported in the header, behind macros; the
+/// position is then that of the macro call in the user's file, or of the item that the message quotes. If a name there is taken, the
+/// message says so.
 pub fn first_error(text: &str, source: &Path, header: &Path) -> Diagnosis {
     let found = compiler_error(text, source, header);
     let declared = std::fs::read_to_string(&found.file).ok();
@@ -34,7 +35,7 @@ fn compiler_error(text: &str, source: &Path, header: &Path) -> Diagnosis {
     if !is_ours(file) {
         return Diagnosis { line: item_line(&message, file, line).unwrap_or(line), message, file: PathBuf::from(file) };
     }
-    // The notes that belong to this error; what comes after is about an earlier declaration.
+    // Only the notes of this error; subsequent ones concern an earlier declaration.
     let call = lines.take_while(|(_, _, message)| message.contains(" of macro ")).filter(|(file, ..)| !is_ours(file)).last();
     match call {
         Some((file, line, _)) => Diagnosis { line: item_line(&message, file, line).unwrap_or(line), message, file: PathBuf::from(file) },
@@ -42,7 +43,7 @@ fn compiler_error(text: &str, source: &Path, header: &Path) -> Diagnosis {
     }
 }
 
-/// `file:line:column: message`
+/// Parses `file:line:column: message`.
 fn place(line: &str) -> Option<(&str, u32, &str)> {
     let (head, message) = line.split_once(": ")?;
     let mut parts = head.rsplitn(3, ':');
@@ -58,7 +59,7 @@ fn error_text(message: &str) -> Option<&str> {
     message.strip_prefix("error: ").or_else(|| message.strip_prefix("fatal error: "))
 }
 
-/// Without what the compiler says of itself.
+/// Returns the message without the compiler's remarks about itself.
 fn plain(message: &str) -> String {
     let text = match message.strip_prefix("static assertion failed due to requirement '") {
         Some(requirement) => requirement.split_once("': ").map_or(message, |(_, text)| text),
@@ -72,7 +73,7 @@ fn plain(message: &str) -> String {
     }
 }
 
-/// Returns the content of a literal: `\'in(\"rad\")\'` is `'in("rad")'`.
+/// Returns the contents of a literal: `\'in(\"rad\")\'` is `'in("rad")'`.
 fn unescaped(literal: &str) -> String {
     let mut text = String::new();
     let mut letters = literal.chars();
@@ -82,7 +83,7 @@ fn unescaped(literal: &str) -> String {
     text
 }
 
-/// The line, from `from` on, of the item that the message quotes first: `'in(double, q[6], "…")' …`.
+/// Returns the line, from `from` on, of the first item that the message quotes: `'in(double, q[6], "…")' …`.
 fn item_line(message: &str, file: &str, from: u32) -> Option<u32> {
     let quoted = message.strip_prefix('\'')?;
     let bare = |text: &str| text.chars().filter(|c| !c.is_whitespace()).collect::<String>();
@@ -92,7 +93,7 @@ fn item_line(message: &str, file: &str, from: u32) -> Option<u32> {
     u32::try_from(found.0 + 1).ok()
 }
 
-/// Returns the symbol that the linker found missing, else the first line.
+/// Returns the symbol that the linker did not find, else the first line.
 fn linker_error(text: &str) -> String {
     let missing = text.lines().find_map(|line| line.split_once("undefined reference to ").or_else(|| line.split_once("undefined symbol: ")));
     match missing {

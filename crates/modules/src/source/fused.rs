@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Fused blocks: one entry for blocks in C that stand behind each other, made of their sources. It is a bank entry of different blocks: what
-//! it does for each is what the block's own entry does, in the same order, but for the inputs whose value an earlier one has just stored.
-//! Those it hands on, so that the compiler keeps them in registers.
+//! Fused blocks: one entry for adjacent blocks in C, compiled from their sources. It is a bank entry of different blocks: for each it
+//! does what the block's own entry does, in the same order, except for inputs whose value an earlier block has just stored. These values
+//! are passed directly, so that the compiler keeps them in registers.
 
 use super::build::{self, BuildError, BuildOptions};
 use super::text::{self, Text};
@@ -17,30 +17,31 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::sync::Arc;
 
-/// Maximum number of blocks of one entry.
+/// Maximum number of blocks in one entry.
 pub const FUSED_MAX: usize = 100;
 
-/// Instances above this size are run by their own entries: as for banks, the call is little beside what they do.
+/// Maximum size of an instance; larger ones are run by their own entries because, as for banks, the call costs little compared with their
+/// work.
 const FUSED_SIZE_MAX: u32 = 1024;
 
 const SYMBOL: &str = "opengpac_fused";
 
-/// A block among those that are fused.
+/// A block of a fusion.
 #[derive(Clone, Debug)]
 pub struct Member {
     pub descriptor: &'static Descriptor,
-    /// Inputs that read what an output of an earlier one has stored whole, on each invocation.
+    /// Inputs that read an output which an earlier block stores completely, on each invocation.
     pub wires: Vec<Wire>,
 }
 
-/// An input of a block, and whose output it reads.
+/// An input of a block, and the output that it reads.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct Wire {
     /// Index of the item.
     pub input: usize,
-    /// Index of the block, among those that are fused.
+    /// Index of the writing block in the fusion.
     pub from: usize,
-    /// Index of its item.
+    /// Index of the output item.
     pub output: usize,
 }
 
@@ -59,7 +60,7 @@ impl Hash for Member {
     }
 }
 
-/// Reason why blocks are not fused, in words.
+/// Human-readable reason why blocks are not fused.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("{0}")]
 pub struct NotFused(pub String);
@@ -67,7 +68,7 @@ pub struct NotFused(pub String);
 /// Checks that a block can be fused with others.
 ///
 /// # Errors
-/// Why not.
+/// Returns the reason if it cannot.
 pub fn fit(descriptor: &Descriptor) -> Result<(), NotFused> {
     let why = |text: &str| Err(NotFused(text.to_string()));
     if descriptor.instance_size > FUSED_SIZE_MAX {
@@ -79,11 +80,11 @@ pub fn fit(descriptor: &Descriptor) -> Result<(), NotFused> {
     }
 }
 
-/// Makes the entry of these blocks, which runs them all from the first on, whichever range it is given. It stays, as code modules do. Takes as
-/// long as a compiler does.
+/// Makes the entry of these blocks, which runs all of them from the first, whatever the range passed. It is never unloaded, like code
+/// modules. Takes as long as a compiler does.
 ///
 /// # Errors
-/// A file that has changed since it was included, sources that do not go together, what the compiler says.
+/// Fails if an included file has changed, the sources are incompatible, or the compiler reports an error.
 pub fn fuse(members: &[Member]) -> Result<Bank, NotFused> {
     let mut texts: Vec<Arc<Text>> = Vec::new();
     for member in members {
@@ -106,7 +107,7 @@ pub fn fuse(members: &[Member]) -> Result<Bank, NotFused> {
     room.compile(&source, &texts).and_then(|mut command| build::run(command.arg("-o").arg(&object), &source, &room.header)).map_err(|error| failed(&error))?;
     let link = build::link(false, &texts[0].options, &[object], &linked);
     link.and_then(|mut command| build::run(&mut command, &source, &room.header)).map_err(|error| failed(&error))?;
-    // Nobody has written them in the meantime.
+    // They have not been modified in the meantime.
     unchanged(&texts)?;
     // SAFETY: it has the code of modules that are loaded, and what it exports has the type that `program` writes.
     unsafe {
@@ -128,7 +129,7 @@ fn unchanged(texts: &[Arc<Text>]) -> Result<(), NotFused> {
     }
 }
 
-/// Where it is compiled: the texts as they were, each under its number.
+/// Folder for compiling: the original texts, each under its number.
 struct Room {
     folder: Folder,
     header: PathBuf,
@@ -139,14 +140,14 @@ impl Room {
         let folder = Folder::new()?;
         let header = build::write_header(&folder.path().join("include")).map_err(std::io::Error::other)?;
         for (number, text) in texts.iter().enumerate() {
-            // What it says of its place, and what the compiler says of it, is as it was.
+            // Its own references to its path, and the compiler's messages about it, stay the same.
             let named = format!("#line 1 {:?}\n", text.path);
             std::fs::write(folder.path().join(numbered(number)), [named.as_bytes(), &text.source].concat())?;
         }
         Ok(Room { folder, header })
     }
 
-    /// The command that compiles one of its files, which finds what these texts include.
+    /// Returns the command that compiles one of its files, with the include paths of these texts.
     fn compile(&self, source: &Path, texts: &[Arc<Text>]) -> Result<Command, BuildError> {
         let include = texts.iter().flat_map(|text| text.options.include.clone()).collect();
         let mut command = build::compile(source, &BuildOptions { include, ..texts[0].options.clone() }, &self.header)?;
@@ -156,7 +157,8 @@ impl Room {
         Ok(command)
     }
 
-    /// Refuses texts of which one, behind another, is another text than by itself: a macro of the one would change what the other computes.
+    /// Refuses texts of which one expands differently after another than by itself: a macro of one would change the computation of the
+    /// other.
     fn together(&self, texts: &[Arc<Text>], all: &Path) -> Result<(), NotFused> {
         let joined = self.lines_by_file(all, texts)?;
         for (number, text) in texts.iter().enumerate() {
@@ -169,7 +171,7 @@ impl Room {
         Ok(())
     }
 
-    /// Returns the text that the compiler reads, macros expanded, by the file that it stands in.
+    /// Returns the preprocessed text that the compiler reads, by the file that contains it.
     fn lines_by_file(&self, source: &Path, texts: &[Arc<Text>]) -> Result<BTreeMap<PathBuf, Vec<String>>, NotFused> {
         let output = self.compile(source, texts).map_err(|error| failed(&error))?.arg("-E").output().map_err(|error| failed(&error))?;
         if !output.status.success() {
@@ -190,12 +192,12 @@ impl Room {
     }
 }
 
-/// A name that nobody includes: what a text includes is looked for beside it first.
+/// Returns a name that nobody includes, because files beside a text take precedence in its includes.
 fn numbered(number: usize) -> String {
     format!("opengpac-text-{number}.c")
 }
 
-/// The text of the entry.
+/// Returns the text of the entry.
 fn program(texts: &[Arc<Text>], members: &[Member]) -> String {
     let mut said = String::new();
     for number in 0..texts.len() {

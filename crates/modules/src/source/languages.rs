@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The language of a source, by the ending of its file.
+//! Language of a source, by its file name extension.
 use std::path::Path;
 
 /// Returns true if a source is written in C++.

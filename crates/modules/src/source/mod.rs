@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! C and C++ sources, which are built into a shared object first.
+//! C and C++ sources, which are first built into a shared object.
 pub(crate) mod build;
 mod c_words;
 mod diagnosis;
@@ -21,7 +21,7 @@ use std::path::Path;
 use std::sync::Arc;
 use text::Text;
 
-/// The backend.
+/// Backend for sources.
 pub(crate) struct Sources;
 
 impl Backend for Sources {
@@ -33,7 +33,7 @@ impl Backend for Sources {
         true
     }
 
-    /// A text tells no language: its name does.
+    /// Returns false, because the language of a text is recognised by its file name.
     fn probe(&self, _bytes: &[u8]) -> bool {
         false
     }
@@ -46,7 +46,7 @@ impl Backend for Sources {
             BuildError::Failed { message, file, line } => LoadError::BuildFailed { first_error: message, file, line },
             other => LoadError::CannotBuild(other),
         })?;
-        // What was built lies there until it has been read.
+        // The built file stays there until it has been read.
         let bytes = std::fs::read(built).map_err(unreadable)?;
         let loaded = native::load_bytes(path, bytes, options)?;
         for text in compiled.into_iter().map(|compiled| Arc::new(Text::of(compiled, &options.build))) {

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Names in a declaration that C, C++ or a header has taken: the compiler speaks of tokens there, so they are looked for where it failed.
+//! Detection of names in a declaration that C, C++ or a header has taken: the compiler's messages about them mention tokens, so the names
+//! are searched for where it failed.
 use super::c_words::{is_keyword, is_keyword_of_cxx, is_macro};
 
-/// Words whose first argument is a name, and those whose second is.
+/// Words whose first argument is a name, and words whose second is.
 const NAMES_FIRST: [&str; 4] = ["FUNCTION_BLOCK", "TYPE", "condition", "size"];
 const NAMES_SECOND: [&str; 15] = [
     "in",
@@ -23,13 +24,13 @@ const NAMES_SECOND: [&str; 15] = [
 ];
 const CONDITIONS: [&str; 2] = ["condition_of", "condition_of_default"];
 
-/// A name that is taken, in words, and its line.
+/// A name that is taken, with its description and line.
 pub(super) struct TakenName {
     pub message: String,
     pub line: u32,
 }
 
-/// Returns the name that is taken of an item on `line`, or of the block or type whose declaration begins there.
+/// Returns the taken name of an item on `line`, or of the block or type whose declaration begins there.
 pub(super) fn taken_name(text: &str, line: u32, is_cxx: bool) -> Option<TakenName> {
     let mut declared = ("", 0, "");
     for (at, word, arguments) in calls(text) {
@@ -55,7 +56,7 @@ fn reason(name: &str, is_cxx: bool) -> Option<&'static str> {
     }
 }
 
-/// Returns each word of a declaration that stands before a bracket: its line, and the text from there up to the first description.
+/// Returns each word of a declaration that precedes a bracket: its line, and the text from there up to the first description.
 fn calls(text: &str) -> impl Iterator<Item = (u32, &str, &str)> {
     text.lines().zip(1..).flat_map(|(line, number)| {
         let code = line.split("//").next().unwrap_or(line);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Sources from which blocks in C were compiled: kept beside their code, so that it can be compiled once more with that of others.
+//! Sources from which blocks in C were compiled, kept with their code so that they can be compiled again together with others.
 
 use super::build::{BuildOptions, CompiledSource};
 use super::languages::is_cxx;
@@ -13,19 +13,19 @@ use std::sync::{Arc, RwLock};
 /// A source file as it was when its module was built.
 #[derive(Debug)]
 pub(crate) struct Text {
-    /// Where it lay; it may be gone, or be another one by now.
+    /// Original path; the file may have been deleted or changed since.
     pub(crate) path: PathBuf,
     pub(crate) source: Vec<u8>,
     pub(crate) options: BuildOptions,
-    /// The user's files that it includes, each with a digest of its bytes.
+    /// User's files that it includes, each with a digest of its bytes.
     included: Vec<(PathBuf, u64)>,
-    /// It may be compiled again; else why not.
+    /// `Ok` if it may be compiled again, else the reason why not.
     pub(crate) fit: Result<(), String>,
 }
 
 static TEXTS: RwLock<Option<HashMap<usize, Arc<Text>>>> = RwLock::new(None);
 
-/// The blocks whose entry is `run` are of this text.
+/// Keeps this text as the source of the blocks whose entry is `run`.
 pub(crate) fn keep(run: Run, text: &Arc<Text>) {
     TEXTS.write().expect("nobody panics with the lock held").get_or_insert_default().insert(run as usize, text.clone());
 }
@@ -36,7 +36,7 @@ pub(crate) fn of(run: Run) -> Option<Arc<Text>> {
 }
 
 impl Text {
-    /// Returns the source of what has just been compiled.
+    /// Returns the text of a source that has just been compiled.
     pub(crate) fn of(CompiledSource { path, source, object, read, ours }: CompiledSource, options: &BuildOptions) -> Text {
         let whole = |path: &Path| std::path::absolute(path).unwrap_or_else(|_| path.to_path_buf());
         let included = dependencies(&read).into_iter().filter(|file| *file != path && !file.starts_with(&ours));
@@ -54,12 +54,12 @@ impl Text {
         Text { path: whole(&path), source, options, included: included.unwrap_or_default(), fit }
     }
 
-    /// The first file that it includes and that is not as it was.
+    /// Returns the first included file that has changed.
     pub(crate) fn changed(&self) -> Option<&Path> {
         self.included.iter().find(|(file, before)| digest(file) != Some(*before)).map(|(file, _)| file.as_path())
     }
 
-    /// Returns true if `file` is it, or one that it includes.
+    /// Returns true if `file` is the source itself or one that it includes.
     pub(crate) fn includes(&self, file: &Path) -> bool {
         file == self.path || self.included.iter().any(|(own, _)| own == file)
     }
@@ -71,7 +71,8 @@ fn digest(file: &Path) -> Option<u64> {
     Some(hasher.finish())
 }
 
-/// The files of a rule for make, as `-MMD` writes it: behind the colon, a blank in a name with a backslash before it, `$` twice.
+/// Returns the files of a rule for make, as written by `-MMD`: after the colon, with blanks in names escaped by a backslash and `$`
+/// doubled.
 fn dependencies(rule: &str) -> Vec<PathBuf> {
     let files = rule.split_once(": ").map_or("", |(_, files)| files).replace("\\\n", " ");
     let (mut found, mut name) = (Vec::new(), String::new());
@@ -88,7 +89,8 @@ fn dependencies(rule: &str) -> Vec<PathBuf> {
     found.into_iter().filter(|name| !name.is_empty()).map(PathBuf::from).collect()
 }
 
-/// Compiled once more, a file has its variables once more: blocks that share one, or keep something in it, would not be the same ones.
+/// Checks that an object has no variables. A second compilation would have separate copies: blocks that share one, or keep something in
+/// it, would behave differently.
 fn has_no_state(object: &[u8]) -> Result<(), String> {
     let unread = |error: object::Error| format!("its object file cannot be read: {error}");
     let file = object::File::parse(object).map_err(unread)?;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Common code of the tests of this crate.
+//! Shared code of this crate's tests.
 #![allow(dead_code)] // not every test uses all of it
 
 use modules::{BuildOptions, LoadError, LoadOptions, LoadedModule, Probe, build, load};
@@ -9,7 +9,7 @@ pub fn examples() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../../examples")
 }
 
-/// A folder of the test's own.
+/// Creates a folder for one test.
 pub fn folder(test: &str) -> PathBuf {
     let path = Path::new(env!("CARGO_TARGET_TMPDIR")).join(test);
     let _ = std::fs::remove_dir_all(&path);
@@ -27,7 +27,7 @@ pub fn options() -> LoadOptions {
     LoadOptions { probe: Probe::of([env!("CARGO_BIN_EXE_opengpac-probe").into()]), build: BuildOptions::default() }
 }
 
-/// A module of this source.
+/// Builds and loads a module from this source.
 pub fn module(test: &str, name: &str, text: &str) -> LoadedModule {
     load(&write(&folder(test), name, text), &options()).unwrap()
 }

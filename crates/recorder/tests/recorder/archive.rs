@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-//! A recording that is read in place says what one that is read as a whole says, at every time and over every span.
+//! Checks that a recording read in place gives the same as one read as a whole, at every time and over every span.
 use crate::common::{self, MS, svv, wave};
 use recorder::{ALARMS, Archive, INSTALLED, LOG, Options, Recorder, Recording, STATISTICS, Series, opened, recordings};
 use serde_json::json;
 use std::path::PathBuf;
 use supervisor::System;
 
-/// A folder that goes with this.
+/// A folder that is deleted with this value.
 struct Scratch(PathBuf);
 
 impl Scratch {
@@ -28,7 +28,7 @@ impl Drop for Scratch {
     }
 }
 
-/// A system with the verb `wave`, an SVV `y` for it, and `still`, which nothing writes.
+/// Returns a system with the verb `wave`, an SVV `y` for it, and `still`, which nothing writes.
 fn system() -> System {
     let system = common::system();
     svv(&system, "y", json!({"type_text": "double", "unit": "rad"}));
@@ -45,7 +45,7 @@ fn doubles(series: &Series) -> Vec<f64> {
     series.bytes.chunks(8).map(|value| f64::from_le_bytes(value.try_into().unwrap())).collect()
 }
 
-/// Index of the value that a series holds at a time.
+/// Returns the index of the value that a series holds at a time.
 fn held(series: &Series, time_ns: i64) -> Option<usize> {
     series.times_ns.iter().rposition(|at| *at <= time_ns)
 }
@@ -54,7 +54,7 @@ fn held(series: &Series, time_ns: i64) -> Option<usize> {
 fn at_every_time_it_says_what_was_stored_last() {
     let (system, scratch) = (system(), Scratch::new("at"));
     let (recorder, id) = begin(&system, &scratch.file("run.mcap"));
-    // Half a minute: some chunks.
+    // Half a minute fills several chunks.
     system.advance(30_000 * MS).unwrap();
     system.halt(id).unwrap();
     system.advance(10 * MS).unwrap();
@@ -107,7 +107,7 @@ fn a_span_has_the_extremes_of_each_column_and_exact_sums() {
     for (from_ns, to_ns, columns) in [(1000 * MS, 1100 * MS, 50), (0, 30_000 * MS, 40), (7 * MS, 29_001 * MS, 6), (5000 * MS, 5000 * MS, 10)] {
         let whole_span = archive.span(&names, (from_ns, to_ns), columns, 0, usize::MAX).unwrap();
         assert_eq!(whole_span.next, None);
-        // Chunk by chunk it is the same: of a column that two chunks share each has its own extremes.
+        // Reading chunk by chunk gives the same, except that a column shared by two chunks has extremes in each.
         let (mut part, mut count) = (archive.span(&names, (from_ns, to_ns), columns, 0, 1).unwrap(), 0);
         let mut apart = part.traces[0].samples.times_ns.clone();
         while let Some(next) = part.next {
@@ -168,10 +168,10 @@ fn a_page_of_messages_reads_its_own_chunks_only() {
     system.advance(60_000 * MS).unwrap();
     recorder.stop();
     let archive = Archive::open(&file).unwrap();
-    // Values, for what is told of the system lies in few chunks.
+    // Values, since records about the system occupy few chunks.
     let (all, next) = archive.records("y", 0, usize::MAX).unwrap();
     assert_eq!(next, None);
-    // Page by page, one chunk each, it is the same.
+    // Reading page by page, one chunk each, gives the same.
     let (mut pages, mut begins, mut since) = (Vec::new(), Vec::new(), Some(0));
     while let Some(number) = since {
         begins.push(number);
@@ -182,7 +182,7 @@ fn a_page_of_messages_reads_its_own_chunks_only() {
     }
     assert_eq!(pages, all);
     assert!(begins.len() > 3, "{} pages", begins.len());
-    // A page far into it needs none of the chunks before: with their bytes gone it is the same, and the first one cannot be read.
+    // A late page needs none of the earlier chunks: with their bytes destroyed it reads the same, while the first page cannot be read.
     let archive = Archive::open(&file).unwrap();
     let mut bytes = std::fs::read(&file).unwrap();
     let half = bytes.len() / 2;

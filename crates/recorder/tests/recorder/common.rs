@@ -11,7 +11,7 @@ use supervisor::{Limits, SvvRequest, System};
 
 pub const MS: i64 = 1_000_000;
 
-/// A timer of 1 kHz, and a verb `wave` that writes an SVV.
+/// Returns a system with a timer of 1 kHz and a verb `wave` that writes an SVV.
 pub fn system() -> System {
     let system = System::new("cell", ClockKind::Virtual { seed: 1 }, Box::new(Memory)).expect("a system");
     system.processor("rtp0", None, true).unwrap();
@@ -40,7 +40,7 @@ pub fn wave(system: &System, svv: &str) -> u64 {
     id
 }
 
-/// A path that nothing lies at, and the file that it names goes with this.
+/// An unused path; its file is deleted on drop.
 pub struct Scratch(pub PathBuf);
 
 impl Scratch {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! A recording that is split loses nothing between two files, and each file can be read alone; a disk is never filled up.
+//! A recording split over files loses nothing between them, and each file can be read alone; a disk is never filled up.
 use crate::common::{MS, svv, system, values, wave};
 use recorder::{Archive, Folder, INSTALLED, Options, Recorder, Recording, Sink, Space, Summary};
 use serde_json::json;
@@ -9,7 +9,7 @@ use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex};
 
-/// A folder that goes with this, on a disk with so much room.
+/// A folder that is deleted on drop, on a disk with this capacity.
 #[derive(Clone)]
 struct Scratch(Arc<(PathBuf, Mutex<u64>)>);
 
@@ -25,7 +25,7 @@ impl Scratch {
         self.0.0.join(name)
     }
 
-    /// Names of its files with their bytes, by name.
+    /// Returns the names and sizes of its files, sorted by name.
     fn files(&self) -> Vec<(String, u64)> {
         let entries = std::fs::read_dir(&self.0.0).unwrap().map(|entry| entry.unwrap());
         let mut found: Vec<_> = entries.map(|entry| (entry.file_name().into_string().unwrap(), entry.metadata().unwrap().len())).collect();
@@ -53,7 +53,7 @@ impl Folder for Scratch {
         std::fs::remove_file(path)
     }
 
-    /// The rest of its room, of which a recording spares 1 MB.
+    /// Returns the remaining space, of which a recording spares 1 MB.
     fn space(&self) -> Option<Space> {
         let used: u64 = self.files().iter().map(|(_, bytes)| bytes).sum();
         Some(Space { free: self.0.1.lock().unwrap().saturating_sub(used), spared: 1_000_000 })
@@ -64,7 +64,7 @@ fn split(keep: Option<u32>) -> Options {
     Options { split_bytes: Some(1_000_000), keep, ..Options::default() }
 }
 
-/// Records a wave for so many seconds; how the recording stood at its end.
+/// Records a wave for `seconds`; returns the summary at its end.
 fn recorded(folder: &Scratch, options: &Options, seconds: i64) -> Summary {
     let system = system();
     svv(&system, "y", json!({"type_text": "double"}));
@@ -101,7 +101,7 @@ fn files_follow_each_other_without_a_gap() {
         assert_eq!(recording.series["still"].bytes, [0; 4], "what nothing writes is there once in each file");
         let of = rows(&recording, "y");
         match all.last() {
-            // A file begins with the value that was there.
+            // A file begins with the value held at that time.
             Some(last) => {
                 assert_eq!(of[0], *last, "{}", path.display());
                 let begins_ns = Archive::open(path).unwrap().about().unwrap().begins_ns;
@@ -127,7 +127,7 @@ fn only_the_newest_files_stay() {
     assert_eq!(summary.counts["y"], 120_001, "all were written");
 }
 
-/// Records a wave for 60 s into the folder as the recording of an identity that goes on where it has died; the names of its files at the end.
+/// Records a wave for 60 s into the folder, resuming the recording of an identity; returns the names of its files at the end.
 fn resumed(folder: &Scratch, identity: &str, keep: u32) -> Vec<String> {
     let system = system();
     svv(&system, "y", json!({"type_text": "double"}));
@@ -146,7 +146,7 @@ fn files_that_a_process_has_left_count_among_those_that_stay() {
     assert_eq!(files.len(), 3, "as many as may stay: {files:?}");
     for _ in 0..3 {
         let last = files.pop().expect("a file");
-        // As a process leaves it that is killed: without its end.
+        // The state that a killed process leaves: a file without its end.
         let path = folder.file(&last);
         let bytes = std::fs::read(&path).unwrap();
         std::fs::write(&path, &bytes[..bytes.len() * 2 / 3]).unwrap();
@@ -161,7 +161,7 @@ fn files_of_other_recordings_do_not_count_among_those_that_stay() {
     let folder = Scratch::new("others", u64::MAX);
     let there = || folder.files().into_iter().map(|(name, _)| name).collect::<BTreeSet<String>>();
     let system = system();
-    // One without an identity.
+    // A recording without an identity.
     let first = Recorder::start(&system, &folder.file("run.mcap"), &Options::default()).unwrap_or_else(|why| panic!("{}", why[0])).1;
     first.stop();
     let other = resumed(&folder, "a", 2);
@@ -189,7 +189,7 @@ fn a_recording_ends_in_order_before_the_disk_is_full() {
         let parts: Vec<Recording> = summary.files.iter().map(|path| read(path)).collect();
         assert!(parts.iter().all(|recording| recording.complete));
         let written: usize = parts.iter().map(|recording| recording.series["y"].numbers.len()).sum();
-        // Each file but the first one begins with a value that the file before it has too.
+        // Each file but the first repeats the last value of the file before it.
         assert_eq!((written + 1 - parts.len()) as u64, summary.counts["y"]);
         assert!(summary.lost["y"] > 0);
     }

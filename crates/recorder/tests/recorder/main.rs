@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Recordings: how they are written, into which files, and how they are read.
+//! Recordings: writing, splitting into files, and reading.
 mod archive;
 mod common;
 mod files;

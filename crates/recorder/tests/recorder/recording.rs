@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! A recording has every value of what was asked for, or says exactly what it has not; nobody waits for a disk but virtual time.
+//! A recording has every requested value, or states exactly which ones it lacks; only virtual time ever waits for a disk.
 use crate::common::{MS, Scratch, svv, system, values, wave};
 use interconnect::Memory;
 use recorder::{Folder, Options, Recorder, Recording, Sink, Space, Summary};
@@ -96,11 +96,11 @@ fn what_cannot_be_recorded_is_refused_with_words() {
     assert!(Recording::open(&file.0).expect_err("no MCAP")[0].to_string().contains("no MCAP file"));
 }
 
-/// A disk of so many bytes, which may stand still.
+/// A disk of this capacity, which can stall.
 #[derive(Clone)]
 struct Disk(Arc<(Mutex<WrittenBytes>, Condvar)>);
 
-/// Bytes that were written, the room, and whether the disk stands still.
+/// Written bytes, the capacity, and whether the disk stalls.
 type WrittenBytes = (Vec<u8>, usize, bool);
 
 impl Disk {
@@ -137,7 +137,7 @@ impl Sink for Disk {
     }
 }
 
-/// A folder with one file, on that disk.
+/// A folder with one file, on this disk.
 impl Folder for Disk {
     fn next(&mut self) -> io::Result<(PathBuf, Box<dyn Sink>)> {
         Ok((PathBuf::from("run.mcap"), Box::new(self.clone())))
@@ -160,12 +160,12 @@ fn total(summary: &Summary, name: &str) -> u64 {
 fn a_full_disk_ends_the_recording_with_its_last_chunk_and_says_so() {
     let (system, file) = (system(), Scratch::new("full"));
     svv(&system, "y", json!({"type_text": "double"}));
-    // Room for the first chunk, and not for all.
+    // Space for the first chunk, but not for all.
     let disk = Disk::new(1_200_000);
     let recorder = Recorder::start_in(&system, Box::new(disk.clone()), &file.0, &Options::default(), 1 << 20).unwrap();
     wave(&system, "y");
     system.advance(60_000 * MS).unwrap();
-    // Nobody has stopped it.
+    // The recording ended by itself.
     let ended = recorder.summary();
     assert!(!ended.running, "{ended:?}");
     assert!(ended.failure.as_deref().is_some_and(|why| why.contains("no space left")), "{ended:?}");

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Systems that are recorded, and records that are run again.
+//! Systems that are recorded, and records that are replayed.
 #![allow(dead_code, reason = "each test file uses its part")]
 use crate::common::*;
 use kernel::Occasion;
@@ -14,10 +14,10 @@ use std::collections::HashMap;
 use std::ffi::CStr;
 use std::sync::Arc;
 
-/// Cost of a firing under the virtual clock: sources of higher priority then begin inside it.
+/// Cost of a firing under the virtual clock, so that sources of higher priority begin inside it.
 pub const COST_NS: u64 = 1_500_000;
 
-/// The code of the rig's blocks.
+/// Code of the rig's blocks.
 pub struct Code(HashMap<String, &'static Descriptor>);
 
 impl Code {
@@ -25,7 +25,7 @@ impl Code {
         Code(all().into_iter().map(|block| (name(block), block)).collect())
     }
 
-    /// Another block in the place of one.
+    /// Replaces a block with another one.
     pub fn with(mut self, name: &str, other: &str) -> Code {
         let other = self.0[other];
         self.0.insert(name.to_owned(), other);
@@ -34,7 +34,7 @@ impl Code {
 }
 
 fn name(block: &'static Descriptor) -> String {
-    // SAFETY: a descriptor's name is a text that lives as long as its module.
+    // SAFETY: a descriptor's name is a string that lives as long as its module.
     unsafe { CStr::from_ptr(block.name) }.to_str().unwrap().to_owned()
 }
 
@@ -48,7 +48,7 @@ impl Codes for Code {
     }
 }
 
-/// A rig whose run is recorded.
+/// Creates a rig whose run is recorded.
 pub fn recorded(clock: ClockKind, link: Link) -> (Rig, Recording) {
     let mut recording = None;
     let rig = Rig::begun(clock, link, COST_NS, |system| {
@@ -64,10 +64,10 @@ pub fn player() -> Player {
     Player::new(Box::new(Code::of_rig()))
 }
 
-/// The fingerprint of a replay, and the last values by name.
+/// Fingerprint of a replay, and the last values by name.
 pub type PlayedRun = (u64, Vec<(String, Vec<u8>)>);
 
-/// Runs a record again: firings, and the values of the SVVs at the end. Errors: the first moment that is not the same.
+/// Replays a record; returns the number of firings, and the final values of the SVVs. Fails at the first deviation.
 pub fn play(items: &[Item]) -> Result<PlayedRun, String> {
     let mut player = player();
     for item in items {
@@ -86,12 +86,12 @@ pub fn is_firing(item: &Item) -> bool {
     matches!(item, Item::Entry(Entry::Stretch(_, stretch)) if stretch.occasion == Occasion::Firing)
 }
 
-/// Returns what two records of the same run have in common: everything that happened, and what was computed.
+/// Returns the parts that two records of the same run share: all events and all computed values.
 pub fn outline(items: &[Item]) -> Vec<String> {
     items.iter().filter(|item| matches!(item, Item::Entry(Entry::Stretch(..)))).map(|item| format!("{item:?}")).collect()
 }
 
-/// A verb with blocks in several sources, waits, conditions, executes and a fault.
+/// Returns a verb with blocks in several sources, waits, conditions, executes and a fault.
 pub fn busy() -> Json {
     verb(
         "busy",
@@ -111,7 +111,7 @@ pub fn busy() -> Json {
     )
 }
 
-/// Places of blocks, and the SVV that the verb is for.
+/// Returns the placement of blocks, and the SVV for the verb.
 pub fn with_svv<'a>(place: &[&'a str], svv: &'a str) -> Vec<&'a str> {
     place.iter().copied().chain([if svv == "x" { "s=x" } else { "s=y" }]).collect()
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Receives the messages of a remote processor, until it is lost.
+//! Reception of messages from a remote processor, until it is lost.
 use super::{LOOK, Processor, Wire};
 use crate::protocol::{Beat, News, opened};
 use crate::script_context::unconnected;
@@ -14,7 +14,7 @@ use std::sync::{Arc, Weak};
 use std::time::Duration;
 
 impl Processor {
-    /// Hears what it says, until it is gone.
+    /// Receives messages until the processor disconnects.
     pub(super) fn hear(&self, host: &Weak<Host>, link: &Arc<dyn Link>) {
         let (silence_max, mut silence) = (Duration::from_millis(self.silence_ms.load(Ordering::Relaxed)), Silence::begins());
         let why = loop {
@@ -38,7 +38,7 @@ impl Processor {
         self.lose(host, &why);
     }
 
-    /// Tells of connections to it whose memory was written over.
+    /// Reports connections to it whose memory was overwritten.
     fn tell_lost(&self, host: &Weak<Host>) {
         let lost = locked(&self.near).as_mut().map(|near| near.lost()).unwrap_or_default();
         if let Some(host) = host.upgrade().filter(|_| !lost.is_empty()) {
@@ -63,7 +63,7 @@ impl Processor {
             self.tell_loss(&host, why);
         }
         *locked(&self.lost) = Some(why.to_owned());
-        // Last: a thread that sees it down finds that its loss has been told.
+        // Last, so that a thread that sees it down finds that its loss has been reported.
         self.is_up.store(false, Ordering::Release);
         self.is_leaving.store(false, Ordering::Release);
         self.answered.notify_all();
@@ -72,14 +72,14 @@ impl Processor {
     fn tell_loss(&self, host: &Host, why: &str) {
         let sources: Vec<SourceId> = locked(&self.sources).iter().filter(|(.., here)| *here).map(|(source, ..)| *source).collect();
         let blocks: Vec<Option<BlockId>> = sources.iter().enumerate().map(|(place, source)| self.ran(place, *source)).collect();
-        // A source that ran none went with one that did.
+        // A source that was not running a block was lost together with one that was.
         let culprit = blocks.iter().copied().flatten().next();
         for (source, block) in sources.into_iter().zip(blocks) {
             host.tell(Event::Gone { source, block: block.or(culprit), message: why.to_owned(), time_ns: host.now_ns() });
         }
     }
 
-    /// Returns the block that the source at `place` there ran, as far as it is known.
+    /// Returns the block that the source with index `place` there was running, if known.
     fn ran(&self, place: usize, source: SourceId) -> Option<BlockId> {
         let step = locked(&self.running).as_ref()?.step(place)?;
         locked(&self.tables).get(&source)?.get(step as usize).copied().flatten()

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-//! A remote processor as its host sees it: remote sources, and the word of processes there.
+//! A remote processor as seen by its host: remote sources, and the word of their processes.
 use super::*;
 
 impl RemoteWord for Processor {
     fn take(&self, process: u64, generation: u32, insist: bool) -> Option<TakeResult> {
         match self.ask(TAKE, |ticket| Order::Take { ticket, process, generation, insist }) {
-            // One that it has not heard of yet has entered nothing.
+            // A process that it has not received yet has entered no stage.
             Ok(Answer::Taken(taken)) => Some(taken.unwrap_or(TakeResult::Before)),
             _ => None,
         }
@@ -77,7 +77,7 @@ impl Remote for Processor {
 
     fn close(&self) {
         self.closing.store(true, Ordering::Release);
-        // What was not taken over goes on without this side, as it did before.
+        // Processes that were not taken over continue without this side, as before.
         let running = locked(&self.running).take().filter(|_| !self.is_adopted());
         if let Some(running) = &running {
             running.ending();
@@ -86,7 +86,7 @@ impl Remote for Processor {
         if let Some(running) = running {
             running.end();
         }
-        // Scripts that were submitted after a loss wait for ever, and hold processes that hold this.
+        // Scripts submitted after a loss wait without end, and hold processes that hold this.
         (*locked(&self.wire), *locked(&self.near)) = (Wire::default(), None);
     }
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The reading side: objects are made, scripts name them.
+//! Reading side: makes the objects that scripts name.
 use super::{AppendAs, CellAt, CodeName, DueAs, MemberAs, OpAs, Parcel, RemoteObject, ResponseAs, StampedAs, StepAs, TableAs, WatchAs, WayAs};
 use crate::renewal::Renewal;
 use device::Direction;
@@ -15,9 +15,9 @@ use std::any::Any;
 use std::collections::HashMap;
 use std::sync::Arc;
 
-/// Surroundings of a reader: the code, the devices and the connections of the place where the sources run.
+/// Environment of a reader: code, devices and connections in the process where the sources run.
 pub trait Ground {
-    /// Returns the code of a block, and what keeps it loaded.
+    /// Returns the code of a block, and the owner that keeps it loaded.
     fn code(&self, name: &CodeName) -> Option<(&'static Descriptor, Arc<dyn Any + Send + Sync>)>;
     /// Returns a device that was opened here.
     fn device(&self, name: &str) -> Option<Arc<Device>>;
@@ -27,7 +27,7 @@ pub trait Ground {
     fn receiver(&mut self, way: &Way) -> Box<dyn Receiver>;
 }
 
-/// Everything that scripts for the sources of one place have named so far.
+/// Objects that scripts for the sources of one processor process have named so far.
 #[derive(Default)]
 pub struct Reader {
     objects: HashMap<u64, Object>,
@@ -45,7 +45,7 @@ enum Object {
     Edge(Arc<Edge>),
 }
 
-/// Maximum bytes of a connection or ring: what asks for more is not meant so.
+/// Maximum size of a connection or ring in bytes; larger requests are invalid.
 const BYTES_MAX: u64 = 1 << 30;
 
 type ReadResult<T> = Result<T, String>;
@@ -72,8 +72,8 @@ impl Reader {
     finder!(device, Device, Device, "device");
     finder!(edge, Edge, Edge, "edge");
 
-    /// Makes what a parcel brings; the script to submit, numbered `submission`. Errors: what does not fit together, in words; what was made before
-    /// that is kept.
+    /// Makes the objects of a parcel and returns its script, numbered `submission`. Fails with a message if the parcel is inconsistent;
+    /// objects made before the failure are kept.
     pub fn open(&mut self, submission: u64, parcel: Parcel, ground: &mut dyn Ground) -> ReadResult<Box<Script>> {
         for made in parcel.made {
             self.make(made, ground)?;
@@ -81,7 +81,7 @@ impl Reader {
         Ok(Box::new(Script { id: submission, ops: self.ops(parcel.ops)? }))
     }
 
-    /// Returns the process whose number in events is `id`.
+    /// Returns the process whose identifier in events is `id`.
     pub fn process_of(&self, id: u64) -> Option<&Arc<Process>> {
         self.objects.values().find_map(|object| match object {
             Object::Process(process) if process.id() == id => Some(process),
@@ -89,7 +89,7 @@ impl Reader {
         })
     }
 
-    /// Returns the cell that the other side calls so; none if it has not been named by a parcel, or is forgotten.
+    /// Returns the cell with this remote name; `None` if no parcel has named it yet, or it has been forgotten.
     pub fn find(&self, at: CellAt) -> Option<Cell> {
         self.cell(at).ok()
     }
@@ -104,7 +104,7 @@ impl Reader {
         self.objects.values().filter_map(|object| if let Object::Block(block) = object { Some(block) } else { None })
     }
 
-    /// Returns a reader of each ring of rows, with its number.
+    /// Returns a reader of each ring of rows, with the ring's number.
     pub fn rings(&self) -> impl Iterator<Item = (u64, RowsReader)> {
         self.objects.iter().filter_map(|(number, object)| if let Object::Rows(rows) = object { Some((*number, rows.reader())) } else { None })
     }
@@ -119,7 +119,7 @@ impl Reader {
         self.objects.len()
     }
 
-    /// Returns true if there is none.
+    /// Returns true if there are no objects.
     pub fn is_empty(&self) -> bool {
         self.objects.is_empty()
     }
@@ -373,7 +373,7 @@ impl Reader {
         })
     }
 
-    /// Returns a device that has these channels.
+    /// Returns the device, if it has these channels.
     fn channels(&self, device: u64, channels: &[u16]) -> ReadResult<Arc<Device>> {
         let device = self.device(device)?;
         let known = device.channels().len();

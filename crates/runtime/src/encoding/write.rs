@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The writing side: objects get their numbers.
+//! Writing side: assigns numbers to objects.
 use super::{AppendAs, CellAt, CodeName, DueAs, MemberAs, OpAs, Parcel, RemoteObject, ResponseAs, StampedAs, StepAs, TableAs, WatchAs, WayAs};
 use kernel::QueueMember;
 use kernel::copies::Aside;
@@ -8,19 +8,19 @@ use std::collections::{HashMap, HashSet};
 use std::mem;
 use std::sync::{Arc, Weak};
 
-/// Knows what the other side has of one host's objects.
+/// Record of one host's objects that the other side has.
 #[derive(Default)]
 pub struct Writer {
     known: HashMap<usize, KnownObject>,
-    /// Processes whose stages were sent.
+    /// Processes whose stages have been sent.
     staged: HashSet<u64>,
     inbounds: HashMap<u64, Weak<Inbound>>,
     rings: HashMap<u64, Weak<RowsEnd>>,
     last: u64,
-    /// Number of objects that were known at the last sweep.
+    /// Number of objects at the last sweep.
     swept: usize,
     made: Vec<RemoteObject>,
-    /// Devices that were named for the first time.
+    /// Devices named for the first time.
     devices: Vec<(String, Vec<device::Channel>)>,
 }
 
@@ -28,18 +28,19 @@ pub struct Writer {
 struct KnownObject {
     number: u64,
     is_held: Box<dyn Fn() -> bool + Send>,
-    /// More numbers that go with it: the extents of a device.
+    /// Further numbers that belong to it: the extents of a device.
     with: Vec<u64>,
 }
 
-/// Below this number of objects it does not search for unreferenced ones.
+/// Number of objects below which it does not search for unreferenced ones.
 const SWEEP_MIN: usize = 256;
 
-/// Names by which the writer calls the code of a block.
+/// Lookup of the name by which the writer refers to a block's code.
 pub type Names<'a> = &'a dyn Fn(&Block) -> Option<CodeName>;
 
 impl Writer {
-    /// Returns a script as a parcel, with all that it names for the first time. Errors: a block whose code `names` does not know, in words.
+    /// Encodes a script as a parcel, with everything that it names for the first time. Fails with a message if `names` does not know the
+    /// code of a block.
     pub fn parcel(&mut self, script: &Script, names: Names) -> Result<Parcel, String> {
         self.sweep();
         let ops = self.ops(&script.ops, names);
@@ -47,22 +48,22 @@ impl Writer {
         Ok(Parcel { made, ops: ops? })
     }
 
-    /// Returns the devices that were named for the first time since the last call, with their channels.
+    /// Returns the devices named for the first time since the last call, with their channels.
     pub fn take_devices(&mut self) -> Vec<(String, Vec<device::Channel>)> {
         mem::take(&mut self.devices)
     }
 
-    /// Returns the other side's name of a cell: its place in an extent, which is named from the next parcel on if it is new.
+    /// Returns the remote name of a cell: its position in an extent. A new extent is sent with the next parcel.
     pub fn place(&mut self, cell: &Cell) -> CellAt {
         self.cell(cell)
     }
 
-    /// Returns the inbound connection that the other side calls so.
+    /// Returns the inbound connection with this remote number.
     pub fn inbound_of(&self, number: u64) -> Option<Arc<Inbound>> {
         self.inbounds.get(&number)?.upgrade()
     }
 
-    /// Returns the ring of rows that the other side calls so.
+    /// Returns the ring of rows with this remote number.
     pub fn rows_of(&self, number: u64) -> Option<Arc<RowsEnd>> {
         self.rings.get(&number)?.upgrade()
     }
@@ -72,12 +73,12 @@ impl Writer {
         self.known.len()
     }
 
-    /// Returns true if it has none.
+    /// Returns true if the other side has no objects.
     pub fn is_empty(&self) -> bool {
         self.known.is_empty()
     }
 
-    /// Tells the other side, once in a while, to drop what is no longer referenced here.
+    /// Occasionally makes the other side drop objects that are no longer referenced here.
     fn sweep(&mut self) {
         if self.known.len() < SWEEP_MIN.max(2 * self.swept) {
             return;
@@ -100,7 +101,7 @@ impl Writer {
         self.made.push(RemoteObject::Forget { numbers });
     }
 
-    /// Returns the number of an object, and whether it is new.
+    /// Returns the number of an object, and whether the object is new.
     fn number<T: Send + Sync + 'static>(&mut self, of: &Arc<T>) -> (u64, bool) {
         if let Some(known) = self.known.get(&address(of)) {
             return (known.number, false);
@@ -173,7 +174,7 @@ impl Writer {
         }
     }
 
-    /// Returns the number of a process, with its stages once it has them; one that is spread has none there.
+    /// Returns the number of a process, and sends its stages once it has them; a spread process has no stages on the other side.
     fn process(&mut self, process: &Arc<Process>, names: Names) -> Result<u64, String> {
         let (number, is_new) = self.number(process);
         if is_new {
@@ -259,7 +260,7 @@ impl Writer {
     }
 
     fn table(&mut self, table: &Table, names: Names) -> Result<TableAs, String> {
-        // Before the blocks: the cells of a device are its own.
+        // Before the blocks, because a device owns its cells.
         let devices = table.devices.iter().map(|device| self.device(device)).collect();
         let edges = table.edges.iter().map(|edge| self.edge(edge)).collect();
         let mut steps = Vec::with_capacity(table.steps.len());
@@ -323,7 +324,7 @@ impl Writer {
                 OpAs::Advance { process: self.process(process, names)?, generation: *generation, from: *from, to: *to }
             }
             Op::Forget => OpAs::Forget,
-            // The word of one that is spread is not there: the supervisor waits for the acknowledgement instead.
+            // The word of a spread process is not on the other side; the supervisor waits for the acknowledgement instead.
             Op::While { process, .. } if process.is_spread() => return Ok(None),
             Op::While { process, generation } => OpAs::While { process: self.process(process, names)?, generation: *generation },
             Op::StartClock(process) => OpAs::StartClock(self.process(process, names)?),

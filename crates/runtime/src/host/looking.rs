@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Events, time and statistics of a host: what a supervisor looks at.
+//! Events, time and statistics of a host, as a supervisor reads them.
 use super::*;
 
 impl Host {
-    /// Returns the next event, if there is one. The supervisor alone calls it. Events come in the order in which they were made, over all
-    /// sources; a script's acknowledgement is one of them.
+    /// Returns the next event, if there is one. Called only by the supervisor. Events, including acknowledgements of scripts, are
+    /// returned in the order in which they were made, over all sources.
     pub fn poll(&self) -> Option<Event> {
         if let Some(event) = self.remote_sources.pop_first() {
             return Some(event);
@@ -33,7 +33,7 @@ impl Host {
         source.listener().take(source.id, serial)
     }
 
-    /// Returns, once, that the watchdog has given up a source: nothing can end its block, or its thread has ended.
+    /// Returns, once, the event that the watchdog has given up a source because nothing can end its block, or its thread has ended.
     fn given_up(&self, source: &Source) -> Option<Event> {
         let (is_deaf, is_gone) = (source.is_deaf.load(Ordering::Acquire), source.is_gone.load(Ordering::Acquire));
         if !(is_deaf || is_gone) || source.is_told.swap(true, Ordering::AcqRel) {
@@ -43,54 +43,55 @@ impl Host {
         Some(if is_gone { Event::Ended { source: source.id, time_ns } } else { Event::Deaf { source: source.id, time_ns } })
     }
 
-    /// Waits, under the monotonic clock, until an event is there, `unpark` was called, or the time has come. It is not called on a real-time path of
-    /// a source.
-    /// Call it when `poll` has given nothing. Under the virtual clock it returns at once.
+    /// Waits, under the monotonic clock, until there is an event, `unpark` was called, or the time has come. Call it when `poll` has
+    /// returned `None`; not for the real-time path of a source. Under the virtual clock it returns immediately.
     pub fn park(&self, until_ns: Option<i64>) {
         if self.executor.is_none() {
             self.shared.supervisor.sleep(self.polled.load(Ordering::Acquire), until_ns.map(|until| (self.epoch_ns + until).max(0)));
         }
     }
 
-    /// Returns the number of rings for the supervisor so far: read before `poll` and whatever else is looked at, and
-    /// given to [`Host::park_since`], so that nothing that comes meanwhile is slept through, even if others poll too.
+    /// Returns the number of rings for the supervisor so far. Read it before `poll` and other checks, and pass it to
+    /// [`Host::park_since`], so that nothing that arrives meanwhile is slept through, even if others poll too.
     pub fn rings(&self) -> u32 {
         self.shared.supervisor.rings()
     }
 
-    /// Parks a supervisor that is not alone in polling: returns at once if it was rung for since `seen`.
+    /// Parks a supervisor that shares polling with other threads: returns immediately if it was rung since `seen`.
     pub fn park_since(&self, seen: u32, until_ns: Option<i64>) {
         if self.executor.is_none() {
             self.shared.supervisor.sleep(seen, until_ns.map(|until| (self.epoch_ns + until).max(0)));
         }
     }
 
-    /// Lets the calling thread poll in the supervisor's place until [`Host::stop_attending`]: what the kernels tell leaves the supervisor
-    /// asleep, for 1 ms at most.
+    /// Makes the calling thread poll in the supervisor's place until [`Host::stop_attending`]: reports from kernels leave the supervisor
+    /// asleep, for at most 1 ms.
     pub fn attend(&self) {
         self.shared.supervisor.attend();
     }
 
-    /// Ends [`Host::attend`]. `seen`: what [`Host::rings`] gave before the last `poll` that found nothing; what came later wakes the supervisor.
+    /// Ends [`Host::attend`]. `seen`: value of [`Host::rings`] before the last `poll` that found nothing; anything later wakes the
+    /// supervisor.
     pub fn stop_attending(&self, seen: u32) {
         self.shared.supervisor.leave(seen);
     }
 
-    /// Wakes `park`, now or the next time.
+    /// Wakes `park`, now or at its next call.
     pub fn unpark(&self) {
         self.shared.supervisor.ring();
     }
 
-    /// Returns, under the virtual clock, when the next thing happens (a release, a pending request, an arrival on the carrier).
+    /// Returns, under the virtual clock, the time of the next event (a release, a pending request, an arrival on the carrier).
     pub fn next_time(&self) -> Option<i64> {
         let firing = self.executor().next().map(|(time, _)| time);
         let arrival = self.carrier.lock().expect("nobody panics with the lock held").next_arrival();
         [firing, arrival].into_iter().flatten().min()
     }
 
-    /// Sets the virtual clock to the time of the next firing, if that is not after `limit_ns`, and runs that one firing (with whatever
-    /// preempts it). Nothing of a firing that ends behind `limit_ns` is visible before the clock comes to its end. False if there
-    /// is none; the clock is then left as it is. Errs when more than 10,000 requested firings fall in one instant; the others are refused.
+    /// Sets the virtual clock to the time of the next firing, if that is not after `limit_ns`, and runs that firing (with any that
+    /// preempt it). A firing that ends after `limit_ns` has no visible effects before the clock reaches its end. Returns false if there
+    /// is no such firing, without changing the clock. Fails if more than 10,000 requested firings fall in one instant; the remaining ones
+    /// are refused.
     pub fn fire_next(&self, limit_ns: i64) -> Result<bool, String> {
         containment::prepare_thread();
         let executor = self.executor();
@@ -110,22 +111,22 @@ impl Host {
         }
     }
 
-    /// Returns, under the virtual clock, the end of everything that was computed.
+    /// Returns, under the virtual clock, the end of all computations so far.
     pub fn busy_until_ns(&self) -> i64 {
         self.executor().busy_until_ns()
     }
 
-    /// Moves the virtual clock forward where nothing happens.
+    /// Moves the virtual clock forward to a time before the next event.
     pub fn set_now(&self, now_ns: i64) {
         self.now_ns.fetch_max(now_ns, Ordering::Relaxed);
     }
 
-    /// Returns the period of a timer; none of other sources.
+    /// Returns the period of a timer; `None` for other sources.
     pub fn period_ns(&self, source: SourceId) -> Option<i64> {
         self.source(source).period_ns()
     }
 
-    /// Counters and histograms of a source.
+    /// Returns the counters and histograms of a source.
     pub fn statistics(&self, source: SourceId) -> Statistics {
         if let Some(remote) = self.remote(source) {
             return remote.statistics(source);
@@ -133,8 +134,7 @@ impl Host {
         self.source(source).statistics()
     }
 
-    /// Makes the probe visit the blocks of a source for `for_ns` at least, one a firing. Of several probes
-    /// the latest end holds.
+    /// Makes the probe sample the blocks of a source for at least `for_ns`, one per firing. The latest end of several requests applies.
     pub fn probe(&self, source: SourceId, for_ns: u64) {
         if let Some(remote) = self.remote(source) {
             remote.probe(source, for_ns);
@@ -143,12 +143,12 @@ impl Host {
         self.source(source).probe_until_ns.fetch_max(until_ns, Ordering::Relaxed);
     }
 
-    /// Returns true if the probe was asked to visit the blocks of a source now.
+    /// Returns true if the probe currently samples the blocks of a source.
     pub fn probes(&self, source: SourceId) -> bool {
         self.source(source).probe_until_ns.load(Ordering::Relaxed) > monotonic_ns()
     }
 
-    /// Returns the durations of the invocations of a block in `source`, as far as they were visited.
+    /// Returns the durations of the sampled invocations of a block in `source`.
     pub fn block_times(&self, source: SourceId, block: &kernel::Block) -> BlockTimes {
         match self.remote(source) {
             Some(remote) => remote.block_times(block.id()),

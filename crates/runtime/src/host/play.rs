@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Running a record again: a host under the virtual clock whose sources do what is recorded of them, segment by segment.
+//! Replay of a record: a host under the virtual clock whose sources repeat what was recorded, segment by segment.
 use crate::host::Host;
 use crate::trace::TapedReceiver;
 use crate::trace::tape::{SourceTape, Stretch};
@@ -14,46 +14,46 @@ use kernel::{Block, Cell, Nowhere, Script, SourceId, Way};
 use opengpac::abi;
 use std::ffi::CStr;
 
-/// Result of a segment that was run again.
+/// Result of a replayed segment.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct PlayedSegment {
-    /// Digest of everything that the source's blocks had stored when it was over.
+    /// Digest of all values that the source's blocks had stored at its end.
     pub digest: u64,
-    /// A fault stopped the source in it.
+    /// True if a fault stopped the source in it.
     pub stopped: bool,
-    /// Difference between the requests of the source and the record: it went another way.
+    /// Difference between the queries of the source and the record, if the replay diverged.
     pub differs: Option<String>,
 }
 
-/// An output of a block, or a device channel that it writes, with what it holds.
+/// An output of a block, or a device channel that it writes, with its contents.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Change {
-    /// Label of the block, with its instance.
+    /// Label of the block, including its instance.
     pub block: String,
     /// Name of the port.
     pub port: String,
-    /// Its C type.
+    /// C type of the port.
     pub type_text: String,
-    /// Bytes that are stored.
+    /// Stored bytes.
     pub bytes: Vec<u8>,
 }
 
 impl Host {
-    /// Returns the reading end, of a source of this host, of a connection that the record has: it gives what is recorded.
+    /// Returns the reading end, for a source of this host, of a recorded connection: it delivers the recorded values.
     pub fn played(&self, way: &Way) -> Box<dyn Receiver> {
-        // A record that is damaged may name a source that it has not made.
+        // A damaged record may name a source that it has not made.
         match self.tape(SourceId(way.spec.reader)) {
             Some(tape) => Box::new(TapedReceiver::playing(&way.spec, tape)),
             None => Box::new(Nowhere::of(&way.spec)),
         }
     }
 
-    /// Returns the writing end of a connection that the record has: its reader gets what is recorded.
+    /// Returns the writing end of a recorded connection, whose reader receives the recorded values.
     pub fn played_sender(&self, way: &Way) -> Box<dyn Sender> {
         Box::new(Unread(vec![0; way.spec.asynchronous_len], vec![0; way.spec.queue_row_len]))
     }
 
-    /// Runs a segment of `source` again. `script`: the one that it carries out. Of a host that plays ([`Host::playing`]).
+    /// Replays a segment of `source`. `script`: the script carried out in it. Only on a host made by [`Host::playing`].
     pub fn play(&self, source: SourceId, stretch: &Stretch, script: Option<Box<Script>>) -> PlayedSegment {
         self.set_now(stretch.time_ns);
         let script = script.map(|mut script| {
@@ -70,13 +70,13 @@ impl Host {
         self.with_kernel(source, |kernel| kernel.table.steps.iter().filter_map(|step| step.block.as_ref()).any(|block| block.writes(cell)))
     }
 
-    /// Returns what the blocks of `source` have stored, in the order of a firing.
+    /// Returns the values stored by the blocks of `source`, in the order of a firing.
     pub fn stored(&self, source: SourceId) -> Vec<Change> {
         self.with_kernel(source, |kernel| kernel.table.steps.iter().filter_map(|step| step.block.as_ref()).flat_map(|block| stored(block)).collect())
     }
 }
 
-/// A writing end whose reader has the record.
+/// Writing end whose reader is fed from the record.
 struct Unread(Vec<u8>, Vec<u8>);
 
 impl Sender for Unread {
@@ -96,7 +96,7 @@ impl Sender for Unread {
     }
 }
 
-/// Does what `stretch` says, with the script that it names.
+/// Runs the segment `stretch`, with the script that it names.
 fn play(kernel: &mut Kernel, tape: Option<&SourceTape>, stretch: &Stretch, script: Option<Box<Script>>) -> PlayedSegment {
     let Some(tape) = tape else {
         return PlayedSegment { digest: 0, stopped: false, differs: Some("this host does not play".to_owned()) };

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Remote side of a host: sources that others run, connections to them, and events received from them.
+//! Remote side of a host: sources that others run, connections to them, and their events.
 use super::*;
 use crate::locked::locked;
 use crate::remote::Remote;
@@ -11,39 +11,39 @@ use kernel::{Nowhere, Process, Reach, Way, clock};
 use std::any::Any;
 
 impl Host {
-    /// Adds a source that `remote` runs: it is called by number like those here.
+    /// Adds a source that `remote` runs; it is numbered like local ones.
     pub fn add_remote_source(&self, spec: SourceSpec, remote: Arc<dyn Remote>) -> SourceId {
         let id = self.reserve(spec);
         self.remote_sources.enter(id, remote);
         id
     }
 
-    /// Reserves the number of a source that is not reached from this host.
+    /// Reserves the number of a source that cannot be reached from this host.
     pub fn skip_source(&self, spec: SourceSpec) -> SourceId {
         self.reserve(spec)
     }
 
-    /// Returns the host of a remote source; none if that is this host.
+    /// Returns the host of a remote source; `None` for local sources.
     pub(crate) fn remote(&self, source: SourceId) -> Option<Arc<dyn Remote>> {
         self.remote_sources.of(source)
     }
 
-    /// Returns the epoch of its clock, ns of CLOCK_MONOTONIC.
+    /// Returns the epoch of the host's clock, ns of CLOCK_MONOTONIC.
     pub fn epoch_ns(&self) -> i64 {
         self.epoch_ns
     }
 
-    /// Makes a process with steps in `sources`. See [`Process::new`]. Where they all lie in one remote place its word is there.
+    /// Makes a process with steps in `sources`. See [`Process::new`]. If they all run in one remote processor process, the word is there.
     pub fn process(&self, id: u64, created: u64, sources: &[SourceId]) -> Arc<Process> {
         self.remote_sources.new_process(id, created, sources)
     }
 
-    /// Makes a connection between two sources, over whatever carries it.
+    /// Makes a connection between two sources, over the appropriate carrier.
     pub fn connect(&self, spec: &ConnectionSpec) -> (End<dyn Sender>, End<dyn Receiver>) {
         let (writer, reader) = (SourceId(spec.writer), SourceId(spec.reader));
         let (from, to) = (self.remote(writer), self.remote(reader));
         if from.is_none() && to.is_none() {
-            // Within a source nothing is on a way.
+            // Within a source, no carrier is needed.
             let (sender, receiver) = if writer == reader { Memory.connect(spec) } else { locked(&self.carrier).connect(spec) };
             let Some((trace, tape)) = self.trace().and_then(|trace| Some((trace, self.tape(reader)?))) else {
                 return (sender.into(), receiver.into());
@@ -69,7 +69,7 @@ impl Host {
         (End { end: sender, way: Some(way) }, End { end: receiver, way: Some(way) })
     }
 
-    /// Makes a connection between a process of this host and another host: each has its end of a way to here.
+    /// Makes a connection between a process of this host and another host, relayed by this process: each side has a connection to here.
     fn relayed(&self, way: Way, from: &dyn Remote, to: &dyn Remote) -> (End<dyn Sender>, End<dyn Receiver>) {
         let to_here = |remote: &dyn Remote| Some(Way { reach: if remote.host().is_some() { Reach::Network } else { Reach::Host }, ..way });
         let wanted = self
@@ -93,17 +93,17 @@ impl Host {
         }
     }
 
-    /// Returns the stand-in for an end that could not be made, and says so: nothing comes over it.
+    /// Returns the stand-in for an end that could not be made, and reports that nothing will arrive over it.
     fn unconnected(&self, way: &Way, why: &EndError) -> Nowhere {
         let (writer, reader) = (SourceId(way.spec.writer), SourceId(way.spec.reader));
         self.tell(Event::Unconnected { writer, reader, message: why.message.clone() });
         Nowhere::of(&way.spec)
     }
 
-    /// Returns the function that raises a source when a row has come to it from a remote source; off the real-time path.
+    /// Returns the function that raises a source when a row has arrived from a remote source. Off the real-time path.
     pub fn raiser_of(&self, reader: SourceId) -> Box<dyn Fn() + Send + Sync> {
         let (source, epoch_ns) = (self.sources().get(reader.0 as usize).cloned(), self.epoch_ns);
-        // The commander may name a source that does not exist: then none is raised.
+        // If the commander names a source that does not exist, none is raised.
         let Some(source) = source else { return Box::new(|| ()) };
         Box::new(move || {
             if source.period_ns().is_none() {
@@ -113,11 +113,10 @@ impl Host {
         })
     }
 
-    /// Passes the requests of a remote source on: a channel here raises it. A thread of its own waits for them, until the host
-    /// is closed.
+    /// Forwards requests for a remote source that a local channel raises. A dedicated thread waits for them until the host is closed.
     ///
     /// # Errors
-    /// The thread cannot be made.
+    /// Fails if the thread cannot be made.
     pub fn pass_on(&self, source: SourceId, request: Box<dyn Fn() + Send>) -> std::io::Result<()> {
         let raised = self.source(source);
         let body = move || {
@@ -135,14 +134,14 @@ impl Host {
         Ok(())
     }
 
-    /// Adds an event of a remote source: one of the events, in order.
+    /// Adds an event of a remote source to the events of the host, in order.
     pub fn tell(&self, event: Event) {
         let serial = self.shared.serials.fetch_add(1, Ordering::AcqRel);
         self.remote_sources.told(serial, event);
         self.shared.supervisor.ring();
     }
 
-    /// Sets or clears the flag of the emergency stop in all remote places.
+    /// Sets or clears the emergency-stop flag in all remote processors.
     pub fn stop_remote(&self, set: bool) {
         self.remote_sources.stop(set);
     }

@@ -1,18 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Scripts on their way to their sources.
+//! Submission of scripts to their sources.
 use super::*;
 
 impl Host {
-    /// Hands a script to a source; carried out between two firings, in the order of submission, at once if the source is idle
-    /// (it is woken). Acknowledged by `Event::Done`. Any thread may call it. Under the virtual clock it is carried out before this returns, but where
-    /// a
-    /// firing with a cost is not over there: then at its end.
+    /// Submits a script to a source. It is carried out between two firings, in the order of submission, immediately if the source is idle
+    /// (it is woken). Acknowledged by `Event::Done`. May be called by any thread. Under the virtual clock it is carried out before this
+    /// returns or, if a firing with a cost is in progress, at the end of that.
     pub fn submit(&self, source: SourceId, script: Box<Script>) {
         self.put(source, script, true);
     }
 
-    /// Submits a script without a wait for its acknowledgement: a source of this process that sleeps is not woken for it. It is carried out with what comes next,
-    /// of a timer before its next firing.
+    /// Submits a script whose acknowledgement nobody waits for: a sleeping source of this process is not woken. It is carried out with
+    /// the next activity; on a timer before the next firing.
     pub fn submit_at_leisure(&self, source: SourceId, script: Box<Script>) {
         self.put(source, script, false);
     }
@@ -34,7 +33,7 @@ impl Host {
         }
     }
 
-    /// Makes the place of a script's tables and processes in its source.
+    /// Prepares a script's tables and processes for its source.
     pub(crate) fn prepare(&self, source: SourceId, script: &mut Script) {
         let sources = self.sources();
         for op in &mut script.ops {

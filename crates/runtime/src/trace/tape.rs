@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The tape of a source. While it records, each answer from outside is written down in the order in which it was asked for; while it
-//! plays, the same questions get the answers that were written down. What was asked for in one firing or script is one [`Stretch`].
+//! Tape of a source. While recording, it stores each answer from outside in the order of the queries; while playing, the same queries
+//! return the stored answers. The answers of one firing or script form one [`Stretch`].
 use device::DeviceError;
 use kernel::tape::{Occasion, Tape};
 use rtrb::{Consumer, Producer, RingBuffer};
@@ -8,28 +8,28 @@ use std::cell::UnsafeCell;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 
-/// Segment of a record: what happened in a source between two moments at which others could see it.
+/// Segment of a record: the events in a source between two moments at which others can observe it.
 #[derive(Clone, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 pub struct Stretch {
     /// Subject of the segment.
     pub occasion: Occasion,
-    /// Place among the segments of all sources: in this order they were over.
+    /// Position among the segments of all sources, in the order in which they ended.
     pub serial: u64,
-    /// Segments of this source before it that found no room: 0 in a whole record.
+    /// Number of previous segments of this source that were lost for lack of room; 0 in a complete record.
     pub lost: u64,
-    /// Number of the firing; of a script, of the last one before it.
+    /// Number of the firing; for a script, of the previous firing.
     pub number: u64,
-    /// Release of the firing, or when the script was carried out, ns on the clock.
+    /// Release of the firing, or time of execution of the script, ns on the clock.
     pub time_ns: i64,
-    /// Digest of everything that the source's blocks had stored when it was over.
+    /// Digest of all values that the source's blocks had stored at its end.
     pub digest: u64,
-    /// True where a fault stopped the source in it.
+    /// True if a fault stopped the source in it.
     pub stopped: bool,
-    /// The answers from outside, in order.
+    /// Answers from outside, in order.
     pub answers: Vec<u8>,
 }
 
-/// One question with its answer, as a byte in front of the answer.
+/// Kind of a query, stored as a byte before its answer.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub enum Ask {
     NoGroup = 1,
@@ -63,11 +63,11 @@ impl Ask {
     }
 }
 
-/// Bytes of answers that one segment can have, and bytes that may wait for their taker.
+/// Maximum size of the answers of one segment, and of those waiting to be taken, in bytes.
 const ANSWERS_MAX: usize = 1 << 20;
 const WAITING_MAX: usize = 1 << 23;
 
-/// Tape of one source. Its kernel alone touches what is inside.
+/// Tape of one source. Only its kernel accesses the contents.
 pub(crate) struct SourceTape(UnsafeCell<Side>);
 
 // SAFETY: touched only by the kernel of its source: its thread, or the one thread of the virtual clock.
@@ -81,7 +81,7 @@ enum Side {
 }
 
 struct Recording {
-    /// The head of the segment, then its answers.
+    /// Head of the segment, followed by its answers.
     bytes: Vec<u8>,
     overflowed: bool,
     lost: u64,
@@ -93,18 +93,18 @@ struct Recording {
 struct Playing {
     answers: Vec<u8>,
     at: usize,
-    /// The first question that the answers did not fit.
+    /// First query that did not match the answers.
     differs: Option<String>,
 }
 
-/// The end of a tape from which segments are taken, off the real-time path.
+/// End of a tape from which segments are taken, off the real-time path.
 pub struct Taker(Consumer<u8>);
 
 impl SourceTape {
-    /// Makes a tape that records; `serials` is that of all sources.
+    /// Makes a tape that records; `serials` is shared by all sources.
     pub fn recording(serials: Arc<AtomicU64>) -> (Arc<SourceTape>, Taker) {
         let (out, taken) = RingBuffer::new(WAITING_MAX);
-        // Touched: no page fault later.
+        // Touched, so that no page fault occurs later.
         let bytes = vec![1; HEAD_LEN + ANSWERS_MAX];
         let side = Side::Records(Recording { bytes, overflowed: false, lost: 0, out, serials });
         (Arc::new(SourceTape(UnsafeCell::new(side))), Taker(taken))
@@ -121,20 +121,20 @@ impl SourceTape {
         unsafe { &mut *self.0.get() }
     }
 
-    /// Loads the answers of the next segment; playing.
+    /// Loads the answers of the next segment, when playing.
     pub fn load(&self, answers: &[u8]) {
         if let Side::Plays(side) = self.side() {
             *side = Playing { answers: answers.to_vec(), at: 0, differs: None };
         }
     }
 
-    /// Returns, playing, what the answers did not fit, if anything; answers that were left over are such a thing too.
+    /// Returns, when playing, the first mismatch between queries and answers, if any; left-over answers count as a mismatch.
     pub fn differs(&self) -> Option<String> {
         let Side::Plays(side) = self.side() else { return None };
         side.differs.take().or_else(|| (side.at < side.answers.len()).then(|| format!("the record goes on with {}", Ask::of(side.answers[side.at]))))
     }
 
-    /// Stores, recording, an answer of a connection.
+    /// Stores, when recording, an answer of a connection.
     pub fn put(&self, ask: Ask, words: &[u64], bytes: &[u8]) {
         if let Side::Records(side) = self.side() {
             side.put(ask, &[]);
@@ -143,12 +143,12 @@ impl SourceTape {
         }
     }
 
-    /// Returns, playing, which of these the next answer is.
+    /// Returns, when playing, which of these kinds the next answer has.
     pub fn one_of(&self, asks: &[Ask]) -> Option<Ask> {
         if let Side::Plays(side) = self.side() { side.one_of(asks) } else { None }
     }
 
-    /// Takes, playing, the bytes of an answer.
+    /// Takes, when playing, the bytes of an answer.
     pub fn take(&self, into: &mut [u8]) {
         if let Side::Plays(side) = self.side()
             && let Some(bytes) = side.take(into.len())
@@ -157,7 +157,7 @@ impl SourceTape {
         }
     }
 
-    /// Takes, playing, a word of an answer.
+    /// Takes, when playing, a word of an answer.
     pub fn take_word(&self) -> u64 {
         let mut word = [0; 8];
         self.take(&mut word);
@@ -189,7 +189,7 @@ impl Tape for SourceTape {
         for (place, word) in side.bytes.chunks_exact_mut(8).zip(words) {
             place.copy_from_slice(&word.to_le_bytes());
         }
-        // Whole or not at all: the taker sees all of it at once.
+        // Pushed as a whole or not at all, so that the taker sees only complete segments.
         let is_whole = !std::mem::take(&mut side.overflowed) && side.out.push_entire_slice(&side.bytes).is_ok();
         side.lost = if is_whole { 0 } else { side.lost + 1 };
     }
@@ -308,7 +308,7 @@ impl Taker {
             _ => Occasion::Restart,
         };
         let mut answers = vec![0; word(7) as usize];
-        // A stretch is there whole or not at all.
+        // A segment is in the queue as a whole or not at all.
         self.0.pop_entire_slice(&mut answers).ok()?;
         Some(Stretch {
             occasion,

@@ -1,17 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The reading end of a connection whose reader is traced: what it gives is written down, or comes from the record.
+//! Reading end of a connection whose reader is traced: its values are recorded, or come from the record.
 use crate::trace::tape::{Ask, SourceTape};
 use interconnect::{ConnectionSpec, Header, Receiver};
 use std::sync::Arc;
 
 /// A reading end with the tape of its source.
 pub(crate) struct TapedReceiver {
-    /// None where all of it comes from the record.
+    /// `None` if everything comes from the record.
     inner: Option<Box<dyn Receiver>>,
     tape: Arc<SourceTape>,
     group: Vec<u8>,
     row: Vec<u8>,
-    /// The row that was asked for and stays: asked for again it is the same one.
+    /// The row that was peeked at; peeking again returns the same one.
     held: Option<u64>,
 }
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Writing ends that a process of their own has: each call is a line to it.
+//! Writing ends in a separate process: each call is a line sent to it.
 use super::FarEnd;
 use interconnect::{ConnectionSpec, EndError, Ends, Full, Receiver, Sender};
 use std::fmt::Write as _;
@@ -40,7 +40,7 @@ struct Line([u8; 64]);
 struct FarSender {
     process: Arc<Mutex<FarEnd>>,
     connection: u64,
-    /// The group, until it is sent.
+    /// Lines of the group, until it is sent.
     lines: Vec<Line>,
     group_len: usize,
     row_len: usize,
@@ -48,7 +48,7 @@ struct FarSender {
 
 impl Sender for FarSender {
     fn group(&mut self) -> &mut [u8] {
-        // SAFETY: the bytes of the lines, which lie one behind the other.
+        // SAFETY: the bytes of the lines, which are contiguous.
         unsafe { std::slice::from_raw_parts_mut(self.lines.as_mut_ptr().cast(), self.group_len) }
     }
 

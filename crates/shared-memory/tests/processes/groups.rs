@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Groups and rows that show whether all of them is of one writing.
+//! Groups and rows that show whether all of their bytes were written together.
 use interconnect::ConnectionSpec;
 
-/// More than a few cache lines, and no whole number of them.
+/// More than a few cache lines, and not a whole number of them.
 pub const GROUP_LEN: usize = 808;
 
 pub const SPEC: ConnectionSpec = ConnectionSpec { writer: 3, reader: 5, asynchronous_len: GROUP_LEN, queue_row_len: 200, queue_depth: 4 };
@@ -20,7 +20,7 @@ pub fn fill(bytes: &mut [u8], number: u64) {
     *sum_of = sum.to_le_bytes();
 }
 
-/// True if all of `bytes` was written for `number`.
+/// Returns true if all of `bytes` was written for `number`.
 pub fn agrees(bytes: &[u8], number: u64) -> bool {
     let mut expected = vec![0; bytes.len()];
     fill(&mut expected, number);

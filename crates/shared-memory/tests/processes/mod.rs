@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Processes at the other side, and what is left of them.
+//! Processes on the other side, and their remains.
 #![allow(dead_code, reason = "each test uses a part")]
 pub mod far_ends;
 pub mod groups;
@@ -9,10 +9,10 @@ use std::os::unix::process::ExitStatusExt;
 use std::path::PathBuf;
 use std::process::{Child, ChildStdin, ChildStdout, Command, Stdio};
 
-/// A process of the program `far-end`. Dropped, it is ended.
+/// A process of the program `far-end`; ended on drop.
 pub struct FarEnd {
     child: Child,
-    /// Of one that obeys: closed, the process ends.
+    /// Input of an obeying process, which ends when this is closed.
     input: Option<ChildStdin>,
     output: BufReader<ChildStdout>,
 }
@@ -31,19 +31,19 @@ impl FarEnd {
         writeln!(input, "{line}").expect("the process listens");
     }
 
-    /// The next line that it says.
+    /// Returns the next line that it prints.
     pub fn hear(&mut self) -> String {
         let mut line = String::new();
         self.output.read_line(&mut line).expect("the process speaks");
         line.trim_end().to_owned()
     }
 
-    /// True while it runs.
+    /// Returns true while it runs.
     pub fn lives(&mut self) -> bool {
         self.child.try_wait().expect("it is our child").is_none()
     }
 
-    /// Kills it, as `kill -9` does, and waits until it is gone. It must not have ended by itself, as it does where it finds a fault.
+    /// Kills it, as `kill -9` does, and waits until it has exited. It must not have ended by itself, as it does if it detects a fault.
     pub fn kill(mut self) {
         self.child.kill().expect("it is our child");
         let status = self.child.wait().expect("it is our child");
@@ -60,7 +60,7 @@ impl Drop for FarEnd {
     }
 }
 
-/// Folders of a system's runs that are there.
+/// Returns the existing folders of a system's runs.
 pub fn folders(system: &str) -> Vec<PathBuf> {
     let entries = std::fs::read_dir("/dev/shm").expect("there is shared memory").flatten().map(|entry| entry.path());
     let start = format!("opengpac-{system}-");

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Runs seeds until time is over, or a number of them, or one: `simulate --help`.
+//! Runs seeds for a time, or a number of them, or one: `simulate --help`.
 use simulator::{Failure, run, shrink};
 use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 
@@ -42,7 +42,7 @@ fn asked() -> Result<CommandLine, String> {
     Ok(asked)
 }
 
-/// The first seed of a day: 10 million for each.
+/// Returns the first seed of today: each day has 10 million.
 fn first_of_today() -> u64 {
     let days = SystemTime::now().duration_since(UNIX_EPOCH).map_or(0, |since| since.as_secs() / 86_400);
     days * 10_000_000
@@ -106,7 +106,7 @@ fn main() {
     );
 }
 
-/// Shrinks it, tells it, and fails.
+/// Shrinks a failure, reports it, and exits with an error.
 fn fail(failure: &Failure) -> ! {
     println!("seed {}: {}: {}", failure.seed, failure.broken.invariant, failure.broken.text);
     println!("shrinking {} operations …", failure.kept.len());

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-//! One random verb of a program: its blocks, how they are wired, and its command lists.
+//! One random verb of a program: its blocks, their wiring, and its command lists.
 use super::*;
 
-/// A verb as it is drawn.
+/// Generator of a verb.
 pub(super) struct Making<'a> {
     pub sources: &'a [Source],
     pub timers: &'a [usize],
@@ -15,7 +15,7 @@ struct Use {
     label: String,
     of: &'static str,
     source: usize,
-    /// The producer of this verb that drives it; itself where another verb does.
+    /// The producer of this verb that drives the block; the block itself if another verb does.
     driven_by: Option<String>,
 }
 
@@ -31,7 +31,7 @@ struct Parts {
     inputs: Vec<(&'static str, u64)>,
     outputs: Map<String, Json>,
     conditions: Map<String, Json>,
-    /// Conditions that blocks report, as command lists wait for them.
+    /// Conditions reported by blocks, in the form in which command lists wait for them.
     waits: Vec<String>,
 }
 
@@ -142,7 +142,7 @@ impl Making<'_> {
         }
     }
 
-    /// Adds a block that reads what a producer of this verb stores, or what another verb does.
+    /// Adds a block that reads values of a producer of this verb or of another verb.
     fn reader(&mut self, parts: &mut Parts, index: usize) {
         let label = format!("r{index}");
         let producers: Vec<(String, usize, bool)> =
@@ -185,7 +185,7 @@ impl Making<'_> {
         parts.parameters.push(Parameter { name: label, kind: Kind::Channel });
     }
 
-    /// A command list that makes sense: what is executed first, what is activated, then waits and what is switched off.
+    /// Returns a meaningful command list: executed blocks, activated blocks, waits, and deactivations.
     fn commands(&mut self, parts: &Parts) -> Vec<Json> {
         let mut commands = Vec::new();
         for of in &parts.uses {
@@ -195,7 +195,7 @@ impl Making<'_> {
         }
         let mut active: Vec<String> = Vec::new();
         for of in &parts.uses {
-            // What drives it is on.
+            // The block that drives it is active.
             let is_driven = of.driven_by.as_ref().is_none_or(|by| *by == of.label || active.contains(by));
             let is_on = is_driven && self.draw.percent(85);
             if is_on {
@@ -222,7 +222,7 @@ impl Making<'_> {
         let mut taken: Vec<(String, String)> = Vec::new();
         let mut lines = Vec::new();
         for index in 1..lists.len() + self.draw.below(3) {
-            // Each list is reached from one before it.
+            // Each list is reached from an earlier one.
             let (from, to) = if index < lists.len() { (lists[self.draw.below(index)], lists[index]) } else { (*self.draw.pick(lists), *self.draw.pick(lists)) };
             let from = from.to_owned();
             let condition = match self.draw.below(3) {

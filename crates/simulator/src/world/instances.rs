@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Calls about verb instances: made, started, waited for, halted, deleted.
+//! Calls on verb instances: create, start, wait, halt, delete.
 use super::{INSTANCES, Pending, World};
 use crate::broken::{BrokenInvariant, broken, text};
 use crate::lives::{Claim, Life};
@@ -23,7 +23,7 @@ impl World {
         let (arguments, life) = self.arguments(&verb, index, &mut Numbers::of(of.b as u64));
         let placement: Map<String, Json> = (verb.placement.iter())
             .map(|(label, source)| {
-                // Producers may run at another timer, which their intervals may not fit.
+                // Producers may run on another timer, which their intervals may not fit.
                 let timers: Vec<usize> = (0..self.program.sources.len()).filter(|index| self.program.sources[*index].period_ns.is_some()).collect();
                 let is_moved = of.c.is_multiple_of(5) && label.starts_with('p');
                 let source = if is_moved { timers[of.c / 5 % timers.len()] } else { *source };
@@ -39,18 +39,18 @@ impl World {
         format!("{words}: {answer}")
     }
 
-    /// Returns the arguments of a verb's parameters, and what they claim.
+    /// Returns the arguments for a verb's parameters, with the resulting claims.
     fn arguments(&self, verb: &Verb, index: usize, draw: &mut Numbers) -> (Map<String, Json>, Life) {
         let (mut arguments, mut life) = (Map::new(), Life { verb: index, ..Life::default() });
         let pools = Program::pairs();
-        // What one parameter has is not for another.
+        // A pair used by one parameter is not available to another.
         let mut free: Vec<usize> = (0..PAIRS + ARBITRATED.len()).collect();
         for (place, parameter) in verb.parameters.iter().enumerate() {
             let name = &parameter.name;
             let mut claim = |what: String, refuses: bool| life.claims.push(Claim { what, refuses });
             match parameter.kind {
                 Kind::Pair | Kind::Reads => {
-                    // The joint's pair is for its own users; anybody may read it.
+                    // The joint's pair may be written by its own users only; any block may read it.
                     let at = if parameter.kind == Kind::Pair { free.remove(draw.below(free.len())) } else { draw.below(pools.len()) };
                     for half in ["a", "b"] {
                         let svv = format!("{}.{half}", pools[at]);
@@ -110,7 +110,7 @@ impl World {
                 }
                 if let Some(claim) = conflict {
                     self.catch_up()?;
-                    // Its holder may have ended in this very call.
+                    // The holder may have ended in this very call.
                     if let Some(shared) = self.lives.shared_claim() {
                         return broken("one writer", format!("{words}; {claim}: {shared}"));
                     }
@@ -127,7 +127,7 @@ impl World {
         Ok(words)
     }
 
-    /// Returns why a refusal of a start is unfounded; none if it has a reason.
+    /// Returns the reason why the refusal of a start is unfounded; `None` if it is justified.
     fn unfounded(&self, name: &str, refusals: &Refusals, before: &str, conflict: Option<String>) -> Option<String> {
         let life = &self.lives.of[name];
         let statistics = || self.system.statistics();
@@ -146,7 +146,7 @@ impl World {
         (!is_founded).then(|| format!("it was {before}, and nothing of that is so"))
     }
 
-    /// The plant is lost.
+    /// Returns true if the plant is lost.
     pub fn is_away(&self) -> bool {
         self.system.statistics().physical_devices.get("plant").is_some_and(|plant| plant.lost.is_some())
     }
@@ -159,7 +159,7 @@ impl World {
         let words = format!("{call} '{name}': {answer}");
         let is_right = match result {
             Ok(_) => before == from && to.contains(&after),
-            // The call itself waits, and meanwhile it may have ended.
+            // The call itself waits, and the instance may have ended meanwhile.
             Err(refusals) => matches!(refusals[0].class, Class::InvalidState | Class::EmergencyStopped | Class::SecondWriter),
         };
         if is_right { Ok(words) } else { broken("life of an instance", format!("{words}; it was {before} and is {after}")) }
@@ -188,7 +188,7 @@ impl World {
         format!("wait for '{name}', {ms} ms at the most: {}", self.told("wait", json!({"instance": id, "timeout_ns": ms as i64 * MS})).0)
     }
 
-    /// A call that lasts: it is made now, and goes on while others act.
+    /// Begins a call that lasts, and continues it while others act.
     pub(crate) fn begin(&mut self, caller: usize, call: &'static str, arguments: Json) -> String {
         let words = format!("caller {caller}: {call} {arguments}");
         let answer = self.go_on(caller, call, &arguments);
@@ -206,7 +206,7 @@ impl World {
         }
     }
 
-    /// Everybody who waits looks whether it has come.
+    /// Polls the waits of all callers.
     pub fn poll(&mut self) -> Vec<String> {
         let mut words = Vec::new();
         for caller in 0..CALLERS {
@@ -243,7 +243,7 @@ impl World {
         format!("set {values} of '{name}': {}", self.told("set", json!({"instance": id, "values": values})).0)
     }
 
-    /// The program stores a value that no block does.
+    /// Stores a value from the program into an SVV that no block stores.
     pub(crate) fn write(&mut self, of: Operation) -> String {
         let svv = format!("s{}.{}", of.a % PAIRS, ["a", "b"][of.b % 2]);
         format!("write 0.5 to '{svv}': {}", self.told("write", json!({"name": svv, "value": 0.5})).0)

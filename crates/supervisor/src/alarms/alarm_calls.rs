@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Alarms: texts, what the programming system raises, acknowledgements, what there is.
+//! Calls for alarms: defining texts, raising alarms for the programming system, acknowledging, and listing.
 use crate::alarms::causes::{known_alarm, raise};
 use crate::alarms::list::{Alarm, AlarmList, AlarmText, Cause, RaisedAlarm, Severity};
 use crate::alarms::shelving_calls::ShelvingRequest;
@@ -9,7 +9,7 @@ use model::refusal::{Class, Refusals};
 use model::wording::printable;
 
 impl System {
-    /// Says what an alarm of this code is; again changes it for alarms to come.
+    /// Defines the text of an alarm code, or redefines it for future alarms.
     pub fn define_alarm(&self, code: &str, said: AlarmText) -> Result<(), Refusals> {
         if code.is_empty() || said.text.is_empty() {
             return Err(refuse(Class::DefinitionError, format!("alarm '{code}' has no code or no text"), "give both"));
@@ -24,7 +24,7 @@ impl System {
         })
     }
 
-    /// Raises an alarm that is defined; active until it is cleared.
+    /// Raises a defined alarm, which is active until it is cleared.
     pub fn raise_alarm(&self, code: &str, source: &str, text: &str) -> Result<(), Refusals> {
         self.shared.command(|core| {
             known_alarm(core, code)?;
@@ -33,7 +33,7 @@ impl System {
         })
     }
 
-    /// Clears an alarm that the programming system raised. False where it was not active.
+    /// Clears an alarm raised by the programming system. Returns false if it was not active.
     pub fn clear_alarm(&self, code: &str, source: Option<&str>) -> Result<bool, Refusals> {
         self.shared.command(|core| {
             known_alarm(core, code)?;
@@ -42,7 +42,7 @@ impl System {
         })
     }
 
-    /// Acknowledges one alarm by its number, or all but those that are shelved. How many were not yet.
+    /// Acknowledges one alarm by its number, or all except shelved ones. Returns the number of newly acknowledged alarms.
     pub fn acknowledge_alarms(&self, number: Option<u64>) -> Result<usize, Refusals> {
         self.shared.command(|core| {
             if let Some(number) = number.filter(|n| !core.safety.alarms.current.iter().any(|a| a.number == *n)) {
@@ -54,7 +54,7 @@ impl System {
         })
     }
 
-    /// Returns the present alarms, those of the past, and the texts.
+    /// Returns the current alarms, the history, and the texts.
     pub fn alarms(&self) -> AlarmList {
         let core = self.shared.locked();
         let of = &core.safety.alarms;
@@ -62,21 +62,21 @@ impl System {
         AlarmList { current, shelved, history: of.history.iter().cloned().collect(), texts: of.texts.clone(), dropped: of.dropped }
     }
 
-    /// Takes an alarm out of the list for a time.
+    /// Removes an alarm from the list for a limited time.
     ///
     /// # Errors
-    /// `CallError` without a reason, `OutOfRange` beyond 24 h, `UnknownName`, `NotAllowed` for what has to stay in the list: emergency stops,
-    /// what is lost, and the severity critical.
+    /// `CallError` without a reason, `OutOfRange` beyond 24 h, `UnknownName`, `NotAllowed` for alarms that must stay in the list:
+    /// emergency stops, losses, and the severity critical.
     pub fn shelve_alarm(&self, asked: &ShelvingRequest) -> Result<(), Refusals> {
         self.shared.command(|core| core.shelve(asked))
     }
 
-    /// Puts a shelved alarm back into the list. Returns whether it was shelved.
+    /// Returns a shelved alarm to the list. Returns true if it was shelved.
     pub fn unshelve_alarm(&self, number: u64, who: &str) -> Result<bool, Refusals> {
         self.shared.command(|core| core.unshelve(number, who))
     }
 
-    /// Takes over the history of an earlier life of the system; its numbers are not given again.
+    /// Restores the history of an earlier run of the system; its numbers are not reused.
     pub fn restore_alarms(&self, history: Vec<Alarm>) -> Result<(), Refusals> {
         self.shared.command(|core| {
             let last = history.iter().map(|a| a.number).max().unwrap_or(0);

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Causes of alarms: the end of a device's own verb without a command (active until the device is enabled or reset), a lost physical
-//! device (active as long as it is lost), a lost processor (until the reset), the emergency stop (until the reset), an end of another
-//! verb that is not normal (returned at once: the end is the event), a condition that names an alarm, and the programming system.
-//! Ends that follow from one of these have no alarm of their own, so that one cause is one line.
+//! device (active as long as it is lost), a lost processor (until the reset), the emergency stop (until the reset), an abnormal end of
+//! another verb (returned at once: the end is the event), a condition that names an alarm, and the programming system. Ends that follow
+//! from one of these raise no alarm of their own, so that each cause has a single line.
 use crate::alarms::list::{CURRENT_MAX, Cause, RaisedAlarm, Severity};
 use crate::core::Core;
 use crate::ending::report::Report;
@@ -10,10 +10,10 @@ use crate::refuse::unknown;
 use model::plan::Plan;
 use model::refusal::Refusals;
 
-/// Ends that follow from something that has an alarm, or from a command.
+/// Conditions of ends that follow from another alarm or from a command.
 const FOLLOWS: [&str; 6] = ["emergency_stop", "device_lost", "processor_lost", "device_disabled", "halted", "aborted"];
 
-/// Conditions among those with an alarm of their own, which the fault of a logical device only repeats.
+/// Conditions that have an alarm of their own, which the fault of a logical device would only repeat.
 const TOLD: [&str; 2] = ["device_lost", "processor_lost"];
 
 pub(crate) fn raise(core: &mut Core, raised: RaisedAlarm<'_>) {
@@ -25,7 +25,7 @@ pub(crate) fn raise(core: &mut Core, raised: RaisedAlarm<'_>) {
     }
 }
 
-/// Conditions of a source were lost: its kernel had no place for them.
+/// Raises the alarm for conditions of a source that were lost because its kernel had no room for them.
 pub(crate) fn alarm_events_lost(core: &mut Core, source: &str, count: u64) {
     let text = format!("{count} conditions or other events of source '{source}' were lost: more came than there is room for");
     let remedy = "report less often, or spread the verbs over more sources";
@@ -33,19 +33,19 @@ pub(crate) fn alarm_events_lost(core: &mut Core, source: &str, count: u64) {
     alarm_returns(core, "events_lost", source);
 }
 
-/// Notes that an alarm of `code` from `source` has lost its cause.
+/// Records that the cause of an alarm of `code` from `source` no longer exists.
 pub(crate) fn alarm_returns(core: &mut Core, code: &str, source: &str) {
     let now_ns = core.host.now_ns();
     core.safety.alarms.clear(now_ns, |a| a.code == code && a.source == source);
 }
 
-/// Raises the alarm of the emergency stop, which was tripped by an input or by a call (`system`).
+/// Raises the alarm of an emergency stop that was tripped by an input or by a call (`system`).
 pub(crate) fn alarm_emergency(core: &mut Core, source: &str, reason: &str) {
     let (text, remedy) = (format!("emergency stop: {reason}"), "remove the cause, then reset");
     raise(core, RaisedAlarm { code: "emergency_stop", source, block: None, text, remedy, severity: Severity::Critical, cause: Cause::Latch });
 }
 
-/// Notes the reset: the emergency stop, the faults of logical devices and the lost processors are over.
+/// Clears the causes that a reset removes: the emergency stop, the faults of logical devices and the lost processors.
 pub(crate) fn alarm_reset(core: &mut Core) {
     let now_ns = core.host.now_ns();
     core.safety.alarms.clear(now_ns, |a| matches!(a.cause, Cause::Latch | Cause::Fault | Cause::Processor));
@@ -57,7 +57,8 @@ pub(crate) fn alarm_lost(core: &mut Core, device: &str, message: &str) {
     raise(core, RaisedAlarm { code: "device_lost", source: device, block: None, text, remedy, severity: Severity::Critical, cause: Cause::Loss });
 }
 
-/// Raises the alarm of a lost processor: one, however many sources, verbs and devices go with it. `place`: the process where several share one.
+/// Raises one alarm for a lost processor, however many sources, verbs and devices are lost with it. `place`: the process, if several
+/// processors share one.
 pub(crate) fn alarm_processor(core: &mut Core, place: &str, message: &str) {
     if core.safety.alarms.current.iter().any(|a| a.active && a.cause == Cause::Processor && a.source == place) {
         return;
@@ -66,26 +67,26 @@ pub(crate) fn alarm_processor(core: &mut Core, place: &str, message: &str) {
     raise(core, RaisedAlarm { code: "processor_lost", source: place, block: None, text, remedy, severity: Severity::Critical, cause: Cause::Processor });
 }
 
-/// Raises the alarm of a recording that has ended before its time: an event, which a person is to see.
+/// Raises the alarm of a recording that ended prematurely. It is an event that a person must see.
 pub(crate) fn alarm_recording(core: &mut Core, why: &str) {
     let (code, source, remedy) = ("recording_failed", "system", "make room on the disk, and record into a new file");
     raise(core, RaisedAlarm { code, source, block: None, text: why.to_owned(), remedy, severity: Severity::Medium, cause: Cause::Event });
     alarm_returns(core, code, source);
 }
 
-/// Clears the alarm of a lost physical device that was closed, or is open again.
+/// Clears the alarm of a lost physical device that was closed or reopened.
 pub(crate) fn alarm_closed(core: &mut Core, device: &str) {
     let now_ns = core.host.now_ns();
     core.safety.alarms.clear(now_ns, |a| a.cause == Cause::Loss && a.source == device);
 }
 
-/// Clears the alarm of a logical device that is enabled again, or gone.
+/// Clears the alarm of a logical device that was enabled again or deleted.
 pub(crate) fn alarm_enabled(core: &mut Core, device: &str) {
     let now_ns = core.host.now_ns();
     core.safety.alarms.clear(now_ns, |a| a.cause == Cause::Fault && a.source == device);
 }
 
-/// Raises the alarm of a condition that has one of its own.
+/// Raises the alarm that a condition names.
 pub(crate) fn alarm_of_condition(core: &mut Core, id: u64, condition: usize, block: Option<&str>, message: &str) {
     let Some(instance) = core.instances.get(&id) else { return };
     let Some(code) = instance.plan.conditions.get(condition).and_then(|c| c.alarm.clone()) else { return };
@@ -96,7 +97,7 @@ pub(crate) fn alarm_of_condition(core: &mut Core, id: u64, condition: usize, blo
     alarm_returns(core, &code, &source);
 }
 
-/// Raises the alarm of a verb that has ended otherwise than it should. `owner`: the device that it kept going, where no command caused that end.
+/// Raises the alarm of a verb that ended abnormally. `owner`: the device whose own verb it was, if no command caused the end.
 pub(crate) fn alarm_of_end(core: &mut Core, report: &Report, owner: Option<&str>, has_own: bool) {
     let text = match (&report.block, report.message.is_empty()) {
         (_, false) => format!("'{}' ended with '{}': {}", report.instance, report.condition, report.message),
@@ -111,12 +112,12 @@ pub(crate) fn alarm_of_end(core: &mut Core, report: &Report, owner: Option<&str>
         }
     } else if !report.normal && !has_own && !FOLLOWS.contains(&report.condition.as_str()) {
         raise(core, RaisedAlarm { code: &report.condition, source: &report.verb, block, text, remedy: "", severity: Severity::Medium, cause: Cause::Event });
-        // The end is the event: what is left is to be seen by a person.
+        // The end is the event; it only remains for a person to see it.
         alarm_returns(core, &report.condition, &report.verb);
     }
 }
 
-/// Checks that the alarms which a verb's conditions name have texts.
+/// Checks that all alarms named by a verb's conditions have texts.
 pub(crate) fn check_alarms(core: &Core, plan: &Plan) -> Result<(), Refusals> {
     let codes = plan.conditions.iter().filter_map(|c| Some((c, c.alarm.as_ref()?)));
     let known = || core.safety.alarms.texts.keys().map(String::as_str);

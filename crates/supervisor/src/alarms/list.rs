@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Alarms: what a person has to know of, until it is gone and acknowledged.
+//! List of alarms: everything that a person has to know, until it has returned and been acknowledged.
 //!
-//! The states are those of IEC 62682: active or returned, unacknowledged or acknowledged. An alarm that is active cannot be
-//! acknowledged away: it stays, acknowledged, until its cause is gone. One that is both returned and acknowledged goes into the
-//! history. The same alarm (code and source) that comes again is counted, and is unacknowledged again.
+//! The states are those of IEC 62682: active or returned, unacknowledged or acknowledged. Acknowledging does not remove an active alarm:
+//! it stays, acknowledged, until its cause is gone. An alarm that is both returned and acknowledged moves to the history. If the same
+//! alarm (code and source) recurs, it is counted and becomes unacknowledged again.
 use crate::alarms::shelving::Shelving;
 use indexmap::IndexMap;
 use model::wording::printable;
@@ -23,7 +23,7 @@ pub enum Severity {
     Critical,
 }
 
-/// Text of an alarm of one code.
+/// Text of an alarm code.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct AlarmText {
@@ -38,29 +38,30 @@ pub struct AlarmText {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Alarm {
-    /// Counts the alarms of the system.
+    /// Number of the alarm, counted over the system.
     pub number: u64,
     pub code: String,
-    /// The verb, device or channel that it comes from.
+    /// Verb, device or channel that raised the alarm.
     pub source: String,
-    /// The block that reported it, if one did.
+    /// Block that reported the alarm, if any.
     pub block: Option<String>,
     pub text: String,
     pub remedy: String,
     pub severity: Severity,
     pub active: bool,
     pub acknowledged: bool,
-    /// Number of times that it came.
+    /// Number of occurrences.
     pub count: u64,
-    /// When it came last, on the system's clock and on the wall (ns since 1970; under the virtual clock the system's own).
+    /// Time of the last occurrence, on the system's clock and on the wall clock (ns since 1970; under the virtual clock the system's
+    /// own).
     pub time_ns: i64,
     pub wall_ns: i64,
     pub returned_ns: Option<i64>,
     pub acknowledged_ns: Option<i64>,
-    /// True if it can be shelved. An emergency stop, a loss and a critical alarm stay in the list; so does one of an earlier life.
+    /// True if the alarm can be shelved. Emergency stops, losses, critical alarms, and alarms of an earlier run stay in the list.
     #[serde(default)]
     pub shelvable: bool,
-    /// Shelvings of it, the latest last.
+    /// Shelvings of the alarm, latest last.
     #[serde(default)]
     pub shelvings: Vec<Shelving>,
     #[serde(skip)]
@@ -68,7 +69,7 @@ pub struct Alarm {
 }
 
 impl Alarm {
-    /// Returns the same in texts that may be shown in a terminal: it comes from a program's own file.
+    /// Makes the texts of the alarm safe for a terminal, because it comes from a program's own file.
     pub(crate) fn printable(self) -> Alarm {
         let (code, source, text, remedy) = (printable(self.code), printable(self.source), printable(self.text), printable(self.remedy));
         let shelvings = self.shelvings.into_iter().map(Shelving::printable).collect();
@@ -79,20 +80,20 @@ impl Alarm {
 /// Cause that keeps an alarm active.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(crate) enum Cause {
-    /// No cause: it was an event, or the programming system says when.
+    /// No cause: the alarm was an event, or the programming system clears it.
     #[default]
     Event,
-    /// A logical device that is in the state `fault`.
+    /// A logical device in the state `fault`.
     Fault,
-    /// The emergency stop.
+    /// The latched emergency stop.
     Latch,
-    /// A physical device that is lost, until it is open again.
+    /// A lost physical device, until it is reopened.
     Loss,
-    /// A processor that is lost, until a reset.
+    /// A lost processor, until a reset.
     Processor,
 }
 
-/// Alarm that is raised, before the texts are looked up.
+/// Alarm to raise, before its texts are looked up.
 pub(crate) struct RaisedAlarm<'a> {
     pub code: &'a str,
     pub source: &'a str,
@@ -103,25 +104,25 @@ pub(crate) struct RaisedAlarm<'a> {
     pub cause: Cause,
 }
 
-/// Alarms that wait for a person; more come from different sources than any person could read.
+/// Maximum number of current alarms; no person could read more.
 pub(crate) const CURRENT_MAX: usize = 1000;
-/// Alarms of the past; of more, see [`Alarms::trim`].
+/// Maximum number of past alarms; [`Alarms::trim`] drops the rest.
 pub(crate) const HISTORY_MAX: usize = 1000;
 
-/// The alarms of a system, as a call tells them.
+/// The alarms of a system, as returned by a call.
 #[derive(Clone, Debug, Serialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[cfg_attr(feature = "schema", schemars(rename = "Alarms"))]
 pub struct AlarmList {
     /// Alarms that are active or not acknowledged, newest last.
     pub current: Vec<Alarm>,
-    /// Alarms that an operator has taken out of that list for a time.
+    /// Alarms that an operator has removed from that list for a limited time.
     pub shelved: Vec<Alarm>,
     /// Alarms of the past, oldest first.
     pub history: Vec<Alarm>,
     /// Text of each code.
     pub texts: IndexMap<String, AlarmText>,
-    /// Alarms that had to leave before they were over, because there was no place for another.
+    /// Number of alarms that were dropped before they were over because the list was full.
     pub dropped: u64,
 }
 
@@ -132,9 +133,9 @@ pub(crate) struct Alarms {
     pub current: Vec<Alarm>,
     pub history: VecDeque<Alarm>,
     pub last: u64,
-    /// Alarms that had to leave before they were over, because there was no place for another.
+    /// Number of alarms that were dropped before they were over because the list was full.
     pub dropped: u64,
-    /// The wall clock may be asked.
+    /// True if the wall clock may be read.
     pub has_wall: bool,
 }
 
@@ -144,7 +145,7 @@ impl Alarms {
         if self.has_wall { wall().unwrap_or(now_ns) } else { now_ns }
     }
 
-    /// Gives back the alarm that had to leave for this one, if one did.
+    /// Raises an alarm. Returns the alarm that was dropped to make room for it, if any.
     pub fn raise(&mut self, raised: RaisedAlarm<'_>, now_ns: i64) -> Option<Alarm> {
         let wall_ns = self.wall_ns(now_ns);
         let said = self.texts.get(raised.code);
@@ -191,7 +192,7 @@ impl Alarms {
         dropped
     }
 
-    /// Drops one alarm and returns it: returned ones before active ones, of those the mildest, of those the oldest.
+    /// Drops one alarm and returns it: returned alarms before active ones, then the least severe, then the oldest.
     fn drop_one(&mut self, now_ns: i64) -> Option<Alarm> {
         let mildest = (0..self.current.len()).min_by_key(|&at| (self.current[at].active, self.current[at].severity))?;
         let mut gone = self.current.remove(mildest);
@@ -201,7 +202,7 @@ impl Alarms {
         Some(gone)
     }
 
-    /// Clears the cause of every alarm that `of` picks. Returns the number of them.
+    /// Clears the cause of every alarm that `of` selects. Returns the number of alarms cleared.
     pub fn clear(&mut self, now_ns: i64, of: impl Fn(&Alarm) -> bool) -> usize {
         let mut cleared = 0;
         for alarm in self.current.iter_mut().filter(|a| a.active && of(a)) {
@@ -212,7 +213,7 @@ impl Alarms {
         cleared
     }
 
-    /// Acknowledges every alarm that `of` picks. Returns the number of them.
+    /// Acknowledges every alarm that `of` selects. Returns the number of alarms acknowledged.
     pub fn acknowledge(&mut self, now_ns: i64, of: impl Fn(&Alarm) -> bool) -> usize {
         let mut seen = 0;
         for alarm in self.current.iter_mut().filter(|a| !a.acknowledged && of(a)) {
@@ -223,7 +224,7 @@ impl Alarms {
         seen
     }
 
-    /// Moves alarms that have returned and are acknowledged to the history, unless they are shelved.
+    /// Moves returned and acknowledged alarms to the history, unless they are shelved.
     pub(crate) fn sweep(&mut self) {
         let is_over = |a: &Alarm| !a.active && a.acknowledged && !a.is_shelved();
         let (over, current) = std::mem::take(&mut self.current).into_iter().partition(is_over);
@@ -237,8 +238,8 @@ impl Alarms {
         self.trim();
     }
 
-    /// Keeps the history within its bound: where it has more, the oldest leave of the code that has the most. One that chatters does not push the
-    /// others out.
+    /// Trims the history to its bound by dropping the oldest entries of the most frequent code, so that a chattering alarm does not push
+    /// out the others.
     pub fn trim(&mut self) {
         let over = self.history.len().saturating_sub(HISTORY_MAX);
         if over == 0 {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Alarms: what raises them, who has seen them, and what is shelved.
+//! Alarms: their causes, acknowledgement, and shelving.
 pub(crate) mod alarm_calls;
 pub(crate) mod causes;
 pub(crate) mod list;

@@ -1,28 +1,28 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The shelvings that an alarm remembers.
+//! Shelvings recorded with an alarm.
 use model::wording::printable;
 use serde::{Deserialize, Serialize};
 
-/// Shelving of an alarm: a time that it is out of the list.
+/// A shelving of an alarm: a period for which it is removed from the list.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Shelving {
-    /// Person or session that shelved it.
+    /// Person or session that shelved the alarm.
     pub who: String,
     pub reason: String,
-    /// Time at which it began, on the system's clock and on the wall (ns since 1970; under the virtual clock the system's own).
+    /// Time of the shelving, on the system's clock and on the wall clock (ns since 1970; under the virtual clock the system's own).
     pub time_ns: i64,
     pub wall_ns: i64,
-    /// Time at which it is over at the latest.
+    /// Time at which the shelving expires.
     pub until_ns: i64,
-    /// Time at which it ended; null while it lasts.
+    /// Time at which the shelving ended; null while it lasts.
     pub ended_ns: Option<i64>,
-    /// Person or session that ended it; empty: its time was over, or the alarm became one that cannot be shelved.
+    /// Person or session that ended the shelving; empty if it expired, or if the alarm became one that cannot be shelved.
     pub ended_by: String,
 }
 
 impl Shelving {
-    /// The same in texts that may be shown in a terminal.
+    /// Makes the texts of the shelving safe for a terminal.
     pub(crate) fn printable(self) -> Shelving {
         let (who, reason, ended_by) = (printable(self.who), printable(self.reason), printable(self.ended_by));
         Shelving { who, reason, ended_by, ..self }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Shelving: an operator takes an alarm out of the list for a time, and says why (ISA-18.2). It is the alarm that is shelved, not one
-//! occurrence of it: one that returns and comes again meanwhile stays shelved.
+//! Shelving: an operator removes an alarm from the list for a limited time and states a reason (ISA-18.2). The alarm itself is shelved,
+//! not one occurrence of it: if it returns and recurs meanwhile, it stays shelved.
 use crate::alarms::list::{Alarm, Alarms, Cause, Severity};
 use crate::alarms::shelving::Shelving;
 use crate::core::Core;
@@ -8,11 +8,11 @@ use crate::refuse::{refuse, unknown};
 use model::refusal::{Class, Refusals};
 use model::wording::printable;
 
-/// Longest time for which an alarm is shelved.
+/// Maximum time for which an alarm can be shelved.
 const FOR_MAX_NS: i64 = 24 * 3600 * 1_000_000_000;
-/// Shelvings that an alarm remembers: the latest.
+/// Maximum number of shelvings recorded with an alarm; the latest are kept.
 const REMEMBERED_MAX: usize = 16;
-/// Characters of a reason.
+/// Maximum number of characters of a reason.
 const REASON_MAX: usize = 400;
 
 /// Request to shelve an alarm.
@@ -24,12 +24,12 @@ pub struct ShelvingRequest {
 }
 
 impl Alarm {
-    /// Returns whether it is out of the list.
+    /// Returns true if the alarm is currently shelved.
     pub fn is_shelved(&self) -> bool {
         self.shelvings.last().is_some_and(|shelving| shelving.ended_ns.is_none())
     }
 
-    /// Returns the reason for which it has to stay in the list, where it has to.
+    /// Returns the reason why the alarm must stay in the list, if it must.
     fn unshelvable(&self) -> Option<&'static str> {
         match self.cause {
             Cause::Latch => Some("it is an emergency stop"),
@@ -38,14 +38,14 @@ impl Alarm {
         }
     }
 
-    /// Puts it back into the list, where it is shelved.
+    /// Returns the alarm to the list if it is shelved.
     pub(crate) fn unshelve(&mut self, now_ns: i64, who: &str) {
         if let Some(shelving) = self.shelvings.last_mut().filter(|shelving| shelving.ended_ns.is_none()) {
             (shelving.ended_ns, shelving.ended_by) = (Some(now_ns), printable(who));
         }
     }
 
-    /// Notes whether it can be shelved, and puts it back where it has become one that cannot.
+    /// Updates whether the alarm can be shelved, and returns it to the list if it no longer can.
     pub(crate) fn judge_shelvable(&mut self, now_ns: i64) {
         self.shelvable = self.unshelvable().is_none();
         if !self.shelvable {
@@ -55,7 +55,7 @@ impl Alarm {
 }
 
 impl Alarms {
-    /// Returns the time at which the next shelving is over.
+    /// Returns the time at which the next shelving expires.
     pub fn next_unshelving(&self) -> Option<i64> {
         self.current.iter().filter(|alarm| alarm.is_shelved()).filter_map(|alarm| Some(alarm.shelvings.last()?.until_ns)).min()
     }
@@ -70,7 +70,7 @@ impl Alarms {
 }
 
 impl Core {
-    /// Shelves an alarm. One that is shelved already gets the new time and reason.
+    /// Shelves an alarm. An alarm that is already shelved gets the new time and reason.
     pub fn shelve(&mut self, asked: &ShelvingRequest) -> Result<(), Refusals> {
         let reason = printable(asked.reason.trim());
         if reason.is_empty() || reason.chars().count() > REASON_MAX {
@@ -101,7 +101,7 @@ impl Core {
         Ok(())
     }
 
-    /// Puts an alarm back into the list. Returns whether it was shelved.
+    /// Returns an alarm to the list. Returns true if it was shelved.
     pub fn unshelve(&mut self, number: u64, who: &str) -> Result<bool, Refusals> {
         let now_ns = self.host.now_ns();
         let alarm = self.safety.alarms.known(number)?;
@@ -115,7 +115,7 @@ impl Core {
         Ok(true)
     }
 
-    /// Puts back what has had its time.
+    /// Returns alarms to the list whose shelving has expired.
     pub fn serve_shelvings(&mut self, now_ns: i64) {
         if self.safety.alarms.next_unshelving().is_none_or(|until_ns| until_ns > now_ns) {
             return;

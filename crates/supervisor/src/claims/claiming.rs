@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Claims: everything that a verb can write is its own from start to end, all or nothing. What another instance holds is refused,
-//! or, where the logical devices that it belongs to declare it, waited for in the order of the starts, or taken by aborting the
-//! holder. A start takes all that it needs at once, so no start holds one thing while it waits for another: there is no deadlock.
+//! Claims: an instance owns everything that it can write from start to end, all or nothing. A claim held by another instance is refused,
+//! or, if the logical device concerned declares it, queued in the order of the starts, or taken by aborting the holder. A start takes all
+//! its claims at once and never holds one while waiting for another, so there is no deadlock.
 use crate::core::Core;
 use crate::instances::cause::Cause;
 use crate::instances::course::Course;
@@ -17,12 +17,12 @@ use std::collections::BTreeSet;
 /// Result of a start's claims.
 pub(crate) enum Admission {
     Now,
-    /// It begins when these have ended.
+    /// The start begins when these instances have ended.
     Later(Vec<String>),
 }
 
 impl Core {
-    /// Decides if a start may begin now, later, or not at all.
+    /// Decides whether a start may begin now, later, or not at all.
     pub fn arbitrate(&mut self, request: &Request) -> Result<Admission, Refusals> {
         let instance = &self.instances[&request.id];
         let (plan, name) = (instance.plan.clone(), instance.name.clone());
@@ -39,7 +39,7 @@ impl Core {
         holders.sort_unstable();
         holders.dedup();
         if held.iter().all(|h| h.arbitration == Arbitration::Abort) {
-            // A later start takes their places, too.
+            // A later start also replaces queued ones.
             let waiting: Vec<u64> = holders.iter().filter(|h| self.instances[h].state() == State::Queued).copied().collect();
             self.instances.queue.retain(|r| !waiting.contains(&r.id));
             for id in waiting {
@@ -50,7 +50,7 @@ impl Core {
         Ok(Admission::Later(holders.iter().map(|h| self.instances[h].name.clone()).collect()))
     }
 
-    /// Begins what may begin, in the order of the starts; aborts the holders where that is all that is left to wait for.
+    /// Begins queued starts that can begin, in order; aborts holders if they are all that is left to wait for.
     pub fn serve_queue(&mut self) {
         let mut place = 0;
         while let Some(request) = self.instances.queue.get(place) {
@@ -68,7 +68,7 @@ impl Core {
                 let length = self.instances.queue.len();
                 holders.into_iter().for_each(|holder| self.course(holder).abort(&name, &plan));
                 if self.instances.queue.len() != length {
-                    // A holder has ended at once, and the queue was served.
+                    // A holder ended at once, and the queue was served meanwhile.
                     return;
                 }
             }
@@ -76,7 +76,7 @@ impl Core {
         }
     }
 
-    /// Begins a start whose turn has come, if its premises still hold.
+    /// Begins a start whose turn has come, if its preconditions still hold.
     fn admit(&mut self, request: Request) {
         let instance = &self.instances[&request.id];
         let (id, name) = (instance.id, instance.name.clone());
@@ -95,8 +95,8 @@ impl Core {
 }
 
 impl Course<'_> {
-    /// Ends an instance because a later start takes what it holds; once. Where that acts on all its devices it goes on with them at once;
-    /// what would be left behind in its motion comes to rest first.
+    /// Ends an instance, once, because a later start takes its claims. If the start acts on all devices of the instance, it takes over at
+    /// once; otherwise the instance first comes to rest.
     fn abort(&mut self, by: &str, plan: &Plan) {
         let id = self.id;
         let message = format!("'{by}' was started");
@@ -110,7 +110,7 @@ impl Course<'_> {
         self.end_by(SystemCondition::Aborted, message);
     }
 
-    /// Ends a start that has not begun.
+    /// Ends a queued start that has not begun.
     pub fn leave_queue(&mut self, condition: usize, message: &str, asked_for: bool) {
         let id = self.id;
         self.core.instances.queue.retain(|request| request.id != id);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Claims: who may write what, and takeover by a start.
+//! Claims of writers, and takeover by a start.
 pub(crate) mod claiming;
 pub(crate) mod takeover;
 pub(crate) mod writers;

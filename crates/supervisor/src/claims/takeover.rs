@@ -8,7 +8,7 @@ use model::interface::Mode;
 use model::plan::{CellKind, Plan, Target};
 
 impl Carrier<'_> {
-    /// Keeps the values that ψ stores into SVVs, for images that get them later.
+    /// Keeps the values that ψ stores into SVVs, for images that are created later.
     pub fn keep_stored(&mut self, plan: &Plan, stores: &[(Target, Vec<u8>)]) {
         let now_ns = self.host.now_ns();
         for (_, name, bytes) in stored_svvs(plan, stores) {
@@ -21,7 +21,7 @@ impl Carrier<'_> {
         }
     }
 
-    /// Gives the SVVs that the instance writes to its sources: connections are replaced where the writer's source changes.
+    /// Moves the SVVs that the instance writes to its sources; replaces connections if the writer's source changes.
     pub fn take_over(&mut self, id: u64) -> Vec<Movement> {
         let instance = &self.instances[&id];
         let plan = instance.plan.clone();

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Present writer of an SVV, and its source: of the ports that may, those of the instance that has claimed it.
+//! Current writer of an SVV, and its source. Among the possible writers it is a port of the instance that has claimed the SVV.
 use crate::registry::Registry;
 use crate::svvs::cells::WriterRecord;
 use indexmap::IndexMap;
@@ -10,7 +10,7 @@ use model::plan::{CellKind, Claim, Plan};
 pub(crate) type Pair = (SourceId, SourceId);
 
 impl Registry {
-    /// Returns the present writer of an SVV: of the instance that has claimed it the block that is on, else the first that could.
+    /// Returns the current writer of an SVV: the active block of the instance that has claimed it, or else the first possible writer.
     pub fn driver_of(&self, svv: &str) -> Option<&WriterRecord> {
         let record = self.svvs.get(svv)?;
         let holder = self.claims.get(&Claim::Svv { id: record.id, name: svv.to_owned() });
@@ -18,7 +18,7 @@ impl Registry {
         held().find(|writer| Some(writer.block) == record.written_by).or_else(|| held().next()).or_else(|| record.writers.first())
     }
 
-    /// Makes `source` the home of an SVV: its cell there holds the present value. The pairs that change.
+    /// Makes `source` the home of an SVV: its cell there holds the current value. Returns the pairs that change.
     pub fn hand_over(&mut self, svv: &str, source: SourceId) -> Vec<Pair> {
         let Some(record) = self.svvs.get_mut(svv) else { return Vec::new() };
         if record.home == Some(source) {
@@ -34,12 +34,12 @@ impl Registry {
         pairs
     }
 
-    /// Makes a block of the instance that has claimed an SVV its writer; returns true if it had another one before.
+    /// Makes a block of the claiming instance the writer of an SVV; returns true if the writer changed.
     pub fn writes(&mut self, svv: &str, block: BlockId) -> bool {
         self.svvs.get_mut(svv).is_some_and(|svv| svv.written_by.replace(block) != Some(block))
     }
 
-    /// Returns the SVVs that a plan writes and that another instance is bound to.
+    /// Returns the SVVs that a plan writes and that other instances are bound to.
     pub fn shared_svvs(&self, plan: &Plan) -> Vec<String> {
         let written = plan.cells.iter().filter(|cell| !cell.writers.is_empty());
         let svvs = written.filter_map(|cell| if let CellKind::Svv { name, .. } = &cell.kind { Some(name) } else { None });

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Trying a block without a system, under the guard that firings have: what goes wrong in it is its fault, not this process's end.
+//! Trial of a block without a system, under the same guard as firings: a failure is the block's fault and does not end this process.
 use crate::definitions::download::{library_faces, load};
 use crate::refuse::{refuse, unknown};
 use indexmap::IndexMap;
@@ -13,23 +13,23 @@ use serde_json::{Value as Json, json};
 use std::path::Path;
 use std::time::{Duration, Instant};
 
-/// Invocations of one trial: all that they store is kept until its end.
+/// Maximum number of invocations of a trial; all values are kept until its end.
 const TIMES_MAX: usize = 10_000_000;
 
 /// Request for a trial.
 pub struct TrialRequest {
     /// Constants.
     pub values: IndexMap<String, Value>,
-    /// A list each, with one value an invocation.
+    /// List of values for each input, one value per invocation.
     pub inputs: IndexMap<String, Vec<Value>>,
     pub times: usize,
     /// Time from one invocation to the next.
     pub period_ns: i64,
-    /// The interpreter of this process runs the block's body.
+    /// True if the interpreter of this process runs the block's body.
     pub is_interpreted: bool,
 }
 
-/// A block on trial.
+/// A block under trial.
 pub struct BlockTrial {
     trial: Trial,
     interface: Interface,
@@ -42,7 +42,7 @@ pub struct BlockTrial {
     fault: Json,
 }
 
-/// Makes a trial of a block of a module, or of the `library`; nothing has run yet.
+/// Prepares a trial of a block of a module, or of the `library`, without running it.
 pub fn trial(module: &str, block: &str, given: TrialRequest, python: &str) -> Result<BlockTrial, Refusals> {
     if given.times > TIMES_MAX {
         let message = format!("a trial of {} invocations is too long", given.times);
@@ -62,7 +62,7 @@ pub fn trial(module: &str, block: &str, given: TrialRequest, python: &str) -> Re
     let mut trial = Trial::of(face);
     trial.period_ns = given.period_ns;
     if let Some(item) = interface.items.iter().find(|i| i.kind == Kind::Size) {
-        // First: the lengths of the others depend on it.
+        // The size comes first: the lengths of other items depend on it.
         put(&mut trial, &interface, &item.name, &Value::Integer(0), size)?;
     }
     for (name, value) in &given.values {
@@ -78,7 +78,7 @@ fn is_shown(item: &Item) -> bool {
 }
 
 impl BlockTrial {
-    /// Goes on for about `slice`, in the thread that calls it; false when it is through.
+    /// Runs the trial for about `slice` in the calling thread; returns false when it is finished.
     pub fn go_on(&mut self, slice: Duration) -> Result<bool, Refusals> {
         let begun = Instant::now();
         while self.time < self.given.times && self.fault.is_null() {
@@ -91,7 +91,8 @@ impl BlockTrial {
         Ok(self.time < self.given.times && self.fault.is_null())
     }
 
-    /// Returns each output's values, the conditions as (invocation, name, value or none), and the fault that ended it, if one did.
+    /// Returns the values of each output, the conditions as (invocation, name, value or none), and the fault that ended the trial, if
+    /// any.
     pub fn json(self) -> Json {
         json!({ "outputs": self.outputs, "conditions": self.conditions, "fault": self.fault })
     }
@@ -103,7 +104,7 @@ impl BlockTrial {
                 put(trial, interface, name, value, size)?;
             }
         }
-        // SAFETY: the trial's own instance; after a fault it is not run again.
+        // SAFETY: the instance belongs to the trial; it is not run again after a fault.
         let ran = trial.run_by(|run, instance, invocation| unsafe { self.sandbox.call(run, instance, invocation) });
         if let Err(why) = ran {
             self.fault = json!({"invocation": self.time, "text": why.to_string()});
@@ -122,7 +123,7 @@ impl BlockTrial {
     }
 }
 
-/// Returns n of a sized block: given, or the length of a sized item's value.
+/// Returns n of a sized block: the value passed, or the length of a sized item's value.
 fn size_of(interface: &Interface, values: &IndexMap<String, Value>, inputs: &IndexMap<String, Vec<Value>>) -> Result<Option<u32>, Refusals> {
     let Some(item) = interface.items.iter().find(|i| i.kind == Kind::Size) else { return Ok(None) };
     if let Some(Value::Integer(n)) = values.get(&item.name) {

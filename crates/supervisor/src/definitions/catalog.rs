@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The code that is there: the library and the modules that were downloaded.
+//! Catalogue of available code: the library and the downloaded modules.
 use indexmap::IndexMap;
 use model::interface::Interface;
 use opengpac::abi::Descriptor;
@@ -7,7 +7,7 @@ use std::any::Any;
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 use std::sync::Arc;
 
-/// A block that can be installed.
+/// An installable block.
 #[derive(Clone)]
 pub(crate) struct Code {
     pub descriptor: &'static Descriptor,
@@ -16,13 +16,13 @@ pub(crate) struct Code {
     pub interface: Arc<Interface>,
 }
 
-/// Every block by `module.block`. A module of the same name takes the place of the one before; instances keep theirs.
+/// All blocks by `module.block`. A module replaces a previous one of the same name; existing instances keep theirs.
 #[derive(Default)]
 pub(crate) struct Catalog {
     pub blocks: HashMap<String, Code>,
     /// module → declarations of its struct types.
     pub modules: IndexMap<String, IndexMap<String, String>>,
-    /// SHA-256 digests of the shared objects that were ever entered.
+    /// SHA-256 digests of all shared objects entered so far.
     pub digests: BTreeSet<String>,
 }
 
@@ -40,7 +40,7 @@ impl Catalog {
         self.modules.insert(module.to_owned(), types);
     }
 
-    /// Returns the present shared objects, by the names of their modules.
+    /// Returns the current shared objects by module name.
     pub fn code(&self) -> Vec<(String, Vec<u8>)> {
         let mut found: BTreeMap<&str, Vec<u8>> = BTreeMap::new();
         for code in self.blocks.values() {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Code: the library, and modules that are entered under a name.
+//! Code: the library, and modules entered under a name.
 use crate::definitions::catalog::Code;
 use crate::definitions::download::load;
 use crate::observation::description::ModuleAbout;
@@ -20,9 +20,9 @@ impl System {
         self.enter_module("library", &faces, &types, Arc::new(rtp::Module::library()));
     }
 
-    /// Enters blocks that are part of this program (Rust blocks linked into it) as module `module`; a module of that name is
-    /// redefined. For code that comes while the system runs see [`System::download`]. Refused where a descriptor is not in order
-    /// (`ModuleError`), or an instance of the module's blocks runs (`InUse`).
+    /// Enters blocks that are part of this program (Rust blocks linked into it) as module `module`; an existing module of that name is
+    /// redefined. For code that arrives while the system runs see [`System::download`]. Fails with `ModuleError` if a descriptor is
+    /// invalid, and with `InUse` if an instance of the module's blocks runs.
     pub fn enter(&self, module: &str, blocks: &[&'static opengpac::abi::Descriptor], types: &[&'static opengpac::abi::TypeDescriptor]) -> Result<(), Refusals> {
         self.refuse_busy_module(module)?;
         let wrong = |why: String| refuse(Class::ModuleError, format!("cannot enter module '{module}': {why}"), "");
@@ -32,7 +32,7 @@ impl System {
         Ok(())
     }
 
-    /// Enters blocks under a module's name; verbs that use them are checked again when they are applied next.
+    /// Enters blocks under a module's name; verbs that use them are rechecked when next applied.
     pub(crate) fn enter_module(
         &self,
         module: &str,
@@ -57,7 +57,7 @@ impl System {
         definitions.catalog.enter(module, types, code);
         definitions.checked.clear();
         drop(definitions);
-        // A module that comes anew is trusted anew.
+        // A replaced module is trusted again.
         self.shared.locked().safety.poisoned.remove(module);
     }
 
@@ -75,18 +75,18 @@ impl System {
         }
     }
 
-    /// Returns the shared objects of the present code modules, by the modules' names.
+    /// Returns the shared objects of the current code modules by module name.
     pub fn module_code(&self) -> Vec<(String, Vec<u8>)> {
         self.shared.definitions().catalog.code()
     }
 
-    /// Returns SHA-256 digests of the shared objects of all code modules that the system has had, in hexadecimal digits.
+    /// Returns the SHA-256 digests, in hexadecimal, of the shared objects of all code modules that the system has had.
     pub fn module_digests(&self) -> Vec<String> {
         self.shared.definitions().catalog.digests.iter().cloned().collect()
     }
 
-    /// Downloads a code module: C or C++ source, a shared object, a compiled Rust module. Its blocks are `module.block`; a name
-    /// that is there is redefined. `python`: the interpreter that tries modules and may have the `ziglang` wheel.
+    /// Downloads a code module: C or C++ source, a shared object, or a compiled Rust module. Its blocks are named `module.block`; an
+    /// existing module of that name is redefined. `python`: the interpreter that tests modules and may have the `ziglang` wheel.
     pub fn download(&self, path: &Path, name: Option<&str>, python: &str) -> Result<ModuleAbout, Refusals> {
         let stem = path.file_stem().and_then(|s| s.to_str()).unwrap_or("module").trim_start_matches("lib").to_owned();
         let module = name.map_or(stem, str::to_owned);

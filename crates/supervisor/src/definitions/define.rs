@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Verbs, graphs and types of devices. They can be defined at any time, as long as nothing that runs is affected.
+//! Definitions of verbs, graphs and device types. They can be defined at any time, as long as no running instance is affected.
 use crate::refuse::{known_unit, refuse, refuse_at, unknown};
 use crate::system::System;
 use indexmap::IndexMap;
@@ -10,7 +10,7 @@ use model::{CheckedVerb, Composition, check_graph, compose};
 use std::sync::Arc;
 
 impl System {
-    /// Patterns over `verb.label` → source.
+    /// Sets the placement: patterns over `verb.label` → source.
     pub fn place(&self, placement: IndexMap<String, String>) -> Result<(), Refusals> {
         let mut definitions = self.shared.definitions();
         for source in placement.values() {
@@ -22,7 +22,7 @@ impl System {
         Ok(())
     }
 
-    /// Enters a verb. An equal definition is nothing; another one of the name is refused while an instance runs.
+    /// Enters a verb. An equal definition has no effect; a different one of the same name is refused while an instance runs.
     pub fn define_verb(&self, verb: Verb) -> Result<(), Refusals> {
         let mut definitions = self.shared.definitions();
         if definitions.configuration.verbs.get(&verb.name) == Some(&verb) && definitions.checked.contains_key(&verb.name) {
@@ -35,7 +35,7 @@ impl System {
         Ok(())
     }
 
-    /// Refuses where an instance of the verb runs or is suspended.
+    /// Refuses the call if an instance of the verb runs or is suspended.
     fn refuse_busy(&self, verb: &str, call: &str) -> Result<(), Refusals> {
         let core = self.shared.locked();
         match core.instances.values().find(|i| i.plan.verb == verb && i.is_busy()) {
@@ -54,7 +54,7 @@ impl System {
         if refusals.is_empty() { Ok(()) } else { Err(refusals) }
     }
 
-    /// Makes a verb of several; nothing is entered.
+    /// Composes a verb from several without entering it.
     pub fn compose(&self, composition: &Composition) -> Result<Verb, Refusals> {
         compose(composition, &self.as_configured())
     }

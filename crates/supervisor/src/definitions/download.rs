@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Code that comes while the system runs.
+//! Code that arrives while the system runs.
 use crate::refuse::{refuse, refuse_at};
 use indexmap::IndexMap;
 use model::interface::Interface;
@@ -9,7 +9,7 @@ use opengpac::read::{BlockFace, TypeFace};
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 
-/// Loads a module; what is wrong with the file is a `ModuleError`.
+/// Loads a module; fails with `ModuleError` if the file is faulty.
 pub fn load(path: &Path, python: &str) -> Result<modules::LoadedModule, Refusals> {
     let options = LoadOptions { probe: probe(python), build: BuildOptions { python: Some(python.into()), ..BuildOptions::default() } };
     modules::load(path, &options).map_err(|error| {
@@ -29,7 +29,7 @@ fn probe(python: &str) -> Probe {
     Probe::of([OsString::from(python), "-I".into(), "-c".into(), modules::PYTHON_PROBE.into()])
 }
 
-/// Compiles C or C++ sources into a code module; its path.
+/// Compiles C or C++ sources into a code module and returns its path.
 pub fn build(sources: &[PathBuf], output: Option<PathBuf>, python: &str) -> Result<PathBuf, Refusals> {
     let options = BuildOptions { output, python: Some(python.into()), ..BuildOptions::default() };
     modules::build(sources, &options).map_err(|error| match error {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Definitions that are drawn, judged against what the system knows. Nothing is entered.
+//! Checks of drawn definitions against the configuration of the system. Nothing is entered.
 use crate::system::System;
 use model::configuration::Configuration;
 use model::refusal::Refusals;
@@ -7,17 +7,17 @@ use model::{Drawing, PortName, Verdict, check_definition, check_drawing, compati
 use std::sync::Arc;
 
 impl System {
-    /// Returns the present configuration. A check, which may take long, holds no lock meanwhile.
+    /// Returns a snapshot of the configuration, so that a long check holds no lock.
     pub(crate) fn as_configured(&self) -> Arc<Configuration> {
         self.shared.definitions().configuration.as_it_is()
     }
 
-    /// Returns all that is wrong with a definition, types and units too; nothing is entered.
+    /// Returns all mistakes of a definition, including types and units; nothing is entered.
     pub fn check_definition(&self, drawing: &Drawing) -> Result<Refusals, Refusals> {
         check_definition(drawing, &self.as_configured())
     }
 
-    /// As [`System::check_definition`], and what installing it would refuse whatever it is given.
+    /// Checks as [`System::check_definition`] does, and adds everything that an installation would refuse for any arguments.
     pub fn check_drawing(&self, drawing: &Drawing) -> Result<Refusals, Refusals> {
         check_drawing(drawing, &self.as_configured())
     }
@@ -27,7 +27,7 @@ impl System {
         compatible(drawing, &self.as_configured(), from, to)
     }
 
-    /// Returns the same for one port and every other one.
+    /// Returns why one port cannot be wired, for each other port.
     pub fn compatible_with(&self, drawing: &Drawing, from: &PortName) -> Result<Vec<Verdict>, Refusals> {
         compatible_with(drawing, &self.as_configured(), from)
     }

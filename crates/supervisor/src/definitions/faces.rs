@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Interfaces for the model, from what a code module says of its blocks.
+//! Converts the block descriptions of a code module into interfaces for the model.
 use indexmap::IndexMap;
 use model::interface::{Interface, Item, Kind, Mode};
 use opengpac::read::{self, BlockFace, ItemFace};

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Definitions: code, verbs, graphs and types of devices, and how a block is tried.
+//! Definitions: code, verbs, graphs and device types, and trials of blocks.
 pub(crate) mod block_trial;
 pub(crate) mod catalog;
 pub(crate) mod code;

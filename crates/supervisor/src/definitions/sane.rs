@@ -1,26 +1,27 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Checks of values that have the right type and make no sense: names that no line of a log can show, sizes that no machine has.
+//! Checks of values that have the right type but are not sensible: names that cannot be shown in a line of a log, sizes that no machine
+//! has.
 use crate::refuse::refuse;
 use model::definition::SvvSpecification;
 use model::refusal::{Class, Refusals};
 
-/// Characters of a name.
+/// Maximum number of characters of a name.
 const CHARACTERS_MAX: usize = 256;
 
-/// Bytes of one value of an SVV.
+/// Maximum size of one value of an SVV, bytes.
 const VALUE_MAX: usize = 16 << 20;
 
-/// Bytes of what an SVV keeps of its past.
+/// Maximum size of the history of an SVV, bytes.
 const PAST_MAX: u64 = 1 << 30;
 
-/// Bytes of a row of the past beside its value: number and time.
+/// Bytes of a row of the history in addition to its value: number and time.
 const STAMP: u64 = 16;
 
-/// Checks a name: a text of 1 to 256 characters, not all of them blank, that can be shown in one line of a log. `what`: what it names, as in
-/// "the name of an SVV".
+/// Checks a name: 1 to 256 characters, not all blank, that can be shown in one line of a log. `what`: what it names, as in "the name of
+/// an SVV".
 ///
 /// # Errors
-/// [`Class::CallError`] with the rule that it breaks.
+/// [`Class::CallError`] with the rule that is violated.
 pub fn check_name(what: &str, name: &str) -> Result<(), Refusals> {
     let refused = |why: String, remedy: String| Err(refuse(Class::CallError, format!("{what} is {why}"), remedy));
     if name.trim().is_empty() {
@@ -39,7 +40,8 @@ pub fn check_name(what: &str, name: &str) -> Result<(), Refusals> {
     Ok(())
 }
 
-/// Returns true for control characters, ends of lines and paragraphs, and format characters, which have no width or turn the direction of a line.
+/// Returns true for control characters, line and paragraph separators, and format characters, which have no width or change the writing
+/// direction.
 fn is_hidden(character: char) -> bool {
     character.is_control() || matches!(character, '\u{ad}' | '\u{200b}'..='\u{200f}' | '\u{2028}'..='\u{202e}' | '\u{2060}'..='\u{206f}' | '\u{feff}')
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Definitions: configuration and code, and where processors run.
+//! Definitions: configuration and code, and the locations of processors.
 use crate::copied::CopiedState;
 use crate::definitions::catalog::Catalog;
 use crate::processors::location::{Location, Processor};
@@ -14,19 +14,19 @@ use model::refusal::{Class, Refusals};
 use std::collections::HashMap;
 use std::sync::Arc;
 
-/// Definitions of a system. Locked before the core where both are needed.
+/// Definitions of a system. Locked before the core if both are needed.
 #[derive(Default)]
 pub(crate) struct Definitions {
     pub configuration: CopiedState<Configuration>,
     pub catalog: Catalog,
-    /// Verbs that have been checked with the code and device types that are there now.
+    /// Verbs checked against the current code and device types.
     pub checked: HashMap<String, Arc<CheckedVerb>>,
     pub plans: Plans,
     pub processors: IndexMap<String, Processor>,
 }
 
 impl Definitions {
-    /// Returns the checked form of a verb; it is replaced when a module that it may use has changed.
+    /// Returns the checked form of a verb; it is checked again if a module that it may use has changed.
     pub fn checked(&mut self, verb: &str) -> Result<Arc<CheckedVerb>, Refusals> {
         if let Some(checked) = self.checked.get(verb) {
             return Ok(checked.clone());
@@ -39,7 +39,7 @@ impl Definitions {
         Ok(checked)
     }
 
-    /// Returns the plan of an application as everything is now, and the verb that it is of.
+    /// Returns the plan of an application in the current configuration, and its verb.
     pub fn planned(&mut self, application: &Application) -> Result<(Arc<CheckedVerb>, Arc<Plan>), Refusals> {
         let checked = self.checked(&application.verb)?;
         let plan = self.plans.of(application, &checked, &self.configuration)?;
@@ -48,8 +48,8 @@ impl Definitions {
 }
 
 impl Definitions {
-    /// Returns another processor of the process that a new one is to share; none if it is the first there. Errors: the process of that name is
-    /// another processor's own.
+    /// Returns another processor in the process that a new one is to share; `None` if it is the first there. Fails if the process of that
+    /// name belongs to a single processor.
     pub(crate) fn beside(&self, name: &str, location: &Location) -> Result<Option<&str>, Refusals> {
         let Some(process) = location.process(name) else { return Ok(None) };
         let Some((other, found)) = self.processors.iter().find(|(other, found)| found.location.process(other) == Some(process)) else { return Ok(None) };

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Lists the verbs and blocks of the system, for a person who searches them or starts a verb by hand.
+//! Lists of the verbs and blocks of the system, for a person who searches them or starts a verb by hand.
 use crate::observation::description::ModuleAbout;
 use crate::refuse::unknown;
 use crate::system::System;
@@ -10,16 +10,16 @@ use model::refusal::Refusals;
 use model::{FormArgument, FormInput};
 use serde::Serialize;
 
-/// A verb in one line.
+/// A one-line summary of a verb.
 #[derive(Clone, Debug, Serialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct VerbSummary {
     pub name: String,
     pub doc: String,
     pub class: VerbClass,
-    /// The device types that it supports.
+    /// Device types that the verb supports.
     pub supports: Vec<String>,
-    /// True if it has one command list.
+    /// True if the verb has only one command list.
     pub simple: bool,
     /// Names of its command lists.
     pub lists: Vec<String>,
@@ -31,31 +31,31 @@ pub struct VerbSummary {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub enum VerbClass {
-    /// The verb keeps the logical devices of a type going.
+    /// The verb operates the logical devices of a type.
     #[serde(rename = "supports devices")]
     SupportsDevices,
     #[serde(rename = "acts on devices")]
     ActsOnDevices,
 }
 
-/// The inputs that a start of the verb asks for.
+/// Inputs requested for starting a verb.
 #[derive(Clone, Debug, Serialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct VerbForm {
     pub name: String,
     pub doc: String,
-    /// True if it may be started in manual mode.
+    /// True if the verb may be started in manual mode.
     pub manual: bool,
-    /// Arguments with which an instance is made.
+    /// Arguments for creating an instance.
     pub arguments: Vec<FormArgument>,
-    /// The values that a start may be given.
+    /// Values that may be passed to a start.
     pub inputs: Vec<FormInput>,
-    /// The definition itself.
+    /// Definition of the verb.
     pub defined: Verb,
 }
 
 impl System {
-    /// Returns the verbs: name, description, whether each supports devices (of which types) or acts on devices, lists, parts.
+    /// Returns the verbs with their names, descriptions, supported device types or use of devices, lists and parts.
     pub fn verbs(&self) -> Vec<VerbSummary> {
         let definitions = self.shared.definitions();
         let c = &definitions.configuration;
@@ -74,7 +74,7 @@ impl System {
         c.verbs.values().map(summary).collect()
     }
 
-    /// Returns what a form that starts a verb needs: its arguments and input parameters, and the definition itself.
+    /// Returns the contents of a form that starts a verb: its arguments and input parameters, and the definition itself.
     pub fn verb_form(&self, name: &str) -> Result<VerbForm, Refusals> {
         let mut definitions = self.shared.definitions();
         let Some(verb) = definitions.configuration.verbs.get(name).cloned() else {
@@ -91,12 +91,12 @@ impl System {
         })
     }
 
-    /// Interfaces of every block that there is: of the library, and of the code modules that were downloaded.
+    /// Returns the interfaces of all blocks: of the library and of the downloaded code modules.
     pub fn blocks(&self) -> Vec<Interface> {
         self.as_configured().interfaces.values().cloned().collect()
     }
 
-    /// Interfaces of the blocks of a module.
+    /// Returns the interfaces of the blocks of a module.
     pub fn module_about(&self, module: &str) -> ModuleAbout {
         let definitions = self.shared.definitions();
         let prefix = format!("{module}.");

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Logical devices as they run: enable, disable, their parameters.
+//! Logical devices at run time: enabling, disabling, and their parameters.
 use crate::core::Core;
 use crate::instances::course::Course;
 use crate::instances::following_errors::{GAP_MAX, number};
@@ -14,7 +14,7 @@ use model::configuration::Configuration;
 use model::refusal::Refusals;
 
 impl Core {
-    /// Starts the device's own verb instance; without one it is enabled at once. Returns the instance, or 0.
+    /// Starts the device's own verb instance; a device without one is enabled at once. Returns the instance, or 0.
     pub fn enable(&mut self, device: &str, configuration: &Configuration) -> Result<u64, Refusals> {
         let record = self.registry.logical(device)?;
         match record.state {
@@ -38,7 +38,8 @@ impl Core {
         Ok(instance)
     }
 
-    /// Tells once of each physical device in the sources of an instance that nothing makes safe when the process that commands it is gone.
+    /// Logs, once per physical device in the sources of an instance, that nothing makes the device safe if the process commanding it
+    /// exits.
     fn tell_unguarded(&mut self, instance: u64) {
         let now_ns = self.host.now_ns();
         let Some(instance) = self.instances.get(&instance) else { return };
@@ -52,7 +53,7 @@ impl Core {
         }
     }
 
-    /// Ends the verbs that use it, then its own. True when it is done already.
+    /// Ends the verbs that use the device, then its own. Returns true if this is already done.
     pub fn disable(&mut self, device: &str) -> Result<bool, Refusals> {
         let record = self.registry.logical(device)?;
         let instance = record.instance;
@@ -74,8 +75,8 @@ impl Core {
         Ok(self.registry.logical[device].state == DeviceState::Disabled)
     }
 
-    /// Halts the actions, then disables the devices: the orderly end. Returns true when nothing runs. `is_late`: what τ does with
-    /// `halted` has had its time.
+    /// Winds down in order: halts the actions, then disables the devices. Returns true when nothing runs. `is_late`: the lists to which τ
+    /// leads on `halted` have used up their time.
     pub fn wind_down(&mut self, is_late: bool) -> bool {
         let mut actions: Vec<u64> = (self.instances.values())
             .filter(|i| i.owner.is_none() && matches!(i.state(), State::Queued | State::Running | State::Suspended) && !i.is_ending())
@@ -93,7 +94,7 @@ impl Core {
         }
         let devices: Vec<String> = self.registry.logical.keys().cloned().collect();
         for device in devices {
-            // A device of that name is there: it was listed just now.
+            // The device exists: it was just listed.
             let _done = self.disable(&device);
         }
         !self.instances.values().any(|i| i.is_busy())
@@ -101,7 +102,7 @@ impl Core {
 }
 
 impl Course<'_> {
-    /// Ends an instance without asking τ, and without an ending list.
+    /// Ends an instance without following τ or running an ending list.
     pub fn end_now(&mut self, condition: SystemCondition, message: &str) {
         let id = self.id;
         let now_ns = self.core.host.now_ns();
@@ -124,11 +125,11 @@ impl Course<'_> {
     }
 }
 
-/// Period at which limits are looked at if no event brings them, ns.
+/// Period for checking limits in the absence of events, ns.
 const WATCH_NS: i64 = 5_000_000;
 
 impl Core {
-    /// Returns when the supervisor has to wake up at the latest.
+    /// Returns the latest time at which the supervisor must wake.
     pub fn next_wake(&self, now_ns: i64) -> Option<i64> {
         let watches = self.instances.values().any(|i| i.state() == State::Running && i.times.limits.overruns.is_some());
         let watch = watches.then_some(now_ns + WATCH_NS);
@@ -137,7 +138,7 @@ impl Core {
 }
 
 impl Core {
-    /// Sets a tunable parameter of a device, in every running instance whose ψ takes it, alone or with those of other devices.
+    /// Sets a tunable parameter of a device in every running instance whose ψ uses it, alone or together with other devices.
     pub fn tune(&mut self, device: &str, parameter: &str, configuration: &Configuration) -> Result<(), Refusals> {
         use model::plan::InputOrigin;
         let mut stores = Vec::new();
@@ -167,7 +168,7 @@ impl Core {
         Ok(())
     }
 
-    /// Remembers how much time a device allows to be lost.
+    /// Records how much lost time a device allows.
     fn keep_gap_max(&mut self, device: &str, configuration: &Configuration) {
         if let Some(record) = self.registry.logical.get_mut(device) {
             record.gap_max_s = configuration.logical_devices.get(device).and_then(|of| number(of.parameters.get(GAP_MAX)?));

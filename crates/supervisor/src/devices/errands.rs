@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Services of drivers and searches for devices that are being carried out, each until its answer is taken.
+//! Service calls and device searches in progress, each kept until its answer is taken.
 use crate::refuse::refuse;
 use device::ServiceError;
 use model::refusal::{Class, Refusals};
@@ -10,14 +10,14 @@ use std::sync::{Arc, Condvar, Mutex, PoisonError};
 /// Maximum number of service calls, including ended ones whose answer has not been taken.
 const ERRANDS_MAX: usize = 64;
 
-/// Service calls that are being carried out.
+/// Service calls in progress.
 #[derive(Default)]
 pub(crate) struct Errands {
     last: u64,
     out: BTreeMap<u64, Arc<Errand>>,
 }
 
-/// A service or a search that is being carried out, until its answer is taken.
+/// A service call or search in progress, kept until its answer is taken.
 pub(crate) struct Errand {
     /// Subject of the call: `device 'line'`, `driver 'feetech'`.
     pub of: String,
@@ -47,7 +47,7 @@ impl Errands {
         self.out.get(&number).cloned()
     }
 
-    /// Its answer was taken.
+    /// Removes a call whose answer was taken.
     pub fn remove(&mut self, number: u64) {
         self.out.remove(&number);
     }

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Exchanging the verb that keeps a logical device going, while it and the verbs that use it run: between two firings the blocks of
-//! one go off and those of the other on. Blocks of the same label and code keep their states, outputs and invocation numbers, cells
-//! of the same name their values, and running time goes on.
+//! Exchange of a logical device's own verb while the device and the verbs that use it run: between two firings the blocks of the old verb
+//! are switched off and those of the new one on. Blocks of the same label and code keep their states, outputs and invocation numbers,
+//! cells of the same name keep their values, and running time continues.
 use crate::core::Core;
 use crate::instances::cause::Cause;
 use crate::instances::course::Course;
@@ -21,7 +21,7 @@ use model::plan::{Binding, CellKind, PlannedBlock, Target};
 use model::refusal::{Class, Refusals};
 
 impl Core {
-    /// Puts the instance `new` in the place of the one that keeps the device going; that one is over, if there was one.
+    /// Replaces the device's own verb instance by the instance `new`. Ends the old one, if any.
     pub fn exchange(&mut self, device: &str, new: u64, configuration: &Configuration) -> Result<Option<u64>, Refusals> {
         let record = self.registry.logical(device)?;
         let (state, old) = (record.state, record.instance);
@@ -59,7 +59,7 @@ impl Core {
 }
 
 impl Course<'_> {
-    /// Ends the start of the old verb too; the device is not told of it.
+    /// Also ends the start of the old verb, without notifying the device.
     fn end_exchanged(&mut self, verb: &str) {
         let old = self.id;
         let time_ns = self.core.host.now_ns();
@@ -71,21 +71,21 @@ impl Course<'_> {
     }
 }
 
-/// Returns for each block of the new verb that of the old one which it goes on from: of the same label, size and code.
+/// Returns, for each block of the new verb, the block of the old one that it continues: of the same label, size and code.
 fn kept_blocks(from: &Instance, to: &Instance) -> Vec<Option<usize>> {
     let same_label = |planned: &PlannedBlock| from.plan.blocks.iter().position(|b| b.label == planned.label && b.size == planned.size);
     let kept = |(at, planned): (usize, &PlannedBlock)| same_label(planned).filter(|of| from.installed.blocks[*of].is_same_code(&to.installed.blocks[at]));
     to.plan.blocks.iter().enumerate().map(kept).collect()
 }
 
-/// Returns the values at which the outputs of blocks begin that only the new verb has: what flows, in the firing of the exchange, into their readers.
-/// So
-/// what is put into a wire goes on from what was on it, and its reader sees no jump. (The block, what flows, what begins there.)
+/// Returns the initial outputs of blocks that only the new verb has: the values that flow into their readers in the firing of the
+/// exchange. A block that is inserted into a wire thus continues the wire's value, and its reader sees no jump. (Block, source of the
+/// value, cell that it initialises.)
 fn beginnings(from: &Instance, to: &Instance, source: SourceId) -> Vec<(usize, Cell, Cell)> {
     let kept = kept_blocks(from, to);
     let mut flowing: Vec<Option<Cell>> = vec![None; to.plan.cells.len()];
     let mut found = Vec::new();
-    // Backwards, so that what a new block leads to is known before it.
+    // Work backwards, so that the readers of a new block are known before it.
     for &block in to.plan.order.iter().flat_map(|(_, order)| order).rev() {
         let new = kept[block].is_none();
         let outputs = to.plan.blocks[block].bindings.iter().filter_map(|bound| {
@@ -109,7 +109,7 @@ fn beginnings(from: &Instance, to: &Instance, source: SourceId) -> Vec<(usize, C
             let type_text = &to.plan.cells[cell].type_text;
             flowing[cell] = match kept[block] {
                 Some(of) => flows_into(from, of, bound.item, source).filter(|(_, of_type)| *of_type == type_text).map(|(flows, _)| flows.clone()),
-                // Through a new block, where it hands on what it takes.
+                // Continue through a new block that passes its input on.
                 None => outputs.iter().find(|(to_cell, ..)| to.plan.cells[*to_cell].type_text == *type_text).map(|(_, _, flows)| flows.clone()),
             };
         }
@@ -117,7 +117,7 @@ fn beginnings(from: &Instance, to: &Instance, source: SourceId) -> Vec<(usize, C
     found
 }
 
-/// Blocks that are put into a wire and have states of their own, in words: their initial states are not known.
+/// Names the blocks inserted into a wire that have states of their own, which start at their initial values.
 fn untold(from: &Instance, to: &Instance) -> String {
     let has_states = |block: &usize| to.installed.interfaces[*block].items.iter().any(|item| item.kind == Kind::State);
     let mut blocks: Vec<usize> = beginnings(from, to, to.installed.sources[0]).into_iter().map(|(block, ..)| block).filter(has_states).collect();
@@ -127,15 +127,15 @@ fn untold(from: &Instance, to: &Instance) -> String {
     if labels.is_empty() { String::new() } else { format!("; the states of {} are initial", labels.join(", ")) }
 }
 
-/// Returns the cell that a block of the old verb takes through an input, and its type.
+/// Returns the cell that an input of an old block reads, and its type.
 fn flows_into(from: &Instance, block: usize, item: usize, source: SourceId) -> Option<(&Cell, &String)> {
     let bound = from.plan.blocks[block].bindings.iter().find(|bound| bound.item == item)?;
     let Binding::Cell(cell) = bound.binding else { return None };
     Some((from.installed.cell(cell, source)?, &from.plan.cells[cell].type_text))
 }
 
-/// Checks that both lie in one source, that the device is enabled and at rest in a command list, and that no caller waits for the values of the old
-/// verb.
+/// Checks that both instances are in the same single source, that the device is enabled and at rest in a command list, and that no caller
+/// waits for values of the old verb.
 fn check_exchange((instances, registry): (&Instances, &Registry), device: &str, state: DeviceState, old: u64, new: u64) -> Result<(), Refusals> {
     let (from, to) = (&instances[&old], &instances[&new]);
     if state != DeviceState::Enabled || from.state() != State::Running || from.is_under_way() || from.leaving.departure.is_some() {
@@ -162,7 +162,8 @@ fn check_exchange((instances, registry): (&Instances, &Registry), device: &str, 
     }
 }
 
-/// Returns one script: the old blocks off, the new ones as at a start but for what is kept, and on.
+/// Returns one script that switches the old blocks off, initialises the new ones as at a start except for kept values, and switches them
+/// on.
 fn turn_over(registry: &Registry, (from, to): (&Instance, &Instance), stores: &[(Target, Vec<u8>)]) -> impl IntoIterator<Item = Movement> + use<> {
     let source: SourceId = to.installed.sources[0];
     let mut builder = Builder::default();

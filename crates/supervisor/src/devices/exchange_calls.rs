@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Exchanging the verb that keeps a logical device going.
+//! Calls for exchanging a logical device's own verb.
 use crate::instances::apply::leave_writers;
 use crate::refuse::unknown;
 use crate::system::System;
@@ -8,12 +8,13 @@ use model::definition::Application;
 use model::refusal::{Refusals, SourceLocation};
 
 impl System {
-    /// Replaces the verb of a device by another one, with the same arguments. Within one firing where the device is enabled.
+    /// Replaces the verb of a device by another one with the same arguments. If the device is enabled, the exchange takes place within
+    /// one firing.
     ///
     /// # Errors
-    /// Everything that creating and starting the other verb may refuse; then nothing has changed. `PlacementError` where one of them
-    /// lies in several sources; `InvalidState` where the device is neither enabled nor idle, or another verb takes one of its SVVs
-    /// synchronously.
+    /// All refusals of creating and starting the other verb; nothing has changed then. `PlacementError` if one of the two verbs is
+    /// spread over several sources; `InvalidState` if the device is neither enabled nor idle, or if one of its SVVs drives another
+    /// verb.
     pub fn exchange_verb(&self, device: &str, verb: &str, place: Option<SourceLocation>) -> Result<(), Refusals> {
         let mut definitions = self.shared.definitions();
         let Some(record) = definitions.configuration.logical_devices.get(device) else {

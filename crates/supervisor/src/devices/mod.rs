@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Devices: opened, enabled, exchanged, served and opened again.
+//! Devices: opening, enabling, exchange, services and reopening.
 pub(crate) mod enabling;
 pub(crate) mod errands;
 pub(crate) mod exchange;

@@ -14,7 +14,7 @@ use model::refusal::{Class, Refusals, SourceLocation};
 use std::sync::Arc;
 
 impl System {
-    /// Opens a physical device. Returns its channels and what the driver says of itself.
+    /// Opens a physical device. Returns its channels and the driver's description of the device.
     pub fn physical_device(
         &self,
         processor: &str,
@@ -42,7 +42,7 @@ impl System {
             }
             Some(_) => {}
         }
-        // Under the virtual clock nothing can run at a pace of its own.
+        // Under the virtual clock nothing may run at its own pace.
         let (kind, options) = if self.shared.is_virtual { drivers::in_virtual_time(kind, options) } else { (kind.to_owned(), options.clone()) };
         let (device, beside, mut description, opened) = (self.open_device(processor, name, &kind, &options))
             .map_err(|why| refuse_at(Class::DeviceFailed, format!("cannot open device '{name}': {}", model::wording::plain_within(&why)), "", place.clone()))?;
@@ -84,7 +84,7 @@ impl System {
         Ok(about)
     }
 
-    /// Refuses a source that is too slow for a device with a watchdog of its own: it is commanded at each firing, a late one included.
+    /// Refuses a source that is too slow for a device with its own watchdog, which must be commanded in time even if one firing is late.
     fn refuse_slow(&self, definitions: &Definitions, name: &str, source: &str, about: &serde_json::Value) -> Result<(), Refusals> {
         let Some(timeout_ns) = about["watchdog_ns"].as_u64() else { return Ok(()) };
         let ms = |ns: u64| ns as f64 * 1e-6;

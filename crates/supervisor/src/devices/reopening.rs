@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Lost physical devices are opened again without taking the configuration apart.
+//! Reopening of lost physical devices without dismantling the configuration.
 use crate::alarms::causes::{alarm_closed, alarm_lost};
 use crate::core::Core;
 use crate::processors::remote::processor_of;
@@ -16,7 +16,8 @@ use std::sync::atomic::Ordering;
 use std::time::Duration;
 
 impl System {
-    /// Opens a lost physical device again, as it was opened first: cells, claims and what is bound to it stay. Nothing where it is not lost.
+    /// Reopens a lost physical device with its original options; cells, claims and bindings are kept. Does nothing if the device is not
+    /// lost.
     pub fn reopen(&self, name: &str) -> Result<(), Refusals> {
         let (device, source, (kind, options)) = {
             let core = self.shared.locked();
@@ -51,7 +52,7 @@ impl System {
         opened.map_err(|why| refuse(Class::DeviceFailed, format!("cannot open device '{name}' again: {why}"), "look at its power and cable, and try again"))
     }
 
-    /// Opens a device of this process again, and returns services and counters of its new driver. The inner error: what that says.
+    /// Reopens a device of this process, and returns the services and counters of its new driver. The inner error is that of the driver.
     fn reopen_here(
         &self,
         name: &str,
@@ -62,7 +63,7 @@ impl System {
     ) -> Result<Result<Beside, String>, Refusals> {
         let (retired, before) = Renewal::retire(device);
         self.renew(source, retired)?;
-        // A machine is often open to one driver at a time: the old one is closed first.
+        // Many machines accept only one driver at a time: close the old one first.
         before.close();
         let fresh = drivers::open(kind, options).map_err(|why| why.to_string()).and_then(|(driver, _)| {
             let beside = Beside::of(kind, &*driver);
@@ -78,7 +79,7 @@ impl System {
         }
     }
 
-    /// Lets the kernel of the device's source carry it out, and waits for that.
+    /// Has the kernel of the device's source perform the renewal, and waits for it.
     fn renew(&self, source: SourceId, renewal: Renewal) -> Result<(), Refusals> {
         let done = renewal.is_done();
         self.shared.command(|core| {
@@ -91,9 +92,9 @@ impl System {
         }
     }
 
-    /// Opens every lost device whose processor is there. Returns those that are still gone, each with why: they stay lost.
+    /// Reopens every lost device whose processor is running. Returns the devices that are still lost, with the reasons.
     pub(crate) fn reopen_lost(&self) -> Result<BTreeMap<String, String>, Refusals> {
-        // What was told of losses is taken in first.
+        // Process reported losses first.
         self.shared.command(|_| Ok(()))?;
         let lost: Vec<String> = {
             let core = self.shared.locked();
@@ -114,10 +115,10 @@ impl System {
     }
 }
 
-/// Time limit for a source to give back a driver: something that it does between two firings.
+/// Time limit for a source to return a driver, which it does between two firings.
 const BOUNDARY: Duration = Duration::from_secs(5);
 
-/// Notes that a lost device is lost still after a try to open it again: for this reason now, not for the one before.
+/// Records that a lost device could not be reopened, with the new reason.
 fn still_lost(core: &mut Core, name: &str, why: &str) {
     let Some(physical) = core.registry.physical.get_mut(name) else { return };
     physical.lost = Some(why.to_owned());

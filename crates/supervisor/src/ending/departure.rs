@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Departures: what lies between the condition that ends a verb and its end. τ may lead on from a halt, an abort or a disabled
-//! device; an ending list runs at every end but an emergency stop, a lost processor and a second halt. The report names the
-//! condition with which the departure began.
+//! Departures: everything between the condition that ends a verb and its end. τ may lead on from a halt, an abort or a disabled device;
+//! an ending list runs at every end except an emergency stop, a lost processor and a second halt. The report names the condition that
+//! started the departure.
 use crate::alarms::causes::alarm_of_condition;
 use crate::core::Core;
 use crate::instances::cause::Cause;
@@ -12,19 +12,19 @@ use crate::movements::sequence::Builder;
 use kernel::SourceId;
 use model::{ENDS, SystemCondition};
 
-/// Ends that leave no time for an ending list.
+/// Conditions of ends that do not allow an ending list.
 const IMMEDIATE: [&str; 2] = [SystemCondition::EmergencyStop.name(), SystemCondition::ProcessorLost.name()];
 
 impl Core {
-    /// Returns true if a source runs what it is given: it is neither lost nor stopped by a fault.
+    /// Returns true if a source still executes operations: it is neither lost nor stopped by a fault.
     fn stands(&self, source: SourceId) -> bool {
         !self.safety.lost.contains(&source) && self.remote.is_reached(self.registry.source_name(source)) && !self.host.statistics(source).stopped
     }
 }
 
 impl Course<'_> {
-    /// Follows τ from a condition: one that begins an orderly end is remembered, and what follows an abort or a disabled device has
-    /// its time.
+    /// Prepares to follow τ from a condition: records a condition that starts an orderly end, and limits the time after an abort or a
+    /// disabled device.
     pub fn depart(&mut self, cause: Cause) {
         let id = self.id;
         let now_ns = self.core.host.now_ns();
@@ -43,7 +43,7 @@ impl Course<'_> {
         departure.until_ns = departure.until_ns.or(until_ns);
     }
 
-    /// Ends the verb by a condition: through its ending list, if it has one that may run. The process was taken.
+    /// Ends the verb by a condition, through its ending list if one may run. Its process is already frozen.
     pub fn end(&mut self, cause: Cause) {
         let id = self.id;
         let Some(instance) = self.core.instances.get_mut(&id) else { return };
@@ -57,7 +57,7 @@ impl Course<'_> {
         }
     }
 
-    /// Ends it without an ending list: after a second halt or an emergency stop.
+    /// Ends the verb without an ending list: after a second halt or an emergency stop.
     pub fn end_at_once(&mut self, cause: Cause) {
         let id = self.id;
         let Some(instance) = self.core.instances.get_mut(&id) else { return };
@@ -65,7 +65,7 @@ impl Course<'_> {
         self.finish(cause);
     }
 
-    /// Returns the ending list that runs because of `cause`.
+    /// Returns the ending list to run for `cause`, if any.
     fn ending_list(&self, cause: &Cause) -> Option<usize> {
         let id = self.id;
         let instance = &self.core.instances[&id];
@@ -74,8 +74,8 @@ impl Course<'_> {
         instance.plan.ending.list.filter(|_| may_run)
     }
 
-    /// Sources of a verb instance are gone, lost or stopped by a fault, and its process was taken: τ, where the list that it leads to runs on
-    /// sources that are left, else the end.
+    /// Handles the loss, or the stop by a fault, of sources of a verb instance whose process is already frozen: follows τ if the next
+    /// list needs only sources that are left, and ends the verb otherwise.
     pub fn lose(&mut self, mut cause: Cause) {
         let id = self.id;
         if !self.core.instances.contains_key(&id) {
@@ -109,7 +109,7 @@ impl Course<'_> {
         if IMMEDIATE.contains(&name.as_str()) { self.end_at_once(cause) } else { self.end(cause) }
     }
 
-    /// Begins the ending list: in each source ω is read at the boundary at which the present list goes off.
+    /// Starts the ending list; each source reads ω at the boundary at which the current list is switched off.
     fn conclude(&mut self, list: usize, cause: Cause) {
         let id = self.id;
         let condition = cause.condition;
@@ -127,7 +127,8 @@ impl Course<'_> {
         self.go_from(builder, list, 0);
     }
 
-    /// Follows a kernel that has entered the ending list in the firing of the condition; what its script captured are outputs in that source.
+    /// Follows a kernel that entered the ending list in the firing of the condition; the values captured by its script are outputs in
+    /// that source.
     pub fn concluded_by_kernel(&mut self, source: SourceId, cause: Cause, captured: &[u8]) {
         let id = self.id;
         let Some(instance) = self.core.instances.get_mut(&id) else { return };
@@ -150,7 +151,7 @@ impl Course<'_> {
         self.core.observation.log.add(now_ns, "ending", &about, name);
     }
 
-    /// Ends a departure whose time is over: the end follows at once.
+    /// Ends a departure whose time limit has expired.
     pub fn finish_departure(&mut self) {
         let id = self.id;
         if !self.take_process(true) {

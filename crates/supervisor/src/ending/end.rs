@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Ends: every start of a verb instance has exactly one, with its report.
+//! Ends: every start of a verb instance has exactly one end with its report.
 use crate::alarms::causes::{alarm_of_condition, alarm_of_end};
 use crate::core::Core;
 use crate::ending::report::Report;
@@ -34,7 +34,7 @@ impl Core {
 }
 
 impl Core {
-    /// Ends the verbs that use a logical device whose own verb has ended; `lost_s`: the time that was lost, where that is why.
+    /// Ends the verbs that use a logical device whose own verb has ended; `lost_s`: the lost time, if that is the reason.
     fn end_users_of_lost(&mut self, device: &str, lost_s: Option<f64>, message: &str) {
         match lost_s {
             Some(lost_s) => self.end_users_by_gap(device, lost_s, message),
@@ -42,7 +42,8 @@ impl Core {
         }
     }
 
-    /// The servo of a joint has brought it to rest because more time was lost than may be: what used the joint ends, and the joint stays enabled.
+    /// Handles a joint that its servo has brought to rest because too much time was lost: verbs that use the joint end, and the joint
+    /// stays enabled.
     pub fn gap_of(&mut self, device: &str, lost_s: f64) {
         let gap_max_s = self.registry.logical.get(device).and_then(|record| record.gap_max_s);
         self.end_users_by_gap(device, lost_s, &gap_text(device, lost_s, gap_max_s));
@@ -54,7 +55,7 @@ impl Core {
         }
     }
 
-    /// Returns the instances that use a logical device, those in the queue first.
+    /// Returns the instances that use a logical device, queued ones first.
     fn users(&self, device: &str) -> Vec<u64> {
         let mut users: Vec<u64> = self.instances.values().filter(|i| i.is_busy() && i.plan.devices.iter().any(|d| d == device)).map(|i| i.id).collect();
         self.instances.queued_first(&mut users);
@@ -63,7 +64,7 @@ impl Core {
 }
 
 impl Course<'_> {
-    /// Ends an instance by a condition that no block reported. Nothing where it is ending or not running.
+    /// Ends an instance by a condition that no block reported. Does nothing if it is ending or not running.
     pub fn end_by(&mut self, condition: SystemCondition, message: String) {
         self.end_by_with(condition, None, message);
     }
@@ -75,7 +76,7 @@ impl Course<'_> {
         self.come_with(condition, value, message, false);
     }
 
-    /// Takes a condition from outside the blocks: it leads to τ, or to the end. `asked_for`: by the waiter.
+    /// Applies a condition from outside the blocks: follows τ or ends the verb. `asked_for`: requested by the waiter.
     pub fn come(&mut self, condition: usize, message: String, asked_for: bool) {
         self.come_with(condition, None, message, asked_for);
     }
@@ -95,7 +96,7 @@ impl Course<'_> {
         let is_under_way =
             instance.is_in_ending() || (name == SystemCondition::Aborted.name() && instance.leaving.departure.is_some() && !instance.leaving.is_overtaken);
         if is_under_way && !is_second && name != SystemCondition::Completed.name() {
-            // The end is on its way already; a halt after this one is immediate.
+            // The verb is already ending; a further halt is immediate.
             instance.leaving.halting |= asked_for;
             if !asked_for {
                 instance.other(name, String::new(), now_ns);
@@ -106,13 +107,13 @@ impl Course<'_> {
             return;
         }
         if self.core.safety.pause.is_held_back(id) {
-            // Nothing of it has run, so nothing of it is asked.
+            // Nothing of the start has run, so there is nothing to read.
             let time_ns = self.core.host.now_ns();
             return self.end_at_once(Cause { condition, block: None, value: None, message, time_ns, asked_for });
         }
         alarm_of_condition(self.core, id, condition, None, &message);
         let Some(instance) = self.core.instances.get_mut(&id) else { return };
-        // Only now is it certain in which list the process is.
+        // Only now is the current list of the process certain.
         let condition = instance.condition(&instance.plan.conditions[condition].name).unwrap_or(condition);
         instance.leaving.halting |= asked_for;
         let cause = Cause { condition, block: None, value, message, time_ns: now_ns, asked_for };
@@ -127,7 +128,7 @@ impl Course<'_> {
         }
     }
 
-    /// Begins the end proper: everything off and safe in every source, then the report. The process is frozen.
+    /// Starts the final end: switches everything off and safe in every source, then reports. The process is frozen.
     pub fn finish(&mut self, cause: Cause) {
         let id = self.id;
         let Some(instance) = self.core.instances.get_mut(&id) else { return };
@@ -138,7 +139,7 @@ impl Course<'_> {
         instance.ends(cause);
         instance.findings.expect_nothing();
         let is_through = std::mem::take(&mut instance.work.is_through) && !instance.is_under_way() && instance.ends_in_its_opening() == Some(condition);
-        // A resume takes the pause back and begins nothing that is on its way to its end.
+        // A resume cancels the pause but must not start an ending instance.
         self.core.safety.pause.forget_start(id);
         let instance = self.core.instances.get_mut(&id).expect("found above");
         let of = InstalledVerb { plan: &instance.plan, installed: &instance.installed, devices: &self.core.registry.physical };
@@ -146,7 +147,7 @@ impl Course<'_> {
             let source = instance.installed.sources[0];
             let outputs = of.outputs_in(source, condition);
             let len = outputs.iter().map(|output| of.piece_len(*output)).sum::<usize>() + STAMP_LEN;
-            // What stands behind the outputs says that the script was carried out to its end.
+            // The stamp after the outputs shows that the script ran to its end.
             if matches!(&instance.work.captured[..], [(_, captured)] if captured.len() == len) {
                 instance.findings.captures.expect(source, outputs);
                 return self.ended();
@@ -163,14 +164,14 @@ impl Course<'_> {
         self.replace_sequence(builder.finish());
     }
 
-    /// Follows a kernel that has ended it in the same firing; what its script captured are outputs in that source. `alone`: no other condition
-    /// of that firing is still to be told.
+    /// Follows a kernel that ended the verb in the same firing; the values captured by its script are outputs in that source. `alone`: no
+    /// further condition of that firing is still to be reported.
     pub fn ended_by_kernel(&mut self, source: SourceId, cause: Cause, captured: &[u8], alone: bool) {
         let id = self.id;
         let Some(instance) = self.core.instances.get_mut(&id) else { return };
         (instance.position.list, instance.position.stage) = instance.list_stage(instance.installed.process.now().1);
         let of = InstalledVerb { plan: &instance.plan, installed: &instance.installed, devices: &self.core.registry.physical };
-        // What the ending list captured is nothing: the outputs were read when it began.
+        // Ignore captures of the ending list: the outputs were read when it began.
         let outputs = if instance.is_in_ending() { Vec::new() } else { of.outputs_in(source, cause.condition) };
         instance.findings.captures.take(&of, &outputs, captured);
         let (told, is_read) = (cause.condition, instance.is_in_ending() && !instance.findings.captures.is_pending());
@@ -178,17 +179,16 @@ impl Course<'_> {
         let is_read = is_read || told == cause.condition;
         let done = is_read && alone && instance.installed.sources.len() == 1 && instance.work.outstanding == 0 && instance.work.sequence.is_empty();
         if done && instance.is_running() {
-            // The reaction has done all of it: everything is off and safe, the outputs are here.
+            // The reaction has done everything: all blocks are off and safe, and the outputs have been read.
             instance.findings.captures.expect_nothing();
             instance.ends(cause);
             return self.ended();
         }
-        // Scripts of a start that was still under way may have switched something on behind the reaction: the end goes through
-        // every source once more.
+        // Scripts of an unfinished start may have switched something on after the reaction: end once more in every source.
         self.finish(cause);
     }
 
-    /// Ends it after everything has been acknowledged: claims are free, the report is made.
+    /// Completes the end after all acknowledgements: releases the claims and makes the report.
     pub fn ended(&mut self) {
         let id = self.id;
         let Some(instance) = self.core.instances.get_mut(&id) else { return };
@@ -215,7 +215,7 @@ impl Course<'_> {
         let unasked = owner.as_ref().filter(|o| self.core.registry.logical.get(*o).is_some_and(|l| l.state != DeviceState::Stopping));
         let plan = &self.core.instances[&id].plan;
         let is_in_fault = |device: &String| self.core.registry.logical.get(device).is_some_and(|record| record.state == DeviceState::Fault);
-        // Where the servo of a joint has failed after a gap, that has the alarm.
+        // If the servo of a joint failed after a gap, its alarm covers this end.
         let is_told = ended_as == SystemCondition::TimeLost.name() && plan.devices.iter().any(is_in_fault);
         let has_own = is_told || plan.conditions.iter().any(|c| c.name == ended_as && c.alarm.is_some());
         if owner.is_none() || unasked.is_some() {
@@ -232,7 +232,7 @@ impl Course<'_> {
             self.core.end_users_of_lost(&owner, lost_s, &message);
         }
         self.make_idle();
-        // What it claimed is free again, and the starts that wait for it follow at once, before any other.
+        // Its claims are released, and starts that wait for them follow at once, before any other.
         self.core.registry.claims.retain(|_, holder| *holder != id);
         self.core.serve_queue();
     }

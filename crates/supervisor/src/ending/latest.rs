@@ -1,17 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The latest end reports of all instances, numbered, for a programming system that was not there when they came.
+//! The latest end reports of all instances, numbered, for a programming system that was absent when they were made.
 use crate::ending::report::Report;
 use serde::Serialize;
 use std::collections::VecDeque;
 
-/// Ends kept.
+/// Number of ends kept.
 const ENDS_MAX: usize = 1024;
 
 /// One end of one start.
 #[derive(Clone, Debug, Serialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct End {
-    /// Counted from 0 over the life of the system.
+    /// Number of the end, counted from 0 over the life of the system.
     pub number: u64,
     pub instance: u64,
     pub report: Report,

@@ -4,7 +4,8 @@ use crate::ending::latest::End;
 use crate::system::System;
 
 impl System {
-    /// Returns end reports from number `since` on, oldest first: those of the last 1,024 ends. A first number above `since` shows what is gone.
+    /// Returns the end reports from number `since` on, oldest first, as far as they are among the last 1,024. A first number above
+    /// `since` shows that older ones were dropped.
     pub fn ends_since(&self, since: u64) -> Vec<End> {
         let core = self.shared.locked();
         let first = core.observation.ends.kept.front().map_or(0, |end| end.number);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Ends: departures, the one end of each start and its report.
+//! Ends: departures, and the end and report of each start.
 pub(crate) mod departure;
 pub(crate) mod end;
 pub(crate) mod latest;

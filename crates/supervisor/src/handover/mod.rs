@@ -1,3 +1,3 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Takeover by a new supervisor of what it finds.
+//! Takeover of running processors by a new supervisor.
 pub(crate) mod take_over;

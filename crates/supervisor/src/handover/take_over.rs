@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Taking over what a supervisor before has left: processes of processors that go on without one.
+//! Takeover of processes that a previous supervisor left: their processors continue without a supervisor.
 use crate::core::Core;
 use crate::movements::sequence::by_source;
 use crate::processors::remote::processor_of;
@@ -15,61 +15,60 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 use std::time::Duration;
 
-/// Time limit for earlier starts to be carried out, and for kernels to answer after.
+/// Time limit for earlier starts to complete, and for kernels to answer afterwards.
 const SETTLED: Duration = Duration::from_secs(5);
 
-/// Result for each process of processors.
+/// Results of a takeover, one per process of processors.
 #[derive(Debug, Serialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct TakenOver {
-    /// Results, in the order of their names.
+    /// Results, in the order of the process names.
     pub processors: Vec<OfProcessor>,
 }
 
-/// Result for one processor in a process of its own, or for those that share one.
+/// Result for one processor in a process of its own, or for several that share one.
 #[derive(Debug, Default, Serialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[cfg_attr(feature = "schema", schemars(rename = "ProcessTakenOver"))]
 pub struct OfProcessor {
-    /// Its name; of a process that may be shared, that of the process.
+    /// Name of the processor, or of the process if it may be shared.
     pub name: String,
-    /// The processors in that process.
+    /// Processors in the process.
     pub processors: Vec<String>,
-    /// True if something of it ran, and has been taken over now; else its process was started for this system.
+    /// True if its running blocks have been taken over; false if the process was started for this system.
     pub is_adopted: bool,
-    /// Blocks that go on where they were, by label.
+    /// Labels of blocks that continue from their state.
     pub carried: Vec<String>,
-    /// Blocks that begin again, with the reason.
+    /// Blocks that restart, with the reason.
     pub anew: Vec<Anew>,
-    /// Blocks that ran, and that this system has not started: they have ended.
+    /// Labels of blocks that were running but that this system has not started: they have ended.
     pub ended: Vec<String>,
-    /// The longest time for which a device was not written, ns; none where there is none.
+    /// Longest time for which a device was not written, ns; null if there is no device.
     pub gap_ns: Option<i64>,
 }
 
-/// Block that begins again.
+/// A block that restarts.
 #[derive(Debug, Serialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[cfg_attr(feature = "schema", schemars(rename = "BlockAnew"))]
 pub struct Anew {
-    /// Its label.
+    /// Label of the block.
     pub block: String,
-    /// Reason for it.
+    /// Reason for the restart.
     pub why: String,
 }
 
 impl System {
-    /// Makes what runs in processes that lost their system go on as this one has it, from where it is. It does nothing under the virtual clock, and
-    /// nothing the second time. Refused where what ran must not go on: then that processor is as before, and those before it in the order of names
-    /// are
-    /// taken over.
+    /// Makes processes that lost their system continue as part of this system, from their current state. Does nothing under the virtual
+    /// clock or when called again. Refuses a takeover if a running block must not continue: that processor is left unchanged, while those
+    /// before it in the order of names are taken over.
     pub fn take_over(&self) -> Result<TakenOver, Refusals> {
         let mut remote: Vec<Arc<Processor>> = self.shared.command(|core| {
-            // On another host there is nothing that waits.
+            // Processes on another host do not wait for a supervisor.
             Ok(core.remote.places().into_iter().filter(|processor| runtime::Remote::host(&**processor).is_none()).collect())
         })?;
         if remote.iter().any(|processor| processor.is_adopted()) {
-            // What is being started would begin anew after it was taken over.
+            // Anything that is still starting would restart after the takeover.
             self.shared.wait_for(None, SETTLED, |core| Ok(core.instances.values().all(|instance| !instance.is_under_way()).then_some(())))?;
         }
         remote.sort_by(|one, other| one.name().cmp(other.name()));
@@ -102,7 +101,7 @@ impl System {
         Ok(TakenOver { processors: taken_over })
     }
 
-    /// Gives SVVs not yet written in this system the values that they have in the processor taken over, in every source.
+    /// Copies the values that SVVs have in the processor taken over to all sources, for SVVs not yet written in this system.
     fn carry_values(&self, processor: &str) -> Result<(), Refusals> {
         let asked = self.shared.command(|core| Ok(ask_unwritten(core, processor)))?;
         let all_there = |core: &mut Core| Ok(asked.iter().all(|(ticket, _)| core.observation.reads.contains_key(ticket)).then_some(()));
@@ -114,10 +113,10 @@ impl System {
     }
 }
 
-/// SVVs in the order in which a source was asked for them, under a ticket.
+/// SVVs in the order in which a source was queried, with the ticket of the query.
 type AskedSvvs = (Ticket, Vec<(String, usize)>);
 
-/// Asks the sources of a processor what they hold of SVVs that no block has written.
+/// Queries the sources of a processor for the values of SVVs that no block has written.
 fn ask_unwritten(core: &mut Core, processor: &str) -> Vec<AskedSvvs> {
     let mut by_source: BTreeMap<SourceId, Vec<(String, Cell)>> = BTreeMap::new();
     for (name, svv) in core.registry.svvs.iter().filter(|(_, svv)| svv.home.is_none()) {
@@ -134,7 +133,7 @@ fn ask_unwritten(core: &mut Core, processor: &str) -> Vec<AskedSvvs> {
     asked
 }
 
-/// Takes values that differ from those stored here, as they went on there, as the present ones.
+/// Adopts, as current, the values that differ from those stored here.
 fn know_again(core: &mut Core, asked: &[AskedSvvs]) {
     let mut known: BTreeMap<&str, Vec<u8>> = BTreeMap::new();
     for (ticket, names) in asked {
@@ -143,7 +142,7 @@ fn know_again(core: &mut Core, asked: &[AskedSvvs]) {
         for (name, len) in names {
             let Some((bytes, after)) = rest.split_at_checked(*len) else { break };
             rest = after;
-            // Other images have what was stored.
+            // Other images contain the stored value.
             if core.registry.svvs.get(name).is_some_and(|svv| svv.home.is_none() && svv.past.stored != bytes) {
                 known.insert(name, bytes.to_vec());
             }

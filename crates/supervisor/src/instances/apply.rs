@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Applying verbs, and logical devices: from the definitions to instances.
+//! Applies verbs and creates logical devices: turns definitions into instances.
 use crate::alarms::causes::alarm_enabled;
 use crate::core::Core;
 use crate::definitions::system_definitions::Definitions;
@@ -20,7 +20,7 @@ use model::refusal::{Class, Refusals, SourceLocation};
 use model::value::Value;
 use std::time::Duration;
 
-/// A logical device as it is asked for.
+/// Request for a logical device.
 #[derive(Clone, Debug, serde::Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct DeviceRequest {
@@ -28,22 +28,23 @@ pub struct DeviceRequest {
     /// Parameters that differ from the type's.
     #[serde(default)]
     pub parameters: IndexMap<String, Value>,
-    /// The verb that keeps it going, where that is another than its type's: its drive is commanded in another way. Members meet it alike.
+    /// Verb that operates the device, if it differs from the type's because its drive is commanded in another way. Members match its
+    /// parameters by name.
     #[serde(default)]
     pub verb: Option<String>,
-    /// Further arguments of its verb (`drive`).
+    /// Further arguments of the verb (`drive`).
     #[serde(default)]
     pub arguments: IndexMap<String, Argument>,
-    /// Where its verb runs, `rtp.name`.
+    /// `rtp.name` of the source on which the verb runs.
     #[serde(default)]
     pub source: Option<String>,
-    /// Intervals of its verb's blocks that differ from the command list's, ns.
+    /// Intervals of the verb's blocks that differ from the command list's, ns.
     #[serde(default)]
     pub every: IndexMap<String, u64>,
-    /// Parts of units that are others for this device than its type says, in order.
+    /// Parts of units that this device replaces, in order.
     #[serde(default)]
     pub units: Vec<(String, String)>,
-    /// Arbitration of a second verb that commands it, if it is not as its type says.
+    /// Arbitration for a second verb that commands the device, if it differs from the type's.
     #[serde(default)]
     pub arbitration: Option<Arbitration>,
     #[serde(default)]
@@ -51,7 +52,7 @@ pub struct DeviceRequest {
 }
 
 impl System {
-    /// Plans an application without making anything; the values that it has are looked at as a start would.
+    /// Plans an application without creating anything; its values are checked as in a start.
     pub fn check(&self, application: &Application) -> Result<Plan, Refusals> {
         let (checked, configuration) = {
             let mut definitions = self.shared.definitions();
@@ -62,7 +63,7 @@ impl System {
         if refusals.is_empty() { Ok(plan) } else { Err(refusals.into_iter().map(|refusal| refusal.at(&application.place)).collect()) }
     }
 
-    /// Makes a verb instance.
+    /// Creates a verb instance.
     pub fn create(&self, application: &Application) -> Result<u64, Refusals> {
         let mut definitions = self.shared.definitions();
         self.create_in(&mut definitions, application)
@@ -72,13 +73,13 @@ impl System {
         self.create_then(definitions, application, |_, _| true)
     }
 
-    /// Makes a verb instance that is started at once: what the kernel of its source has to do for it goes with that, where it can.
+    /// Creates a verb instance that is to be started at once: the kernel work for creating it is combined with the start if possible.
     pub fn create_to_start(&self, application: &Application) -> Result<u64, Refusals> {
         let mut definitions = self.shared.definitions();
         self.create_then(&mut definitions, application, |core, id| !core.waits_for_its_start(id))
     }
 
-    /// Makes an instance. `proceeds`: what the kernels have to do for it is begun.
+    /// Creates an instance. `proceeds`: starts the work of the kernels.
     fn create_then(&self, definitions: &mut Definitions, application: &Application, proceeds: impl Fn(&Core, u64) -> bool) -> Result<u64, Refusals> {
         let (checked, plan) = definitions.planned(application)?;
         if let Some(name) = &application.name
@@ -115,13 +116,13 @@ impl System {
         self.delete_by(instance, |mut course| course.delete())
     }
 
-    /// Deletes an instance. `delete`: takes it out of the core.
+    /// Deletes an instance. `delete`: removes it from the core.
     pub(crate) fn delete_by(&self, instance: u64, delete: impl FnOnce(Course<'_>) -> Result<(), Refusals>) -> Result<(), Refusals> {
         let mut definitions = self.shared.definitions();
         self.shared.command(|core| delete_from(core, &mut definitions, instance, delete))
     }
 
-    /// Makes a logical device with its SVVs, parameters and verb instance; all or nothing.
+    /// Creates a logical device with its SVVs, parameters and verb instance, or nothing at all.
     pub fn device(&self, name: &str, request: DeviceRequest) -> Result<(), Refusals> {
         let mut definitions = self.shared.definitions();
         let place = request.place.clone();
@@ -206,7 +207,7 @@ impl System {
         self.create_in(definitions, &application).map(Some)
     }
 
-    /// Takes a device and its SVVs out again.
+    /// Removes a device and its SVVs.
     fn forget_device(&self, definitions: &mut Definitions, name: &str) {
         let configuration = &mut definitions.configuration;
         configuration.logical_devices.shift_remove(name);
@@ -225,7 +226,7 @@ impl System {
         core.registry.logical.shift_remove(name);
     }
 
-    /// Deletes a logical device that is disabled and that no instance is bound to.
+    /// Deletes a logical device that is disabled and has no instance bound to it.
     pub fn delete_device(&self, name: &str) -> Result<(), Refusals> {
         let mut definitions = self.shared.definitions();
         let gone = self.shared.command(|core| {
@@ -257,7 +258,7 @@ impl System {
         self.shared.command(|core| core.enable(device, &definitions.configuration))
     }
 
-    /// Waits until a device that is being enabled is ready, or has ended without: then false.
+    /// Waits until a device that is being enabled is ready; returns false if its verb ended first.
     pub fn wait_enabled(&self, device: &str, until_ns: Option<i64>, slice: Duration) -> Result<WaitResult<bool>, Refusals> {
         self.shared.wait_for(until_ns, slice, |core| {
             Ok(match core.registry.logical(device)?.state {
@@ -281,7 +282,7 @@ impl System {
         core.instances.device_state(&core.registry, device)
     }
 
-    /// Sets a parameter of a device: at the next start, and at once in what runs, where it is declared tunable.
+    /// Sets a parameter of a device: for the next start, and at once in running instances if it is declared tunable.
     pub fn set_device_parameter(&self, device: &str, parameter: &str, value: Value) -> Result<(), Refusals> {
         let mut definitions = self.shared.definitions();
         let Some(record) = definitions.configuration.logical_devices.get(device) else {
@@ -328,7 +329,7 @@ impl System {
     }
 }
 
-/// Returns the parameters of a device: the type's, with those that were given in their place.
+/// Returns the parameters of a device: those of the type, overridden by those of the device.
 fn device_parameters(of: &DeviceType, called: &str, given: &IndexMap<String, Value>, device: &LogicalDevice) -> Result<IndexMap<String, Value>, Refusals> {
     let mut refusals = Vec::new();
     let mut parameters: IndexMap<String, Value> = IndexMap::new();
@@ -348,7 +349,7 @@ fn device_parameters(of: &DeviceType, called: &str, given: &IndexMap<String, Val
     if refusals.is_empty() { Ok(parameters) } else { Err(refusals) }
 }
 
-/// Returns the ranges of a device's SVVs whose ends are parameters of it.
+/// Returns the ranges of a device's SVVs that have parameters of the device as bounds.
 fn svv_ranges(of: &DeviceType, device: &LogicalDevice, parameters: &IndexMap<String, Value>) -> Vec<(String, Range)> {
     let own = of.svvs.iter().filter(|(_, svv)| svv.shared.is_none());
     own.filter_map(|(member, svv)| match &svv.within {
@@ -358,7 +359,7 @@ fn svv_ranges(of: &DeviceType, device: &LogicalDevice, parameters: &IndexMap<Str
     .collect()
 }
 
-/// Returns a value for a parameter whose default is a number: quantities in its unit, numbers as they are.
+/// Converts a value for a parameter whose default is a number: quantities to its unit, numbers unchanged.
 fn in_kind_of(default: &Value, unit: &str, value: &Value) -> Result<Value, model::refusal::Refusal> {
     match (default, value) {
         (Value::Number(_) | Value::Integer(_) | Value::Unsigned(_) | Value::Text(_), Value::Text(text)) => {
@@ -377,14 +378,14 @@ fn in_kind_of(default: &Value, unit: &str, value: &Value) -> Result<Value, model
     }
 }
 
-/// Enters what an instance writes, for the checks of later ones.
+/// Enters the writers of an instance, for the checks of later ones.
 fn enter_writers(definitions: &mut Definitions, plan: &Plan, instance: &str) {
     for (svv, writer) in plan.writers(instance, &definitions.configuration) {
         definitions.configuration.aside().writers.entry(svv).or_default().push(writer);
     }
 }
 
-/// Takes an instance out of the core, by `delete`, and out of the writers of the SVVs that it wrote.
+/// Removes an instance from the core, by `delete`, and from the writers of its SVVs.
 pub(crate) fn delete_from(
     core: &mut Core,
     definitions: &mut Definitions,

@@ -1,27 +1,27 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Values of outputs in one start: what has been captured, and what scripts under way still capture.
+//! Output values of one start: values already captured, and captures that running scripts will deliver.
 use crate::instances::installed_verb::InstalledVerb;
 use kernel::SourceId;
 
-/// Piece of an output that is read at once: all of it, or one element if a port's elements are cells of their own, as each of them is
-/// where it is written.
+/// A piece of an output that is read in one go: the whole output, or one element if the elements of a port are separate cells, each in
+/// the source that writes it.
 pub(crate) type Piece = (usize, usize);
 
-/// Outputs as far as they have been captured. An output of several cells comes in pieces, as these may lie in several sources.
+/// Outputs captured so far. An output of several cells is captured in pieces, because these may be in several sources.
 #[derive(Default)]
 pub(crate) struct Captures {
     taken: Vec<(Piece, Vec<u8>)>,
-    /// Pieces that the script under way captures in each source, in order.
+    /// Pieces that the running script captures in each source, in order.
     pending: Vec<(SourceId, Vec<Piece>)>,
 }
 
 impl Captures {
-    /// Returns true if a script under way captures anything.
+    /// Returns true if a running script captures anything.
     pub fn is_pending(&self) -> bool {
         !self.pending.is_empty()
     }
 
-    /// Removes what has been captured already.
+    /// Removes pieces that have already been captured.
     pub fn keep_missing(&self, pieces: &mut Vec<Piece>) {
         pieces.retain(|piece| self.bytes(*piece).is_none());
     }
@@ -38,12 +38,12 @@ impl Captures {
         self.pending.clear();
     }
 
-    /// Forgets the values of these outputs, which are out of date.
+    /// Discards the values of these outputs because they are outdated.
     pub fn forget(&mut self, outputs: &[usize]) {
         self.taken.retain(|((output, _), _)| !outputs.contains(output));
     }
 
-    /// Takes the bytes of pieces that were captured one behind the other.
+    /// Stores the bytes of pieces that were captured back to back.
     pub fn take(&mut self, of: &InstalledVerb, pieces: &[Piece], mut bytes: &[u8]) {
         for &piece in pieces {
             let Some((part, rest)) = bytes.split_at_checked(of.piece_len(piece)) else { return };
@@ -52,7 +52,7 @@ impl Captures {
         }
     }
 
-    /// Takes what the scripts under way have captured in each source; none is under way then.
+    /// Stores the values that the running scripts have captured in each source; no script is running afterwards.
     pub fn take_scripts(&mut self, of: &InstalledVerb, captured: Vec<(SourceId, Vec<u8>)>) {
         let pending = std::mem::take(&mut self.pending);
         for (source, bytes) in captured {

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The cause of an end.
+//! Causes of ends.
 use model::value::Value;
 
-/// Cause of a start's end.
+/// Cause of the end of a start.
 #[derive(Clone, Debug)]
 pub(crate) struct Cause {
     /// Index into the plan's conditions.
@@ -12,6 +12,6 @@ pub(crate) struct Cause {
     pub value: Option<Value>,
     pub message: String,
     pub time_ns: i64,
-    /// Its end is normal, whatever the condition says (a halt asked for by the waiter).
+    /// True if the end is normal regardless of the condition (a halt requested by the waiter).
     pub asked_for: bool,
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The life of a verb instance while it runs: halt, new parameter values. A call that the state does not allow changes nothing.
+//! Commands to a running verb instance: halt, and new parameter values. A call that the state does not allow changes nothing.
 use crate::instances::course::Course;
 use crate::instances::instance::{Intervals, State};
 use crate::movements::sequence::Builder;
@@ -13,7 +13,7 @@ use model::refusal::{Class, Refusals};
 use model::value::Value;
 
 impl Course<'_> {
-    /// Halts it: τ on `halted`, or the end. A second halt is immediate.
+    /// Halts the instance: follows τ on `halted`, or ends it. A second halt is immediate.
     pub fn halt(&mut self) -> Result<(), Refusals> {
         let id = self.id;
         let instance = self.core.instances.known(id)?;
@@ -26,8 +26,8 @@ impl Course<'_> {
         Ok(())
     }
 
-    /// Sets new values of tunable input parameters of a running instance, as one publication between two firings; with new intervals,
-    /// and the plan that has them.
+    /// Sets new values of tunable input parameters of a running instance in one publication between two firings; with new intervals, also
+    /// the plan that contains them.
     pub fn set(&mut self, values: &IndexMap<String, Value>, tuned: Option<(Intervals, &Plan)>) -> Result<(), Refusals> {
         let id = self.id;
         let instance = self.core.instances.known(id)?;

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-//! One verb instance in its course.
+//! Course of a verb instance.
 use crate::core::Core;
 
-/// A verb instance, and the core in which it runs. The number of a deleted instance is no error: nothing happens.
+/// A verb instance together with the core that runs it. Calls on a deleted instance have no effect.
 pub(crate) struct Course<'a> {
     pub core: &'a mut Core,
     pub id: u64,

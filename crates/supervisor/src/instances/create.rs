@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Making and deleting verb instances: a plan becomes memory and steps; deleting leaves nothing of them.
+//! Creation and deletion of verb instances: creation turns a plan into memory and steps; deletion removes all of them.
 use crate::alarms::causes::check_alarms;
 use crate::claims::writers::Pair;
 use crate::core::Core;
@@ -22,7 +22,7 @@ use model::refusal::{Class, Refusals};
 use std::sync::Arc;
 
 impl Core {
-    /// Makes an instance of a plan. Its memory and steps are there when this returns; kernels take the tables when its sequence proceeds.
+    /// Creates an instance of a plan. Its memory and steps exist on return; kernels receive the tables when its sequence proceeds.
     pub fn create(&mut self, catalog: &Catalog, plan: Arc<Plan>, name: Option<String>, owner: Option<String>) -> Result<u64, Refusals> {
         check_alarms(self, &plan)?;
         self.check_modules(&plan)?;
@@ -55,20 +55,20 @@ impl Core {
         Ok(id)
     }
 
-    /// Returns true for an instance of one source of this process: its table may go in one script with its start. A remote processor is told what
-    /// becomes of an instance before that starts, and knows it by its table.
+    /// Returns true for an instance in a single source of this process: its table may be sent in one script with its start. A remote
+    /// processor must have the table of an instance before anything else refers to it.
     pub fn waits_for_its_start(&self, id: u64) -> bool {
         let [source] = self.instances[&id].installed.sources[..] else { return false };
         self.remote.at(self.registry.source_name(source)).is_none()
     }
 
-    /// Takes an instance out of everything that knows it.
+    /// Removes an instance from all registries.
     pub fn remove(&mut self, id: u64) {
         let sources = self.taken_out(id);
         self.carrier().renew_tables(sources);
     }
 
-    /// Takes it out, and returns the sources whose tables change.
+    /// Removes an instance, and returns the sources whose tables change.
     fn taken_out(&mut self, id: u64) -> Vec<SourceId> {
         let mut sources = self.carrier().take_out(id);
         sources.extend(self.renew_taps());
@@ -101,7 +101,7 @@ impl Course<'_> {
         Ok(())
     }
 
-    /// Deletes the instance of a call, which is over: another call is likely to follow, and brings the tables with it.
+    /// Deletes the instance of a completed call. The tables are sent with the next call, which is likely to follow soon.
     pub fn retire(&mut self) -> Result<(), Refusals> {
         self.check_deletable()?;
         let sources = self.core.taken_out(self.id);
@@ -122,7 +122,7 @@ impl Course<'_> {
     }
 }
 
-/// Checks that the kernel can remember every condition that is waited for.
+/// Checks that the kernel can remember all conditions that a stage waits for.
 fn check_waits(plan: &Plan, installed: &InstalledPlan) -> Result<(), Refusals> {
     let waited = InstalledVerb { plan, installed, devices: &IndexMap::new() }.waited_for().len();
     let count = plan.conditions.len() + waited;

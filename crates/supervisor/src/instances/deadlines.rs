@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Deadlines: limits, waits for a time, and the time limits of departures and rests.
+//! Deadlines: limits, timed waits, and the time limits of departures and rests.
 use crate::core::Core;
 use crate::instances::course::Course;
 use crate::instances::instance::Instance;
@@ -7,7 +7,8 @@ use crate::stopping::ages::{age_deadline, too_old};
 use model::SystemCondition;
 
 impl Core {
-    /// Returns the time at which the next limit or wait of a running instance is over, or the shelving of an alarm, ns on the clock.
+    /// Returns the time at which the next limit or wait of a running instance, or the next shelving of an alarm, expires, ns on the
+    /// clock.
     pub fn next_deadline(&self) -> Option<i64> {
         let deadlines = |i: &Instance| {
             let limit = i.times.limits.time_limit_ns.and_then(|t| i.times.running.clock_at(t));
@@ -20,7 +21,7 @@ impl Core {
         running.chain(self.safety.alarms.next_unshelving()).min()
     }
 
-    /// Serves what is over by now.
+    /// Handles all deadlines that have expired.
     pub fn serve_deadlines(&mut self, now_ns: i64) {
         let running: Vec<u64> = self.instances.values().filter(|i| i.is_running()).map(|i| i.id).collect();
         for id in running {
@@ -45,7 +46,7 @@ impl Core {
         self.serve_shelvings(now_ns);
     }
 
-    /// Instances with a limit on the age of what they read.
+    /// Handles instances with a limit on the age of the values they read.
     fn serve_ages(&mut self, now_ns: i64) {
         for (id, condition, message) in too_old(self, now_ns) {
             let now_ns = self.host.now_ns();
@@ -56,7 +57,7 @@ impl Core {
         }
     }
 
-    /// Instances with a limit on overruns.
+    /// Handles instances with a limit on overruns.
     fn serve_overrun_limits(&mut self) {
         let limited: Vec<(u64, u64)> =
             (self.instances.values()).filter(|i| i.is_running()).filter_map(|i| i.times.limits.overruns.map(|limit| (i.id, limit))).collect();
@@ -70,7 +71,7 @@ impl Core {
 }
 
 impl Course<'_> {
-    /// Ends a wait for a time: the next stage follows, unless a kernel was faster.
+    /// Ends a timed wait: enters the next stage, unless a kernel was faster.
     fn end_timed_wait(&mut self) {
         let id = self.id;
         let before = (self.core.instances[&id].position.list, self.core.instances[&id].position.stage);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Events of the kernels.
+//! Handling of kernel events.
 use crate::alarms::causes::{alarm_events_lost, alarm_lost, alarm_of_condition};
 use crate::core::Core;
 use crate::instances::cause::Cause;
@@ -17,7 +17,7 @@ use model::SystemCondition;
 use kernel::{BlockId, Event, Fault, SourceId};
 use std::sync::atomic::Ordering;
 
-/// A condition as the kernel told it.
+/// A condition as reported by a kernel.
 struct ToldCondition {
     source: SourceId,
     process: u64,
@@ -26,7 +26,7 @@ struct ToldCondition {
     item: u8,
     fault: Option<Fault>,
     time_ns: i64,
-    /// True if no other condition came in the firing.
+    /// True if it was the only condition of the firing.
     alone: bool,
     acted: bool,
     ended: bool,
@@ -37,7 +37,7 @@ struct ToldCondition {
 }
 
 impl Core {
-    /// Takes every event that is there; whether there was any.
+    /// Handles all pending events; returns true if there were any.
     pub fn drain(&mut self) -> bool {
         let mut came = false;
         while let Some(event) = self.host.poll() {
@@ -146,20 +146,20 @@ impl Core {
         };
         let about = instance.name.clone();
         let runs = matches!(instance.state(), State::Running | State::Suspended);
-        // A condition of an earlier generation is recorded, never served: another one moved the process first.
+        // A condition of an earlier generation is recorded but not acted on: another one moved the process first.
         let acts = told.acted && runs && !instance.is_ending() && told.generation == instance.generation;
         self.observation.log.add(told.time_ns, if told.fault.is_some() { "fault" } else { "condition" }, &about, text.clone());
         let value = self.instances[&id].reported_value(block, told.item, &told.value);
         let message = if told.fault.is_some() { text } else { gap_message(&self.instances[&id], &self.registry, block, told.item, value.as_ref()) };
         let cause = Cause { condition: told.condition, block: block.map(|_| label.clone()), value, message, time_ns: told.time_ns, asked_for: false };
         if !acts {
-            // The process was frozen after the kernel had entered the ending list: it is in the ending list.
+            // The process was frozen after the kernel had entered the ending list, so it is in that list.
             if runs && told.acted && told.stage.is_some_and(|stage| self.instances[&id].is_ending_unnoticed(stage)) {
                 self.course(id).concluded_by_kernel(told.source, cause, &told.captured);
             } else if runs && self.instances.get_mut(&id).is_some_and(|i| i.come_to_rest(block, told.item)) {
                 self.course(id).rest_at_last();
             } else if matches!(told.fault, Some(Fault::Signal(_) | Fault::Budget | Fault::Lost(_) | Fault::Forked)) {
-                // What became of it was decided when the source stopped.
+                // The consequences were decided when the source stopped.
             } else if let Some(instance) = self.instances.get_mut(&id).filter(|i| runs && told.condition < i.plan.conditions.len()) {
                 instance.other(name, label, told.time_ns);
             }
@@ -183,8 +183,8 @@ impl Core {
         }
     }
 
-    /// Handles a source that was stopped by a signal or a spent budget in a block: for verbs with blocks there `fault` comes, which τ may
-    /// lead on to what runs on other sources; the module takes no new instance.
+    /// Handles a source that was stopped by a signal or an exhausted budget in a block: verbs with blocks there receive `fault`, from
+    /// which τ may lead to lists on other sources. The block's module accepts no new instances.
     fn stopped(&mut self, source: SourceId, block: BlockId, process: u64, fault: &Fault, time_ns: i64) {
         let name = self.registry.source_name(source).to_owned();
         let stopped = stopped_text(&self.instances, &self.registry, source, block, fault);
@@ -200,7 +200,7 @@ impl Core {
         if matches!(fault, Fault::Lost(_)) {
             self.safety.ended_for_good.insert(source, stopped.clone());
         }
-        // Which block changed the floating-point state is not certain here: no module is refused for it.
+        // The block that changed the floating-point state is not known for certain, so no module is refused for it.
         if let Some((module, text)) = culprit.filter(|_| *fault != Fault::Floats) {
             self.safety.poisoned.insert(module, format!("was stopped by a fault ({text})"));
         }
@@ -225,7 +225,7 @@ impl Core {
     /// Ends the verbs that are bound to a channel of a lost device.
     fn end_bound(&mut self, device: &str, message: &str) {
         if self.registry.physical.get(device).is_some_and(|physical| self.safety.lost.contains(&physical.source)) {
-            // Who uses its channels runs there: to them `processor_lost` has come.
+            // Users of its channels run there and have received `processor_lost`.
             return;
         }
         let uses = |i: &Instance| i.plan.cells.iter().any(|c| matches!(&c.kind, model::plan::CellKind::Channel { device: d, .. } if d == device));
@@ -247,7 +247,7 @@ impl Core {
 }
 
 impl Course<'_> {
-    /// Answers for a process that the kernel has frozen.
+    /// Handles the answer for a process that the kernel has frozen.
     fn frozen(&mut self, reported: Option<(usize, usize)>, cause: Cause) {
         let id = self.id;
         if !self.take_process(true) {

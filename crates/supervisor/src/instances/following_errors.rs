@@ -1,31 +1,31 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Messages of what a servo reports. Of a following error: its size and limit, the effort of the motor, else of the servo, the time that was
-//! lost, and what to change; of an unstable servo its frequency.
+//! Messages for conditions that a servo reports. For a following error: its size and limit, the effort of the motor or else of the servo,
+//! the lost time, and a remedy; for an unstable servo, its frequency.
 //!
-//! The numbers are those that the condition returns under the names `error_limit`, `effort`, `effort_limit`, `motor_effort`, `motor_limit`
-//! and `time_lost`, as the servos of `robots` do; a verb that returns fewer of them gets a shorter message.
+//! The numbers are those that the condition returns under the names `error_limit`, `effort`, `effort_limit`, `motor_effort`,
+//! `motor_limit` and `time_lost`, as the servos of `robots` do; a verb that returns fewer of them gets a shorter message.
 use crate::ending::report::Report;
 use crate::registry::Registry;
 use indexmap::IndexMap;
 use model::value::Value;
 
-/// The conditions that these words are for.
+/// Condition that these messages describe.
 const FOLLOWING_ERROR: &str = "following_error";
 const SERVO_UNSTABLE: &str = "servo_unstable";
-/// The output of a servo that says how much time was lost.
+/// Output of a servo with the lost time.
 const TIME_LOST: &str = "time_lost";
-/// The condition of a servo's block that has brought its joint to rest because more time was lost than may be.
+/// Condition of a servo's block that has brought its joint to rest because too much time was lost.
 pub(crate) const GAP: &str = "gap";
-/// The parameter of a joint that says how much it allows, s.
+/// Parameter of a joint with the allowed lost time, s.
 pub(crate) const GAP_MAX: &str = "max_gap";
 
-/// Share of its limit from which an effort counts as saturated.
+/// Fraction of its limit from which an effort counts as saturated.
 const SATURATED: f64 = 0.999;
 
 /// A following error, as far as it is known.
 #[derive(Default)]
 struct FollowingError<'a> {
-    /// The logical device, with the units of its positions and efforts.
+    /// Logical device, which determines the units of positions and efforts.
     joint: Option<&'a str>,
     unit: &'a str,
     effort_unit: &'a str,
@@ -33,14 +33,14 @@ struct FollowingError<'a> {
     error_limit: Option<f64>,
     effort: Option<f64>,
     effort_limit: Option<f64>,
-    /// Effort of the motor, if the drive adds to the servo's effort what gravity and the other joints need.
+    /// Effort of the motor, if the drive adds the effort for gravity and the other joints to the servo's.
     motor: Option<f64>,
     motor_limit: Option<f64>,
     lost_s: f64,
 }
 
-/// Returns the message for a condition of a servo that came with this value; empty for any other condition. `owner` is the logical device
-/// that the verb kept going.
+/// Returns the message for a condition that a servo reported with this value; empty for any other condition. `owner` is the logical
+/// device whose own verb it is.
 pub(crate) fn servo_text(
     registry: &Registry,
     condition: &str,
@@ -55,8 +55,8 @@ pub(crate) fn servo_text(
     }
 }
 
-/// Returns the time that was lost at once, where that is why a servo ended with a following error: more than `gap_max_s` of its device.
-/// Nobody commanded the joint meanwhile, so the motion ends with what it declares of that, not with the error that came of it.
+/// Returns the time lost at once, if it exceeds `gap_max_s` of the device and so explains a servo's following error. Nothing commanded
+/// the joint meanwhile, so the motion ends by its rule for lost time, not by the resulting error.
 pub(crate) fn lost_beyond(report: &Report, gap_max_s: Option<f64>) -> Option<f64> {
     let lost_s = report.outputs.get(TIME_LOST)?.as_ref().and_then(number)?;
     (report.condition == FOLLOWING_ERROR && lost_s > gap_max_s?).then_some(lost_s)
@@ -143,7 +143,7 @@ impl FollowingError<'_> {
         self.effort.zip(self.effort_limit).is_some_and(|(effort, limit)| effort.abs() >= SATURATED * limit)
     }
 
-    /// Returns the remedy for the likeliest cause.
+    /// Returns the remedy for the most likely cause.
     fn remedy(&self) -> &'static str {
         if self.error_limit.is_none() {
             return "move more slowly, look for what blocks the joint, or raise the preset of the condition";
@@ -165,7 +165,7 @@ impl FollowingError<'_> {
     }
 }
 
-/// Returns a number with four significant digits, and its unit.
+/// Formats a number with four significant digits, and its unit.
 fn quantity(number: f64, unit: &str) -> String {
     let digits = if number == 0.0 || !number.is_finite() { 0 } else { (3 - number.abs().log10().floor() as i32).clamp(0, 12) };
     let text = format!("{number:.*}", digits as usize);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! A verb as it is installed: its plan, the objects in memory that carry it out, and the devices that it acts on.
+//! Installed verb: its plan, the objects in memory that execute it, and the devices that it acts on.
 use crate::registry::PhysicalRecord;
 use crate::wiring::installed::InstalledPlan;
 use indexmap::IndexMap;

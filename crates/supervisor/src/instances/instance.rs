@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! A verb instance: what it was made of, where it is in its life, what it still waits for.
+//! Verb instances: origin, state of life, and pending work.
 use crate::ending::report::{Other, Report};
 use crate::instances::captures::Captures;
 use crate::instances::cause::Cause;
@@ -23,7 +23,7 @@ use std::sync::Arc;
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum State {
     Created,
-    /// Started, and waiting for what other instances hold.
+    /// Started, and waiting for claims held by other instances.
     Queued,
     Running,
     Suspended,
@@ -44,25 +44,26 @@ impl State {
 
 /// Progress of a running instance towards its suspension.
 pub(crate) enum Rest {
-    /// No suspension was asked for.
+    /// No suspension was requested.
     Unasked,
-    /// The instance comes to rest first: the running time at which that has had its time, and the conditions of it which have come.
+    /// The instance comes to rest first: running time at which the time limit for this expires, and the conditions that have occurred so
+    /// far.
     Coming { until_ns: i64, rested: Vec<(usize, usize)> },
-    /// The instance is suspended when the sequence under way is through.
+    /// The instance is suspended when the running sequence is complete.
     Due,
 }
 
-/// Where an instance is in its life, with what belongs to that.
+/// State of an instance's life, with its data.
 pub(crate) enum Life {
     Created,
-    /// Started, and waiting for what other instances hold.
+    /// Started, and waiting for claims held by other instances.
     Queued,
     Running(Rest),
-    /// Values of its channels in each source when they went safe.
+    /// Suspended, with the values of its channels in each source when they became safe.
     Suspended {
         held: Vec<(SourceId, Vec<u8>)>,
     },
-    /// The end proper is being carried out, from one of those.
+    /// The final end is in progress, from one of these states.
     Ending {
         from: State,
         cause: Cause,
@@ -75,12 +76,12 @@ pub(crate) enum Life {
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(default)]
 pub struct Limits {
-    /// Running time after which `time_limit` comes, ns.
+    /// Running time after which `time_limit` occurs, ns.
     pub time_limit_ns: Option<i64>,
-    /// Overruns of its sources after which `overrun` comes.
+    /// Overruns of its sources after which `overrun` occurs.
     pub overruns: Option<u64>,
-    /// Age of a value from another source beyond which `late` (of a ratio input) or `link_lost` (of what a timer publishes in each
-    /// firing) comes, ns.
+    /// Age of a value from another source, ns, above which `late` (for a ratio input) or `link_lost` (for a value that a timer publishes
+    /// in each firing) occurs.
     pub age_max_ns: Option<i64>,
 }
 
@@ -88,7 +89,7 @@ impl Limits {
     /// Checks that the times are above 0.
     ///
     /// # Errors
-    /// `OutOfRange` with the one that is not.
+    /// `OutOfRange` with the offending limit.
     pub fn check(&self) -> Result<(), Refusals> {
         for (name, limit) in [("time_limit", self.time_limit_ns), ("age_max", self.age_max_ns)] {
             if let Some(ns) = limit.filter(|ns| *ns <= 0) {
@@ -100,12 +101,12 @@ impl Limits {
     }
 }
 
-/// Running time: it stands still while the instance is suspended.
+/// Running time, which is held while the instance is suspended.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct RunningTime {
-    /// Time on the clock minus running time, while it runs.
+    /// Time on the clock minus running time, while the running time advances.
     offset_ns: i64,
-    /// Running time at which it stands still.
+    /// Running time at which it is held.
     held_ns: Option<i64>,
 }
 
@@ -124,12 +125,12 @@ impl RunningTime {
         }
     }
 
-    /// Returns true while it stands still.
+    /// Returns true while the running time is held.
     pub fn is_held(&self) -> bool {
         self.held_ns.is_some()
     }
 
-    /// Returns the time on the clock at which a running time is reached; `None` while it stands still.
+    /// Returns the time on the clock at which a running time is reached; `None` while it is held.
     pub fn clock_at(&self, running_ns: i64) -> Option<i64> {
         self.held_ns.is_none().then_some(self.offset_ns + running_ns)
     }
@@ -139,28 +140,28 @@ impl RunningTime {
     }
 }
 
-/// An end that is on its way.
+/// An end in progress.
 #[derive(Clone, Debug)]
 pub(crate) struct Departure {
-    /// Cause that the report will give.
+    /// Cause for the report.
     pub cause: Cause,
-    /// The ending list runs; the list that ran before it. Absent: τ has led on, and the end proper is still to come.
+    /// List that ran before the ending list, if that is running. Absent if τ has led on and the final end is still to come.
     pub ending_from: Option<usize>,
-    /// Running time by which it must be over.
+    /// Running time by which the departure must be complete.
     pub until_ns: Option<i64>,
 }
 
 /// Intervals by label, ns.
 pub(crate) type Intervals = IndexMap<String, u64>;
 
-/// Origin of an instance: its rates are checked again from this.
+/// Origin of an instance, from which its rates are checked again.
 #[derive(Clone)]
 pub(crate) struct Origin {
     pub checked: Arc<CheckedVerb>,
     pub application: Application,
 }
 
-/// Stages that an instance has left in the instant in which they were entered.
+/// Stages that an instance left at the instant at which it entered them.
 #[derive(Default)]
 pub(crate) struct Entries {
     pub at_ns: i64,
@@ -173,57 +174,57 @@ pub(crate) struct Entries {
 pub(crate) struct Position {
     pub list: usize,
     pub stage: usize,
-    /// Stage that the sequence under way leads to.
+    /// Stage to which the running sequence leads.
     pub target: (usize, usize),
     /// Activations that are on.
     pub active: Vec<(usize, u32)>,
-    /// Running time at which the present wait for a time ends.
+    /// Running time at which the current timed wait ends.
     pub wait_until_ns: Option<i64>,
-    /// True if it has entered a list in this start.
+    /// True if the instance has entered a list in this start.
     pub has_entered: bool,
-    /// The stages that it has left in the instant in which they were entered.
+    /// Stages that the instance left at the instant at which it entered them.
     pub entries: Entries,
 }
 
-/// The time of one start, and its limits.
+/// Times of one start, and its limits.
 #[derive(Default)]
 pub(crate) struct Times {
     pub running: RunningTime,
     pub started_ns: i64,
     pub limits: Limits,
-    /// Overruns of its sources when it started.
+    /// Overruns of the instance's sources at the start.
     pub overruns_before: u64,
 }
 
-/// Work that the kernels have to do for it, one movement after the other.
+/// Work of the kernels for the instance, one movement at a time.
 #[derive(Default)]
 pub(crate) struct Work {
     pub sequence: VecDeque<Movement>,
-    /// Number of acknowledgements that the present movement lacks.
+    /// Number of acknowledgements that the current movement still lacks.
     pub outstanding: usize,
-    /// Sources whose acknowledgement is lacking, and when they were asked.
+    /// Sources whose acknowledgements are missing; `sent_ns` is the time at which they were asked.
     pub awaited: Vec<SourceId>,
     pub sent_ns: i64,
-    /// Time at which it was seen that an answer is late, ns.
+    /// Time at which an answer was found to be late, ns.
     pub last_call_ns: Option<i64>,
-    /// The present movement changes tables: what follows waits for it, whatever happens to the instance.
+    /// True if the current movement changes tables: the following ones wait for it, whatever happens to the instance.
     pub structural: bool,
     pub epoch: u64,
-    /// The script under way, or the last one, ends the instance, where nothing comes between.
+    /// True if the running or last script also ends the instance, unless something intervenes.
     pub is_through: bool,
-    /// When it is looked again whether machines follow, ns on the clock; until then nothing goes on.
+    /// Time of the next check whether machines follow, ns on the clock; nothing proceeds before.
     pub look_ns: Option<i64>,
-    /// Values that the scripts of the last movement captured.
+    /// Values captured by the scripts of the last movement.
     pub captured: Vec<(SourceId, Vec<u8>)>,
 }
 
-/// Findings that the report of one start will have beside its condition.
+/// Findings for the report of one start, in addition to its condition.
 #[derive(Default)]
 pub(crate) struct Findings {
-    /// Outputs that the condition of its end returns.
+    /// Outputs that the ending condition returns.
     pub captures: Captures,
     pub others: Vec<Other>,
-    /// The transitions before that, and what they returned.
+    /// Earlier transitions, and the values they returned.
     pub way: Way,
 }
 
@@ -235,20 +236,20 @@ impl Findings {
     }
 }
 
-/// Events of one start that lead to its end, or may.
+/// Events of one start that lead, or may lead, to its end.
 #[derive(Default)]
 pub(crate) struct EndingEvents {
-    /// An end that is on its way while lists still run.
+    /// End in progress while lists still run.
     pub departure: Option<Departure>,
-    /// The time limit or loss that told it to end, where τ has led on from it.
+    /// Time limit or loss that told the verb to end, if τ has led on from it.
     pub began: Option<Cause>,
-    /// A second `halt` is immediate.
+    /// True if a second `halt` is immediate.
     pub halting: bool,
-    /// `device_disabled` has come: it comes once.
+    /// True if `device_disabled` has occurred; it is handled only once.
     pub disabled: bool,
-    /// A later start has aborted it: once.
+    /// True if a later start has aborted the instance; this happens only once.
     pub aborted: bool,
-    /// The later start acts on all of its devices.
+    /// True if the later start acts on all devices of the instance.
     pub is_overtaken: bool,
 }
 
@@ -257,22 +258,22 @@ pub(crate) struct Instance {
     pub name: String,
     pub plan: Arc<Plan>,
     pub installed: InstalledPlan,
-    /// The logical device that it keeps going.
+    /// Logical device whose own verb the instance is.
     pub owner: Option<String>,
-    /// Origin from which it was made.
+    /// Origin from which the instance was created.
     pub origin: Option<Origin>,
-    /// Intervals that were set while it ran, until the next start: label → ns.
+    /// Intervals set at run time, valid until the next start: label → ns.
     pub tuned: Intervals,
-    /// The values of its input parameters: of its latest start, and what was set since.
+    /// Values of its input parameters: those of the latest start, with later changes.
     pub inputs: InputValues,
-    /// Number of times that inputs or intervals were set.
+    /// Number of changes to inputs or intervals.
     pub changes: u64,
-    /// The instances that it follows: SVV → its writer.
+    /// Instances that it follows: SVV → its writer.
     pub followed: IndexMap<String, u64>,
     pub life: Life,
-    /// Number of its starts.
+    /// Number of starts of the instance.
     pub starts: u64,
-    /// Generation that this side believes in: kernel, supervisor and PS race on it.
+    /// Generation of the process as the supervisor knows it: kernel, supervisor and PS race to advance it.
     pub generation: u32,
     pub position: Position,
     pub times: Times,
@@ -282,12 +283,12 @@ pub(crate) struct Instance {
 }
 
 impl Instance {
-    /// Returns its verb as it is installed, with the devices that there are.
+    /// Returns the installed verb of the instance, with the existing devices.
     pub fn installed_verb<'a>(&'a self, devices: &'a IndexMap<String, PhysicalRecord>) -> InstalledVerb<'a> {
         InstalledVerb { plan: &self.plan, installed: &self.installed, devices }
     }
 
-    /// Returns list and stage of a kernel's stage.
+    /// Returns the list and stage of a kernel's stage.
     pub fn list_stage(&self, kernel_stage: u16) -> (usize, usize) {
         let mut rest = usize::from(kernel_stage) / 2;
         for (index, list) in self.plan.lists.iter().enumerate() {
@@ -299,7 +300,7 @@ impl Instance {
         (self.plan.initial, 0)
     }
 
-    /// Its state, as people see it: an end that is being carried out does not show.
+    /// Returns the state shown to people, in which an end in progress is not visible.
     pub fn state(&self) -> State {
         match &self.life {
             Life::Created => State::Created,
@@ -311,12 +312,12 @@ impl Instance {
         }
     }
 
-    /// Returns true while its end is being carried out.
+    /// Returns true while the end is in progress.
     pub fn is_ending(&self) -> bool {
         matches!(self.life, Life::Ending { .. })
     }
 
-    /// Returns true while it runs, and its end is not being carried out.
+    /// Returns true while the instance runs and its end is not in progress.
     pub fn is_running(&self) -> bool {
         matches!(self.life, Life::Running(_))
     }
@@ -325,12 +326,12 @@ impl Instance {
         matches!(self.life, Life::Suspended { .. })
     }
 
-    /// Returns true while it runs or is suspended, and its end is not being carried out.
+    /// Returns true while the instance runs or is suspended and its end is not in progress.
     pub fn is_started(&self) -> bool {
         self.is_running() || self.is_suspended()
     }
 
-    /// Begins its end.
+    /// Begins the end of the instance.
     pub fn ends(&mut self, cause: Cause) {
         self.life = Life::Ending { from: self.state(), cause };
     }
@@ -340,19 +341,19 @@ impl Instance {
         if let Life::Ended(report) = &self.life { Some(report) } else { None }
     }
 
-    /// Returns, while it comes to rest before it is suspended, the running time at which that has had its time.
+    /// Returns the running time at which the time limit for coming to rest expires, while the instance comes to rest before a suspension.
     pub fn resting_until_ns(&self) -> Option<i64> {
         if let Life::Running(Rest::Coming { until_ns, .. }) = self.life { Some(until_ns) } else { None }
     }
 
-    /// Sets how a running instance comes to be suspended.
+    /// Sets the progress of a running instance towards its suspension.
     pub fn rests(&mut self, rest: Rest) {
         if let Life::Running(now) = &mut self.life {
             *now = rest;
         }
     }
 
-    /// Renews it for a start that was accepted: nothing of the one before is left.
+    /// Resets the instance for an accepted start, discarding everything of the previous one.
     pub fn renew(&mut self) {
         self.starts += 1;
         let list = self.plan.initial;
@@ -363,23 +364,23 @@ impl Instance {
         (self.findings, self.leaving) = (Findings::default(), EndingEvents::default());
     }
 
-    /// Returns the index of a condition by name: its line for the present command list, if the list has one.
+    /// Returns the index of a condition by name: its line for the current command list, if there is one.
     pub fn condition(&self, name: &str) -> Option<usize> {
         let named = || self.plan.conditions.iter().enumerate().filter(|(_, c)| c.name == name);
         named().find(|(_, c)| c.holds_in(self.position.list)).or_else(|| named().next()).map(|(index, _)| index)
     }
 
-    /// Returns the index of a condition of the system.
+    /// Returns the index of a system condition.
     pub fn system(&self, condition: SystemCondition) -> Option<usize> {
         self.condition(condition.name())
     }
 
-    /// Returns true while something is left to be done by the kernels.
+    /// Returns true while the kernels have work left.
     pub fn is_under_way(&self) -> bool {
         self.work.outstanding > 0 || !self.work.sequence.is_empty()
     }
 
-    /// Returns true for an action on devices: it uses logical devices or writes channels, and keeps none going.
+    /// Returns true for an action on devices: an instance that uses logical devices or writes channels, and is not a device's own verb.
     pub fn is_action(&self) -> bool {
         self.owner.is_none() && (!self.plan.devices.is_empty() || self.plan.claims.iter().any(|claim| matches!(claim, Claim::Channel { .. })))
     }
@@ -388,14 +389,14 @@ impl Instance {
         !matches!(self.life, Life::Created | Life::Ended(_))
     }
 
-    /// Returns the longest time budget declared for a firing of this source, ns; 0 if none is. More than fits is `i64::MAX`.
+    /// Returns the maximum time budget declared for a firing of this source, ns; 0 if none is declared. Saturates at `i64::MAX`.
     pub fn budget_ns(&self, source: SourceId) -> i64 {
         let there = self.plan.activations.iter().zip(&self.installed.activation_source).filter(|(_, at)| **at == source);
         let longest = there.filter_map(|(of, _)| of.budget_ns).max().unwrap_or(0);
         i64::try_from(longest).unwrap_or(i64::MAX)
     }
 
-    /// Returns another condition that came while one was acting.
+    /// Records another condition that occurred while one was being handled.
     pub fn other(&mut self, condition: String, block: String, time_ns: i64) {
         self.findings.others.push(Other { condition, block, time_s: time_ns as f64 * 1e-9 });
     }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The life of an instance from start to end.
+//! Calls for the life of an instance from start to end.
 use crate::ending::report::Report;
 use crate::instances::instance::{Instance, Limits, State};
 use crate::pausing::program::refuse_paused;
@@ -22,13 +22,13 @@ impl System {
         self.shared.command(|core| core.course(instance).start(&values, limits, &definitions.configuration))
     }
 
-    /// Suspends it; returns when the kernels have done it.
+    /// Suspends an instance; returns when the kernels have done so.
     pub fn suspend(&self, instance: u64) -> Result<(), Refusals> {
         first(|| self.shared.command(|core| core.course(instance).suspend()))?;
         let is_settled = |i: &Instance| i.state() != State::Running || i.leaving.departure.is_some();
         loop {
             let settled = self.until_settled(instance, is_settled);
-            // One that comes to rest first has its own time for that.
+            // An instance that comes to rest first has its own time limit.
             if settled.is_ok() || self.shared.locked().instances.get(&instance).is_none_or(|i| i.resting_until_ns().is_none()) {
                 settled?;
                 break;
@@ -48,12 +48,12 @@ impl System {
         self.until_settled(instance, |i| i.state() != State::Suspended)
     }
 
-    /// Begins a halt: τ on `halted`, or the end. See [`System::wait`] for when it is over.
+    /// Begins a halt: follows τ on `halted`, or ends the instance. [`System::wait`] waits for its completion.
     pub fn halt(&self, instance: u64) -> Result<(), Refusals> {
         first(|| self.shared.command(|core| core.course(instance).halt()))
     }
 
-    /// Returns the end report of the latest start, waiting at most `slice` of real time. `until_ns`: when to give up, on the system's clock.
+    /// Returns the end report of the latest start, waiting at most `slice` of real time. `until_ns`: timeout on the system's clock.
     pub fn wait(&self, instance: u64, until_ns: Option<i64>, slice: Duration) -> Result<WaitResult<Report>, Refusals> {
         self.shared.wait_for(until_ns, slice, |core| core.instances.known(instance)?.ended())
     }
@@ -77,5 +77,5 @@ impl System {
     }
 }
 
-/// Kernels answer a script within a firing; longer than this means that a processor does not run.
+/// Maximum time for kernels to settle. They answer a script within a firing; a longer delay means that a processor does not run.
 const SETTLE_MAX: Duration = Duration::from_secs(5);

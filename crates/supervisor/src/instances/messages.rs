@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Faults and what conditions report, in words and values for people.
+//! Messages and values, for people, from faults and reported conditions.
 use crate::instances::floating_point::floats_text;
 use crate::instances::following_errors::{GAP, motion_gap_text, number};
 use crate::instances::instance::Instance;
@@ -19,7 +19,7 @@ impl Instance {
         (!bytes.is_empty() && bytes.len() == of.size()).then(|| of.decode(bytes))
     }
 
-    /// Returns a text about a report of a block for which no termination condition stands now.
+    /// Returns the text about a block's report that matches no current termination condition.
     pub fn unwatched(&self, block: BlockId, item: u8, fault: Option<(Fault, Vec<u8>)>) -> String {
         let index = self.installed.blocks.iter().position(|b| b.id() == block);
         match &fault {
@@ -34,8 +34,8 @@ impl Instance {
 }
 
 impl Instance {
-    /// Returns the logical device that it keeps going and the time that was lost, s, if its block has reported the condition `gap`: its
-    /// servo has brought the joint to rest.
+    /// Returns the logical device whose own verb this is and the lost time, s, if the block has reported the condition `gap`: the servo
+    /// has brought the joint to rest.
     pub fn gap_of_owner(&self, block: BlockId, item: u8, value: &[u8]) -> Option<(String, f64)> {
         let owner = self.owner.as_ref()?;
         let index = self.installed.blocks.iter().position(|b| b.id() == block)?;
@@ -62,7 +62,7 @@ pub(crate) fn stopped_text(instances: &Instances, registry: &Registry, source: S
     format!("source '{}' stopped: {why}", registry.source_name(source))
 }
 
-/// Returns the text about a fault, naming the block and its code; `said` is what its exception says.
+/// Returns the text about a fault, naming the block and its code; `said` is the text of its exception.
 pub(crate) fn fault_text(instance: &Instance, block: Option<usize>, fault: &Fault, said: &[u8]) -> String {
     let of = block.map(|b| &instance.plan.blocks[b]);
     let what = of.map_or("a block".to_owned(), |b| format!("block '{}' ({})", b.label, b.block));

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! ω: where an instance's output values lie, and which of them a condition reads in which source.
+//! ω: locations of an instance's output values, and the values that a condition reads in each source.
 use crate::instances::captures::Piece;
 use crate::instances::installed_verb::InstalledVerb;
 use crate::movements::sequence::Builder;
@@ -10,14 +10,14 @@ use model::types::Type;
 use model::value::Value;
 
 impl InstalledVerb<'_> {
-    /// Pieces of what a condition returns whose value lies in `source`.
+    /// Returns the pieces of a condition's outputs that lie in `source`.
     pub fn outputs_in(&self, source: SourceId, condition: usize) -> Vec<Piece> {
         let mut pieces = self.pieces(condition);
         pieces.retain(|piece| self.piece_source(*piece) == source);
         pieces
     }
 
-    /// Returns the pieces of what a condition returns, in order.
+    /// Returns the pieces of a condition's outputs, in order.
     pub fn pieces(&self, condition: usize) -> Vec<Piece> {
         let Some(condition) = self.plan.conditions.get(condition) else { return Vec::new() };
         condition.returns.iter().flat_map(|output| (0..self.parts(*output)).map(|part| (*output, part))).collect()
@@ -28,7 +28,7 @@ impl InstalledVerb<'_> {
         if let Target::Cells(cells) = &self.plan.outputs[output].target { cells.len() } else { 1 }
     }
 
-    /// Returns the source of a piece's value: that of the port that writes it, else of one that reads it.
+    /// Returns the source of a piece's value: that of the port that writes it, or else of a port that reads it.
     fn piece_source(&self, (output, part): Piece) -> SourceId {
         match &self.plan.outputs[output].target {
             Target::Item { block, .. } | Target::Report { block, .. } => self.installed.block_source[*block],
@@ -48,7 +48,7 @@ impl InstalledVerb<'_> {
             let source = self.piece_source((output, part));
             match &self.plan.outputs[output].target {
                 Target::Item { block, item } => cells.push(self.installed.blocks[*block].value(*item)),
-                // Behind its value: whether it was reported at all.
+                // The value is followed by a word that marks whether it was reported.
                 Target::Report { block, item } => {
                     let block = &self.installed.blocks[*block];
                     cells.extend(block.report(*item).into_iter().chain(block.reported()));
@@ -65,22 +65,22 @@ impl InstalledVerb<'_> {
         self.cells_of(&[piece]).iter().map(kernel::Cell::len).sum()
     }
 
-    /// Operations that end it in `source`: everything off and safe, its clock stands still, and these outputs are read.
+    /// Adds the operations that end the verb in `source`: switch everything off and safe, hold its running time, and read these outputs.
     pub fn end_in(&self, builder: &mut Builder, source: SourceId, outputs: &[Piece]) {
         self.stop_in(builder, source);
         builder.add(source, Op::StopClock(self.installed.process.clone()));
         self.capture_in(builder, source, outputs);
     }
 
-    /// Adds the operation that reads these pieces in `source`; none if there are no pieces.
+    /// Adds the operation that reads these pieces in `source`, if there are any.
     pub fn capture_in(&self, builder: &mut Builder, source: SourceId, pieces: &[Piece]) {
         if !pieces.is_empty() {
             builder.add(source, Op::Capture(self.cells_of(pieces)));
         }
     }
 
-    /// Pieces in `source` that a kernel reads when it goes to the ending list: those of the condition, and those of the conditions
-    /// that an earlier τ may have begun the end with.
+    /// Returns the pieces in `source` that a kernel reads when it enters the ending list: those of the condition, and those of the
+    /// conditions by which an earlier transition may have begun the end.
     pub fn concluding_outputs(&self, source: SourceId, condition: usize) -> Vec<Piece> {
         let led_on = |c: usize| self.plan.lists.iter().any(|l| l.transitions.iter().any(|(on, _)| *on == c));
         let mut pieces = Vec::new();
@@ -95,7 +95,7 @@ impl InstalledVerb<'_> {
     }
 }
 
-/// Returns the value of a condition, and whether it was reported: the word behind the value has a bit for each item of its block.
+/// Returns the value of a condition, and whether it was reported: the word after the value has a bit for each item of its block.
 pub(crate) fn reported(bytes: &[u8], item: usize) -> (&[u8], bool) {
     match bytes.split_last_chunk() {
         Some((value, word)) => (value, u64::from_ne_bytes(*word) >> item & 1 == 1),
@@ -103,7 +103,7 @@ pub(crate) fn reported(bytes: &[u8], item: usize) -> (&[u8], bool) {
     }
 }
 
-/// Returns a value of a normalised type; of several cells of it, a list.
+/// Decodes a value of a normalised type; several cells of that type become a list.
 pub(crate) fn decode(type_text: &str, several: bool, bytes: &[u8]) -> Value {
     let Ok(of) = Type::parse(type_text, &IndexMap::new()) else { return Value::List(Vec::new()) };
     if several && of.size() > 0 && bytes.len() != of.size() {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Call of a verb: its instance is created, started, waited for and deleted, each a step of its caller.
+//! Call of a verb: creates, starts, awaits and deletes its instance, each in a step of the caller.
 use crate::attending::Attending;
 use crate::core::Core;
 use crate::ending::report::Report;
@@ -13,14 +13,14 @@ use model::value::Value;
 use std::sync::atomic::Ordering;
 use std::time::Duration;
 
-/// An instance that was started by a caller that waits for its end.
+/// An instance started by a caller that waits for its end.
 pub struct StartedInstance {
     instance: u64,
     attending: Option<Attending>,
 }
 
 impl StartedInstance {
-    /// Returns its number.
+    /// Returns the number of the instance.
     pub fn instance(&self) -> u64 {
         self.instance
     }
@@ -39,18 +39,20 @@ impl System {
         Ok(StartedInstance { instance, attending })
     }
 
-    /// Waits for the end of an instance at most `slice` of real time, and deletes it; where the time is over, [`System::performed`] goes on.
+    /// Waits at most `slice` of real time for the end of an instance, and deletes it. If the time expires, continue with
+    /// [`System::performed`].
     pub fn complete(&self, started: StartedInstance, slice: Duration) -> Result<WaitResult<Report>, Refusals> {
         self.ended_and_deleted(started.instance, started.attending, slice)
     }
 
-    /// Takes what the kernels tell from before the start on, where the end of the instance is likely at once.
+    /// Handles kernel notifications itself from before the start, if the instance is likely to end at once.
     fn attending(&self, instance: u64) -> Option<Attending> {
         let core = self.shared.locked();
         (!self.shared.is_virtual && core.expects(instance) == Watchful::At).then(|| Attending::new(&core))
     }
 
-    /// Returns the end report of an instance that [`System::start_to_wait`] has started, waiting at most `slice` of real time. It is deleted then.
+    /// Returns the end report of an instance that [`System::start_to_wait`] has started, waiting at most `slice` of real time, and
+    /// deletes the instance.
     pub fn performed(&self, instance: u64, slice: Duration) -> Result<WaitResult<Report>, Refusals> {
         self.ended_and_deleted(instance, None, slice)
     }
@@ -60,7 +62,7 @@ impl System {
         let watchful = self.shared.locked().expects(instance);
         let waited = self.shared.wait_watchfully(watchful, attending, None, slice, |core| {
             let Some(report) = core.instances.known(instance)?.ended()? else { return Ok(None) };
-            // Deleted under the same lock, where the definitions are free: the core is not let go, and taken again, between.
+            // Delete it under the same lock if the definitions are free, rather than release and retake the core.
             if let Ok(mut definitions) = self.shared.definitions.try_lock()
                 && !self.shared.closed.load(Ordering::Acquire)
             {
@@ -77,7 +79,7 @@ impl System {
 }
 
 impl Core {
-    /// Returns when the end of an instance that has just been started may come.
+    /// Returns the time at which a just-started instance is expected to end.
     fn expects(&self, instance: u64) -> Watchful {
         let Some(instance) = self.instances.get(&instance).filter(|instance| instance.ends_in_its_opening().is_none()) else { return Watchful::At };
         let periods = instance.installed.sources.iter().map(|source| self.host.period_ns(*source));

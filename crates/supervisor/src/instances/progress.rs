@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Where an instance stands between its start and its end: on its way to an end, coming to rest, in a stage.
+//! Progress of an instance between its start and its end: within a stage, coming to rest, or on its way to an end.
 use crate::ending::report::Report;
 use crate::instances::cause::Cause;
 use crate::instances::instance::{Entries, Instance, Life, Rest};
@@ -13,17 +13,17 @@ use model::refusal::Refusals;
 use model::value::Value;
 use model::{ORDERLY, SystemCondition};
 
-/// More stages than these in one instant are a loop.
+/// Maximum number of stages in one instant; more are considered a loop.
 const ENTRIES_AN_INSTANT: u32 = 10_000;
 
 impl Instance {
-    /// Returns true while its ending list runs.
+    /// Returns true while the ending list runs.
     pub fn is_in_ending(&self) -> bool {
         self.leaving.departure.as_ref().is_some_and(|d| d.ending_from.is_some())
     }
 
-    /// Returns the list that τ leads to from the present one. An abort that τ does not name is as orderly as a halt, for what slows a motion down is
-    /// there for both; but where another verb goes on with all of its devices from where they are.
+    /// Returns the list to which τ leads from the current one. An abort that τ does not name follows the line of a halt, whose
+    /// deceleration suits both, unless another verb takes over all devices in motion.
     pub fn led_to(&self, condition: usize) -> Option<usize> {
         let transitions = &self.plan.lists[self.position.list].transitions;
         let to = |condition: usize| transitions.iter().find(|(c, _)| *c == condition).map(|(_, to)| *to);
@@ -36,8 +36,8 @@ impl Instance {
         ORDERLY.contains(&self.plan.conditions[condition].name.as_str())
     }
 
-    /// Returns the cause in the report of an end that comes now: that with which an orderly departure began, unless the end is not in order itself.
-    /// While the ending list runs, always what it began with.
+    /// Returns the cause to report for an end that occurs now: the one that started an orderly departure, unless the end is itself
+    /// abnormal. While the ending list runs, it is always the original cause.
     pub fn remembered(&mut self, cause: Cause) -> Cause {
         let Some(departure) = self.leaving.departure.clone() else { return self.as_it_began(cause) };
         let came = &self.plan.conditions[cause.condition];
@@ -50,7 +50,7 @@ impl Instance {
         told
     }
 
-    /// Returns the cause of an end by a condition that would have led on to further work, after a time limit or a loss: it ends the verb as that.
+    /// Returns the time limit or loss that told the verb to end, if this condition would otherwise have led to further work.
     fn as_it_began(&mut self, cause: Cause) -> Cause {
         let is_cut = self.plan.lists[self.position.list].cut.contains(&cause.condition);
         let Some(began) = self.leaving.began.clone().filter(|_| is_cut && self.plan.conditions[cause.condition].normal) else { return cause };
@@ -61,14 +61,14 @@ impl Instance {
         began
     }
 
-    /// Returns true if it is in its ending list, which a kernel entered with `stage`, and does not know why.
+    /// Returns true if a kernel entered the ending list with `stage` and the instance does not know the cause yet.
     pub fn is_ending_unnoticed(&self, stage: u16) -> bool {
         let ending = self.plan.ending.list;
         let is_there = ending == Some(self.position.list) && ending == Some(self.list_stage(stage).0);
         is_there && !self.is_in_ending() && !self.is_ending()
     }
 
-    /// Returns true if something is set while the instance comes to rest, and the block whose condition tells that it has is active.
+    /// Returns true if the suspension sets an input first, and the block whose condition reports the rest is active.
     pub fn comes_to_rest(&self) -> bool {
         self.plan.suspend.holdings().iter().any(|holding| self.is_active(holding.until.0))
     }
@@ -77,12 +77,12 @@ impl Instance {
         self.position.active.iter().any(|(active, _)| *active == self.plan.blocks[block].activation)
     }
 
-    /// Returns true from the call that suspends it until it begins to stand still.
+    /// Returns true from the suspending call until the instance is held.
     pub fn is_coming_to_rest(&self) -> bool {
         matches!(self.life, Life::Running(Rest::Coming { .. } | Rest::Due))
     }
 
-    /// Notes a condition that an instance waits for which comes to rest; returns true for one.
+    /// Records a condition that an instance coming to rest waits for; returns true if it was one.
     pub fn come_to_rest(&mut self, block: Option<usize>, item: u8) -> bool {
         let mut holdings = self.plan.suspend.holdings().iter();
         let found = holdings.find(|holding| block == Some(holding.until.0) && usize::from(item) == holding.until.1);
@@ -94,15 +94,15 @@ impl Instance {
         true
     }
 
-    /// Returns true if everything rests that is to come to rest and is active.
+    /// Returns true if everything active that has to come to rest is at rest.
     pub fn has_come_to_rest(&self) -> bool {
         let has_come = |until| matches!(&self.life, Life::Running(Rest::Coming { rested, .. }) if rested.contains(until));
         let mut holdings = self.plan.suspend.holdings().iter();
         holdings.all(|holding| !self.is_active(holding.until.0) || has_come(&holding.until))
     }
 
-    /// Counts stages that are left in the instant in which they were entered: stages that are over at once, and those that a condition ends
-    /// which one of their executes reports. The end of an instance for which there are too many.
+    /// Counts stages that are left at the instant of their entry: stages that are complete at once, or ended by a condition that one of
+    /// their `execute` commands reports. Returns the cause of an end if there are too many.
     pub fn enters_again(&mut self, now_ns: i64) -> Option<Cause> {
         if self.position.entries.at_ns != now_ns {
             self.position.entries = Entries { at_ns: now_ns, ..Entries::default() };
@@ -122,7 +122,7 @@ impl Instance {
         Some(Cause { condition, block: None, value: None, message, time_ns: now_ns, asked_for: false })
     }
 
-    /// Returns the report of its latest start; none before its end. One that was never started is refused.
+    /// Returns the report of the latest start; `None` before its end. Refuses an instance that was never started.
     pub fn ended(&self) -> Result<Option<Report>, Refusals> {
         match &self.life {
             Life::Ended(report) => Ok(Some(Report::clone(report))),
@@ -131,8 +131,9 @@ impl Instance {
         }
     }
 
-    /// Returns the condition that ends it if its initial list is over as soon as it is entered and one source has all of it: its first script
-    /// does what that end asks for, too. What a block reports in that script comes before, and nothing behind it is carried out then.
+    /// Returns the condition that ends the instance if its initial list is complete on entry and lies in one source: its first script
+    /// then also performs the end. A condition that a block reports in that script takes precedence, and the rest of the script is
+    /// skipped.
     pub fn ends_in_its_opening(&self) -> Option<usize> {
         let stage = &self.plan.lists[self.plan.initial].stages[0];
         let is_over = stage.active.is_empty() && stage.wait.is_none() && !stage.commands.iter().any(|c| matches!(c, PlannedCommand::Ready));
@@ -141,15 +142,15 @@ impl Instance {
         self.led_to(completed).is_none().then_some(completed)
     }
 
-    /// Returns the next movement of its sequence. A new table for its only source and what is to be done there behind it go together: that acts
-    /// between two firings as one, and the source is woken once.
+    /// Returns the next movement of the sequence. A new table for the only source of the instance is combined with the operations that
+    /// follow: both act as one between two firings, and the source is woken only once.
     pub fn next_movement(&mut self) -> Option<Movement> {
         let movement = self.work.sequence.pop_front()?;
         let [source] = self.installed.sources[..] else { return Some(movement) };
         if !movement.is_table_of(source) {
             return Some(movement);
         }
-        // A table is made as the system is when it goes: the first has what those right behind it would have.
+        // A table reflects the system when it is sent, so several in a row are equal to the first.
         while self.work.sequence.front().is_some_and(|next| next.is_table_of(source)) {
             self.work.sequence.pop_front();
         }
@@ -168,7 +169,7 @@ impl Instance {
         }
     }
 
-    /// Notes that a kernel has carried out a script of its sequence; returns true if it was waited for.
+    /// Records that a kernel has executed a script of the sequence; returns true if it was awaited.
     pub fn take_acknowledgement(&mut self, epoch: u64, source: SourceId, captured: Vec<u8>) -> bool {
         let Some(at) = self.work.awaited.iter().position(|awaited| *awaited == source).filter(|_| self.work.epoch == epoch) else { return false };
         self.work.awaited.swap_remove(at);
@@ -179,7 +180,7 @@ impl Instance {
         true
     }
 
-    /// Refuses where its parameters cannot be set now.
+    /// Refuses if the parameters of the instance cannot be set now.
     pub fn check_settable(&self) -> Result<(), Refusals> {
         if self.is_started() {
             return Ok(());
@@ -187,7 +188,8 @@ impl Instance {
         Err(invalid_state(&format!("'{}'", self.name), self.state().name(), "set a parameter of", "give the value at the next start"))
     }
 
-    /// The present values of its input parameters: of its latest start, and what was set since; before the first one the defaults.
+    /// Returns the current values of the input parameters: those of the latest start with later changes, or the defaults before the first
+    /// start.
     pub fn present_inputs(&self) -> IndexMap<String, Option<Value>> {
         let given = self.plan.inputs.iter().enumerate().filter(|(_, input)| input.origin == InputOrigin::Given);
         let present = given.map(|(index, input)| {
@@ -198,7 +200,7 @@ impl Instance {
         present.collect()
     }
 
-    /// Operations that give its tunable activations the intervals of a plan; without one, the declared ones.
+    /// Returns the operations that set the intervals of tunable activations to those of a plan, or to the declared ones without a plan.
     pub fn tune_ops(&self, plan: Option<&Plan>) -> Vec<(SourceId, Op)> {
         let tunable = self.plan.activations.iter().enumerate().filter(|(_, activation)| activation.tunable);
         let ops = tunable.map(|(index, _)| {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Tunable intervals: changed while a verb runs, at a period boundary, after the model has found that all rates still hold: those
-//! within the instance, those of what it reads, and those of every instance that reads what it writes.
+//! Tunable intervals: changed while a verb runs, at a period boundary, after the model has checked that all rates still hold: those
+//! within the instance, those of its inputs, and those of every instance that reads its outputs.
 use crate::definitions::system_definitions::Definitions;
 use crate::instances::instance::{Instance, Intervals, Origin};
 use crate::refuse::invalid_state;
@@ -12,7 +12,7 @@ use model::refusal::{Refusal, Refusals};
 use model::value::Value;
 use std::sync::Arc;
 
-/// An instance whose rates are checked.
+/// An instance under a check of rates.
 #[derive(Clone)]
 struct Party {
     id: u64,
@@ -32,18 +32,19 @@ impl Party {
         self.origin.checked.retuned(&self.origin.application, &self.tuned, &self.plan, &definitions.configuration)
     }
 
-    /// Returns true if it takes one of these SVVs synchronously or by ratio.
+    /// Returns true if one of these SVVs drives a synchronous or ratio input of the instance.
     fn follows(&self, svvs: &[String]) -> bool {
         self.plan.blocks.iter().flat_map(|block| &block.external_drivers).any(|(_, svv)| svvs.contains(svv))
     }
 }
 
 impl System {
-    /// Sets new values of tunable input parameters of a running instance, and new intervals (label → ns), all together
-    /// between two firings of each source.
+    /// Sets new values of tunable input parameters of a running instance, and new intervals (label → ns), all together between two
+    /// firings of each source.
     ///
     /// # Errors
-    /// Something that is not tunable or not of its type; a rate that could not hold, with both ends. Nothing has changed then.
+    /// Fails if an item is not tunable or a value does not match its type, or if a rate would not hold; names both ends of it.
+    /// Nothing has changed then.
     pub fn set(&self, instance: u64, values: &IndexMap<String, Value>, every: &IndexMap<String, u64>) -> Result<(), Refusals> {
         let mut definitions = self.shared.definitions();
         let present = self.shared.locked().instances.known(instance)?.plan.clone();
@@ -60,7 +61,7 @@ impl System {
         done
     }
 
-    /// Restores the declared intervals that an earlier start has changed, if all rates hold so.
+    /// Restores the declared intervals that an earlier start has changed, if all rates hold with them.
     pub(crate) fn untune(&self, definitions: &mut Definitions, instance: u64) -> Result<(), Refusals> {
         let party = self.shared.locked().instances.get(&instance).filter(|i| !i.tuned.is_empty() && !i.is_busy()).and_then(Party::of);
         let Some(party) = party else { return Ok(()) };
@@ -69,7 +70,7 @@ impl System {
         Ok(())
     }
 
-    /// Returns all intervals that would be in force, and the plan with them.
+    /// Returns all resulting intervals, and the plan with them.
     fn rates_with(&self, definitions: &mut Definitions, instance: u64, every: &IndexMap<String, u64>) -> Result<(Intervals, Plan), Refusals> {
         let mut party = {
             let core = self.shared.locked();
@@ -85,7 +86,7 @@ impl System {
         Ok((tuned, self.rates_hold(definitions, party).map_err(named)?))
     }
 
-    /// Checks that the rates of those who follow SVVs that a new instance writes hold with it.
+    /// Checks that the rates of instances that follow SVVs written by a new instance hold with it.
     pub(crate) fn followers_hold(&self, definitions: &mut Definitions, instance: u64) -> Result<(), Refusals> {
         let (name, written) = {
             let core = self.shared.locked();
@@ -106,7 +107,7 @@ impl System {
         })
     }
 
-    /// Checks the rates of an instance and of all that follow it; where they hold, later applications see them.
+    /// Checks the rates of an instance and of all its followers; if they hold, later applications see them.
     fn rates_hold(&self, definitions: &mut Definitions, party: Party) -> Result<Plan, Refusals> {
         let before = definitions.configuration.writers.clone();
         let plan = party.retuned(definitions)?;
@@ -115,7 +116,7 @@ impl System {
         Ok(plan)
     }
 
-    /// Checks the rates of all that follow these SVVs, and of all that follow those.
+    /// Checks the rates of all followers of these SVVs, and of their followers in turn.
     fn follow_rates(&self, definitions: &mut Definitions, instance: u64, mut changed: Vec<String>) -> Result<(), Refusals> {
         let others: Vec<Party> = self.shared.locked().instances.values().filter(|i| i.id != instance && !i.followed.is_empty()).filter_map(Party::of).collect();
         let mut seen = vec![instance];
@@ -135,7 +136,7 @@ impl System {
     }
 }
 
-/// Enters the rates at which an instance writes. The SVVs whose writer has changed.
+/// Enters the rates at which an instance writes. Returns the SVVs whose writer has changed.
 fn enter_rates(definitions: &mut Definitions, instance: &str, plan: &Plan) -> Vec<String> {
     let mut changed = Vec::new();
     for (svv, writer) in plan.writers(instance, &definitions.configuration) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! All verb instances, and what they wait for: places in the queue, names.
+//! Table of all verb instances, with the start queue and the names.
 use crate::instances::instance::{Instance, Limits};
 use crate::refuse::invalid_state;
 use crate::registry::{DeviceState, Registry};
@@ -12,11 +12,11 @@ use std::collections::HashMap;
 use std::collections::btree_map::{BTreeMap, Keys, Values, ValuesMut};
 use std::ops::Index;
 
-/// A start that was accepted: its values are encoded.
+/// An accepted start with its encoded values.
 pub(crate) struct Request {
     pub id: u64,
     pub stores: Vec<(Target, Vec<u8>)>,
-    /// The values of its input parameters, which it has from when it begins.
+    /// Values of its input parameters, effective from its beginning.
     pub inputs: InputValues,
     pub limits: Limits,
 }
@@ -27,7 +27,7 @@ pub(crate) struct Instances {
     by_number: BTreeMap<u64, Instance>,
     /// Starts that wait for claims, in order.
     pub queue: Vec<Request>,
-    /// Number of instances of each verb that have been named.
+    /// Number of instances named so far, by verb.
     named: HashMap<String, u64>,
 }
 
@@ -48,7 +48,7 @@ impl Instances {
         self.by_number.get_mut(id)
     }
 
-    /// Returns an instance that is not deleted.
+    /// Returns an instance that has not been deleted.
     pub fn known(&self, id: u64) -> Result<&Instance, Refusals> {
         self.get(&id).ok_or_else(|| invalid_state("the verb instance", "deleted", "use", "make a new one with new_instance(…)"))
     }
@@ -89,12 +89,12 @@ impl Instances {
         self.by_number.keys()
     }
 
-    /// Returns the instance that an installed block is of, and its index there.
+    /// Returns the instance that an installed block belongs to, and its index there.
     pub fn culprit(&self, block: BlockId) -> Option<(&Instance, usize)> {
         self.values().find_map(|i| Some((i, i.installed.blocks.iter().position(|b| b.id() == block)?)))
     }
 
-    /// Overruns counted so far in the sources of an instance.
+    /// Returns the overruns counted so far in the sources of an instance.
     pub fn overruns(&self, host: &Host, id: u64) -> u64 {
         self[&id].installed.sources.iter().map(|s| host.statistics(*s).overruns).sum()
     }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Carrying movements out: scripts for the kernels, tables, connections and the values that cells take with them. What a movement
-//! means for the life of its instance is not known here.
+//! Execution of movements: scripts for the kernels, tables, connections, and the values that are moved with cells. The effect of a
+//! movement on the life of its instance is handled elsewhere.
 use crate::claims::writers::Pair;
 use crate::instances::table::Instances;
 use crate::movements::sequence::{CarriedCell, Inlet, Movement, Object, by_source};
@@ -14,7 +14,7 @@ use kernel::{Cell, Op, Script, SourceId};
 use runtime::Host;
 use std::collections::{BTreeMap, HashMap, HashSet};
 
-/// The part of the core that movements touch.
+/// Part of the core that movements change.
 pub(crate) struct Carrier<'a> {
     pub host: &'a Host,
     pub registry: &'a mut Registry,
@@ -29,14 +29,14 @@ pub(crate) struct Carrier<'a> {
 }
 
 impl Carrier<'_> {
-    /// Hands operations to a source as one script.
+    /// Sends operations to a source as one script.
     pub fn submit(&mut self, source: SourceId, ops: Vec<Op>, purpose: Purpose) {
         if let Some(script) = self.script(source, ops, purpose) {
             self.host.submit(source, script);
         }
     }
 
-    /// Returns one script; none if the source is cut off.
+    /// Returns one script; `None` if the source is cut off.
     fn script(&mut self, source: SourceId, ops: Vec<Op>, purpose: Purpose) -> Option<Box<Script>> {
         let id = self.numbers.fresh();
         self.scripts.sent(id, purpose);
@@ -46,12 +46,12 @@ impl Carrier<'_> {
         (!self.cut_off.contains(&source)).then(|| Box::new(Script { id, ops }))
     }
 
-    /// Returns an operation that swaps the table of `source` for one that is as the system is now.
+    /// Returns an operation that replaces the table of `source` by one for the current state of the system.
     pub fn table_op(&self, source: SourceId) -> Op {
         self.wiring.table_op(source, self.taps.rings(source))
     }
 
-    /// Swaps the tables of these sources, without a wait for the acknowledgement.
+    /// Replaces the tables of these sources without waiting for the acknowledgement.
     pub fn renew_tables(&mut self, sources: Vec<SourceId>) {
         for source in sources {
             let op = self.table_op(source);
@@ -59,7 +59,7 @@ impl Carrier<'_> {
         }
     }
 
-    /// Renews tables without waking a source: what has gone is off already.
+    /// Replaces tables without waking a source, because all removed blocks are already off.
     pub fn renew_tables_at_leisure(&mut self, sources: Vec<SourceId>) {
         for source in sources {
             let op = self.table_op(source);
@@ -69,12 +69,12 @@ impl Carrier<'_> {
         }
     }
 
-    /// Makes new asynchronous groups for these pairs. What has to follow.
+    /// Makes new asynchronous groups for these pairs. Returns the movements that have to follow.
     pub fn reconnect(&mut self, pairs: Vec<Pair>) -> Vec<Movement> {
         self.wiring.reconnect(self.host, self.registry, pairs)
     }
 
-    /// Stores a value in every image that has the SVV, and keeps it for images that get it later.
+    /// Stores a value in every image that contains the SVV, and keeps it for images that are added later.
     pub fn store_everywhere(&mut self, svv: &str, bytes: &[u8]) -> Vec<(SourceId, Op)> {
         let now_ns = self.host.now_ns();
         let Some(record) = self.registry.svvs.get_mut(svv) else { return Vec::new() };
@@ -88,7 +88,7 @@ impl Carrier<'_> {
     pub fn send(&mut self, id: u64, scripts: Vec<(SourceId, Vec<Op>)>) {
         let now_ns = self.host.now_ns();
         let Some(instance) = self.instances.get_mut(&id) else { return };
-        // One that is lost carries it out if it comes back.
+        // A lost source executes the script if it comes back.
         instance.work.awaited.clear();
         instance.work.awaited.extend(scripts.iter().map(|(source, _)| *source).filter(|source| !self.lost.contains(source)));
         instance.work.outstanding = instance.work.awaited.len();
@@ -106,7 +106,7 @@ impl Carrier<'_> {
         self.send(id, scripts);
     }
 
-    /// Swaps the table and then carries out `ops` in the same script, under the new table.
+    /// Replaces the table, then executes `ops` in the same script under the new table.
     pub fn swap_and_go_on(&mut self, id: u64, source: SourceId, mut ops: Vec<Op>) {
         ops.insert(0, self.table_op(source));
         self.send(id, vec![(source, ops)]);
@@ -120,7 +120,7 @@ impl Carrier<'_> {
         self.swap_tables(id, readers);
     }
 
-    /// Sets what starts as a copy: the values that the script before captured, in every image.
+    /// Initialises SVVs that start as copies, in every image, with the values captured by the previous script.
     pub fn copy_initial(&mut self, id: u64) {
         let Some(instance) = self.instances.get_mut(&id) else { return };
         let captured: Vec<u8> = std::mem::take(&mut instance.work.captured).into_iter().flat_map(|(_, bytes)| bytes).collect();
@@ -137,7 +137,7 @@ impl Carrier<'_> {
         self.send(id, by_source(stores));
     }
 
-    /// Returns the cells that go to another source with a cell: (cell there, cell here).
+    /// Returns the cells that move to another source together with a cell: (cell there, cell here).
     fn carried(&self, id: u64, CarriedCell { object, from, to }: &CarriedCell) -> Vec<(Cell, Cell)> {
         let pair = |cells: &BTreeMap<SourceId, Cell>| cells.get(from).cloned().zip(cells.get(to).cloned());
         match object {
@@ -153,14 +153,14 @@ impl Carrier<'_> {
         }
     }
 
-    /// Captures the values that go to another source.
+    /// Captures the values that move to another source.
     pub fn carry(&mut self, id: u64, carried: &[CarriedCell]) {
         let cells = |c: &CarriedCell| self.carried(id, c).into_iter().map(|(from, _)| from).collect();
         let captures = by_source(carried.iter().map(|c| (c.from, Op::Capture(cells(c)))));
         self.send(id, captures);
     }
 
-    /// Stores the values that come from another source.
+    /// Stores the values that arrive from another source.
     pub fn arrive(&mut self, id: u64, carried: &[CarriedCell]) {
         let Some(instance) = self.instances.get_mut(&id) else { return };
         let mut captured = std::mem::take(&mut instance.work.captured);
@@ -169,7 +169,7 @@ impl Carrier<'_> {
             let Some((_, bytes)) = captured.iter_mut().find(|(source, _)| *source == c.from) else { continue };
             for (_, cell) in self.carried(id, c) {
                 let value: Box<[u8]> = bytes.drain(..cell.len().min(bytes.len())).collect();
-                // What came to be between the two scripts was not captured.
+                // Cells created between the two scripts were not captured.
                 if value.len() == cell.len() {
                     stores.push((c.to, Op::Store(cell, value)));
                 }
@@ -178,7 +178,7 @@ impl Carrier<'_> {
         self.send(id, by_source(stores));
     }
 
-    /// Lets the process go on, which was taken, without an answer.
+    /// Resumes a frozen process without waiting for an answer.
     pub fn go_on(&mut self, id: u64) {
         let Some(instance) = self.instances.get(&id) else { return };
         let (process, source) = (instance.installed.process.clone(), instance.installed.sources[0]);

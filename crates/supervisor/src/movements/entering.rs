@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Entering a new instance in what is there: its steps in the order of each source, its ports at the SVVs.
+//! Insertion of a new instance into the running system: its steps into the order of each source, its ports at the SVVs.
 use crate::claims::writers::Pair;
 use crate::movements::carrier::Carrier;
 use crate::refuse::refuse;
@@ -21,7 +21,7 @@ use std::collections::{HashMap, HashSet};
 type Edge = (BlockId, BlockId);
 
 impl Carrier<'_> {
-    /// Returns the order of a firing in each source with the new blocks in it.
+    /// Returns the firing order of each source with the new blocks inserted.
     pub fn merge_orders(&self, plan: &Plan, installed: &InstalledPlan) -> Result<Vec<(SourceId, Vec<BlockId>)>, Refusals> {
         let mut merged = Vec::new();
         for (source_name, planned) in &plan.order {
@@ -39,7 +39,7 @@ impl Carrier<'_> {
         Ok(merged)
     }
 
-    /// Synchronous ports that would have to run both before and after each other.
+    /// Refuses synchronous ports that would have to run both before and after each other.
     fn cycle(&self, verb: &str, installed: &InstalledPlan, source: &str, cycle: &[BlockId]) -> Refusals {
         let known = self.wiring.tables.values().flat_map(|t| &t.steps).map(|s| &s.block).chain(&installed.blocks);
         let names: Vec<&str> = known.filter(|b| cycle.contains(&b.id())).map(|b| b.name()).collect();
@@ -50,9 +50,9 @@ impl Carrier<'_> {
         )
     }
 
-    /// Edges that the new blocks bring into the order of a source, synchronous and asynchronous: those of their own plan as far as its
-    /// order holds them, and those through SVVs with what is there. The writer of an SVV runs only while it has claimed it: between two
-    /// instances that both write it there is no edge, for they never run at one time.
+    /// Returns the edges that the new blocks add to the order of a source, synchronous and asynchronous: those of their own plan that its
+    /// order satisfies, and those through SVVs to installed blocks. The writer of an SVV runs only while it has claimed it: between two
+    /// instances that both write it there is no edge, because they never run at the same time.
     fn edges(&self, plan: &Plan, installed: &InstalledPlan, source: SourceId) -> (Vec<Edge>, Vec<Edge>) {
         let (mut hard, mut soft) = own_edges(plan, installed, source);
         for cell in &plan.cells {
@@ -79,7 +79,7 @@ impl Carrier<'_> {
         (hard, soft)
     }
 
-    /// Returns the installed blocks of a source that read an SVV which others write, and whether synchronously.
+    /// Returns the installed blocks of a source that read an SVV written by others, each with whether it reads synchronously.
     fn readers_of(&self, svv: &str, source: SourceId) -> Vec<(BlockId, bool)> {
         let mut found = Vec::new();
         for instance in self.instances.values().filter(|i| i.installed.sources.contains(&source)) {
@@ -105,7 +105,7 @@ impl Carrier<'_> {
         }
     }
 
-    /// Makes the stamps of SVVs in the images of those that may write them.
+    /// Creates the stamps of SVVs in the images of their possible writers.
     pub fn make_stamps(&mut self, plan: &Plan, installed: &InstalledPlan) {
         for &source in &installed.sources {
             let writes = |cell: &&PlannedCell| cell.writers.iter().any(|(block, _)| installed.block_source[*block] == source);
@@ -115,7 +115,7 @@ impl Carrier<'_> {
         }
     }
 
-    /// Tells the SVVs who reads and may write them. The pairs whose connections change.
+    /// Registers the readers and possible writers of the SVVs. Returns the pairs whose connections change.
     pub fn enter_svvs(&mut self, id: u64, plan: &Plan, installed: &InstalledPlan) -> Vec<Pair> {
         let mut pairs = Vec::new();
         for (index, cell) in plan.cells.iter().enumerate() {
@@ -146,7 +146,7 @@ impl Carrier<'_> {
     }
 }
 
-/// Edges within a plan, but for those that its own order could not hold.
+/// Returns the edges within a plan, except those that its own order violates.
 fn own_edges(plan: &Plan, installed: &InstalledPlan, source: SourceId) -> (Vec<Edge>, Vec<Edge>) {
     let mut position = vec![None; plan.blocks.len()];
     let planned = plan.order.iter().flat_map(|(_, blocks)| blocks).filter(|block| installed.block_source[**block] == source);
@@ -156,7 +156,7 @@ fn own_edges(plan: &Plan, installed: &InstalledPlan, source: SourceId) -> (Vec<E
     let (mut hard, mut soft) = (Vec::new(), Vec::new());
     for (cell, (reader, item)) in plan.cells.iter().flat_map(|cell| cell.readers.iter().map(move |reader| (cell, reader))) {
         for (writer, _) in &cell.writers {
-            // `None`, of another source, is before everything.
+            // `None` means another source, which precedes everything.
             if position[*writer].is_none() || position[*writer] >= position[*reader] {
                 continue;
             }
@@ -171,7 +171,7 @@ fn own_edges(plan: &Plan, installed: &InstalledPlan, source: SourceId) -> (Vec<E
     (hard, soft)
 }
 
-/// Returns the SVVs that a block stores, and the private cells that others store too, with what they have in its image.
+/// Returns the SVVs that a block stores, and the private cells that other blocks store too, with their stamps in its image.
 fn stamped(plan: &Plan, installed: &InstalledPlan, block: usize, svvs: &IndexMap<String, SvvRecord>) -> Vec<StampedValue> {
     let source = installed.block_source[block];
     let mut found = Vec::new();

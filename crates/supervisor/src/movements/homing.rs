@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Bringing cells home: before a block runs that writes a cell which lies with another source, the cell comes to its own.
+//! Homing of cells: before a block runs that writes a cell located in another source, the cell is moved to the block's source.
 use crate::movements::carrier::Carrier;
 use crate::movements::sequence::{CarriedCell, Movement, Object};
 use crate::wiring::connect::crossings;
@@ -8,8 +8,8 @@ use model::interface::Mode;
 use model::plan::CellKind;
 
 impl Carrier<'_> {
-    /// Blocks are about to write these cells: (planned cell, block). Those that lie with another source come to
-    /// theirs: what has to follow.
+    /// Moves cells that blocks are about to write, (planned cell, block), from other sources to the blocks' own. Returns the movements
+    /// that have to follow.
     pub fn bring_home(&mut self, id: u64, cells: &[(usize, usize)]) -> Vec<Movement> {
         let Some(instance) = self.instances.get(&id) else { return Vec::new() };
         let plan = instance.plan.clone();
@@ -49,7 +49,8 @@ impl Carrier<'_> {
         movements
     }
 
-    /// Turns those that follow an instance's SVVs to the blocks that are on now, as a kernel has moved it on within its source.
+    /// Redirects the followers of an instance's SVVs to the blocks that are now on, after a kernel has moved the instance within its
+    /// source.
     pub fn follow_writers(&mut self, id: u64) -> Vec<Movement> {
         let Some(instance) = self.instances.get(&id) else { return Vec::new() };
         let (plan, mut on) = (instance.plan.clone(), Vec::new());

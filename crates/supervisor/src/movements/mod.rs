@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Movements: what an instance needs of the kernels, in order, and carrying it out.
+//! Movements: the work that an instance needs from the kernels, in order, and its execution.
 //!
-//! A movement follows when everything before it in the sequence of its instance has been acknowledged. What stands in brackets comes only where it
-//! is needed; `home` is `Home`, for which `Carry`, `Arrive`, `Tables`, `Inbound` and `Follow` come in its place.
+//! A movement begins when all previous ones in the sequence of its instance have been acknowledged. Movements in brackets occur only if
+//! needed; `home` is `Home`, which is replaced by `Carry`, `Arrive`, `Tables`, `Inbound` and `Follow`.
 //!
 //! | what | movements in their order | made in |
 //! |---|---|---|
@@ -10,13 +10,13 @@
 //! | start: its SVVs | \[`Carry`, `Arrive`\], \[`Tables`, `Inbound`\], \[`Follow`\], \[`Tables` of taps\] | `claims::takeover`, `starting::start` |
 //! | start: its list | `Opening`, \[`Scripts`, `Operating`\], \[`Scripts`, `CopyInitial`\], then as a stage | `starting::opening` |
 //! | stage | \[home\], `Scripts`, one after each `execute` that reaches over sources, \[`Ready`\], `Entered` | `transitions::stages` |
-//! | exchange of a device's verb | as the start of its SVVs, then `Scripts` that put one in the place of the other, `Entered` | `devices::exchange` |
+//! | exchange of a device's verb | as the start of its SVVs, then `Scripts` that replace one by the other, `Entered` | `devices::exchange` |
 //! | suspension | `Scripts`: intervals off, then readers of other sources, then outputs safe and the clock stopped; `Suspended` | `suspension::suspend` |
 //! | resumption | `Scripts`: awake, then its stage and activations; `Resumed` | `suspension::suspend` |
-//! | end | what is left of tables, connections and cells; `Scripts`: off, safe, captured; `Ended` | `ending::end` |
-//! | deletion | what is left of tables and connections, waited for by nobody | `movements::removing` |
+//! | end | remaining tables, connections and cells; `Scripts`: off, safe, captured; `Ended` | `ending::end` |
+//! | deletion | remaining tables and connections, not awaited | `movements::removing` |
 //!
-//! A table of the only source of an instance goes with the script behind it, as `Together`.
+//! A table of the only source of an instance is sent with the script that follows it, as `Together`.
 pub(crate) mod carrier;
 pub(crate) mod entering;
 pub(crate) mod histories;

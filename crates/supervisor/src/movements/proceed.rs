@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Carrying sequences out: one movement after the other, each when the one before has been acknowledged.
+//! Execution of sequences: one movement after the other, each after the acknowledgement of the previous one.
 use crate::alarms::causes::alarm_enabled;
 use crate::instances::course::Course;
 use crate::instances::installed_verb::InstalledVerb;
@@ -11,11 +11,11 @@ use kernel::{Cell, SourceId, TakeResult};
 use model::SystemCondition;
 use model::plan::{PlannedCommand, Wait};
 
-/// Period at which a machine is looked at that should follow, ns.
+/// Period for checking a machine that should follow, ns.
 const LOOK_NS: i64 = 1_000_000;
 
 impl Course<'_> {
-    /// Puts a new sequence in the place of what is left of the one before, but for what the system needs of that.
+    /// Replaces the rest of the sequence, except for movements that the system needs.
     pub fn replace_sequence(&mut self, movements: impl IntoIterator<Item = Movement>) {
         let id = self.id;
         if let Some(instance) = self.core.instances.get_mut(&id) {
@@ -33,7 +33,7 @@ impl Course<'_> {
         self.proceed();
     }
 
-    /// Adds to the sequence.
+    /// Appends movements to the sequence.
     pub fn append_sequence(&mut self, movements: impl IntoIterator<Item = Movement>) {
         let id = self.id;
         if let Some(instance) = self.core.instances.get_mut(&id) {
@@ -42,7 +42,7 @@ impl Course<'_> {
         self.proceed();
     }
 
-    /// Carries out what can be carried out now.
+    /// Executes all movements that can proceed now.
     pub fn proceed(&mut self) {
         let id = self.id;
         while let Some(instance) = self.core.instances.get_mut(&id) {
@@ -97,7 +97,7 @@ impl Course<'_> {
             Movement::Entered { list, stage } => self.entered(list, stage),
             Movement::Suspended => {
                 if let Some(instance) = self.core.instances.get_mut(&id) {
-                    // What its channels held is kept for the time when it goes on.
+                    // Keep the values of its channels for the resumption.
                     instance.life = Life::Suspended { held: std::mem::take(&mut instance.work.captured) };
                 }
                 self.go_on_after_pause();
@@ -112,7 +112,7 @@ impl Course<'_> {
         }
     }
 
-    /// Goes on where the script before has captured that every machine follows; else looks again a little later.
+    /// Proceeds if the previous script has captured that every machine follows; otherwise checks again a little later.
     fn await_operation(&mut self, cells: Vec<(SourceId, Cell)>) {
         let now_ns = self.core.host.now_ns();
         let Some(instance) = self.core.instances.get_mut(&self.id) else { return };
@@ -133,7 +133,7 @@ impl Course<'_> {
         }
     }
 
-    /// Notes that the stage is entered: its wait starts to count; a stage that is over at once leads on.
+    /// Records that a stage has been entered: its wait starts; a stage that is complete at once leads on.
     pub fn entered(&mut self, list: usize, stage: usize) {
         let id = self.id;
         self.enter_stage(list, stage, stage == 0);
@@ -159,7 +159,7 @@ impl Course<'_> {
         self.follow();
     }
 
-    /// Stores the position of the instance. `begins`: the list begins, also where it is the one that ran before.
+    /// Stores the position of the instance. `begins`: the list starts, possibly the same list again.
     fn enter_stage(&mut self, list: usize, stage: usize, begins: bool) {
         let id = self.id;
         let now_ns = self.core.host.now_ns();
@@ -175,7 +175,7 @@ impl Course<'_> {
             _ => None,
         };
         let commands = || instance.plan.lists.iter().flat_map(|l| &l.stages).flat_map(|s| &s.commands);
-        // A device whose verb does not say when it is ready is so as soon as its verb runs.
+        // A device whose verb does not use `gpac.ready()` is ready as soon as its verb runs.
         let is_ready = instance.owner.is_some() && !commands().any(|c| matches!(c, PlannedCommand::Ready));
         let owner = instance.owner.clone();
         if moved {
@@ -190,7 +190,7 @@ impl Course<'_> {
         }
     }
 
-    /// Goes on from a stage that is over at once.
+    /// Proceeds from a stage that is complete at once.
     fn follow(&mut self) {
         let id = self.id;
         let now_ns = self.core.host.now_ns();
@@ -212,8 +212,8 @@ impl Course<'_> {
         }
     }
 
-    /// Takes the process from the kernels: nothing moves it until a stage is entered, and the instance knows where it was. False
-    /// where a kernel was faster and its event is on the way (`insist`: a freeze is taken over, an end never).
+    /// Takes the process from the kernels: nothing moves it until a stage is entered, and the instance's position is updated. Returns
+    /// false if a kernel was faster and its event is on the way (`insist`: overrides a freeze, but never an end).
     pub fn take_process(&mut self, insist: bool) -> bool {
         let id = self.id;
         let Some(instance) = self.core.instances.get_mut(&id) else { return false };
@@ -229,17 +229,17 @@ impl Course<'_> {
         true
     }
 
-    /// Moves the instance to (list, stage). Its process was taken.
+    /// Moves the instance to (list, stage). Its process has been taken.
     pub fn go(&mut self, list: usize, stage: usize) {
         self.go_from(Builder::default(), list, stage);
     }
 
-    /// Moves the instance in the same way, behind what `builder` holds. A suspended instance runs again.
+    /// Moves the instance as [`Course::go`] does, after the operations in `builder`. A suspended instance resumes.
     pub fn go_from(&mut self, mut builder: Builder, list: usize, stage: usize) {
         let id = self.id;
         let now_ns = self.core.host.now_ns();
         let Some(instance) = self.core.instances.get_mut(&id) else { return };
-        // Within a list it is the same process: conditions that came meanwhile still count.
+        // Within a list the process is the same: conditions that occurred meanwhile still count.
         instance.generation += u32::from(stage == 0);
         instance.position.target = (list, stage);
         if instance.state() == State::Suspended || instance.times.running.is_held() {
@@ -256,7 +256,7 @@ impl Course<'_> {
         }
         make_up(&self.core.registry, &mut builder, instance);
         let of = instance.installed_verb(&self.core.registry.physical);
-        // What scripts on their way still switch on goes off too.
+        // Also switch off everything that scripts on their way will switch on.
         let all: Vec<usize> = (0..instance.plan.activations.len()).collect();
         of.enter(&mut builder, &all, list, stage, Some(instance.generation));
         self.replace_sequence(builder.finish());

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Taking an instance out of everything that knows it: nothing of it is left.
+//! Removal of an instance from all registries.
 use crate::claims::writers::Pair;
 use crate::movements::carrier::Carrier;
 use crate::movements::sequence::Movement;
@@ -8,7 +8,7 @@ use kernel::SourceId;
 use model::plan::CellKind;
 
 impl Carrier<'_> {
-    /// Takes an instance out of everything that knows it. The sources whose tables change.
+    /// Removes an instance from all registries. Returns the sources whose tables change.
     pub fn take_out(&mut self, id: u64) -> Vec<SourceId> {
         let Some(instance) = self.instances.remove(&id) else { return Vec::new() };
         let crossings = self.wiring.crossings.remove(&id).unwrap_or_default();
@@ -50,8 +50,7 @@ impl Carrier<'_> {
         self.detached(movements, sources)
     }
 
-    /// Carries out movements that belong to no instance: tables only, without a wait for them. The sources
-    /// whose tables change.
+    /// Executes movements that belong to no instance: only tables, which are not awaited. Returns the sources whose tables change.
     fn detached(&mut self, movements: Vec<Movement>, mut sources: Vec<SourceId>) -> Vec<SourceId> {
         for movement in movements {
             match movement {

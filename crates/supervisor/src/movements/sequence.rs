@@ -1,77 +1,77 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Sequences: what a verb instance still has to have done by the kernels, in order.
+//! Sequences: the kernel work that is left for a verb instance, in order.
 //!
-//! A command list may reach over several sources. Operations on one source travel as one script; a source is told only when
-//! those before it have acknowledged, where the order matters (a barrier). What lies in one source alone needs no barrier: it
-//! is one script, and acts between two firings as one.
+//! A command list may span several sources. Operations on one source are sent as one script; if the order matters, a source receives its
+//! script only after the previous ones have been acknowledged (a barrier). Operations in a single source need no barrier: they form one
+//! script, which acts as one between two firings.
 use crate::wiring::installed::Homes;
 use kernel::{Cell, Inbound, Op, SourceId};
 use model::plan::Target;
 use std::collections::VecDeque;
 use std::sync::Arc;
 
-/// Movement that follows when everything before has been acknowledged.
+/// A movement, which begins when everything before it has been acknowledged.
 pub(crate) enum Movement {
-    /// One script a source, all at once.
+    /// One script per source, all at once.
     Scripts(Vec<(SourceId, Vec<Op>)>),
-    /// The first scripts of a start: they set everything back and store these values of ψ. What takes the place of a start that has not come
-    /// to that does it first. `ends`: they end it, too.
+    /// First scripts of a start: they reset everything and store these values of ψ. If the start is replaced before it gets this far, the
+    /// replacement runs them first. `ends`: they also end the instance.
     Opening {
         scripts: Vec<(SourceId, Vec<Op>)>,
         stores: Vec<(Target, Vec<u8>)>,
         ends: bool,
     },
-    /// New tables for these sources, as the system is at that moment.
+    /// New tables for these sources, for the state of the system at that moment.
     Tables(Vec<SourceId>),
-    /// A new table for the only source of an instance and, right behind it, these operations: one script.
+    /// A new table for the only source of an instance, followed by these operations, in one script.
     Together {
         source: SourceId,
         ops: Vec<Op>,
         ends: bool,
     },
-    /// The same for instances that follow another writer of an SVV: with what makes their activations due.
+    /// New tables for instances that follow another writer of an SVV, with the operations that change when their activations are due.
     Follow {
         sources: Vec<SourceId>,
         follows: Vec<(SourceId, Op)>,
     },
-    /// Puts these inbound ends in the place of those of the same writer; then new tables for their sources.
+    /// Replaces the inbound ends of the same writers by these, then sends new tables to their sources.
     Inbound(Vec<Inlet>),
-    /// Blocks are about to write cells that may lie with other sources: (planned cell, block).
+    /// Brings home cells that blocks are about to write and that may be in other sources: (planned cell, block).
     Home(Vec<(usize, usize)>),
-    /// Cells get a home in another source: their values are captured in the one before …
+    /// Captures the values of cells that move to another source, in their previous home.
     Carry(Vec<CarriedCell>),
-    /// … and stored in the new one.
+    /// Stores the carried values in the new home.
     Arrive(Vec<CarriedCell>),
-    /// Waits until machines say in these channels that they follow what is written: the script before has captured them.
+    /// Waits until machines report in these channels, captured by the previous script, that they follow commands.
     Operating(Vec<(SourceId, Cell)>),
-    /// Sets the SVVs of a logical device that start as copies of others, from what the script before captured.
+    /// Initialises the SVVs of a logical device that start as copies of others, with the values captured by the previous script.
     CopyInitial,
-    /// `gpac.ready()`: the device that this instance keeps going is enabled.
+    /// `gpac.ready()`: the device whose own verb this is is enabled.
     Ready,
-    /// The stage (list, stage) is entered: its wait starts to count.
+    /// Marks the stage (list, stage) as entered: its wait starts.
     Entered {
         list: usize,
         stage: usize,
     },
     Suspended,
     Resumed,
-    /// The end: what was captured completes the report.
+    /// Completes the end: the captured values complete the report.
     Ended,
 }
 
 impl Movement {
-    /// Returns true for a new table of this source and of no other.
+    /// Returns true for a new table of this source and no other.
     pub fn is_table_of(&self, source: SourceId) -> bool {
         matches!(self, Movement::Tables(sources) if !sources.is_empty() && sources.iter().all(|of| *of == source))
     }
 
-    /// Returns true for what the system needs whatever becomes of the instance: tables, connections, values of SVVs.
+    /// Returns true for movements that the system needs whatever happens to the instance: tables, connections, values of SVVs.
     pub fn is_structural(&self) -> bool {
         matches!(self, Movement::Tables(_) | Movement::Follow { .. } | Movement::Inbound(_) | Movement::Home(_) | Movement::Carry(_) | Movement::Arrive(_))
     }
 }
 
-/// Object that is carried.
+/// Object whose value is carried.
 #[derive(Clone)]
 pub(crate) enum Object {
     Svv(String),
@@ -79,7 +79,7 @@ pub(crate) enum Object {
     Private(usize),
 }
 
-/// A cell whose value goes from the image of one source to that of another.
+/// A cell whose value moves from the image of one source to that of another.
 #[derive(Clone)]
 pub(crate) struct CarriedCell {
     pub object: Object,
@@ -87,44 +87,44 @@ pub(crate) struct CarriedCell {
     pub to: SourceId,
 }
 
-/// Number of a connection, in the order in which they were made.
+/// Number of a connection, in order of creation.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(crate) struct Serial(u64);
 
 impl Serial {
-    /// Returns the next one.
+    /// Returns the next number.
     pub fn next(self) -> Serial {
         Serial(self.0 + 1)
     }
 }
 
-/// The reading end of a connection, and where it goes.
+/// Reading end of a connection, and its destination.
 pub(crate) struct Inlet {
-    /// Counts the connections that were made: of a pair only the latest is taken.
+    /// Number of the connection: for each pair only the latest is used.
     pub serial: Serial,
     pub reader: SourceId,
     pub writer: SourceId,
-    /// `None`: the pair has no members left.
+    /// Inbound end; `None` if the pair has no members left.
     pub inbound: Option<Arc<Inbound>>,
 }
 
-/// Builds movements from operations in the order in which they shall act.
+/// Builds movements from operations in the order in which they must act.
 #[derive(Default)]
 pub(crate) struct Builder {
     done: VecDeque<Movement>,
     group: Vec<(SourceId, Vec<Op>)>,
     barrier: bool,
-    /// Where cells lie that blocks of several sources write, as far as it is known.
+    /// Known locations of cells that blocks of several sources write.
     pub homes: Homes,
 }
 
 impl Builder {
-    /// Makes a builder that begins with cells where they are.
+    /// Makes a builder with the current locations of cells.
     pub fn at_home(homes: Homes) -> Builder {
         Builder { homes, ..Builder::default() }
     }
 
-    /// Adds one operation. Behind a barrier it waits for all before it, unless these lie in the same source alone.
+    /// Adds one operation. After a barrier it waits for all previous operations, unless they are all in the same source.
     pub fn add(&mut self, source: SourceId, op: Op) {
         if self.barrier && !(self.group.len() == 1 && self.group[0].0 == source) {
             self.flush();
@@ -133,17 +133,17 @@ impl Builder {
         put(&mut self.group, source, op);
     }
 
-    /// Makes what follows act after what came so far.
+    /// Makes the following operations act after all previous ones.
     pub fn barrier(&mut self) {
         self.barrier = true;
     }
 
-    /// Makes what follows wait until everything so far has been acknowledged, in any source.
+    /// Makes the following operations wait until all previous ones have been acknowledged, in any source.
     pub fn divide(&mut self) {
         self.flush();
     }
 
-    /// Adds a movement that is no operation; everything before it is acknowledged first.
+    /// Adds a movement that is not an operation; everything before it is acknowledged first.
     pub fn then(&mut self, movement: Movement) {
         self.flush();
         self.done.push_back(movement);
@@ -162,7 +162,7 @@ impl Builder {
     }
 }
 
-/// Returns one script a source, of operations that need no order between sources.
+/// Returns one script per source, from operations that need no order between sources.
 pub(crate) fn by_source(ops: impl IntoIterator<Item = (SourceId, Op)>) -> Vec<(SourceId, Vec<Op>)> {
     let mut scripts = Vec::new();
     ops.into_iter().for_each(|(source, op)| put(&mut scripts, source, op));

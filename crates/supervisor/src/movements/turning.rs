@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Turning the followers of an SVV to its new writer.
+//! Redirection of the followers of an SVV to its new writer.
 use crate::instances::instance::Instance;
 use crate::movements::carrier::Carrier;
 use crate::movements::sequence::Movement;
@@ -8,19 +8,19 @@ use crate::wiring::follow::{driving_svvs, due, step_drivers};
 use kernel::{Op, SourceId};
 
 impl Carrier<'_> {
-    /// Turns those that follow SVVs to an instance which begins to write them; `again`: those that follow it already, too,
-    /// for another block of it writes them now.
+    /// Redirects the followers of SVVs to an instance that begins to write them; `again`: SVVs whose existing followers are redirected
+    /// too, because another block of the instance now writes them.
     pub fn turn_followers(&mut self, writer: u64, again: &[String]) -> Vec<Movement> {
         let shared = self.registry.shared_svvs(&self.instances[&writer].plan);
         self.turn_where(&shared, writer, |svv, followed| followed != writer || again.contains(svv))
     }
 
-    /// Turns all that follow these SVVs of an instance to the blocks that write them now.
+    /// Redirects all followers of these SVVs of an instance to the blocks that now write them.
     pub fn turn_all(&mut self, svvs: &[String], writer: u64) -> Vec<Movement> {
         self.turn_where(svvs, writer, |_, _| true)
     }
 
-    /// Turns each follower once, with all that it follows of these SVVs where `turns` says so of the SVV and its writer.
+    /// Redirects each follower once, with all its SVVs among these for which `turns` returns true for the SVV and its writer.
     fn turn_where(&mut self, svvs: &[String], writer: u64, turns: impl Fn(&String, u64) -> bool) -> Vec<Movement> {
         let turned = |instance: &Instance| -> Vec<String> {
             svvs.iter().filter(|svv| instance.followed.get(*svv).is_some_and(|followed| turns(svv, *followed))).cloned().collect()
@@ -29,7 +29,7 @@ impl Carrier<'_> {
         followers.into_iter().filter(|(_, turned)| !turned.is_empty()).filter_map(|(follower, turned)| self.turn(follower, turned, writer)).collect()
     }
 
-    /// Turns, with these SVVs of a follower, those that share a queue with one of them, before or now: what one block writes comes in one queue.
+    /// Adds the SVVs of a follower that share a queue, before or now, with one of these: all values of one block arrive in one queue.
     fn turn_together(&self, follower: &Instance, svvs: &mut Vec<String>) {
         loop {
             let mine = self.wiring.tables.values().flat_map(|table| &table.outlets).filter(|outlet| outlet.instance == Some(follower.id));
@@ -42,7 +42,7 @@ impl Carrier<'_> {
         }
     }
 
-    /// Turns one follower of SVVs to another writer: a queue of its own, or the writer's activation where both are in one source.
+    /// Redirects one follower of SVVs to another writer: to a queue of its own, or to the writer's activation if both are in one source.
     fn turn(&mut self, follower: u64, mut svvs: Vec<String>, writer: u64) -> Option<Movement> {
         let mut instance = self.instances.remove(&follower)?;
         instance.followed.extend(svvs.iter().map(|svv| (svv.clone(), writer)));
@@ -88,14 +88,14 @@ impl Carrier<'_> {
         Some(Movement::Follow { sources, follows })
     }
 
-    /// Returns new tables for these sources, each with what lets its activations follow.
+    /// Returns new tables for these sources, each with the operations that make its activations follow.
     pub fn follow_ops(&self, mut sources: Vec<SourceId>, follows: Vec<(SourceId, Op)>) -> Vec<(SourceId, Vec<Op>)> {
         sources.sort();
         sources.dedup();
         let mut scripts: Vec<(SourceId, Vec<Op>)> = sources.into_iter().map(|source| (source, vec![self.table_op(source)])).collect();
         for (source, op) in follows {
             if let Some((_, ops)) = scripts.iter_mut().find(|(of, _)| *of == source) {
-                // Before the table: its scratch is in the order that the new drivers ask for.
+                // Must precede the table: its scratch has the order that the new drivers require.
                 ops.insert(0, op);
             }
         }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Description of one thing by its name, and the names of all.
+//! Descriptions of single items by name, and the names of all items.
 use crate::observation::description::{BlockAbout, InstanceAbout, Names, SvvAbout, SvvOwn};
 use crate::observation::drawn::CellKind;
 use crate::observation::states::InstanceState;
@@ -12,7 +12,7 @@ use model::refusal::Refusals;
 use model::types::Type;
 
 impl System {
-    /// Kind, type, unit, history, writers and readers of an SVV, a private cell or a channel.
+    /// Returns the kind, type, unit, history, writers and readers of an SVV, a private cell or a channel.
     pub fn svv_about(&self, name: &str) -> Result<SvvAbout, Refusals> {
         let definitions = self.shared.definitions();
         let core = self.shared.locked();
@@ -44,7 +44,7 @@ impl System {
         })
     }
 
-    /// Returns name, verb, state and blocks of an instance.
+    /// Returns the name, verb, state and blocks of an instance.
     pub fn instance_about(&self, instance: u64) -> Result<InstanceAbout, Refusals> {
         let core = self.shared.locked();
         let i = core.instances.known(instance)?;
@@ -67,7 +67,7 @@ impl System {
         })
     }
 
-    /// Returns the names of all things, by kind.
+    /// Returns the names of all items, by kind.
     pub fn names(&self) -> Names {
         let definitions = self.shared.definitions();
         let core = self.shared.locked();

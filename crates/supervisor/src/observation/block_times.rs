@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Durations of blocks, as the kernels' probes have seen them.
+//! Durations of blocks as measured by the kernels' probes.
 use crate::refuse::{refuse, unknown};
 use crate::system::{System, SystemState};
 use kernel::SourceId;
@@ -7,37 +7,37 @@ use model::refusal::{Class, Refusals};
 use serde::Serialize;
 use std::collections::HashMap;
 
-/// Maximum time of a probe. An observer asks again before it is over, so no probe is left behind for longer.
+/// Maximum duration of a probe. An observer renews it in time, so an abandoned probe ends by then.
 pub const PROBE_MAX_NS: u64 = 3_600_000_000_000;
 
-/// Durations of a block's invocations, as far as a probe has measured them.
+/// Durations of a block's invocations, as measured by a probe.
 #[derive(Clone, Debug, Serialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct BlockTimes {
-    /// The verb instance.
+    /// Verb instance.
     pub instance: String,
     /// A block of a nested graph: `outer.inner.block`.
     pub label: String,
     /// `module.block`.
     pub block: String,
-    /// Invocations that were measured.
+    /// Number of invocations measured.
     pub samples: u64,
-    /// The last of them, ns.
+    /// Duration of the last of them, ns.
     pub last_ns: u64,
-    /// Their mean, ns.
+    /// Mean duration, ns.
     pub mean_ns: f64,
-    /// The longest of them, ns.
+    /// Maximum duration, ns.
     pub max_ns: u64,
-    /// Number of the invocation that was measured last.
+    /// Number of the last measured invocation.
     pub number: u64,
 }
 
 impl System {
-    /// Lets a probe visit the blocks of a source, or of all sources, one a firing, for the next `for_ns` of real time. Several
-    /// observers cost no more than one. It changes nothing that is computed, and costs three readings of the clock a firing.
+    /// Starts a probe that visits the blocks of a source, or of all sources, one per firing, for the next `for_ns` of real time. Several
+    /// observers cost no more than one. It does not affect any computation and costs three clock readings per firing.
     ///
     /// # Errors
-    /// No such source; more than an hour.
+    /// Fails if the source does not exist or the time exceeds an hour.
     pub fn probe(&self, source: Option<&str>, for_ns: u64) -> Result<(), Refusals> {
         if for_ns > PROBE_MAX_NS {
             let asked = format!("block times are asked for during {} s", for_ns / 1_000_000_000);
@@ -55,12 +55,12 @@ impl System {
     }
 }
 
-/// Returns the blocks of each source that were visited since they were installed.
+/// Returns the blocks of each source that have been visited since their installation.
 pub(crate) fn by_source(shared: &SystemState) -> HashMap<SourceId, Vec<BlockTimes>> {
     let mut found: HashMap<SourceId, Vec<BlockTimes>> = HashMap::new();
     let ids: Vec<u64> = shared.locked().instances.keys().copied().collect();
     for id in ids {
-        // One instance at a time: no command waits until all have been read.
+        // Lock for one instance at a time, so that no command waits for all of them.
         let core = shared.locked();
         let Some(instance) = core.instances.get(&id) else { continue };
         let installed = &instance.installed;

@@ -1,22 +1,22 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Commands in the log, with their callers. A command that is repeated about the same thing many times a second is entered once a
-//! second, with its count, so that a program that sets an override in a loop leaves room for what else happens.
-//! A command of the program is entered when it has its first effect on the log, or is through: only then is it known that it is not refused.
+//! Commands in the log, with their callers. A command that is repeated for the same subject many times a second is entered once a second
+//! with its count, so that a program that sets an override in a loop leaves room for other entries. A command of the program is entered
+//! when it has its first effect on the log, or when it completes: only then is it known not to be refused.
 use std::collections::VecDeque;
 
-/// Time for which the same command is only counted, ns of the system's clock.
+/// Time during which a repeated command is only counted, ns of the system's clock.
 const REPEATED_NS: i64 = 1_000_000_000;
-/// Commands that are remembered.
+/// Maximum number of remembered commands.
 const REMEMBERED_MAX: usize = 64;
 
-/// A command that was entered.
+/// A command in the log.
 struct GivenCommand {
     who: String,
     call: String,
     about: String,
     is_refused: bool,
     time_ns: i64,
-    /// Number of repetitions since.
+    /// Number of repetitions since the entry.
     repeats: u64,
 }
 
@@ -25,7 +25,7 @@ struct GivenCommand {
 pub(crate) struct LatestCommands(VecDeque<GivenCommand>);
 
 impl LatestCommands {
-    /// Returns the number of repetitions of a command since it was entered last; none if it is not to be entered now.
+    /// Returns the number of repetitions of a command since its last entry; `None` if it must not be entered now.
     pub fn enter(&mut self, who: &str, call: &str, about: &str, is_refused: bool, now_ns: i64) -> Option<u64> {
         let same = |given: &GivenCommand| given.who == who && given.call == call && given.about == about && given.is_refused == is_refused;
         let mut before = 0;
@@ -44,7 +44,7 @@ impl LatestCommands {
     }
 }
 
-/// A command of the program that is under way.
+/// A command of the program in progress.
 pub(crate) struct AnnouncedCommand {
     pub number: u64,
     pub call: String,

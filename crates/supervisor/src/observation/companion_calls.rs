@@ -5,7 +5,7 @@ use crate::system::System;
 use std::sync::Arc;
 
 impl System {
-    /// Adds a companion that ends with the system. Its number.
+    /// Adds a companion, which ends with the system, and returns its number.
     pub fn accompany(&self, companion: Arc<dyn Companion>) -> u64 {
         let mut companions = self.shared.companions.lock().expect("nobody panics with the lock held");
         companions.last += 1;
@@ -14,14 +14,14 @@ impl System {
         number
     }
 
-    /// Returns the companion of that number.
+    /// Returns the companion with that number.
     pub fn companion(&self, number: u64) -> Option<Arc<dyn Companion>> {
         self.shared.companions.lock().expect("nobody panics with the lock held").present.get(&number).cloned()
     }
 
     /// Removes a companion.
     pub fn dismiss(&self, number: u64) {
-        // Dropped outside the lock: it may take its time to end.
+        // Dropped outside the lock: its end may take time.
         let _gone = self.shared.companions.lock().expect("nobody panics with the lock held").present.remove(&number);
     }
 
@@ -30,7 +30,7 @@ impl System {
         present.iter().for_each(|companion| companion.end());
     }
 
-    /// Returns the same system for an observer: dropping this closes nothing.
+    /// Returns a handle of the same system for an observer; dropping it closes nothing.
     pub fn observer(&self) -> System {
         System::of(&self.name, self.shared.clone())
     }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Description of one thing by its name: an SVV, a private cell, a channel, a verb instance; and the names of all.
+//! Descriptions of single items by name: an SVV, a private cell, a channel, a verb instance; and the names of all items.
 use crate::observation::drawn::CellKind;
 use crate::observation::states::InstanceState;
 use indexmap::{IndexMap, IndexSet};
@@ -18,34 +18,34 @@ pub struct SvvAbout {
     pub type_text: String,
     /// Declarations of the struct types that it needs, by name.
     pub types: IndexMap<String, String>,
-    /// The type with its layout.
+    /// Type with its layout.
     #[serde(rename = "type")]
     pub tree: TypeTree,
     pub unit: String,
-    /// Number of its values that are kept.
+    /// Number of values kept.
     pub history: u32,
-    /// The logical device that it belongs to.
+    /// Logical device that it belongs to.
     pub device: Option<String>,
     /// Ports that write it, `instance.label.port`.
     pub writers: Vec<String>,
     /// Ports that read it.
     pub readers: Vec<String>,
-    /// Verb instances with a port bound to it.
+    /// Number of verb instances with a port bound to it.
     pub bound: usize,
     /// Properties of an SVV.
     #[serde(flatten)]
     pub own: Option<SvvOwn>,
 }
 
-/// Properties that only an SVV has.
+/// Properties specific to an SVV.
 #[derive(Clone, Debug, Serialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct SvvOwn {
-    /// Number of this SVV among those that have had its name; `NAME@ID` is this one and no other.
+    /// Number of this SVV among all SVVs of the same name over time; `NAME@ID` refers to exactly this one.
     pub id: u32,
-    /// Minimum and maximum that a programming system may write, where both are finite.
+    /// Minimum and maximum that a programming system may write, if both are finite.
     pub within: Option<(f64, f64)>,
-    /// The interrupt source in which its present value was computed; null: a programming system wrote it.
+    /// Interrupt source that computed the current value; null if a programming system wrote it.
     pub source: Option<String>,
 }
 
@@ -57,24 +57,24 @@ pub struct InstanceAbout {
     pub verb: String,
     pub state: InstanceState,
     pub blocks: Vec<BlockAbout>,
-    /// Names of its command lists.
+    /// Names of the command lists.
     pub lists: Vec<String>,
-    /// The command list that runs, or ran last.
+    /// Command list that is running, or ran last.
     pub list: String,
-    /// Names of its termination conditions, those of every verb too.
+    /// Names of the termination conditions, including those of every verb.
     pub conditions: IndexSet<String>,
-    /// The present values of its input parameters: those of its latest start with what was changed since; before the first one the
-    /// defaults. Null: it has none yet.
+    /// Current values of the input parameters: those of the latest start with later changes, or the defaults before the first start. Null
+    /// if there is no value yet.
     pub inputs: IndexMap<String, Option<Value>>,
-    /// Names of its output values.
+    /// Names of the output values.
     pub outputs: IndexSet<String>,
-    /// The logical device whose own verb it is.
+    /// Logical device whose own verb it is.
     pub owner: Option<String>,
-    /// Number of its starts.
+    /// Number of starts.
     pub starts: u64,
-    /// Time for which it has run since its start, without the time that it was suspended, s.
+    /// Running time since the start, excluding suspensions, s.
     pub running_s: f64,
-    /// Arguments that were filled in when it was made, and other remarks.
+    /// Arguments that were added implicitly at creation, and other remarks.
     pub remarks: Vec<String>,
 }
 
@@ -86,18 +86,18 @@ pub struct BlockAbout {
     pub label: String,
     /// `module.block`.
     pub block: String,
-    /// The interrupt source that runs it, `rtp.source`.
+    /// Interrupt source that runs the block, `rtp.source`.
     pub source: String,
 }
 
-/// The names of what there is.
+/// Names of all existing items.
 #[derive(Clone, Debug, Serialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Names {
     pub processors: Vec<String>,
-    /// Processors by the process that they run in, of those that do not run in the supervisor's.
+    /// Processors outside the supervisor's process, by the process in which they run.
     pub processes: IndexMap<String, Vec<String>>,
-    /// The processor that the supervisor runs on.
+    /// Processor on which the supervisor runs.
     pub supervisor: Option<String>,
     /// Interrupt sources, `rtp.source`.
     pub sources: Vec<String>,
@@ -107,7 +107,7 @@ pub struct Names {
     pub logical_devices: Vec<String>,
     pub verbs: Vec<String>,
     pub device_types: Vec<String>,
-    /// Code modules that were downloaded.
+    /// Downloaded code modules.
     pub modules: Vec<String>,
     /// Function blocks, `module.block`.
     pub blocks: Vec<String>,
@@ -121,7 +121,7 @@ pub struct Names {
 pub struct ModuleAbout {
     pub name: String,
     pub blocks: Vec<Interface>,
-    /// Declarations of its struct types by name.
+    /// Declarations of the struct types by name.
     pub types: Option<IndexMap<String, String>>,
     /// Remark about the module.
     #[serde(skip_serializing_if = "Option::is_none")]

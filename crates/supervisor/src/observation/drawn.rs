@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Form of the picture of what is installed, as `picture.rs` gives it.
+//! Form of the picture of installed instances that `picture.rs` produces.
 use crate::observation::states::InstanceState;
 use indexmap::IndexMap;
 use model::configuration::Rate;
@@ -21,20 +21,20 @@ pub struct InstalledInstance {
     pub name: String,
     pub verb: String,
     pub state: InstanceState,
-    /// The command list that runs, or ran last.
+    /// Command list that is running, or ran last.
     pub list: String,
-    /// Number of the wait in its list at which it is.
+    /// Index of the current wait in the list.
     pub stage: usize,
-    /// The logical device whose own verb it is.
+    /// Logical device whose own verb it is.
     pub owner: Option<String>,
-    /// Number of its starts.
+    /// Number of starts.
     pub starts: u64,
-    /// Its owner, or the first of the logical devices that it acts on.
+    /// Owner of the instance, or the first of the logical devices that it acts on.
     pub device: Option<String>,
-    /// The logical devices that it acts on.
+    /// Logical devices that the instance acts on.
     pub devices: Vec<String>,
-    /// The present values of its input parameters: those of its latest start with what was changed since; before the first one the
-    /// defaults. Null: it has none yet.
+    /// Current values of the input parameters: those of the latest start with later changes, or the defaults before the first start. Null
+    /// if there is no value yet.
     pub inputs: IndexMap<String, Option<Value>>,
     pub blocks: Vec<InstalledBlock>,
     pub cells: Vec<InstalledCell>,
@@ -49,9 +49,9 @@ pub struct InstalledCourse {
     pub lists: Vec<InstalledList>,
     pub conditions: Vec<InstalledCondition>,
     pub transitions: Vec<InstalledTransition>,
-    /// The list that a start begins with.
+    /// List that a start begins with.
     pub initial: String,
-    /// The list that runs at its end.
+    /// List that runs at the end.
     pub ending: Option<String>,
 }
 
@@ -64,36 +64,36 @@ pub struct InstalledBlock {
     /// `module.block`.
     pub block: String,
     pub doc: String,
-    /// The interrupt source that runs it, `rtp.source`.
+    /// Interrupt source that runs the block, `rtp.source`.
     pub source: String,
     /// Number of elements of its sized ports.
     pub size: Option<u32>,
-    /// The file that it was written in; empty: not known.
+    /// Source file of the block; empty if not known.
     pub file: String,
-    /// The interval while it is active, else that of the first list in which it is, ns; null where no timer says.
+    /// Current interval if the block is active, otherwise that of the first list that activates it, ns; null if no timer determines it.
     pub every_ns: Option<u64>,
     pub ports: Vec<InstalledPort>,
     pub activation: InstalledActivation,
 }
 
-/// Activation of a block, and when it is due.
+/// Activation of a block, and the reason why it becomes due.
 #[derive(Clone, Debug, Serialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct InstalledActivation {
-    /// True while it is active.
+    /// True while the activation is on.
     pub on: bool,
     pub due: DueBy,
-    /// Labels of the blocks that drive it.
+    /// Labels of the blocks that drive the activation.
     pub by: Vec<String>,
-    /// Its rate in each command list in which it is active.
+    /// Rate in each command list in which the activation is on.
     pub rates: IndexMap<String, Rate>,
-    /// Time that one invocation may take, ns.
+    /// Time budget of one invocation, ns.
     pub budget_ns: Option<u64>,
-    /// Its interval may be changed while it runs.
+    /// True if the interval may be changed at run time.
     pub tunable: bool,
 }
 
-/// Reason for which an active block is due: its interval or trigger, the blocks that drive it, or values from other sources and instances.
+/// Reason why an active block becomes due: its interval or trigger, the blocks that drive it, or values from other sources and instances.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]
@@ -103,32 +103,32 @@ pub enum DueBy {
     Queued,
 }
 
-/// A port, parameter, condition or device item of a block, and what it is bound to.
+/// A port, parameter, condition or device item of a block, and its binding.
 #[derive(Clone, Debug, Serialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct InstalledPort {
     pub name: String,
     pub direction: PortDirection,
-    /// The block writes it.
+    /// True if the block writes it.
     pub writes: bool,
     pub type_text: String,
     pub unit: String,
-    /// The mode in force: `synchronous`, `ratio 5`, `asynchronous`.
+    /// Effective mode: `synchronous`, `ratio 5`, `asynchronous`.
     pub mode: String,
     pub doc: String,
-    /// The SVV, private cell, channel or constant that it is bound to: what `read`, `svv_about` and the stream call it.
+    /// SVV, private cell, channel or constant that it is bound to, by the name used in `read`, `svv_about` and the stream.
     pub cell: Option<String>,
-    /// An input without a default.
+    /// True for an input without a default.
     pub required: bool,
-    /// Cells of an array port that is bound to one cell for each element.
+    /// Cells of an array port that is bound to one cell per element.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub cells: Option<Vec<String>>,
-    /// Value of a parameter, and of an input that nothing is bound to: the one that it was made with.
+    /// Value of a parameter or an unbound input, as set at creation.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub value: Option<PortValue>,
 }
 
-/// The value of a port that nothing is bound to, or the number of elements of a block; null where it has none.
+/// Value of an unbound port, or number of elements of a block; null if there is none.
 #[derive(Clone, Debug, Serialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(untagged)]
@@ -158,9 +158,9 @@ pub struct InstalledCell {
     pub kind: CellKind,
     pub type_text: String,
     pub unit: String,
-    /// Label and port of what writes it.
+    /// Labels and ports of the writers.
     pub writers: Vec<(String, String)>,
-    /// Label and port of what reads it.
+    /// Labels and ports of the readers.
     pub readers: Vec<(String, String)>,
     /// Value of a constant.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -187,7 +187,7 @@ pub enum CellKind {
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct InstalledList {
     pub name: String,
-    /// Commands as a program would write them, for people to read.
+    /// Commands in the syntax of a program, for people to read.
     pub commands: Vec<String>,
 }
 
@@ -196,22 +196,22 @@ pub struct InstalledList {
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct InstalledCondition {
     pub name: String,
-    /// The block conditions that it stands for, `label.condition`.
+    /// Block conditions that it consists of, `label.condition`.
     pub of: Vec<String>,
-    /// True if it is one of every verb: `halted`, `time_limit`.
+    /// True if every verb has the condition: `halted`, `time_limit`.
     pub system: bool,
     /// Output values that it returns.
     pub returns: Vec<String>,
-    /// Its end is an exception.
+    /// True if it ends the verb with an exception.
     pub raises: bool,
-    /// The command lists in which it counts; empty: all.
+    /// Command lists in which it holds; empty: all.
     pub during: Vec<String>,
     pub priority: i32,
     /// Code of the alarm that it raises.
     pub alarm: Option<String>,
 }
 
-/// A transition: on this condition the list `to` follows the list `from`.
+/// A transition: on this condition, the list `to` follows the list `from`.
 #[derive(Clone, Debug, Serialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct InstalledTransition {

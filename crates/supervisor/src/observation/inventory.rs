@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Inventory of a system, in full: for a programming system that comes later and takes up what another one configured.
+//! Full inventory of a system, for a programming system that connects later and adopts the configuration of another one.
 use crate::refuse::{refuse, unknown};
 use crate::system::System;
 use device::{CounterAbout, Geometry, JointKind, SafeStateAbout, ServiceAbout};
@@ -18,9 +18,9 @@ pub struct Inventory {
     pub processors: IndexMap<String, ProcessorAbout>,
     /// Interrupt sources, `rtp.source`.
     pub sources: IndexMap<String, Source>,
-    /// Physical devices as their drivers describe them.
+    /// Physical devices as described by their drivers.
     pub physical_devices: IndexMap<String, PhysicalDeviceAbout>,
-    /// Device types of the logical devices.
+    /// Logical devices with their device types.
     pub logical_devices: IndexMap<String, String>,
     pub device_types: IndexMap<String, DeviceType>,
 }
@@ -29,51 +29,52 @@ pub struct Inventory {
 #[derive(Clone, Debug, Serialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct ProcessorAbout {
-    /// The core that it is bound to.
+    /// CPU core that the processor is bound to.
     pub core: Option<usize>,
-    /// The supervisor runs on it.
+    /// True if the supervisor runs on the processor.
     pub supervisor: bool,
-    /// The process that it runs in; null: the supervisor's.
+    /// Process that the processor runs in; null: the supervisor's.
     pub process: Option<String>,
-    /// The host that it runs on; null: the supervisor's.
+    /// Host that the processor runs on; null: the supervisor's.
     pub host: Option<String>,
 }
 
-/// A physical device as its driver describes it.
+/// A physical device as described by its driver.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[cfg_attr(feature = "schema", schemars(rename = "PhysicalDevice"))]
 pub struct PhysicalDeviceAbout {
-    /// The interrupt source that reads and writes it; absent in the answer of the call that makes it.
+    /// Interrupt source that reads and writes the device; absent in the answer of the call that opens it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub source: Option<String>,
     #[serde(default)]
     pub channels: Vec<Channel>,
-    /// The joints of its machine, for which logical devices can be made.
+    /// Joints of the machine, for which logical devices can be created.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub parts: Option<Vec<DevicePart>>,
-    /// Time without a command after which it goes to its safe state, ns.
+    /// Time without a command after which the device enters its safe state, ns.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub watchdog_ns: Option<u64>,
-    /// True if it goes on under its last commands when the process of its driver is gone or hangs: it has no watchdog, and no guard can reach it.
+    /// True if the device continues under its last commands when its driver's process exits or hangs: it has no watchdog, and no guard
+    /// can reach it.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub unguarded: bool,
-    /// The same in words, with the remedy; absent where something makes it safe.
+    /// Explanation of `unguarded`, with the remedy; absent if something makes the device safe.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub unguarded_why: Option<String>,
-    /// Where its driver exchanges: "inline", "worker" or "process".
+    /// Place of the driver's exchange: "inline", "worker" or "process".
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub class: Option<String>,
-    /// Agents that bring its outputs to their safe state, and the time that they take.
+    /// Agents that bring the outputs to their safe state, and the time that this takes.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub safe_state: Option<SafeStateAbout>,
-    /// Services of its driver, off the cycle.
+    /// Acyclic services of the driver.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub services: Vec<ServiceAbout>,
-    /// Counters of its driver.
+    /// Counters of the driver.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub counters: Vec<CounterAbout>,
-    /// Further properties that its driver tells.
+    /// Further properties that the driver declares.
     #[serde(flatten)]
     pub more: IndexMap<String, Option<Value>>,
 }
@@ -83,14 +84,14 @@ pub struct PhysicalDeviceAbout {
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct DevicePart {
     pub name: String,
-    /// Further properties that its driver tells: of a joint `unit`, `range_min`, `range_max`, `effort_max`, `speed_max`, `home`, and `servo`
-    /// with the gains `kp` and `kd`. 1e6 stands for no limit.
+    /// Further properties that the driver declares: for a joint `unit`, `range_min`, `range_max`, `effort_max`, `speed_max`, `home`, and
+    /// `servo` with the gains `kp` and `kd`. 1e6 means no limit.
     #[serde(flatten)]
     pub more: IndexMap<String, Option<Value>>,
 }
 
 impl PhysicalDeviceAbout {
-    /// Reads what a driver says of itself.
+    /// Parses a driver's description of itself.
     pub(crate) fn of_driver(description: &serde_json::Value, channels: Vec<Channel>) -> Result<PhysicalDeviceAbout, String> {
         let described: PhysicalDeviceAbout = serde_json::from_value(description.clone()).map_err(|why| why.to_string())?;
         Ok(PhysicalDeviceAbout { channels, ..described })
@@ -98,7 +99,7 @@ impl PhysicalDeviceAbout {
 }
 
 impl System {
-    /// Processors, sources, physical devices as their drivers described them, logical devices and their types.
+    /// Returns the processors, sources, physical devices as described by their drivers, logical devices and their types.
     pub fn inventory(&self) -> Inventory {
         let definitions = self.shared.definitions();
         let core = self.shared.locked();
@@ -121,8 +122,8 @@ impl System {
         }
     }
 
-    /// Returns the bodies of a physical device for drawing; each joint with the name by which its position is read, `svv`, and the
-    /// contacts with theirs, if the device has a channel for it. Errors: no such device, one that has no shape.
+    /// Returns the bodies of a physical device for drawing. Joints and contacts include `svv`, the name by which they are read, if the
+    /// device has a channel for it. Fails if the device does not exist or has no shape.
     pub fn geometry(&self, device: &str) -> Result<Geometry, Refusals> {
         let (driver, channels) = {
             let core = self.shared.locked();

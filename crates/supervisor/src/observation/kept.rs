@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Histories of SVVs: what is kept of each.
+//! Kept histories of SVVs.
 use crate::svvs::cells::{ROWS_SPARE, Stays, StoredValue};
 use interconnect::Row;
 use kernel::{RowsEnd, SourceId};
@@ -9,13 +9,13 @@ use std::sync::Arc;
 /// A value with its number and time.
 type Past = (u64, i64, Vec<u8>);
 
-/// A value that a block stored: the source, and its row.
+/// A value stored by a block: its source, and its row.
 type WrittenRow = (SourceId, Row);
 
-/// History that is kept of an SVV at one instant.
+/// History of an SVV at one instant.
 pub(crate) struct KeptHistory {
     pub history: usize,
-    /// Rings with the rows that each had then: what comes later is not told without what was stored before it.
+    /// Rings with their numbers of rows at that instant. Later rows are omitted, since earlier stores between them would be missing.
     pub rings: Vec<(SourceId, Arc<RowsEnd>, u64)>,
     pub stays: Arc<Stays>,
     pub stores: Arc<VecDeque<StoredValue>>,
@@ -29,7 +29,8 @@ impl KeptHistory {
         values.split_off(values.len().saturating_sub(keep))
     }
 
-    /// Returns the values that blocks stored, as far as they are kept, oldest first; of one instant, in the order of their homes.
+    /// Returns the values stored by blocks, as far as they are kept, oldest first; values of the same instant are in the order of their
+    /// homes.
     fn written(&self) -> Vec<WrittenRow> {
         let rows = |(source, ring, written): &(SourceId, Arc<RowsEnd>, u64)| -> Vec<WrittenRow> {
             let mut rows = ring.reader().last(self.history + ROWS_SPARE);
@@ -45,7 +46,8 @@ impl KeptHistory {
         values
     }
 
-    /// Returns the same with what the PS and ψ stored between: such a value has the number of the invocation before it.
+    /// Returns the values stored by blocks, merged with those stored by the PS and ψ, each of which has the number of the previous
+    /// invocation.
     fn with_stores(&self, written: Vec<WrittenRow>) -> Vec<Past> {
         let mut values: Vec<Past> = Vec::with_capacity(written.len() + self.stores.len());
         let put =

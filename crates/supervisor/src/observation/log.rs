@@ -1,12 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The log: commands with their callers, conditions, faults, transitions, starts and ends, the last few thousand.
+//! The log: commands with their callers, conditions, faults, transitions, starts and ends. The last few thousand entries are kept.
 use crate::observation::commanded::{AnnouncedCommand, LatestCommands};
 use model::wording::printable;
 use serde::Serialize;
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
 use std::sync::Arc;
 
-/// Entries kept. Of more, the oldest leave of that which has the most: jogging pushes out jogging, and not the fault before it.
+/// Maximum number of entries. If there are more, the oldest of the most frequent subject is dropped: jogging pushes out jogging, not the
+/// fault before it.
 const ENTRIES_MAX: usize = 4096;
 
 #[derive(Clone, Debug, Serialize)]
@@ -17,26 +18,26 @@ pub struct Entry {
     pub time_s: f64,
     /// `start`, `admission`, `exchange`, `end`, `condition`, `transition`, `ending`, `fault`, `overrun`, `late`, `device`, `processor_lost`, `emergency_stop`, `lost`, `journal`, `control`, `recorder`, `module`, `command`.
     pub kind: &'static str,
-    /// The verb instance, device or source it is about.
+    /// Verb instance, device or source that the entry is about.
     pub about: String,
     pub text: String,
-    /// Caller of a command: `program`, the program that this system is part of, or a session or caller of the control interface;
-    /// else empty.
+    /// Caller of a command: `program` for the program that this system is part of, or a session or caller of the control interface;
+    /// otherwise empty.
     pub who: String,
 }
 
-/// Kind of an entry and what it is about: `jog` stands for all instances `jog#1`, `jog#2`, ….
+/// Kind and subject of an entry: `jog` represents all instances `jog#1`, `jog#2`, ….
 type Subject = Arc<(&'static str, String)>;
 
 #[derive(Default)]
 pub(crate) struct Log {
     entries: BTreeMap<Subject, VecDeque<Entry>>,
-    /// Number of entries of each subject: the last is the one that makes room.
+    /// Number of entries per subject, ascending: the last subject makes room.
     counts: BTreeSet<(usize, Subject)>,
     kept: usize,
     next: u64,
     commanded: LatestCommands,
-    /// Commands of which it is not known yet whether they are refused.
+    /// Commands that may still be refused.
     announced: Vec<AnnouncedCommand>,
     /// Number of announcements so far.
     announcements: u64,
@@ -47,7 +48,7 @@ impl Log {
         self.add_of(time_ns, kind, about, text, "");
     }
 
-    /// Adds an entry made by a caller. A command under way has already had an effect by then, so its entry comes first.
+    /// Adds an entry made by a caller. A command in progress thereby has an effect, so its own entry is added first.
     pub fn add_of(&mut self, time_ns: i64, kind: &'static str, about: &str, text: impl Into<String>, who: &str) {
         self.enter_announced();
         self.push(time_ns, kind, about, text, who);
@@ -67,7 +68,7 @@ impl Log {
         self.next += 1;
     }
 
-    /// Drops the oldest entry of that which has the most.
+    /// Drops the oldest entry of the most frequent subject.
     fn make_room(&mut self) {
         let Some((count, subject)) = self.counts.pop_last() else { return };
         let Some(of) = self.entries.get_mut(&subject) else { return };
@@ -85,7 +86,7 @@ impl Log {
         self.next
     }
 
-    /// Entries from number `sequence` on.
+    /// Returns the entries from number `sequence` on.
     pub fn since(&self, sequence: u64) -> Vec<Entry> {
         let new = |of: &VecDeque<Entry>| of.range(of.partition_point(|entry| entry.sequence < sequence)..).cloned().collect::<Vec<_>>();
         let mut since: Vec<Entry> = self.entries.values().flat_map(new).collect();
@@ -97,7 +98,7 @@ impl Log {
 const PROGRAM: &str = "program";
 
 impl Log {
-    /// Enters a command, and why it was refused, where it was.
+    /// Adds a command, with the reason if it was refused.
     pub fn command(&mut self, who: &str, call: &str, about: &str, refused: Option<&str>, now_ns: i64) {
         let Some(before) = self.commanded.enter(who, call, about, refused.is_some(), now_ns) else { return };
         let refused = refused.map(|why| format!(" was refused: {why}")).unwrap_or_default();
@@ -112,7 +113,7 @@ impl Log {
         self.announcements
     }
 
-    /// Notes that a command is through, or refused.
+    /// Records that a command has completed or was refused.
     pub fn settle(&mut self, number: u64, call: &str, about: &str, refused: Option<&str>, now_ns: i64) {
         let announced = self.announced.iter().position(|announced| announced.number == number).map(|at| self.announced.remove(at));
         match (announced, refused) {
@@ -122,7 +123,7 @@ impl Log {
         }
     }
 
-    /// Enters what is under way.
+    /// Adds the commands in progress.
     pub fn enter_announced(&mut self) {
         for of in std::mem::take(&mut self.announced) {
             self.command(PROGRAM, &of.call, &of.about, None, of.time_ns);
@@ -148,7 +149,7 @@ mod tests {
         assert!(entries.is_sorted_by_key(|entry| entry.sequence));
         assert_eq!((entries[0].kind, entries.last().map(|last| last.about.as_str())), ("fault", Some("move#1")));
         assert_eq!(log.since(log.next() - 2).iter().map(|entry| entry.about.as_str()).collect::<Vec<_>>(), ["jog#9999", "move#1"]);
-        // Of as many things as there is room for, the oldest of one that has two leaves.
+        // With as many subjects as entries, the oldest entry of a subject that has two is dropped.
         for about in 0..ENTRIES_MAX {
             log.add(0, "device", &format!("d{about}"), "");
         }

@@ -1,15 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Entries into the log: commands with their callers, and what others beside the supervisor report.
+//! Calls that add to the log: commands with their callers, and reports from outside the supervisor.
 use crate::alarms::causes::alarm_recording;
 use crate::precedence::first;
 use crate::system::System;
 use model::refusal::Refusals;
 
-/// Command of the program that the system is part of, as the log has it.
+/// Command, as logged, of the program that the system is part of.
 pub struct ProgramCommand<'a> {
     pub call: &'static str,
     pub subject: CommandSubject<'a>,
-    /// True if it stops something: its entry must not wait for other callers either.
+    /// True if the command stops something: even its log entry must not wait for other callers.
     pub stops: bool,
 }
 
@@ -20,14 +20,14 @@ pub enum CommandSubject<'a> {
 }
 
 impl System {
-    /// Enters a command into the log: its caller (`who`), its call, what it is about, and why it was refused, if it was.
+    /// Logs a command: its caller (`who`), its call, its subject, and the reason if it was refused.
     pub fn log_command(&self, who: &str, call: &str, about: &str, refused: Option<&str>) {
         let mut core = self.shared.locked();
         let now_ns = core.host.now_ns();
         core.observation.log.command(who, call, about, refused, now_ns);
     }
 
-    /// Carries out what the program commands that this system is part of, and enters it.
+    /// Executes a command of the program that this system is part of, and logs it.
     pub fn as_program<T>(&self, command: &ProgramCommand<'_>, act: impl FnOnce() -> Result<T, Refusals>) -> Result<T, Refusals> {
         let run = || self.announced(command, act);
         if command.stops { first(run) } else { run() }
@@ -53,38 +53,38 @@ impl System {
         result
     }
 
-    /// Returns the name of an instance; its number if it was deleted.
+    /// Returns the name of an instance, or its number if it was deleted.
     pub fn instance_name(&self, instance: u64) -> String {
         self.shared.locked().instances.get(&instance).map_or_else(|| instance.to_string(), |i| i.name.clone())
     }
 
-    /// Enters a line about the journal into the log.
+    /// Adds a line about the journal to the log.
     pub fn log_journal(&self, text: &str) {
         let mut core = self.shared.locked();
         let now_ns = core.host.now_ns();
         core.observation.log.add(now_ns, "journal", "system", text);
     }
 
-    /// Enters a line about the control interface into the log.
+    /// Adds a line about the control interface to the log.
     pub fn log_control(&self, text: &str) {
         let mut core = self.shared.locked();
         let now_ns = core.host.now_ns();
         core.observation.log.add(now_ns, "control", "system", text);
     }
 
-    /// Entries of the log from number `sequence` on.
+    /// Returns the entries of the log from number `sequence` on.
     pub fn log_since(&self, sequence: u64) -> Vec<crate::observation::log::Entry> {
         self.shared.locked().observation.log.since(sequence)
     }
 
-    /// Enters a line from outside the supervisor into the log.
+    /// Adds a line from outside the supervisor to the log.
     pub fn note(&self, kind: &'static str, about: &str, text: &str) {
         let mut core = self.shared.locked();
         let now_ns = core.host.now_ns();
         core.observation.log.add(now_ns, kind, about, text);
     }
 
-    /// Raises an alarm: a recording has ended because its file can no longer be written.
+    /// Raises an alarm for a recording that ended because its file cannot be written any longer.
     pub fn recording_failed(&self, why: &str) {
         let mut core = self.shared.locked();
         let now_ns = core.host.now_ns();
@@ -92,7 +92,7 @@ impl System {
         alarm_recording(&mut core, why);
     }
 
-    /// Notes that a module changed the words of the thread that loaded it; they are as they were again.
+    /// Logs that a module changed the floating-point control words of the thread that loaded it; they have been restored.
     pub(crate) fn note_floats(&self, module: &str) -> String {
         let text = format!(
             "code module '{module}' changed the floating-point state of the thread that loaded it, which was restored: link it without -ffast-math, and set nothing in its initialisation"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Looking at a running system. Nothing here disturbs what runs.
+//! Observation of a running system without disturbing it.
 pub(crate) mod about_calls;
 pub(crate) mod arm_calls;
 pub(crate) mod arms;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Looking at a running system: snapshots, histories. Nothing here disturbs what runs.
+//! Snapshots and histories of a running system, read without disturbing it.
 use crate::svvs::values::{Reading, are_read, ask_for, forget_snapshot, kept, taken, unanswered};
 use crate::system::{System, WaitResult};
 use model::refusal::Refusals;
@@ -9,11 +9,11 @@ use std::time::Duration;
 pub type Past = (u64, i64, Vec<u8>);
 
 impl System {
-    /// Returns one consistent snapshot: its time, and each SVV's bytes, number and time. SVVs of different sources are taken at the next
-    /// boundary of each.
+    /// Returns one consistent snapshot: its time, and each SVV's bytes, number and time. SVVs of different sources are read at the next
+    /// boundary of each source.
     pub fn read(&self, names: &[String]) -> Result<(i64, Vec<Reading>), Refusals> {
         if !self.shared.is_virtual {
-            // A device that was opened just now is read within a period of its source; one that is not is named by `ask_for`.
+            // A device that was just opened is read within a period of its source; `ask_for` names devices that are not.
             let _waited = self.shared.wait_for(None, FIRST_READING_MAX, |core| Ok(are_read(core, names).then_some(())))?;
         }
         let snapshot = self.shared.ask(|core| ask_for(core, names))?;
@@ -31,13 +31,13 @@ impl System {
 
     /// Returns up to `count` last values, oldest first.
     pub fn history(&self, name: &str, count: usize) -> Result<Vec<Past>, Refusals> {
-        // What is kept is noted under the lock, and copied out without it: no command waits for that.
+        // The kept rows are referenced under the lock and copied without it, so no command waits.
         let kept = kept(&self.shared.locked(), name)?;
         Ok(kept.last(count))
     }
 }
 
-/// Time for which a read waits for the first reading of a device.
+/// Maximum time that a read waits for the first reading of a device.
 const FIRST_READING_MAX: Duration = Duration::from_secs(1);
-/// Kernels answer within a firing; longer than this means that a processor does not run.
+/// Maximum time for kernels to answer. They answer within a firing; a longer delay means that a processor does not run.
 const READ_MAX: Duration = Duration::from_secs(5);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Picture of what is installed: blocks with their ports, cells with their writers and readers, command lists, conditions, τ. What a
-//! page shows of a running system as a graph and a state diagram comes from here.
+//! Picture of the installed instances: blocks with their ports, cells with their writers and readers, command lists, conditions, τ. Pages
+//! show a running system as a graph and a state diagram from this.
 use crate::core::Core;
 use crate::instances::instance::Instance;
 use crate::observation::drawn::{
@@ -22,10 +22,10 @@ use model::types::Type;
 use std::hash::{DefaultHasher, Hash, Hasher};
 
 impl System {
-    /// Returns every instance with its blocks, ports, cells, command lists, conditions and transitions.
+    /// Returns all instances with their blocks, ports, cells, command lists, conditions and transitions.
     pub fn installed(&self) -> InstalledInstances {
         let ids: Vec<u64> = self.shared.locked().instances.keys().copied().collect();
-        // One at a time: no command waits until all are drawn.
+        // One at a time, so that no command waits for all of them.
         let draw = |id: &u64| {
             let core = self.shared.locked();
             core.instances.get(id).map(|instance| Picture { core: &core, instance }.drawn())
@@ -33,7 +33,7 @@ impl System {
         InstalledInstances { instances: ids.iter().filter_map(draw).collect() }
     }
 
-    /// Returns a number that changes whenever what [`System::installed`] says may have changed.
+    /// Returns a number that changes whenever the result of [`System::installed`] may have changed.
     pub fn installed_version(&self) -> u64 {
         let core = self.shared.locked();
         let mut hasher = DefaultHasher::new();
@@ -45,7 +45,7 @@ impl System {
     }
 }
 
-/// One instance, while it is drawn.
+/// An instance while its picture is made.
 struct Picture<'a> {
     core: &'a Core,
     instance: &'a Instance,
@@ -151,7 +151,7 @@ impl Picture<'_> {
         }
     }
 
-    /// Returns the interval at which a block runs, or would in the first list in which it does; none if no timer gives one.
+    /// Returns the interval at which a block runs, or would run in the first list that activates it; `None` if no timer determines it.
     fn every_ns(&self, planned: &PlannedBlock, every: Option<u32>) -> Option<u64> {
         let activation = &self.plan().activations[planned.activation];
         let source = self.core.registry.sources.get(&planned.source).and_then(|id| self.core.registry.specs.get(id.0 as usize));
@@ -224,7 +224,7 @@ impl Picture<'_> {
         format!("{}.{}", self.label(block), self.item(block, item))
     }
 
-    /// Returns the commands of a list as a program would write them.
+    /// Returns the commands of a list in the syntax of a program.
     fn commands(&self, stages: &[PlannedStage]) -> Vec<String> {
         let mut texts = Vec::new();
         for stage in stages {
@@ -277,7 +277,7 @@ fn mode(mode: Mode) -> String {
     }
 }
 
-/// Returns a time in the unit that fits it.
+/// Formats a time in a suitable unit.
 fn time(ns: u64) -> String {
     let (per, unit) = [(1_000_000_000, "s"), (1_000_000, "ms"), (1_000, "us")].into_iter().find(|(per, _)| ns >= *per).unwrap_or((1, "ns"));
     format!("{} {unit}", ns as f64 / per as f64)

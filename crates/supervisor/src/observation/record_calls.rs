@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! A record of a system that can be run again: made from the first source on, or not at all.
+//! Replayable record of a system, which must begin before the first source is created.
 use crate::refuse::refuse;
 use crate::system::System;
 use model::refusal::{Class, Refusals};
@@ -7,10 +7,10 @@ use runtime::trace::{CodeNames, Trace};
 use std::sync::Arc;
 
 impl System {
-    /// Starts a record, whose reader takes each part by [`Trace::take`]. `names`: names of code in the record.
+    /// Starts a record; its reader takes the parts by [`Trace::take`]. `names`: names of code in the record.
     ///
     /// # Errors
-    /// The system has sources already, or a record.
+    /// Fails if the system already has sources or a record.
     pub fn record(&self, names: CodeNames) -> Result<Arc<Trace>, Refusals> {
         self.shared.host.record(names).ok_or_else(|| {
             let what = if self.shared.host.trace().is_some() {

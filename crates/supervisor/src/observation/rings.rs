@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Locations of observed values: the rings of rows that taps have in each source.
 //!
-//! Where a value gets another home or another writer, the source gets a new ring with its next table, and the tap a new segment; the first
-//! row of a ring is written when the table comes into force, so the tap knows that the ring before has got its last row.
+//! If the home or the writer of a value changes, the source gets a new ring with its next table, and the tap a new segment. The first row
+//! of a ring is written when the table takes effect, so the tap knows that the previous ring has received its last row.
 use crate::instances::instance::Instance;
 use crate::instances::table::Instances;
 use crate::observation::inbox::{Field, Inbox, Segment, TapChannel};
@@ -18,7 +18,7 @@ use std::collections::{BTreeMap, HashMap};
 use std::sync::Arc;
 use std::sync::atomic::AtomicU64;
 
-/// Source and offset at which a channel's values are written now.
+/// Source and offset at which a channel's values are currently written.
 struct ChannelCells {
     source: SourceId,
     cell: Cell,
@@ -35,7 +35,7 @@ struct Layout {
 }
 
 impl Layout {
-    /// Appends a cell; its offset.
+    /// Appends a cell and returns its offset.
     fn put(&mut self, cell: &Cell) -> usize {
         let at = self.len;
         self.len += cell.len();
@@ -44,20 +44,20 @@ impl Layout {
     }
 }
 
-/// A tap's channels, where it gets its rings, and the sources whose tables change.
+/// A tap's channels, the inbox for its rings, and the sources whose tables change.
 pub(crate) type TapAttachment = (Vec<TapChannel>, Arc<Inbox>, Vec<SourceId>);
 
-/// Everything that can be observed.
+/// All observable items.
 pub(crate) struct Observables<'a> {
     pub registry: &'a Registry,
     pub instances: &'a Instances,
     pub is_virtual: bool,
 }
 
-/// Instances that were found by their names, with their cells by theirs.
+/// Instances found by name, with their cells by name.
 type FoundInstances<'a> = HashMap<&'a str, (&'a Instance, HashMap<&'a str, usize>)>;
 
-/// Bytes that a row has beside its cells.
+/// Bytes of a row in addition to its cells.
 const ROW_HEADER: usize = 24;
 
 fn is_same(these: &[Cell], those: &[Cell]) -> bool {
@@ -76,21 +76,22 @@ fn cell_named(instance: &Instance, name: &str) -> Option<usize> {
     instance.plan.cells.iter().position(|cell| own_name(&cell.kind) == Some(name))
 }
 
-/// Size of a ring: firings of so long a time …
+/// Time span that a ring holds, ns.
 const HELD_NS: u64 = 2_000_000_000;
 
-/// … and at least this number of firings; of a source without a timer, and under the virtual clock, where time waits for the tap …
+/// Minimum number of firings that a ring holds; [`DEPTH_UNTIMED`] applies to a source without a timer, and under the virtual clock, where
+/// time waits for the tap.
 const DEPTH_MIN: usize = 256;
 
 const DEPTH_UNTIMED: usize = 4096;
 
-/// … and at most so many, and so many bytes.
+/// Maximum number of firings that a ring holds; its size in bytes is limited too.
 const DEPTH_MAX: usize = 65_536;
 
 const BYTES_MAX: usize = 64 << 20;
 
 impl Taps {
-    /// Begins to observe.
+    /// Attaches a tap to items of these names.
     pub fn attach(&mut self, id: u64, names: &[String], seen: &Observables<'_>) -> Result<TapAttachment, Refusals> {
         let channels = names.iter().map(|name| tap_channel(seen, name)).collect::<Result<Vec<_>, _>>()?;
         let inbox = Arc::new(Inbox::default());
@@ -99,7 +100,7 @@ impl Taps {
         Ok((channels, inbox, self.renew(seen)))
     }
 
-    /// Attaches a tap to everything of these names, now and whenever it comes to be; a name without `*` or `?` is of something that is there.
+    /// Attaches a tap to all items that match these names, now and in the future. A name without `*` or `?` must exist.
     pub fn attach_all(&mut self, id: u64, patterns: &[String], cells: bool, seen: &Observables<'_>) -> Result<(Arc<Inbox>, Vec<SourceId>), Refusals> {
         for name in patterns.iter().filter(|name| !is_open(name)) {
             tap_channel(seen, name)?;
@@ -109,18 +110,18 @@ impl Taps {
         Ok((inbox, self.renew(seen)))
     }
 
-    /// Ends it. The sources whose tables change.
+    /// Detaches a tap. Returns the sources whose tables change.
     pub fn detach(&mut self, id: u64) -> Vec<SourceId> {
         self.records.remove(&id).map(|tap| tap.parts.into_keys().collect()).unwrap_or_default()
     }
 
-    /// Taps take in what has come to be.
+    /// Adds new matching items to the taps.
     pub fn widen(&mut self, seen: &Observables<'_>) {
         self.records.values_mut().filter(|tap| tap.cells || !tap.patterns.is_empty()).for_each(|tap| widen(seen, tap));
     }
 
-    /// Replaces the rings of the sources in which something observed has come, gone or got another writer. The sources whose tables
-    /// change.
+    /// Replaces the rings of the sources in which an observed item was added, removed, or got another writer. Returns the sources whose
+    /// tables change.
     pub fn renew(&mut self, seen: &Observables<'_>) -> Vec<SourceId> {
         self.widen(seen);
         let mut changed = Vec::new();
@@ -154,7 +155,7 @@ fn widen(seen: &Observables<'_>, tap: &mut TapRecord) {
     for (name, svv) in &seen.registry.svvs {
         if is_named(tap, name) && tap.names.insert(name.clone()) {
             found.push(TapChannel { name: name.clone(), type_text: svv.type_text.clone(), unit: svv.unit.clone(), size: svv.size });
-            // Nothing writes it: its present value comes from here.
+            // The SVV has no writer: take its current value from here.
             if svv.home.is_none() {
                 let channel = tap.channels.len() + found.len() - 1;
                 tap.inbox.locked().stores.push((channel, svv.past.stored_ns, svv.past.stored.clone()));
@@ -175,7 +176,7 @@ fn widen(seen: &Observables<'_>, tap: &mut TapRecord) {
     tap.inbox.locked().channels.extend(found);
 }
 
-/// Returns the channel of a name: an SVV, or a cell of an instance.
+/// Returns the channel with that name: an SVV, or a cell of an instance.
 fn tap_channel(seen: &Observables<'_>, name: &str) -> Result<TapChannel, Refusals> {
     if let Some(svv) = seen.registry.svvs.get(name) {
         return Ok(TapChannel { name: name.to_owned(), type_text: svv.type_text.clone(), unit: svv.unit.clone(), size: svv.size });
@@ -193,7 +194,7 @@ fn tap_channel(seen: &Observables<'_>, name: &str) -> Result<TapChannel, Refusal
     Ok(TapChannel { name: name.to_owned(), type_text: cell.type_text.clone(), unit: cell.unit.clone(), size: cell.size })
 }
 
-/// Returns the layouts of a tap, by source: the stamps first, each once.
+/// Returns the layouts of a tap, by source: each distinct stamp first, then the values.
 fn layouts(seen: &Observables<'_>, tap: &mut TapRecord) -> BTreeMap<SourceId, Layout> {
     let mut places: BTreeMap<SourceId, Vec<(usize, ChannelCells)>> = BTreeMap::new();
     let mut found = FoundInstances::default();
@@ -233,7 +234,7 @@ fn layouts(seen: &Observables<'_>, tap: &mut TapRecord) -> BTreeMap<SourceId, La
     layouts
 }
 
-/// Returns the place of a channel; none if nothing writes it now, or what is there now is of another type.
+/// Returns the location of a channel; `None` if nothing currently writes it, or if its type has changed.
 fn place_of<'a>(seen: &Observables<'a>, of: &TapChannel, found: &mut FoundInstances<'a>) -> Option<ChannelCells> {
     if let Some(svv) = seen.registry.svvs.get(&of.name) {
         let (source, ratio) = (svv.home?, svv.ratio);
@@ -263,7 +264,7 @@ fn place_of<'a>(seen: &Observables<'a>, of: &TapChannel, found: &mut FoundInstan
     Some(ChannelCells { source, cell: installed.cell(index, source)?.clone(), stamp, ratio })
 }
 
-/// Rows of a ring of rows of `len` bytes.
+/// Returns the number of rows of `len` bytes in a ring.
 fn depth(seen: &Observables<'_>, source: SourceId, len: usize) -> usize {
     let period_ns = match seen.registry.specs.get(source.0 as usize).map(|spec| &spec.kind) {
         Some(SourceKind::Timer { period_ns }) => Some((*period_ns).max(1)),

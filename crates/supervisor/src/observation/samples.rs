@@ -1,19 +1,19 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Values of a tap: runs, made from the rows of its rings.
+//! Values of a tap, as runs made from the rows of its rings.
 use crate::observation::stamp::Stamp;
 
 /// Values of one channel, oldest first.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Run {
-    /// Time of each value, ns on the clock; of one that a block stored, the release of that firing.
+    /// Time of each value, ns on the clock; for a value stored by a block, the release of its firing.
     pub times_ns: Vec<i64>,
-    /// Number of the invocation that stored each value. What the programming system stored has the number before it.
+    /// Number of the invocation that stored each value. A value stored by the programming system has the previous number.
     pub numbers: Vec<u64>,
-    /// True for each value that a block stored. The others are the present value at the beginning, and what the programming system stored.
+    /// True for each value stored by a block. The others are the initial value, and values stored by the programming system.
     pub by_block: Vec<bool>,
-    /// The values, one after the other.
+    /// The values, back to back.
     pub bytes: Vec<u8>,
-    /// Values of this channel that were lost since the take before.
+    /// Number of values of this channel that were lost since the previous take.
     pub lost: u64,
 }
 
@@ -35,14 +35,14 @@ impl Run {
     }
 }
 
-/// Values of a tap: a run for each channel, in the order of [`Tap::channels`]. Its memory is used again by the next take.
+/// Values of a tap: one run per channel, in the order of [`Tap::channels`]. The next take reuses its memory.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Samples {
     pub runs: Vec<Run>,
 }
 
 impl Samples {
-    /// Returns true if there is neither a value nor a loss.
+    /// Returns true if there are no values and no losses.
     pub fn is_empty(&self) -> bool {
         self.runs.iter().all(|run| run.is_empty() && run.lost == 0)
     }
@@ -57,16 +57,16 @@ impl Samples {
 /// State of a channel between two rows.
 #[derive(Default)]
 pub(crate) struct ChannelState {
-    /// The last value.
+    /// Last value.
     pub bytes: Vec<u8>,
     pub has_value: bool,
-    /// The value that was there before is told too.
+    /// True if the initial value is reported too.
     pub tells_present: bool,
-    /// Number and time of the stamp seen last, and which stamp it was.
+    /// Last stamp seen: its index, number and time.
     pub seen: Option<(u64, u64, i64)>,
-    /// Rows lost since then.
+    /// Number of rows lost since then.
     pub gap: u64,
-    /// The segment that its values came from last, counted over the life of the tap.
+    /// Segment of the channel's latest values, counted over the life of the tap.
     pub route: u64,
 }
 
@@ -75,7 +75,7 @@ impl ChannelState {
         ChannelState { tells_present, ..ChannelState::default() }
     }
 
-    /// Looks for a new value in one row.
+    /// Checks one row for a new value.
     pub(crate) fn look(&mut self, run: &mut Run, row_ns: i64, stamp: Option<(u64, Stamp)>, ratio: u64, value: &[u8]) {
         let Some((which, stamp)) = stamp else {
             if self.has_value && self.bytes != value {
@@ -96,14 +96,14 @@ impl ChannelState {
         if is_stored {
             self.put(run, stamp.time_ns, stamp.number, true, value);
         } else if lost > 0 {
-            // The last of those that were lost: when it was stored is not known any more.
+            // This is the last of the lost values; the time of its storing is no longer known.
             (self.bytes, self.has_value) = (value.to_vec(), true);
         } else {
             self.changed(run, row_ns, value);
         }
     }
 
-    /// Notes a value that no block has stored; the programming system may have.
+    /// Records a value that no block has stored; the programming system may have.
     fn changed(&mut self, run: &mut Run, row_ns: i64, value: &[u8]) {
         if !self.has_value && self.tells_present {
             let stored = self.seen.filter(|(_, _, time_ns)| *time_ns != kernel::NEVER_NS);
@@ -128,15 +128,16 @@ impl ChannelState {
     }
 }
 
-/// Values that were lost with `gap` rows: as many as the numbers say, and never more than rows. `before`: what was seen last of this stamp.
+/// Returns the number of values lost with `gap` rows, computed from their numbers and limited to the number of rows. `before`: last known
+/// state of this stamp.
 fn lost_between(before: Option<(u64, u64, i64)>, now: &Stamp, ratio: u64, gap: u64) -> u64 {
     let Some(stored) = now.stored(ratio).filter(|_| gap > 0 && now.is_set()) else { return 0 };
     let in_hand = u64::from(stored == now.number);
     let numbered = match before {
-        // It had stored nothing yet.
+        // Nothing had been stored before.
         Some((_, _, kernel::NEVER_NS)) => (stored + 1).saturating_sub(now.activated) / ratio.max(1),
         Some((_, before, _)) if stored >= before => (stored - before).div_ceil(ratio.max(1)),
-        // Another start, or another writer: at most one a row.
+        // For another start or writer, assume one value per row.
         _ => gap + in_hand,
     };
     numbered.saturating_sub(in_hand).min(gap)

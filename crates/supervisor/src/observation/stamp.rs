@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Stamps of the kernel on the values of an activation.
+//! Kernel stamps on the values of an activation.
 
-/// Stamp of the kernel on an activation's values.
+/// A kernel stamp on an activation's values.
 pub(crate) struct Stamp {
     pub number: u64,
     pub time_ns: i64,
@@ -19,7 +19,8 @@ impl Stamp {
         self.time_ns != kernel::NEVER_NS
     }
 
-    /// Returns the number of the last invocation that stored a ratio output n: those are n, 2n, … from activation. `None`: there was none.
+    /// Returns the number of the last invocation that stored a ratio output n, which happens at n, 2n, … from the activation. `None` if
+    /// there was none.
     pub fn stored(&self, n: u64) -> Option<u64> {
         let since = (self.number + 1).saturating_sub(self.activated);
         (since >= n).then(|| self.number - since % n.max(1))

@@ -12,17 +12,17 @@ use std::collections::HashMap;
 #[derive(Default)]
 pub(crate) struct Observation {
     pub log: Log,
-    /// The latest end reports, for a programming system that was not there.
+    /// Latest end reports, for a programming system that was absent.
     pub ends: Ends,
-    /// Ends not yet told to an event loop.
+    /// Number of ends not yet reported to an event loop.
     pub ended: u64,
     pub taps: Taps,
     /// Arms that programs have described.
     pub arms: Arms,
-    /// Layouts of panels, which people look at it with.
+    /// Panel layouts for people who observe the system.
     pub workspaces: Workspaces,
     /// Snapshots that have arrived: ticket → (time, bytes of each script).
     pub reads: HashMap<Ticket, (i64, Vec<u8>)>,
-    /// Cells of a recorded system whose SVV the record knows.
+    /// Cells of a recorded system whose SVVs the record contains.
     pub recorded: HashMap<(String, SourceId), Cell>,
 }

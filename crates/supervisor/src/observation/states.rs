@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! States of verb instances and logical devices as the calls name them.
+//! States of verb instances and logical devices as named in calls.
 use serde::Serialize;
 
 /// State of a verb instance: created → (queued →) running ⇄ suspended → ended (→ running again by `start`) → deleted.
@@ -8,17 +8,17 @@ use serde::Serialize;
 #[serde(rename_all = "snake_case")]
 pub enum InstanceState {
     Created,
-    /// Started, and waiting for what other instances hold.
+    /// Started, and waiting for claims held by other instances.
     Queued,
     Running,
     Suspended,
     Ended,
-    /// The instance of that number was deleted.
+    /// The instance with that number was deleted.
     Deleted,
 }
 
 impl InstanceState {
-    /// Returns the state that [`crate::System::state`] names.
+    /// Returns the state for a word returned by [`crate::System::state`].
     pub fn named(word: &str) -> InstanceState {
         match word {
             "created" => InstanceState::Created,
@@ -37,20 +37,20 @@ impl InstanceState {
 #[serde(rename_all = "snake_case")]
 pub enum DeviceState {
     Disabled,
-    /// Its verb has been started and is not ready yet.
+    /// The device's own verb has been started and is not ready yet.
     Enabling,
-    /// Enabled, and no verb commands it.
+    /// The device is enabled, and no verb commands it.
     Standstill,
-    /// Enabled, and a verb commands it.
+    /// The device is enabled, and a verb commands it.
     Moving,
     /// The device is being disabled.
     Stopping,
-    /// Its verb has ended by itself.
+    /// The device's own verb has ended by itself.
     Fault,
 }
 
 impl DeviceState {
-    /// Returns the state that [`crate::System::device_state`] names.
+    /// Returns the state for a word returned by [`crate::System::device_state`].
     pub fn named(word: &str) -> DeviceState {
         match word {
             "disabled" => DeviceState::Disabled,
@@ -63,7 +63,7 @@ impl DeviceState {
     }
 }
 
-/// Pauses in force: true: all actions; false: none; a list: the actions on these logical devices.
+/// Pauses in force: true for all actions, false for none, or a list of logical devices whose actions are paused.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(untagged)]

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Statistics of a system: firings, overruns and jitter of every interrupt source, instances, devices, whether it is stopped or paused.
+//! Statistics of a system: firings, overruns and jitter of every interrupt source, instances, devices, and its stop and pause states.
 use crate::definitions::system_definitions::Definitions;
 use crate::observation::block_times::{self, BlockTimes};
 use crate::observation::states::{DeviceState, InstanceState, PausesInForce};
@@ -17,52 +17,52 @@ pub struct Statistics {
     pub now_s: f64,
     /// Interrupt sources by name, `rtp.source`.
     pub sources: IndexMap<String, SourceStatistics>,
-    /// Verb instances in the order in which they were created.
+    /// Verb instances in order of creation.
     pub instances: Vec<InstanceStatistics>,
     /// States of the logical devices.
     pub devices: IndexMap<String, DeviceState>,
     pub physical_devices: IndexMap<String, PhysicalDeviceStatistics>,
-    /// Processors by the process that they run in, of those that do not run in the supervisor's.
+    /// Processors outside the supervisor's process, by the process in which they run.
     pub processes: IndexMap<String, Vec<String>>,
-    /// Cause of the latched emergency stop; null: it is not latched.
+    /// Cause of the latched emergency stop; null if it is not latched.
     pub emergency: Option<String>,
     pub paused: PausesInForce,
     pub mode: Mode,
-    /// Rights that the supervisor's thread asked of the operating system and did not get.
+    /// Rights that the supervisor's thread requested from the operating system but did not get.
     pub supervisor_rights_missing: Vec<String>,
 }
 
-/// Statistics of an interrupt source. Bin i of a histogram counts times from 2^i to 2^(i+1) ns; the first also shorter ones, the last also
-/// longer ones.
+/// Statistics of an interrupt source. Bin i of a histogram counts times from 2^i to 2^(i+1) ns; the first bin includes shorter times, the
+/// last one longer times.
 #[derive(Clone, Debug, Serialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct SourceStatistics {
-    /// Steps of its firing table.
+    /// Number of steps in its firing table.
     pub steps: usize,
-    /// Firings, without those of `execute`.
+    /// Number of firings, excluding those of `execute`.
     pub firings: u64,
-    /// Releases that were skipped because the firing before was not over.
+    /// Number of releases that were skipped because the previous firing had not finished.
     pub overruns: u64,
-    /// Ratio values that were absent when their reader asked for them.
+    /// Number of ratio values that were absent when their reader needed them.
     pub late: u64,
-    /// Invocations that faulted.
+    /// Number of invocations that faulted.
     pub faults: u64,
-    /// Conditions and other events that found no place and were lost.
+    /// Number of conditions and other events that were lost for lack of space.
     pub lost: u64,
-    /// A fault stopped it.
+    /// True if the source was stopped by a fault.
     pub stopped: bool,
-    /// Rights that its thread asked of the operating system and did not get.
+    /// Rights that its thread requested from the operating system but did not get.
     pub rights_missing: Vec<String>,
     #[serde(flatten)]
     pub jitter: Jitter,
     #[serde(flatten)]
     pub durations: Durations,
-    /// Absent of a source that is being deleted.
+    /// Placement of the source; absent while the source is being deleted.
     #[serde(flatten)]
     pub placed: Option<SourcePlace>,
     /// True while a probe measures its blocks.
     pub probed: bool,
-    /// Times of the blocks that a probe has measured since they were installed.
+    /// Times of the blocks that a probe has measured since their installation.
     pub blocks: Vec<BlockTimes>,
 }
 
@@ -70,13 +70,13 @@ pub struct SourceStatistics {
 #[derive(Clone, Debug, Serialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Jitter {
-    /// Start of the last firing behind its release, ns.
+    /// Delay of the last firing's start after its release, ns.
     pub jitter_last_ns: u64,
     /// Maximum jitter, ns.
     pub jitter_max_ns: u64,
     /// Histogram of the jitter.
     pub jitter_bins: Vec<u64>,
-    /// Upper end of the bin that the median jitter lies in, ns; 0 before the first firing.
+    /// Upper bound of the bin that contains the median jitter, ns; 0 before the first firing.
     pub jitter_median_ns: u64,
 }
 
@@ -84,30 +84,30 @@ pub struct Jitter {
 #[derive(Clone, Debug, Serialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Durations {
-    /// Duration of all firings together, ns.
+    /// Total duration of all firings, ns.
     pub duration_sum_ns: u64,
     /// Duration of the last firing, ns.
     pub duration_last_ns: u64,
-    /// Longest duration, ns.
+    /// Maximum duration, ns.
     pub duration_max_ns: u64,
     /// Histogram of the duration.
     pub duration_bins: Vec<u64>,
-    /// Upper end of the bin that the median duration lies in, ns; 0 before the first firing.
+    /// Upper bound of the bin that contains the median duration, ns; 0 before the first firing.
     pub duration_median_ns: u64,
 }
 
-/// Where an interrupt source runs, and what its thread asked of the operating system.
+/// Placement of an interrupt source, and the rights that its thread requested from the operating system.
 #[derive(Clone, Debug, Serialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct SourcePlace {
     pub processor: String,
-    /// The core that its processor is bound to.
+    /// CPU core that its processor is bound to.
     pub core: Option<usize>,
     pub kind: KindOfSource,
     /// Period of a timer, ns.
     pub period_ns: Option<u64>,
     pub priority: u8,
-    /// Rights that its thread asked of the operating system; none under the virtual clock.
+    /// Rights that its thread requested from the operating system; empty under the virtual clock.
     pub rights_asked: Vec<String>,
 }
 
@@ -123,7 +123,7 @@ pub enum KindOfSource {
     Software,
 }
 
-/// A verb instance, in one line.
+/// A one-line summary of a verb instance.
 #[derive(Clone, Debug, Serialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct InstanceStatistics {
@@ -131,11 +131,11 @@ pub struct InstanceStatistics {
     pub name: String,
     pub verb: String,
     pub state: InstanceState,
-    /// The command list that runs, or ran last.
+    /// Command list that is running, or ran last.
     pub list: String,
-    /// The logical device whose own verb it is.
+    /// Logical device whose own verb it is.
     pub owner: Option<String>,
-    /// Time for which it has run since its start, without the time that it was suspended, s.
+    /// Running time since the start, excluding suspensions, s.
     pub running_s: f64,
 }
 
@@ -143,16 +143,16 @@ pub struct InstanceStatistics {
 #[derive(Clone, Debug, Serialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct PhysicalDeviceStatistics {
-    /// Cause of its loss; null: it is not lost.
+    /// Cause of the loss; null if the device is not lost.
     pub lost: Option<String>,
-    /// Number of commands that were held back by the limit of their slope.
+    /// Number of commands held back by their slew limit.
     pub slew_limited: u64,
-    /// Counters of its driver, by name.
+    /// Counters of the driver, by name.
     pub counters: IndexMap<String, u64>,
 }
 
 impl System {
-    /// Firings, overruns, jitter of every source; instances; devices; processes with their processors; the emergency stop.
+    /// Returns firings, overruns and jitter of every source; instances; devices; processes with their processors; the emergency stop.
     pub fn statistics(&self) -> Statistics {
         let missing = self.shared.post.lock().expect("nobody panics with the lock held").missing.clone();
         let definitions = self.shared.definitions();
@@ -225,7 +225,7 @@ fn of_source(of: kernel::Statistics, steps: usize) -> SourceStatistics {
     }
 }
 
-/// Returns where a source runs and what its thread asked of the operating system, beside what it did not get.
+/// Returns the placement of a source and the rights that its thread requested.
 fn placed(definitions: &Definitions, name: &str, is_virtual: bool) -> Option<SourcePlace> {
     let of = definitions.configuration.sources.get(name)?;
     let core = definitions.processors.get(&of.processor).and_then(|processor| processor.core);
@@ -242,7 +242,7 @@ fn placed(definitions: &Definitions, name: &str, is_virtual: bool) -> Option<Sou
     Some(SourcePlace { processor: of.processor.clone(), core, kind, period_ns, priority: of.priority, rights_asked })
 }
 
-/// Returns the upper end of the bin that the median falls into.
+/// Returns the upper bound of the bin that contains the median.
 fn median(bins: &[u64; 32]) -> u64 {
     let half = bins.iter().sum::<u64>().div_ceil(2);
     let mut seen = 0;
@@ -254,7 +254,7 @@ fn median(bins: &[u64; 32]) -> u64 {
         .map_or(0, |bin| 1 << (bin + 1))
 }
 
-/// Returns a time in seconds, for people.
+/// Converts a time to seconds, for people.
 #[allow(clippy::cast_precision_loss, reason = "a time in seconds")]
 pub(crate) fn seconds(ns: i64) -> f64 {
     ns as f64 * 1e-9

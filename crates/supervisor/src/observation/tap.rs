@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Taps: every value of some SVVs and private cells, at the full rate at which blocks store them, for scopes and recorders.
+//! Taps: deliver all values of some SVVs and private cells, at the full rate at which blocks store them, to scopes and recorders.
 //!
 //! | | the kernels | a tap |
 //! |---|---|---|
-//! | may hold up the other | never | never; under the virtual clock, if it asks for that, the passing of time |
-//! | a value is lost | never | where it is read too late: 2 s of firings wait for it, at least 256 |
-//! | knows what was lost | | exactly, by channel, where its writer numbers its values |
+//! | can hold up the other | never | never; under the virtual clock, on request, the passing of time |
+//! | loses values | never | if it is read too late: a ring holds 2 s of firings, at least 256 |
+//! | knows its losses | | exactly, by channel, if the writer numbers its values |
 use crate::observation::inbox::{Inbox, Segment, TapChannel};
 use crate::observation::samples::{ChannelState, Samples};
 use crate::observation::stamp::Stamp;
@@ -17,16 +17,16 @@ use std::sync::Arc;
 use std::sync::atomic::Ordering;
 use std::time::Duration;
 
-/// Kernels come to a new table within a firing; longer than this means that a processor does not run.
+/// Maximum time for kernels to switch to a new table. They switch within a firing; a longer delay means that a processor does not run.
 const ATTACH_MAX: Duration = Duration::from_secs(5);
 
-/// Observes some values of a running system, see [`System::tap`]. Dropping it ends that.
+/// Observes values of a running system, see [`System::tap`]. Dropping the tap stops the observation.
 pub struct Tap {
     shared: Arc<SystemState>,
     id: u64,
     channels: Vec<TapChannel>,
     inbox: Arc<Inbox>,
-    /// Segments, with the count of each.
+    /// Segments with their numbers.
     segments: Vec<(u64, Segment)>,
     count: u64,
     known: Vec<ChannelState>,
@@ -35,12 +35,11 @@ pub struct Tap {
 }
 
 impl System {
-    /// Observes these SVVs, by their names, and private cells of instances, by `INSTANCE:CELL`: every value that is stored after this
-    /// call, once, in order, with its number and time. It goes along when an SVV gets another writer, also in another source or on
-    /// another
-    /// processor, and when an instance of that name is made again. Refused where there is no such name.
+    /// Observes SVVs, by name, and private cells of instances, by `INSTANCE:CELL`: delivers every value stored after this call, once, in
+    /// order, with its number and time. The tap follows an SVV to another writer, also in another source or on another processor, and an
+    /// instance that is recreated under the same name. Fails if a name does not exist.
     ///
-    /// Nothing that is computed changes. What one more tap costs is a copy of what it observes in each firing.
+    /// Computations are not affected. Each tap costs one copy of its observed values per firing.
     pub fn tap(&self, names: &[String]) -> Result<Tap, Refusals> {
         let (id, channels, inbox) = self.shared.command(|core| {
             let id = core.numbers.fresh();
@@ -52,9 +51,9 @@ impl System {
         self.begin_tap(id, channels, inbox, false)
     }
 
-    /// Observes everything of these names in the same way, where `*` stands for any letters and `?` for one, also what comes to be later; `cells`:
-    /// and for the private cells of all instances. The first value of each is the present one, with the number and time that it has.
-    /// Refused where a name without `*` or `?` is of nothing.
+    /// Observes all items that match these names, where `*` stands for any characters and `?` for one, including items created later;
+    /// `cells`: also the private cells of all instances. The first value of each item is its current one, with its number and time. Fails
+    /// if a name without `*` or `?` does not exist.
     pub fn tap_all(&self, patterns: &[String], cells: bool) -> Result<Tap, Refusals> {
         let (id, inbox) = self.shared.command(|core| {
             let id = core.numbers.fresh();
@@ -85,13 +84,13 @@ impl System {
 }
 
 impl Tap {
-    /// Returns the observed channels, in the order asked for.
+    /// Returns the observed channels, in the order requested.
     pub fn channels(&self) -> &[TapChannel] {
         &self.channels
     }
 
-    /// Makes time under the virtual clock wait for the reader of this tap, so that nothing is lost however fast it passes.
-    /// Time must be advanced by another thread.
+    /// Makes the virtual clock wait for the reader of this tap, so that nothing is lost at any speed. Time must be advanced by another
+    /// thread.
     pub fn hold_time(&self) {
         if self.shared.is_virtual {
             let mut core = self.shared.locked();
@@ -100,26 +99,27 @@ impl Tap {
         }
     }
 
-    /// Notes that the owner of this tap has taken the entries of the log and the ends before these numbers; time waits for the rest too.
+    /// Records that the owner of this tap has taken the log entries and the ends before these numbers; time waits for the rest too.
     pub fn heard(&self, log: u64, ends: u64) {
         if self.shared.is_virtual {
             self.shared.locked().observation.taps.heard(self.id, log, ends);
         }
     }
 
-    /// Waits until time waits for this tap, at most `timeout`: for the thread that holds time.
+    /// Waits until time waits for this tap, at most `timeout`. For the thread that holds time.
     pub fn wait(&self, timeout: Duration) {
         self.inbox.wait_pressed(timeout);
     }
 
-    /// Takes everything that has come since the take before. Allocates only where `out` has never had as much; not for the real-time path.
+    /// Takes everything that has arrived since the previous take. Allocates only if `out` has never been as large; not for the real-time
+    /// path.
     pub fn take(&mut self, out: &mut Samples) {
         self.collect();
         out.clear(self.channels.len());
         self.take_stores(out);
         let mut index = 0;
         while index < self.segments.len() {
-            // Before its rows are taken: one that has a successor in force gets no row any more.
+            // Check before taking its rows: a ring receives no more rows once its successor is in force.
             let is_over = self.is_over(index);
             self.drain(index, out);
             if is_over {
@@ -151,7 +151,7 @@ impl Tap {
 
     fn take_stores(&mut self, out: &mut Samples) {
         let mut arrived = self.inbox.locked();
-        // What is of a channel that has come since waits for the next take.
+        // Values of channels added meanwhile wait for the next take.
         let now = arrived.stores.iter().position(|(channel, ..)| *channel >= self.known.len()).unwrap_or(arrived.stores.len());
         for (channel, time_ns, bytes) in arrived.stores.drain(..now) {
             let known = &mut self.known[channel];
@@ -189,7 +189,7 @@ impl Tap {
 
 impl Drop for Tap {
     fn drop(&mut self) {
-        // Of a closed system nothing runs any more; a system whose supervisor panicked takes no command.
+        // A closed system runs nothing, and a system whose supervisor panicked accepts no command.
         if !self.shared.core.is_poisoned() {
             let _closed = self.shared.command(|core| {
                 let sources = core.observation.taps.detach(self.id);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Workspaces: keeping them, and whether what they name is there.
+//! Workspaces: stores them, and checks that the items they name exist.
 use crate::observation::workspaces::WorkspaceAbout;
 use crate::refuse::unknown;
 use crate::system::System;
@@ -8,12 +8,12 @@ use model::refusal::{Refusal, Refusals};
 use model::workspace::{Button, PanelKind, Region, Workspace, check_workspace};
 
 impl System {
-    /// Enters a workspace that a program ships. What it names need not be there; [`System::check_workspace`] says so.
+    /// Enters a workspace shipped by a program. The items it names need not exist; [`System::check_workspace`] reports missing ones.
     pub fn ship_workspace(&self, workspace: Workspace) -> Result<(), Refusals> {
         self.enter_workspace(workspace, true)
     }
 
-    /// Enters a workspace that a person keeps.
+    /// Enters a workspace saved by a person.
     pub fn keep_workspace(&self, workspace: Workspace) -> Result<(), Refusals> {
         self.enter_workspace(workspace, false)
     }
@@ -26,17 +26,17 @@ impl System {
         self.shared.command(|core| core.observation.workspaces.enter(workspace, shipped))
     }
 
-    /// Removes a workspace that a program has shipped.
+    /// Removes a workspace shipped by a program.
     pub fn withdraw_workspace(&self, name: &str) -> Result<(), Refusals> {
         self.shared.command(|core| core.observation.workspaces.remove(name, true))
     }
 
-    /// Removes a workspace that a person keeps.
+    /// Removes a workspace saved by a person.
     pub fn forget_workspace(&self, name: &str) -> Result<(), Refusals> {
         self.shared.command(|core| core.observation.workspaces.remove(name, false))
     }
 
-    /// Returns the workspaces, each in one line.
+    /// Returns one-line summaries of the workspaces.
     pub fn workspaces(&self) -> Vec<WorkspaceAbout> {
         self.shared.locked().observation.workspaces.list()
     }
@@ -46,7 +46,7 @@ impl System {
         self.shared.locked().observation.workspaces.get(name).cloned()
     }
 
-    /// Returns all that is wrong with a workspace here and now: its form, and what it names and is not there.
+    /// Returns all mistakes of a workspace in the current system: in its form, and names of missing items.
     pub fn check_workspace(&self, workspace: &Workspace) -> Refusals {
         let mut found = check_workspace(workspace);
         if found.is_empty() {
@@ -76,7 +76,7 @@ impl System {
         found
     }
 
-    /// Returns whether what a button starts could be started, as far as the names, types, units and ranges of it go.
+    /// Checks that the action of a button could be started, as far as names, types, units and ranges can tell.
     fn check_button(&self, button: &Button) -> Refusals {
         if let Some(application) = &button.start {
             let checked = self.check(application).err().unwrap_or_default();
@@ -93,7 +93,7 @@ impl System {
         self.check_values(&Application { verb, values: button.values.clone(), ..Application::default() })
     }
 
-    /// Checks the values of a start: each is an input of the verb, and those that are needed are there.
+    /// Checks the values of a start: each must be an input of the verb, and all required inputs must be present.
     fn check_values(&self, application: &Application) -> Refusals {
         let form = match self.verb_form(&application.verb) {
             Ok(form) => form,
@@ -110,7 +110,7 @@ impl System {
     }
 }
 
-/// Returns a refusal with what it is about before it.
+/// Returns a refusal prefixed by its subject.
 fn told_of(at: &str, mut refusal: Refusal) -> Refusal {
     refusal.message = format!("{at}: {}", refusal.message);
     refusal

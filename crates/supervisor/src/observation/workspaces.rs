@@ -1,15 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The workspaces of a system: those that programs ship, and those that people keep. Neither takes the place of the other.
+//! Workspaces of a system: those shipped by programs, and those saved by people. Neither kind can replace the other.
 use crate::refuse::{refuse, unknown};
 use indexmap::IndexMap;
 use model::refusal::{Class, Refusals};
 use model::workspace::Workspace;
 use serde::Serialize;
 
-/// Workspaces of a system.
+/// Maximum number of workspaces of a system.
 pub const WORKSPACES_MAX: usize = 64;
 
-/// A workspace in one line.
+/// A one-line summary of a workspace.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct WorkspaceAbout {
@@ -18,7 +18,7 @@ pub struct WorkspaceAbout {
     pub doc: String,
     /// True if it is a panel for operators.
     pub operator: bool,
-    /// A program has shipped it: people do not change it.
+    /// True if a program has shipped it; people cannot change it.
     pub shipped: bool,
     /// Number that changes with every change.
     pub revision: u64,
@@ -30,7 +30,7 @@ struct KeptWorkspace {
     revision: u64,
 }
 
-/// Workspaces by their names.
+/// Workspaces by name.
 #[derive(Default)]
 pub(crate) struct Workspaces {
     by_name: IndexMap<String, KeptWorkspace>,
@@ -38,7 +38,7 @@ pub(crate) struct Workspaces {
 }
 
 impl Workspaces {
-    /// Enters a workspace, in the place of the one of that name. Errors: the other kind has that name; there are too many.
+    /// Enters a workspace, replacing one of the same name. Fails if the other kind has that name, or if there are too many.
     pub fn enter(&mut self, workspace: Workspace, shipped: bool) -> Result<(), Refusals> {
         let name = &workspace.name;
         match self.by_name.get(name) {
@@ -58,7 +58,7 @@ impl Workspaces {
         Ok(())
     }
 
-    /// Removes a workspace of this kind. Errors: there is none, or it is of the other kind.
+    /// Removes a workspace of this kind. Fails if it does not exist or is of the other kind.
     pub fn remove(&mut self, name: &str, shipped: bool) -> Result<(), Refusals> {
         if self.known(name)?.shipped != shipped {
             let (is, remedy) = if shipped { ("that a person keeps", "forget it") } else { ("that a program has shipped", "the program withdraws it") };

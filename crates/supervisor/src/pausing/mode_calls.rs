@@ -23,7 +23,7 @@ impl System {
         self.shared.locked().safety.modes.mode
     }
 
-    /// Sets the read channel that is not 0 while a person holds the enabling switch. There is one; a later call takes its place.
+    /// Sets the read channel that is nonzero while a person holds the enabling switch. There is only one; a later call replaces it.
     pub fn enabling_switch(&self, device: &str, channel: &str) -> Result<(), Refusals> {
         let done = Arc::new(AtomicBool::new(false));
         self.shared.command(|core| {
@@ -35,11 +35,11 @@ impl System {
             let (source, of) = (physical.source, physical.device.clone());
             of.ask(index, Ask::Tell, true);
             core.safety.modes.enabling = Some((device.to_owned(), index));
-            // One that is held already reads so at once, not from the next firing on.
+            // A switch that is already held is recognised at once rather than at the next firing.
             core.submit(source, vec![Op::Look(of)], Purpose::Carried { done: done.clone() });
             Ok(())
         })?;
-        // A source that does not answer has a switch that is not held: nothing more to wait for.
+        // If the source does not answer, its switch counts as not held: nothing more to wait for.
         let _looked = self.shared.wait_for(None, LOOKED_MAX, |core| {
             let gone = core.registry.physical.get(device).is_none_or(|physical| core.safety.lost.contains(&physical.source));
             Ok((gone || done.load(Ordering::Acquire)).then_some(()))
@@ -48,5 +48,5 @@ impl System {
     }
 }
 
-/// Time limit for a kernel to look at what it read: something that it does between two firings.
+/// Time limit for a kernel to check a channel, which it does between two firings.
 const LOOKED_MAX: Duration = Duration::from_secs(1);

@@ -1,25 +1,25 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Manual and automatic mode. In manual mode only those actions on devices start that were declared for it, and only while the
-//! enabling switch, where there is one, is held; they end with `aborted` when it is let go. The mode changes at rest only.
+//! Manual and automatic mode. In manual mode only actions declared for it can start, and only while the enabling switch, if there is one,
+//! is held; they end with `aborted` when it is released. The mode can be changed only at rest.
 use crate::instances::instance::Instance;
 use crate::refuse::refuse;
 use crate::registry::Registry;
 use model::refusal::{Class, Refusals};
 use serde::{Deserialize, Serialize};
 
-/// Mode of operation: it limits what may be started.
+/// Mode of operation, which limits the actions that may be started.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]
 pub enum Mode {
-    /// Everything: a program runs the machine.
+    /// All actions: a program runs the machine.
     #[default]
     Automatic,
-    /// Actions that were declared for it: a person moves the machine.
+    /// Actions declared for manual mode: a person moves the machine.
     Manual,
 }
 
-/// The mode, and the channel of the enabling switch: true while it is held.
+/// Mode, and the channel of the enabling switch, which is true while it is held.
 #[derive(Default)]
 pub(crate) struct Modes {
     pub mode: Mode,
@@ -27,7 +27,7 @@ pub(crate) struct Modes {
 }
 
 impl Mode {
-    /// Its word.
+    /// Returns the word for the mode.
     pub fn word(self) -> &'static str {
         match self {
             Mode::Automatic => "automatic",
@@ -37,7 +37,7 @@ impl Mode {
 }
 
 impl Modes {
-    /// Refuses what the mode does not allow to start.
+    /// Refuses a start that the mode does not allow.
     pub fn check(&self, instance: &Instance, registry: &Registry) -> Result<(), Refusals> {
         if self.mode == Mode::Automatic || !instance.is_action() {
             return Ok(());
@@ -55,7 +55,7 @@ impl Modes {
         }
     }
 
-    /// Returns whether the enabling switch is held, and its name.
+    /// Returns the state of the enabling switch, true while held, and its name.
     pub fn enabling_switch(&self, registry: &Registry) -> Option<(bool, String)> {
         let (device, channel) = self.enabling.as_ref()?;
         let physical = &registry.physical[device].device;

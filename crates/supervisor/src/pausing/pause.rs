@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The pause of a program: every action on devices is suspended, what keeps devices going runs on, and what is started meanwhile
-//! is held back: it has its claims and its inputs, and begins when the pause is over.
+//! Pause of a program: every action on devices is suspended, the devices' own verbs continue, and new starts are held back: they have
+//! their claims and inputs, and begin when the pause is over.
 //!
-//! A pause is of the whole system or of some logical devices. What a pause suspended goes on when no pause covers it;
-//! an instance that was suspended by a call stays suspended.
+//! A pause covers the whole system or some logical devices. An instance suspended by a pause resumes when no pause covers it; an instance
+//! suspended by a call stays suspended.
 use crate::instances::instance::{Instance, Life};
 use crate::observation::states::PausesInForce;
 use model::plan::Target;
@@ -14,39 +14,39 @@ use std::collections::{BTreeMap, BTreeSet};
 pub(crate) struct Pause {
     pub all: bool,
     pub devices: BTreeSet<String>,
-    /// Instances that a pause suspended, or is about to.
+    /// Instances that a pause has suspended or is suspending.
     pub suspended: BTreeSet<u64>,
-    /// Instances that were started under a pause, with the values of their ψ.
+    /// Instances started under a pause, with the values of their ψ.
     pub held_back: BTreeMap<u64, Vec<(Target, Vec<u8>)>>,
 }
 
 impl Pause {
-    /// Clears all pauses: the emergency stop has ended them.
+    /// Clears all pauses after the emergency stop has ended them.
     pub fn clear(&mut self) {
         (self.all, self.devices) = (false, BTreeSet::new());
     }
 
-    /// Returns true if it is started, but has not begun.
+    /// Returns true if the instance was started but has not begun.
     pub fn is_held_back(&self, id: u64) -> bool {
         self.held_back.contains_key(&id)
     }
 
-    /// Forgets that a pause suspended the instance, as it has ended.
+    /// Removes an ended instance from those that a pause suspended.
     pub fn forget_suspended(&mut self, id: u64) {
         self.suspended.remove(&id);
     }
 
-    /// Forgets the start of an instance that ends: it is held back no more.
+    /// Removes an ending instance from those held back.
     pub fn forget_start(&mut self, id: u64) {
         self.held_back.remove(&id);
     }
 
-    /// Returns `true`, `false`, or the devices that are paused.
+    /// Returns `true`, `false`, or the paused devices.
     pub fn shown(&self) -> PausesInForce {
         if self.devices.is_empty() || self.all { PausesInForce::All(self.all) } else { PausesInForce::Devices(self.devices.iter().cloned().collect()) }
     }
 
-    /// Holds a start back, where a pause covers it. What it claims is its own already.
+    /// Holds a start back if a pause covers it. It already has its claims.
     pub fn hold_back(&mut self, instance: &mut Instance, stores: &[(Target, Vec<u8>)], now_ns: i64) -> bool {
         if !self.covers(instance) {
             return false;
@@ -57,7 +57,7 @@ impl Pause {
         true
     }
 
-    /// Returns true for an action on devices that a pause is about.
+    /// Returns true for an action on devices that a pause covers.
     pub fn covers(&self, instance: &Instance) -> bool {
         instance.is_action() && (self.all || instance.plan.devices.iter().any(|device| self.devices.contains(device)))
     }

@@ -9,7 +9,7 @@ use model::refusal::Refusals;
 use std::time::Duration;
 
 impl System {
-    /// Pauses; returns, by name, what that suspended. See [`System::paused`] for when it has been done.
+    /// Pauses; returns the names of the instances that this suspends. [`System::paused`] waits for completion.
     pub fn pause(&self, devices: Option<&[String]>) -> Result<Vec<(u64, String)>, Refusals> {
         let pause = |core: &mut Core| {
             let stopped = pause_program(core, devices)?;
@@ -26,7 +26,7 @@ impl System {
         })
     }
 
-    /// Takes a pause back; returns, by name, what goes on.
+    /// Ends a pause; returns the names of the instances that resume.
     pub fn resume_program(&self, devices: Option<&[String]>) -> Result<Vec<(u64, String)>, Refusals> {
         self.shared.command(|core| {
             let going = resume_program(core, devices)?;
@@ -35,7 +35,7 @@ impl System {
     }
 }
 
-/// Instances with their names.
+/// Returns the instances with their names.
 fn named(core: &Core, ids: Vec<u64>) -> Vec<(u64, String)> {
     ids.into_iter().filter_map(|id| Some((id, core.instances.get(&id)?.name.clone()))).collect()
 }

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-//! A program is paused, and goes on.
+//! Pausing and resuming of a program.
 use crate::core::Core;
 use crate::instances::instance::{Instance, Life, Rest, State};
 use crate::refuse::invalid_state;
 use crate::starting::opening::opening;
 use model::refusal::Refusals;
 
-/// Pauses the actions on these logical devices, or all actions on devices. The instances that it suspends.
+/// Pauses the actions on these logical devices, or all actions on devices. Returns the instances that this suspends.
 pub(crate) fn pause_program(core: &mut Core, devices: Option<&[String]>) -> Result<Vec<u64>, Refusals> {
     for device in devices.unwrap_or_default() {
         core.registry.logical(device)?;
@@ -16,12 +16,12 @@ pub(crate) fn pause_program(core: &mut Core, devices: Option<&[String]>) -> Resu
         None => core.safety.pause.all = true,
         Some(devices) => core.safety.pause.devices.extend(devices.iter().cloned()),
     }
-    // What is on its way to its end comes to it.
+    // An instance that is already ending completes its end.
     let ends = |i: &Instance| i.is_ending() || i.leaving.departure.is_some();
     let runs = |i: &&Instance| i.state() == State::Running && !ends(i) && !i.is_coming_to_rest() && core.safety.pause.covers(i);
     let running: Vec<u64> = core.instances.values().filter(runs).map(|i| i.id).collect();
     for &id in &running {
-        // A second pause finds those of the first on their way to be suspended.
+        // A second pause finds instances that the first one is still suspending.
         if core.safety.pause.suspended.insert(id) {
             core.course(id).suspend()?;
         }
@@ -30,7 +30,7 @@ pub(crate) fn pause_program(core: &mut Core, devices: Option<&[String]>) -> Resu
     Ok(running)
 }
 
-/// Takes a pause back. The instances that go on, or begin.
+/// Ends a pause. Returns the instances that resume or begin.
 pub(crate) fn resume_program(core: &mut Core, devices: Option<&[String]>) -> Result<Vec<u64>, Refusals> {
     for device in devices.unwrap_or_default() {
         core.registry.logical(device)?;

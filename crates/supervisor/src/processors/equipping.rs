@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Processors are brought to where they run, get sources, devices and code, and are revived.
+//! Equipment of processors: brings them to their locations with sources, devices and code, and revives them.
 use crate::definitions::catalog::Catalog;
 use crate::definitions::system_definitions::Definitions;
 use crate::processors::location::Location;
@@ -18,11 +18,11 @@ use std::ffi::OsString;
 use std::sync::Arc;
 use std::time::Duration;
 
-/// Kind and options of a remote device, so that it can be opened again.
+/// Kind and options for reopening a remote device.
 type Reopening = Option<(String, String)>;
 
 impl System {
-    /// Says where remote processors come from; once, before the first of them.
+    /// Sets the provider of remote processors. Must be called once, before the first of them.
     pub fn set_places(&self, places: Arc<dyn rtp::Places>) {
         let shared = Arc::downgrade(&self.shared);
         places.tell_to(Box::new(move |kind, about, text| {
@@ -32,16 +32,17 @@ impl System {
                 core.observation.log.add(now_ns, kind, about, text);
             }
         }));
-        // A second call would give what is there already.
+        // A second call would set the same provider.
         let _first = self.shared.places.set(places);
     }
 
-    /// Returns the command line of a process that runs a recording again, and the interpreter that tries its modules; none if there is none.
+    /// Returns the command line of a process that replays a recording, and the interpreter that tests its modules; `None` if there is
+    /// none.
     pub fn replay_command(&self) -> Option<(Vec<OsString>, OsString)> {
         self.shared.places.get().and_then(|places| places.replay())
     }
 
-    /// Lets other hosts join the system; `options` (JSON): where to listen, and which hosts are let in.
+    /// Allows other hosts to join the system; `options` (JSON): address to listen on, and the admitted hosts.
     pub fn listen(&self, options: &str) -> Result<(), Refusals> {
         if self.shared.is_virtual {
             return Ok(());
@@ -51,7 +52,7 @@ impl System {
         places.listen(options, self.shared.host.epoch_ns()).map_err(cannot)
     }
 
-    /// Brings a processor to where it is to run.
+    /// Brings a processor to its location.
     pub(crate) fn settle(&self, definitions: &Definitions, name: &str, supervisor: bool, location: &Location, bounds: Bounds) -> Result<(), Refusals> {
         let beside = definitions.beside(name, location)?;
         self.settle_remote(name, supervisor, location, beside, bounds)?;
@@ -61,8 +62,8 @@ impl System {
         Ok(())
     }
 
-    /// Starts a processor that is not a thread, and tells it what the system has so far; one that shares a process with `beside` goes there.
-    /// Under the virtual clock it does nothing.
+    /// Starts a processor that is not a thread and sends it the current configuration; with `beside`, it joins the process of that
+    /// processor. Does nothing under the virtual clock.
     fn settle_remote(&self, name: &str, supervisor: bool, location: &Location, beside: Option<&str>, bounds: Bounds) -> Result<(), Refusals> {
         if let (Location::Thread, Some(lost_after)) = (location, bounds.lost_after) {
             self.shared.guarded.bound(name, lost_after);
@@ -115,7 +116,7 @@ impl System {
         processor.attach(&self.shared.host, &self.name, started)
     }
 
-    /// Makes a source where its processor runs; every remote processor learns of it.
+    /// Creates a source where its processor runs, and announces it to every remote processor.
     pub(crate) fn add_source(&self, processor: &str, spec: SourceSpec) -> Result<SourceId, Refusals> {
         let name = spec.name.clone();
         let cannot = |why: String| refuse(Class::InvalidState, format!("cannot start source '{name}': {why}"), "close other programs and try again");
@@ -143,7 +144,7 @@ impl System {
         made
     }
 
-    /// Lets a channel of a device here raise a remote source.
+    /// Lets a channel of a local device raise a remote source.
     pub(crate) fn pass_on(&self, device: &str, source: &str) -> Result<(), Refusals> {
         let (id, remote, is_here) = {
             let core = self.shared.locked();
@@ -156,7 +157,7 @@ impl System {
         passed.map_err(|why| refuse(Class::InvalidState, format!("cannot raise remote source '{source}': {why}"), "close other programs and try again"))
     }
 
-    /// Opens a device where its processor runs: the device, what the driver says of itself, and how to open it again.
+    /// Opens a device where its processor runs. Returns the device, its driver's description, and its kind and options for reopening.
     pub(crate) fn open_device(
         &self,
         processor: &str,
@@ -177,7 +178,7 @@ impl System {
         Ok((remote.device(name, opened.channels)?, Beside::default(), description, Some((kind.to_owned(), options.to_string()))))
     }
 
-    /// Closes a device that was opened just now: nothing is bound to it.
+    /// Closes a device that was just opened and has nothing bound to it.
     pub(crate) fn shut(&self, processor: &str, name: &str) {
         let remote = self.shared.locked().remote.processors.get(processor).cloned();
         match remote {
@@ -186,7 +187,7 @@ impl System {
         }
     }
 
-    /// Brings the code of a plan to its processors; refuses a plan with a source whose processor is lost.
+    /// Sends the code of a plan to its processors; refuses a plan with a source on a lost processor.
     pub(crate) fn send_code(&self, catalog: &Catalog, plan: &Plan, place: &Option<SourceLocation>) -> Result<(), Refusals> {
         let remote = self.shared.command(|core| {
             refuse_lost_plan(core, plan)?;
@@ -210,7 +211,7 @@ impl System {
         Ok(())
     }
 
-    /// Sends the code of the present instances to a new process, before their tables.
+    /// Sends the code of the existing instances to a new process, before their tables.
     fn send_code_again(&self, remote: &Arc<Processor>) -> Result<(), Refusals> {
         let keepers: Vec<_> = {
             let core = self.shared.locked();
@@ -227,7 +228,7 @@ impl System {
         refuse(Class::InvalidState, format!("cannot start {} again: {why}", self.shared.locked().remote.called(remote)), "mend that and call reset() again")
     }
 
-    /// Refuses a new process where one was lost too often, however many processors it has: what kills it again and again is for people to find.
+    /// Refuses to replace a process that was lost too often, however many processors it has: people must find the reason.
     fn refuse_restart(&self, remote: &Processor) -> Result<(), Refusals> {
         let mut core = self.shared.locked();
         let now_ns = core.host.now_ns();
@@ -240,19 +241,18 @@ impl System {
         Err(refuse(Class::InvalidState, message, "see the log for why, mend that, and call reset() later"))
     }
 
-    /// Ends the processes of processors without a source, of which no kernel knows; the others have ended with the host.
+    /// Ends the processes of processors without a source, which no kernel knows; the others have ended with the host.
     pub(crate) fn close_remote(&self) {
         let places = if self.shared.core.is_poisoned() { Default::default() } else { self.shared.locked().remote.places() };
         places.iter().for_each(|remote| runtime::Remote::close(&**remote));
     }
 
-    /// Gives processors that were lost a new process: sources and devices as before, tables as they are now, SVVs with the values that were
-    /// known last.
+    /// Gives lost processors a new process: with the same sources and devices, current tables, and the last known values of SVVs.
     pub(crate) fn revive(&self) -> Result<(), Refusals> {
-        // What was told of the losses is taken in first.
+        // Process reported losses first.
         self.shared.command(|_| Ok(()))?;
         let places = self.shared.locked().remote.places();
-        // A loss that is being told takes the core's lock: it is not held here.
+        // A loss that is being reported takes the core's lock, so do not hold it here.
         for remote in places.into_iter().filter(|remote| remote.is_down()) {
             self.refuse_restart(&remote)?;
             self.attach(&remote).map_err(|why| self.cannot_revive(&remote, &why))?;
@@ -277,7 +277,7 @@ impl System {
     }
 }
 
-/// New processes in the place of one, and within which time.
+/// Maximum number of replacements of a process, and the period in which they are counted.
 const RESTARTS_MAX: u32 = 20;
 
 const RESTARTS_WITHIN: Duration = Duration::from_secs(60);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Fate of an instance on a remote processor if this process is gone.
+//! Fate of an instance on a remote processor if this process exits.
 use crate::instances::instance::Instance;
 use crate::movements::sequence::{Builder, Movement};
 use crate::processors::remote::Remote;
@@ -7,7 +7,7 @@ use crate::registry::Registry;
 use kernel::Script;
 use model::definition::IfCutOff;
 
-/// Tells remote processors what becomes of an instance there if this process is gone: by the word `if_cut_off` of its verb.
+/// Informs remote processors of the fate of an instance if this process exits, as declared by `if_cut_off` of its verb.
 pub(crate) fn bid(remote: &Remote, registry: &Registry, instance: &Instance) {
     if remote.processors.is_empty() {
         return;
@@ -25,7 +25,7 @@ pub(crate) fn bid(remote: &Remote, registry: &Registry, instance: &Instance) {
     }
 }
 
-/// Forgets an instance that has ended: nothing is left to do for it.
+/// Removes the orders for an instance that has ended.
 pub(crate) fn forget(remote: &Remote, registry: &Registry, instance: &Instance) {
     if remote.processors.is_empty() {
         return;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Guard of this process itself: processors that are threads of it command devices too, which it cannot make safe once it is gone or stands
-//! still. The guard watches it from the first device on that can be made safe from outside.
+//! Guard of this process. Its processors that are threads also command devices, which it cannot make safe itself after it has exited or
+//! hangs. The guard watches it as soon as it has a device that can be made safe from outside.
 use device::SafeHandle;
 use kernel::SourceId;
 use rtp::{BEAT, Firings, Holder, Places, ProcessorHold};
@@ -15,17 +15,17 @@ use std::time::Duration;
 #[derive(Default)]
 pub(crate) struct ProcessGuard {
     state: Arc<State>,
-    /// The thread of the heart.
+    /// Thread of the heart.
     heart: Mutex<Option<JoinHandle<()>>>,
 }
 
 #[derive(Default)]
 struct State {
-    /// Held hearts by processor, each with bounds of its own.
+    /// Registered hearts by processor, each with its own bounds.
     held: Mutex<BTreeMap<String, Box<dyn ProcessorHold>>>,
-    /// Sources that are threads here.
+    /// Sources that run as threads of this process.
     sources: Mutex<Vec<SourceId>>,
-    /// Time for which a processor may stand still, if it was configured.
+    /// Maximum time for which a processor may hang, if configured.
     lost_after: Mutex<BTreeMap<String, Duration>>,
     ends: AtomicBool,
 }
@@ -35,37 +35,37 @@ fn locked<T>(of: &Mutex<T>) -> MutexGuard<'_, T> {
 }
 
 impl ProcessGuard {
-    /// Notes that a source is a thread here.
+    /// Records that a source runs as a thread of this process.
     pub fn runs(&self, source: SourceId) {
         locked(&self.state.sources).push(source);
     }
 
-    /// Sets the time for which a processor of this process may stand still.
+    /// Sets the maximum time for which a processor of this process may hang.
     pub fn bound(&self, processor: &str, lost_after: Duration) {
         locked(&self.state.lost_after).insert(processor.to_owned(), lost_after);
     }
 
-    /// Notes that the device was closed.
+    /// Records that the device was closed.
     pub fn release(&self, device: &str) {
         let holders: Vec<Holder> = locked(&self.state.held).values().map(|held| held.holder()).collect();
         for holds in holders {
-            // Where the guard is gone, or never had it, nothing is written for it.
+            // If the guard has exited, or never had the device, there is nothing to release.
             let _released = holds(device, &[]);
         }
     }
 
-    /// Devices are closed: this process is guarded no more.
+    /// Ends the guarding of this process after its devices have been closed.
     pub fn end(&self) {
         self.state.ends.store(true, Ordering::Release);
         if let Some(heart) = locked(&self.heart).take() {
             heart.thread().unpark();
-            // One that panicked has said so.
+            // A panic of the thread has already been reported.
             let _ended = heart.join();
         }
         locked(&self.state.held).clear();
     }
 
-    /// Starts the heart. It never waits for a lock whose holder waits: these are held for a look or an entry.
+    /// Starts the heart. It never waits for a lock whose holder waits: its locks are held only for a single access.
     fn begin(&self, host: &Arc<Host>) -> Result<(), String> {
         let mut heart = locked(&self.heart);
         if heart.is_none() {
@@ -88,7 +88,7 @@ impl ProcessGuard {
 }
 
 impl ProcessGuard {
-    /// Gives the guard what makes a device safe; from the first on, a heart says that this process is there.
+    /// Passes the guard the handles that make a device safe. From the first one on, a heart signals that this process is alive.
     pub fn hold(&self, places: &dyn Places, host: &Arc<Host>, processor: &str, device: &str, handles: &[SafeHandle]) -> Result<(), String> {
         self.begin(host)?;
         if !locked(&self.state.held).contains_key(processor) {
@@ -96,7 +96,7 @@ impl ProcessGuard {
             let held = places.this(processor, lost_after)?;
             locked(&self.state.held).entry(processor.to_owned()).or_insert(held);
         }
-        // The guard's answer is waited for: the heart must not wait with it.
+        // This waits for the guard's answer, which the heart must not do.
         let holds = locked(&self.state.held).get(processor).map(|held| held.holder()).ok_or("it was closed meanwhile")?;
         holds(device, handles)
     }

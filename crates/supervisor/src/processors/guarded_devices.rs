@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Devices of processors that are threads of this process get a guard.
+//! Guarding of devices on processors that are threads of this process.
 use crate::system::System;
 use kernel::Device;
 
 impl System {
-    /// Gives the guard what makes a device safe that was opened on a processor which is a thread here. Where that cannot be, the log says so, and
-    /// the device serves all the same.
+    /// Passes the guard the handles that make a device safe if it was opened on a processor that is a thread of this process. If this
+    /// fails, the failure is logged and the device works without the guard.
     pub(crate) fn guard_device(&self, processor: &str, device: &Device) {
         let handles = device.safe_handles();
         if handles.is_empty() || self.shared.is_virtual {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Where a processor runs: as it is said, what of it is refused, and how it is shown.
+//! Location of a processor: its parsing, its checks, and its representation.
 use crate::refuse::refuse;
 use model::refusal::{Class, Refusals};
 use rtp::Bounds;
@@ -14,29 +14,29 @@ pub enum Location {
     Thread,
     /// A process of its own on this host.
     Process,
-    /// The process of this name on this host, with every other processor that names it.
+    /// The process of this name on this host, shared by all processors that name it.
     Shared(String),
     /// A host that has joined the system.
     Host(String),
 }
 
-/// A processor as it was asked for.
+/// A processor as requested.
 pub(crate) struct Processor {
     pub core: Option<usize>,
     pub supervisor: bool,
-    /// True if it was named supervisor, and is not one only because it is the first.
+    /// True if it was explicitly declared the supervisor, rather than being the first processor.
     pub asked: bool,
     pub location: Location,
 }
 
-/// Process of a processor, as a call names it.
+/// Process of a processor, as passed in a call.
 #[derive(Clone, Debug, PartialEq, Eq, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(untagged)]
 pub enum InProcess {
-    /// True: in one of its own; false: in none but this.
+    /// True: a process of its own; false: this process.
     Own(bool),
-    /// The processor runs in the process of this name.
+    /// The process of this name.
     Named(String),
 }
 
@@ -46,26 +46,28 @@ impl Default for InProcess {
     }
 }
 
-/// Times for which a remote processor and its supervisor may stand still, ns, as far as they are set.
+/// Maximum times for which a remote processor and its supervisor may hang, ns, if set.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Patience {
-    /// The process is ended, and lost, where its heart stands still for so long; this process itself is made safe, and spared.
+    /// Maximum time without a heartbeat, after which the process is killed and counts as lost; if it is this process, its devices are
+    /// made safe and it survives.
     pub lost_after_ns: Option<u64>,
-    /// A supervisor that says nothing for so long is lost, and what goes on without one waits so long for the next.
+    /// Maximum time without a message from the supervisor, after which it counts as lost; also the time for which processors that
+    /// continue without one wait for the next.
     pub patience_ns: Option<u64>,
 }
 
-/// A heart beats every 20 ms, and what is shorter than some beats would judge the scheduler.
+/// A heart beats every 20 ms; a limit of only a few beats would measure the scheduler.
 const LOST_AFTER_MIN: Duration = Duration::from_millis(100);
-/// A supervisor says every half second that it is there.
+/// A supervisor reports every half second that it is alive.
 const PATIENCE_MIN: Duration = Duration::from_secs(2);
 const BOUND_MAX: Duration = Duration::from_secs(24 * 3600);
 
 impl Patience {
-    /// Returns it as bounds of processor `name`.
+    /// Converts the times to bounds of processor `name`.
     ///
     /// # Errors
-    /// `PlacementError`: it runs where there is nothing to bound. `OutOfRange`: too short or too long.
+    /// `PlacementError` if nothing can be bounded at the location. `OutOfRange` if a time is too short or too long.
     pub(crate) fn bounds(&self, name: &str, location: &Location) -> Result<Bounds, Refusals> {
         let misplaced = |word: &str, why: &str, remedy: &str| refuse(Class::PlacementError, format!("processor '{name}' has {word}=, and {why}"), remedy);
         match location {
@@ -97,10 +99,10 @@ impl Patience {
 }
 
 impl Location {
-    /// Returns the location that a call gives for processor `name`.
+    /// Returns the location that a call specifies for processor `name`.
     ///
     /// # Errors
-    /// `PlacementError`: a process and a host together. `DefinitionError`: the name of the process is none.
+    /// `PlacementError` if both a process and a host are set. `DefinitionError` if the name of the process is invalid.
     pub fn of(name: &str, process: InProcess, host: Option<String>) -> Result<Location, Refusals> {
         match (process, host) {
             (InProcess::Named(process), Some(host)) => Err(refuse(
@@ -120,7 +122,7 @@ impl Location {
         }
     }
 
-    /// Returns the name of the process of processor `name`; none if it is in this one, or on another host.
+    /// Returns the name of the process of processor `name`; `None` if it is this process or on another host.
     pub fn process<'a>(&'a self, name: &'a str) -> Option<&'a str> {
         match self {
             Location::Process => Some(name),
@@ -129,17 +131,17 @@ impl Location {
         }
     }
 
-    /// Returns the host, if that is another one.
+    /// Returns the host if it is a different one.
     pub fn host(&self) -> Option<&str> {
         if let Location::Host(host) = self { Some(host) } else { None }
     }
 }
 
-/// Returns true if a name is fit for people, for messages and for an argument of a shell.
+/// Returns true if a name is suitable for people, messages and shell arguments.
 fn is_name(text: &str) -> bool {
     let letters = text.chars().all(|c| c.is_alphanumeric() || matches!(c, '-' | '_' | '.'));
     letters && text.starts_with(char::is_alphanumeric) && text.len() <= NAME_LEN_MAX
 }
 
-/// Bytes of the name of a process.
+/// Maximum length of the name of a process, bytes.
 const NAME_LEN_MAX: usize = 64;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Processors: where they run, how they are equipped, guarded and revived.
+//! Processors: location, equipment, guarding and revival.
 pub(crate) mod equipping;
 pub(crate) mod farewell;
 pub(crate) mod guard;

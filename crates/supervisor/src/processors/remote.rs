@@ -1,27 +1,28 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Processors that run in processes of their own, several in one, or on other hosts; everything else treats their sources like any other.
+//! Processors that run in separate processes, possibly several in one, or on other hosts. All other code treats their sources like any
+//! others.
 //!
-//! Those that share a process are one [`Processor`] of `rtp`: it has the sources of all of them, so that what is between them is within one
-//! host there, as between threads here.
+//! Processors that share a process are one [`Processor`] of `rtp`: it has the sources of all of them, so that communication between them
+//! stays within one host, as between threads here.
 use indexmap::IndexMap;
 use process_kit::Restarts;
 use rtp::Processor;
 use std::collections::HashMap;
 use std::sync::Arc;
 
-/// The remote processors of a system. A source is named `processor.source`.
+/// Remote processors of a system. A source is named `processor.source`.
 #[derive(Default)]
 pub(crate) struct Remote {
-    /// Processors by their names; those that share a process have one [`Processor`].
+    /// Processors by name; those that share a process have the same [`Processor`].
     pub processors: IndexMap<String, Arc<Processor>>,
-    /// Processes of this host but this one, as they were asked for, with the processors in each.
+    /// Other processes of this host, as requested, with the processors in each.
     pub processes: IndexMap<String, Vec<String>>,
-    /// Number of new processes that each of them may get.
+    /// Restarts left for each process.
     pub restarts: HashMap<String, Restarts>,
 }
 
 impl Remote {
-    /// Processes, each once however many processors it has, and processors on other hosts.
+    /// Returns the processes, each once however many processors it has, and the processors on other hosts.
     pub fn places(&self) -> Vec<Arc<Processor>> {
         let mut places: Vec<Arc<Processor>> = Vec::new();
         for remote in self.processors.values() {
@@ -32,28 +33,28 @@ impl Remote {
         places
     }
 
-    /// Returns the name of a remote processor for people: its own, or if several may share it, that of its process.
+    /// Returns the name of a remote processor for people: its own, or that of its process if several may share it.
     pub fn called(&self, remote: &Processor) -> String {
         let what = if self.processors.contains_key(remote.name()) { "processor" } else { "process" };
         format!("{what} '{}'", remote.name())
     }
 
-    /// Returns the processors of a process, in the order in which they were made.
+    /// Returns the processors of a process, in order of creation.
     pub fn processors_in(&self, remote: &Arc<Processor>) -> Vec<String> {
         self.processors.iter().filter(|(_, own)| Arc::ptr_eq(own, remote)).map(|(name, _)| name.clone()).collect()
     }
 
-    /// Returns where a source runs, if not in this process.
+    /// Returns the remote processor that runs a source; `None` if it is this process.
     pub fn at(&self, source: &str) -> Option<&Arc<Processor>> {
         self.processors.get(processor_of(source))
     }
 
-    /// Returns the unit that is lost with a source when its processor is lost: the process if several share one, else the processor.
+    /// Returns the unit that is lost together with a source: the process if several processors share it, otherwise the processor.
     pub fn lost_place(&self, source: &str) -> String {
         self.at(source).map_or(processor_of(source), |remote| remote.name()).to_owned()
     }
 
-    /// Returns false if a source belongs to a process or host that is gone, whether or not that was told of this source yet.
+    /// Returns false if the process or host of a source is lost, even if the loss has not been reported for this source yet.
     pub fn is_reached(&self, source: &str) -> bool {
         self.at(source).is_none_or(|remote| remote.is_up())
     }
@@ -63,7 +64,7 @@ impl Remote {
         self.at(source).is_some_and(|own| Arc::ptr_eq(own, remote))
     }
 
-    /// Returns why a source is lost, in full: its processor, and the process that went with it.
+    /// Returns the full reason why a source is lost: its processor, and the process that was lost with it.
     pub fn loss_of(&self, source: &str, why: &str) -> String {
         let processor = processor_of(source);
         let process = self.at(source).map(|remote| remote.name()).filter(|process| *process != processor);
@@ -72,7 +73,7 @@ impl Remote {
     }
 }
 
-/// Returns the processor of a source, by their name `processor.source`.
+/// Returns the processor part of a source's name `processor.source`.
 pub(crate) fn processor_of(source: &str) -> &str {
     source.split('.').next().unwrap_or_default()
 }

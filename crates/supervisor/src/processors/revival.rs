@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-//! A processor that was lost has a new process.
+//! Revival of a lost processor in a new process.
 use crate::alarms::causes::alarm_closed;
 use crate::core::Core;
 use crate::processors::remote::processor_of;
 use crate::scripts::Purpose;
 use kernel::SourceId;
 
-/// Revives a processor that has a new process: its sources get their tables and the values that were known last.
+/// Revives a processor in a new process: restores the tables of its sources and the last known values.
 pub(crate) fn revived(core: &mut Core, processor: &str) {
     let sources: Vec<SourceId> =
         core.registry.sources.values().copied().filter(|source| processor_of(core.registry.source_name(*source)) == processor).collect();

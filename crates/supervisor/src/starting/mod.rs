@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Starts: what a start needs, checks and stores, and the operations that begin an instance.
+//! Starts: their needs, checks and stores, and the operations that begin an instance.
 pub(crate) mod needs;
 pub(crate) mod opening;
 pub(crate) mod operating;

@@ -1,24 +1,25 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Drives that need time until they follow: what a verb commands begins when they say that they do, and is not made up for.
+//! Drives that need time until they follow commands: a verb's commands begin when the drives report that they follow, without making up
+//! for the wait.
 //!
-//! A part says so in a bool that is read, `PART.operating`, beside the channels that are written. A verb that claims one of these claims it
-//! first and lets everything else wait until each is true: the channels carry their safe values meanwhile. A drive that does not come is lost
-//! by its driver, which says in words why.
+//! A part reports this in a bool that is read, `PART.operating`, next to the channels that are written. A verb that claims one of these
+//! claims it first and delays everything else until all are true; the channels carry their safe values meanwhile. A drive that does not
+//! become ready is lost by its driver, which reports the reason.
 use crate::instances::instance::Instance;
 use crate::registry::Registry;
 use device::{Direction, Type};
 use kernel::{Cell, Op, SourceId};
 use model::plan::Claim;
 
-/// The channel of a part that says whether it follows what is written.
+/// Channel of a part that reports whether it follows commands.
 const OPERATING: &str = "operating";
 
-/// Operations that capture what machines say.
+/// Returns the operations that capture the reports of machines.
 pub(crate) fn looks(cells: &[(SourceId, Cell)]) -> impl Iterator<Item = (SourceId, Op)> + '_ {
     cells.iter().map(|(source, cell)| (*source, Op::Capture(vec![cell.clone()])))
 }
 
-/// Returns the channels in which the machines that an instance is to command say whether they follow; none if they follow at once.
+/// Returns the channels in which the machines that an instance is to command report whether they follow; empty if they follow at once.
 pub(crate) fn operating(registry: &Registry, instance: &Instance) -> Vec<(SourceId, Cell)> {
     let mut found: Vec<(&str, usize)> = Vec::new();
     for claim in &instance.plan.claims {

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Plans that were made lately: where nothing has changed, the same application has the same plan. A program calls few verbs, again and
-//! again.
+//! Cache of recent plans: if nothing has changed, the same application has the same plan. A program calls few verbs repeatedly.
 use crate::copied::CopiedState;
 use model::CheckedVerb;
 use model::configuration::{Configuration, Writer};
@@ -10,17 +9,17 @@ use model::refusal::Refusals;
 use std::collections::VecDeque;
 use std::sync::Arc;
 
-/// Plans that are kept.
+/// Maximum number of plans kept.
 const PLANS_MAX: usize = 32;
 
-/// The latest plans, the last used one last.
+/// Latest plans, most recently used last.
 #[derive(Default)]
 pub(crate) struct Plans(VecDeque<PlannedApplication>);
 
 struct PlannedApplication {
-    /// Without its place, which is of the call.
+    /// Application without its place, which depends on the call.
     application: Application,
-    /// Origin of the plan: the definitions by the number of their changes, and the writers of what it is bound to.
+    /// Origin of the plan: change number of the definitions, and writers of the SVVs that it is bound to.
     changes: u64,
     writers: Vec<(String, Vec<Writer>)>,
     checked: Arc<CheckedVerb>,
@@ -36,11 +35,11 @@ impl PlannedApplication {
     }
 }
 
-/// Returns true if all is the same but the values, the name and the place: no plan has anything of those.
+/// Returns true if two applications differ at most in values, name and place, which do not affect the plan.
 fn is_same(kept: &Application, asked: &Application) -> bool {
     kept.verb == asked.verb
         && kept.arguments.iter().eq(&asked.arguments)
-        // The first pattern that fits counts.
+        // Order matters: the first matching pattern wins.
         && kept.placement.iter().eq(&asked.placement)
         && kept.every.iter().eq(&asked.every)
         && kept.owner == asked.owner
@@ -51,7 +50,7 @@ fn writers_of<'a>(configuration: &'a Configuration, svv: &str) -> &'a [Writer] {
 }
 
 impl Plans {
-    /// Returns the plan of an application of a verb as everything is now.
+    /// Returns the plan of an application of a verb in the current configuration.
     pub fn of(&mut self, application: &Application, checked: &Arc<CheckedVerb>, configuration: &CopiedState<Configuration>) -> Result<Arc<Plan>, Refusals> {
         let changes = configuration.changes();
         if let Some(at) = self.0.iter().position(|kept| kept.holds(application, checked, changes, configuration)) {
@@ -63,7 +62,7 @@ impl Plans {
         let plan = Arc::new(checked.apply(application, configuration)?);
         let bound = plan.cells.iter().filter_map(|cell| if let CellKind::Svv { name, .. } = &cell.kind { Some(name) } else { None });
         let writers = bound.map(|svv| (svv.clone(), writers_of(configuration, svv).to_vec())).collect();
-        // What was made from other definitions holds never again.
+        // A plan made from earlier definitions never becomes valid again.
         self.0.retain(|kept| kept.changes == changes && !is_same(&kept.application, application));
         if self.0.len() == PLANS_MAX {
             self.0.pop_front();

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! ψ: the values of input parameters, as bytes and where they go.
+//! ψ: values of input parameters, as bytes and with their targets.
 use crate::refuse::refuse;
 use indexmap::IndexMap;
 use model::configuration::{Configuration, SvvId};
@@ -9,17 +9,17 @@ use model::types::Type;
 use model::value::Value;
 use std::collections::BTreeMap;
 
-/// The values of ψ, encoded: where they go, and those that were given or are defaults, by input parameter.
+/// Encoded values of ψ: with their targets, and by input parameter, as passed or by default.
 #[derive(Default)]
 pub(crate) struct Psi {
     pub stores: Vec<(Target, Vec<u8>)>,
     pub inputs: InputValues,
 }
 
-/// The values that input parameters have, encoded, by their index in the plan.
+/// Encoded values of input parameters, by their index in the plan.
 pub(crate) type InputValues = BTreeMap<usize, Vec<u8>>;
 
-/// Returns the values of ψ: what was given, else the defaults; those of device parameters as they are now.
+/// Returns the values of ψ: those passed, or else the defaults; for device parameters, the current values.
 pub(crate) fn psi(plan: &Plan, values: &IndexMap<String, Value>, configuration: &Configuration) -> Result<Psi, Refusals> {
     let mut refusals: Refusals = Vec::new();
     let mut found = Psi::default();
@@ -48,7 +48,7 @@ pub(crate) fn psi(plan: &Plan, values: &IndexMap<String, Value>, configuration: 
             refusals.extend(refuse(Class::CallError, format!("'{}' needs its input parameter '{}'", plan.verb, input.name), "give it, or declare a default"));
             continue;
         };
-        // Given values were looked at before: they may be shares of a range until then.
+        // Values that were passed have been checked already: they may have been shares of a range.
         let is_declared = input.origin != InputOrigin::Given;
         if let Some(refusal) = is_declared.then(|| model::conformity::within_items(input, &value).err()).flatten() {
             refusals.push(refusal);
@@ -84,7 +84,7 @@ pub(crate) fn stored_svvs<'a>(plan: &'a Plan, stores: &'a [(Target, Vec<u8>)]) -
     })
 }
 
-/// Returns the present values of a parameter of logical devices: one alone as it is, several as a list.
+/// Returns the current values of a parameter of logical devices: for one device the value, for several a list.
 pub(crate) fn device_values(configuration: &Configuration, devices: &[String], parameter: &str, type_text: &str) -> Option<Value> {
     let values: Vec<Value> = devices.iter().map(|d| configuration.logical_devices.get(d)?.parameters.get(parameter).cloned()).collect::<Option<_>>()?;
     let is_array = type_text.ends_with(']');
@@ -95,7 +95,7 @@ pub(crate) fn encode(type_text: &str, unit: &str, value: &Value) -> Result<Vec<u
     Type::parse(type_text, &IndexMap::new())?.encode(value, unit)
 }
 
-/// Returns the same refusal, with the parameter's name in front.
+/// Returns the refusal prefixed by the parameter's name.
 pub(crate) fn named(refusal: Refusal, name: &str) -> Refusal {
     Refusal { message: format!("'{name}': {}", refusal.message), ..refusal }
 }

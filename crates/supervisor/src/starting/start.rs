@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Starts: what a start checks, and everything from the claims to the end of the initial list's first stage.
+//! Starts: their checks, and everything from the claims to the end of the initial list's first stage.
 use crate::claims::claiming::Admission;
 use crate::core::Core;
 use crate::instances::course::Course;
@@ -19,7 +19,7 @@ use model::refusal::{Class, Refusal, Refusals};
 use model::value::Value;
 
 impl Core {
-    /// Checks the premises of a start: no emergency, a mode that lets it, enabled devices, sources that run.
+    /// Checks the preconditions of a start: no emergency, a mode that allows it, enabled devices, running sources.
     pub fn check_start(&self, instance: &Instance) -> Result<(), Refusals> {
         self.safety.emergency.refuse("start", &instance.name)?;
         self.safety.modes.check(instance, &self.registry)?;
@@ -28,7 +28,7 @@ impl Core {
         check_devices(&self.registry, instance)
     }
 
-    /// Begins a start whose needs are free: they are claimed, and the initial list begins.
+    /// Begins a start whose needs are free: claims them and begins the initial list.
     pub fn begin(&mut self, request: Request) {
         let mut movements = self.prepare(&request);
         farewell::bid(&self.remote, &self.registry, &self.instances[&request.id]);
@@ -38,7 +38,7 @@ impl Core {
         self.course(request.id).append_sequence(movements);
     }
 
-    /// Enters the start in everything that the supervisor keeps, and returns what the kernels have to do before it begins.
+    /// Records the start in all state of the supervisor, and returns the kernel work that precedes it.
     pub fn prepare(&mut self, request: &Request) -> Vec<Movement> {
         let (id, stores, limits) = (request.id, &request.stores, request.limits);
         let Some(plan) = self.instances.get(&id).map(|i| i.plan.clone()) else { return Vec::new() };
@@ -66,8 +66,8 @@ impl Core {
 }
 
 impl Course<'_> {
-    /// Starts it: claims, ψ, the initial command list; or puts it into the queue, where the devices that it needs say so. Nothing has
-    /// changed where it refuses.
+    /// Starts the instance: claims, ψ, the initial command list; or queues the start if the devices that it needs declare so. Nothing has
+    /// changed if it is refused.
     pub fn start(&mut self, values: &IndexMap<String, Value>, limits: Limits, configuration: &Configuration) -> Result<(), Refusals> {
         let id = self.id;
         let instance = self.core.instances.known(id)?;
@@ -113,7 +113,7 @@ fn check_enabled(registry: &Registry, instance: &Instance) -> Result<(), Refusal
     if disabled.is_empty() { Ok(()) } else { Err(disabled) }
 }
 
-/// Checks that no source of it was stopped by a fault.
+/// Checks that none of the instance's sources was stopped by a fault.
 fn check_sources(core: &Core, instance: &Instance) -> Result<(), Refusals> {
     for &source in &instance.installed.sources {
         if let Some(why) = core.safety.ended_for_good.get(&source) {
@@ -138,7 +138,7 @@ fn check_sources(core: &Core, instance: &Instance) -> Result<(), Refusals> {
 }
 
 impl Core {
-    /// Holds a start back while there is a pause, and enters it into the log; returns true if it did.
+    /// Holds a start back during a pause, and logs it; returns true if it did.
     fn hold_back(&mut self, request: &Request) -> bool {
         let now_ns = self.host.now_ns();
         let Some(instance) = self.instances.get_mut(&request.id) else { return false };

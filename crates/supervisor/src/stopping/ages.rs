@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Limits on the age of values that come from other sources: `late` where a ratio value is absent for longer, `link_lost` where nothing came
-//! from a timer, which publishes in each of its firings.
+//! Limits on the age of values from other sources: `late` if a ratio value is absent for longer, `link_lost` if nothing has arrived from
+//! a timer, which publishes in each of its firings.
 use crate::claims::writers::Pair;
 use crate::core::Core;
 use crate::instances::instance::Instance;
@@ -12,21 +12,21 @@ use model::interface::Mode;
 use model::plan::CellKind;
 use model::refusal::{Class, Refusals};
 
-/// A value that is about to be too old.
+/// A value that is about to exceed its age limit.
 struct Aging {
     condition: SystemCondition,
-    /// When it is, ns on the clock: just behind the limit, after the firings of that instant.
+    /// Time at which it does, ns on the clock: just after the limit, after the firings of that instant.
     over_ns: i64,
     pair: Pair,
 }
 
-/// Returns when a value that an instance reads will be older than it may be, if nothing comes.
+/// Returns the time at which a value that an instance reads will exceed its age limit if nothing arrives.
 pub(crate) fn age_deadline(core: &Core, instance: &Instance) -> Option<i64> {
     instance.times.limits.age_max_ns?;
     aging(core, instance).map(|aging| aging.over_ns).min()
 }
 
-/// Instances with a value that is too old by now: the condition that ends each, and why.
+/// Returns the instances with a value that has exceeded its age limit, each with the ending condition and the reason.
 pub(crate) fn too_old(core: &Core, now_ns: i64) -> Vec<(u64, SystemCondition, String)> {
     let limited = core.instances.values().filter(|i| i.is_running() && i.times.limits.age_max_ns.is_some());
     let over = limited.filter_map(|i| Some((i, aging(core, i).find(|aging| aging.over_ns <= now_ns)?)));
@@ -42,7 +42,7 @@ pub(crate) fn too_old(core: &Core, now_ns: i64) -> Vec<(u64, SystemCondition, St
     .collect()
 }
 
-/// Checks that an age leaves the writers time to publish.
+/// Checks that an age limit leaves the writers time to publish.
 pub(crate) fn check_age(core: &Core, instance: &Instance, age_max_ns: Option<i64>) -> Result<(), Refusals> {
     let Some(age_max_ns) = age_max_ns else { return Ok(()) };
     let slowest = heard(core, instance).into_iter().filter_map(|(writer, _)| Some((core.host.period_ns(writer)?, writer))).max();
@@ -80,7 +80,7 @@ fn aging<'a>(core: &'a Core, instance: &'a Instance) -> impl Iterator<Item = Agi
     silent.chain(late)
 }
 
-/// Pairs of timers over which an instance reads values asynchronously.
+/// Returns the pairs of timers through which an instance reads values asynchronously.
 fn heard(core: &Core, instance: &Instance) -> Vec<Pair> {
     let mut pairs: Vec<Pair> = core.wiring.crossings.get(&instance.id).into_iter().flatten().map(|(pair, _, _)| *pair).collect();
     for cell in &instance.plan.cells {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! A programming system, or the processor of a source, that is cut off.
+//! Cut-off of a programming system, or of a source's processor.
 use crate::refuse::unknown;
 use crate::stopping::cut_off::abandon;
 use crate::system::System;
@@ -7,13 +7,13 @@ use model::definition::IfCutOff;
 use model::refusal::Refusals;
 
 impl System {
-    /// Returns true if an instance goes on when the programming system that started it is cut off. False for one that is not there.
+    /// Returns true if an instance continues when the programming system that started it is cut off; false if it does not exist.
     pub fn continues(&self, instance: u64) -> bool {
         self.shared.locked().instances.get(&instance).is_some_and(|instance| instance.if_cut_off() == IfCutOff::Continue)
     }
 
-    /// Tells that the programming system `who`, which started these instances, is cut off: each that runs follows the word
-    /// `if_cut_off` of its verb. Instances that have ended, or were deleted, are passed over.
+    /// Reports that the programming system `who`, which started these instances, is cut off: each running instance follows `if_cut_off`
+    /// of its verb. Instances that have ended or were deleted are skipped.
     pub fn abandon(&self, instances: &[u64], who: &str) -> Result<(), Refusals> {
         self.shared.command(|core| {
             abandon(core, instances, who);
@@ -21,7 +21,7 @@ impl System {
         })
     }
 
-    /// Cuts off a source, for tests: it gets no script and acknowledges none, as if its processor were gone.
+    /// Cuts off a source, for tests: it receives and acknowledges no scripts, as if its processor had exited.
     ///
     /// # Errors
     /// `UnknownName`.

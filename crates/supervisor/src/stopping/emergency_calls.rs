@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The emergency stop: inputs, the stop, the reset.
+//! Calls for the emergency stop: inputs, stop and reset.
 use crate::precedence::first;
 use crate::refuse::refuse;
 use crate::stopping::emergency_stop::{emergency_stop, lift};
@@ -11,8 +11,8 @@ use std::collections::BTreeMap;
 use std::sync::atomic::Ordering;
 
 impl System {
-    /// Makes a channel trip the emergency stop, from its next reading on, when it is not 0 (`at_zero`: when it is 0, as a normally
-    /// closed contact does). Losing its device trips it too.
+    /// Makes a channel trip the emergency stop, from its next reading on, when it is nonzero (`at_zero`: when it is 0, as with a normally
+    /// closed contact). Losing its device trips it too.
     pub fn emergency_stop_input(&self, device: &str, channel: &str, at_zero: bool) -> Result<(), Refusals> {
         self.shared.command(|core| {
             let index = read_channel(&core.registry, device, channel)?;
@@ -25,9 +25,9 @@ impl System {
         })
     }
 
-    /// Brings devices to their safe state and latches.
+    /// Brings all devices to their safe state and latches.
     pub fn emergency_stop(&self, reason: &str) -> Result<(), Refusals> {
-        // Whatever the supervisor does just now, from here on no device of this host takes anything but its safe values.
+        // Regardless of the supervisor's current work, every device of this host now accepts only its safe values.
         self.shared.stop.store(true, Ordering::Release);
         first(|| {
             self.shared.command(|core| {
@@ -37,13 +37,13 @@ impl System {
         })
     }
 
-    /// Returns why the emergency stop is latched; none if it is not.
+    /// Returns the reason why the emergency stop is latched; `None` if it is not.
     pub fn latched(&self) -> Option<String> {
         self.shared.locked().safety.emergency.reason.clone()
     }
 
-    /// Lifts the latch; processors that were lost get a new process, devices that were lost are opened again. Returns the devices that are lost
-    /// still, each with why.
+    /// Releases the latch; lost processors get a new process, lost devices are reopened. Returns the devices that are still lost, with
+    /// the reasons.
     pub fn reset(&self) -> Result<BTreeMap<String, String>, Refusals> {
         self.revive()?;
         let still = self.reopen_lost()?;

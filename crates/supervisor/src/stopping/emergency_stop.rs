@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Stopping, as the supervisor carries it out: the emergency stop and its reset, inputs that trip it, the enabling switch.
+//! Stopping on the supervisor's side: the emergency stop and its reset, inputs that trip it, and the enabling switch.
 use crate::alarms::causes::{alarm_emergency, alarm_reset};
 use crate::core::Core;
 use crate::pausing::modes::Mode;
@@ -13,7 +13,7 @@ use model::refusal::{Class, Refusals};
 use std::collections::HashSet;
 use std::sync::atomic::Ordering;
 
-/// Ends every action, brings the devices to their safe state, and latches. A further cause while it is latched is recorded.
+/// Ends every action, brings the devices to their safe state, and latches. A further cause is recorded while the stop is latched.
 /// `source`: the input that tripped it, or `system`.
 pub(crate) fn emergency_stop(core: &mut Core, source: &str, reason: &str) {
     let now_ns = core.host.now_ns();
@@ -40,13 +40,13 @@ pub(crate) fn emergency_stop(core: &mut Core, source: &str, reason: &str) {
         }
         core.course(id).end_now(SystemCondition::EmergencyStop, reason);
     }
-    // Nothing reports that a device without a verb has stopped.
+    // For a device without a verb no end reports that it has stopped.
     for record in core.registry.logical.values_mut().filter(|r| r.instance.is_none() && r.state == DeviceState::Enabled) {
         record.state = DeviceState::Disabled;
     }
 }
 
-/// Sets every output to its safe value at once, whether or not its source fires soon.
+/// Sets every output to its safe value at once, even if its source does not fire soon.
 fn safe_all(core: &mut Core) {
     for (device, source) in core.registry.physical.values().map(|p| (p.device.clone(), p.source)).collect::<Vec<_>>() {
         let channels = (0..device.channels().len()).filter(|c| device.channels()[*c].direction == Direction::Write);
@@ -55,7 +55,7 @@ fn safe_all(core: &mut Core) {
     }
 }
 
-/// Lifts the latch, restarts the sources that faults stopped. Refused while a cause is present, naming it.
+/// Releases the latch and restarts the sources that were stopped by faults. Refuses while a cause is present, and names it.
 pub(crate) fn lift(core: &mut Core) -> Result<(), Refusals> {
     let present = core.safety.emergency.present(&core.registry);
     if !present.is_empty() {
@@ -74,7 +74,7 @@ pub(crate) fn lift(core: &mut Core) -> Result<(), Refusals> {
     core.host.stop_remote(false);
     alarm_reset(core);
     core.safety.poisoned.clear();
-    // What was lost with a source that only was silent is there again with it.
+    // Everything lost with a source that was only unresponsive is available again with it.
     let (gone, silent): (HashSet<_>, HashSet<_>) = core.safety.lost.drain().partition(|source| core.safety.ended_for_good.contains_key(source));
     core.safety.lost = gone;
     for physical in core.registry.physical.values_mut().filter(|physical| silent.contains(&physical.source) && !physical.device.is_lost()) {
@@ -90,7 +90,7 @@ pub(crate) fn lift(core: &mut Core) -> Result<(), Refusals> {
     Ok(())
 }
 
-/// Follows what kernels have read: every input that has tripped since the last reset is a cause.
+/// Handles inputs read by the kernels: every input that has tripped since the last reset is a cause.
 pub(crate) fn watch_inputs(core: &mut Core) {
     for index in 0..core.safety.emergency.inputs.len() {
         let input = &core.safety.emergency.inputs[index];
@@ -103,7 +103,7 @@ pub(crate) fn watch_inputs(core: &mut Core) {
     watch_enabling_switch(core);
 }
 
-/// Ends the actions in manual mode when the switch is let go.
+/// Ends the actions in manual mode when the switch is released.
 pub(crate) fn watch_enabling_switch(core: &mut Core) {
     if core.safety.modes.mode != Mode::Manual {
         return;
@@ -116,7 +116,7 @@ pub(crate) fn watch_enabling_switch(core: &mut Core) {
     }
 }
 
-/// Changes the mode; refused while an action on devices runs, naming it.
+/// Changes the mode; refuses while an action on devices runs, and names it.
 pub(crate) fn set_mode(core: &mut Core, mode: Mode) -> Result<(), Refusals> {
     if core.safety.modes.mode == mode {
         return Ok(());

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The emergency stop: it ends every action, brings devices to their safe state and latches. It is not a certified safety function.
+//! Emergency stop: ends every action, brings devices to their safe state and latches. It is not a certified safety function.
 //!
-//! The flag that all devices of the host look at before each write is set by the kernel that reads a tripped input, in that very
-//! firing: its outputs are safe from that firing's write on, those of other sources from their next. The supervisor follows: it
-//! ends the verbs, and nothing starts until the reset.
+//! All devices of the host check a flag before each write. The kernel that reads a tripped input sets the flag in that very firing: its
+//! outputs are safe from that firing's write on, those of other sources from their next one. The supervisor follows: it ends the verbs,
+//! and nothing can be started until the reset.
 use crate::refuse::{refuse, unknown};
 use crate::registry::Registry;
 use device::Direction;
@@ -11,7 +11,7 @@ use model::refusal::{Class, Refusals};
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
-/// The emergency stop as the supervisor keeps it.
+/// State of the emergency stop in the supervisor.
 #[derive(Default)]
 pub(crate) struct Emergency {
     /// Cause of the latch.
@@ -22,11 +22,11 @@ pub(crate) struct Emergency {
     pub stop: Arc<AtomicBool>,
 }
 
-/// A read channel whose reading asks for something.
+/// A read channel that triggers a reaction.
 pub(crate) struct Input {
     pub device: String,
     pub channel: usize,
-    /// True if it was told of since the last reset.
+    /// True if it has been reported since the last reset.
     pub told: bool,
 }
 
@@ -37,14 +37,14 @@ impl Emergency {
         Err(refuse(Class::EmergencyStopped, format!("cannot {call} '{what}': the emergency stop is latched ({reason})"), "remove the cause and call reset()"))
     }
 
-    /// Causes that are present, in words.
+    /// Returns descriptions of the causes that are present.
     pub fn present(&self, registry: &Registry) -> Vec<String> {
         self.inputs.iter().filter(|input| registry.physical[&input.device].device.asks(input.channel)).map(|input| input.name(registry)).collect()
     }
 }
 
 impl Input {
-    /// Returns `emergency stop input 'io.gate'`, and why if it is not its reading.
+    /// Returns `emergency stop input 'io.gate'`, with the reason if it is not the reading.
     pub fn name(&self, registry: &Registry) -> String {
         let name = format!("emergency stop input '{}'", self.channel_name(registry));
         if registry.physical[&self.device].device.is_lost() { format!("{name}: its device was lost") } else { name }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Lost processors: a source that does not acknowledge a script within its bound. For verbs with blocks there `processor_lost` comes: τ
-//! leads on to a list that runs on what is left, else they end; no wait includes the source until a reset.
+//! Lost processors: detects sources that do not acknowledge a script within their bound. Verbs with blocks there receive
+//! `processor_lost`: they follow τ to a list that runs on the remaining sources, or end. No wait includes a lost source until a reset.
 use crate::alarms::causes::alarm_processor;
 use crate::core::Core;
 use crate::instances::cause::Cause;
@@ -13,16 +13,18 @@ use model::SystemCondition;
 use model::plan::Plan;
 use model::refusal::{Class, Refusals};
 
-/// Bound for the answer of a source to a script, ns. An idle one answers at once, a busy one after its firing, which may use the whole time budget
-/// that was declared for it: see [`answer_ns`].
+/// Time limit for a source to answer a script, ns. An idle source answers at once, a busy one after its firing, which may use its whole
+/// declared time budget: see [`answer_ns`].
 const ANSWER_NS: i64 = 4_000_000_000;
-/// Time for the answer after this side has seen that it is late, ns: where both stood still, who wakes first does not judge at once.
+/// Grace time after this side has found an answer to be late, ns: if both sides were held up, the first one to wake must not decide at
+/// once.
 const LAST_CALL_NS: i64 = 1_000_000_000;
 
-/// A look that comes so much too late was held up itself, ns.
+/// Delay of a check from which this side is considered to have been held up itself, ns.
 const STOOD_STILL_NS: i64 = 250_000_000;
 
-/// Marks a device as lost. Where it is lost with its processor nothing else follows: the lost processor has the alarm, and ends what runs there.
+/// Marks a device as lost. If it is lost together with its processor, nothing else follows: the alarm and the ends are those of the lost
+/// processor.
 pub(crate) fn mark_lost(registry: &mut Registry, log: &mut Log, device: &str, message: &str, time_ns: i64) {
     log.add(time_ns, "device", device, format!("device '{device}' was lost: {message}"));
     if let Some(physical) = registry.physical.get_mut(device) {
@@ -30,13 +32,14 @@ pub(crate) fn mark_lost(registry: &mut Registry, log: &mut Log, device: &str, me
     }
 }
 
-/// Returns the bound for the answer of a source, ns: a block that keeps its declared budget does not make its source a lost one.
+/// Returns the time limit for the answer of a source, ns. It is extended so that a block within its declared budget does not make its
+/// source count as lost.
 fn answer_ns(core: &Core, source: SourceId) -> i64 {
     let budgets = core.instances.values().filter(|i| i.is_busy()).map(|i| i.budget_ns(source));
     ANSWER_NS.saturating_add(budgets.max().unwrap_or(0))
 }
 
-/// Sources that have not answered yet, each with the time by which it has to. After its last call that is a little later.
+/// Returns the sources that have not answered yet, each with its deadline, which includes the grace time if that has started.
 fn awaited(core: &Core) -> impl Iterator<Item = (SourceId, i64)> {
     let asking = core.instances.values().filter(|i| i.work.outstanding > 0);
     asking.flat_map(move |i| {
@@ -47,18 +50,18 @@ fn awaited(core: &Core) -> impl Iterator<Item = (SourceId, i64)> {
     })
 }
 
-/// Returns the time by which the next source has to have answered.
+/// Returns the earliest deadline for an answer.
 pub(crate) fn next_answer(core: &Core) -> Option<i64> {
     awaited(core).map(|(_, at)| at).min()
 }
 
-/// Gives up the sources that have not answered in time.
+/// Declares the sources lost that have not answered in time.
 pub(crate) fn look_for_lost(core: &mut Core) {
     let now_ns = core.host.now_ns();
     let Some(at) = next_answer(core).filter(|at| *at <= now_ns) else { return };
     let was_held_up = now_ns - at > STOOD_STILL_NS;
     let late: Vec<SourceId> = awaited(core).filter(|(_, at)| *at <= now_ns).map(|(source, _)| source).collect();
-    // An answer that came while this side stood still too is on its way through it.
+    // An answer that arrived while this side was held up too may still be waiting to be processed.
     let uncalled = |i: &Instance| i.work.outstanding > 0 && i.work.awaited.iter().any(|s| late.contains(s)) && (was_held_up || i.work.last_call_ns.is_none());
     let mut calls = false;
     for instance in core.instances.values_mut().filter(|i| uncalled(i)) {
@@ -78,7 +81,7 @@ fn give_up(core: &mut Core, source: SourceId) {
     processor_lost(core, source, &message);
 }
 
-/// Gives up a source that no longer runs, or whose processor cannot be reached.
+/// Declares a source lost that no longer runs, or whose processor cannot be reached.
 pub(crate) fn processor_lost(core: &mut Core, source: SourceId, message: &str) {
     core.safety.ended_for_good.remove(&source);
     if !core.safety.lost.insert(source) {
@@ -95,7 +98,7 @@ pub(crate) fn processor_lost(core: &mut Core, source: SourceId, message: &str) {
         if !core.course(id).take_process(true) {
             continue;
         }
-        // Only now is it certain in which list the process is.
+        // Only now is the current list of the process certain.
         if let Some(condition) = core.instances.get(&id).and_then(|i| i.system(SystemCondition::ProcessorLost)) {
             core.course(id).lose(Cause { condition, block: None, value: None, message: message.clone(), time_ns, asked_for: false });
         }
@@ -112,9 +115,8 @@ pub(crate) fn processor_lost(core: &mut Core, source: SourceId, message: &str) {
     gone.iter().for_each(|device| mark_lost(&mut core.registry, &mut core.observation.log, device, &message, time_ns));
 }
 
-/// Gives up a source that runs nothing until the program is started again, and whose thread makes nothing safe. What its devices gave for such a case
-/// is
-/// written here, as the guard would; which outputs stay as they are is told.
+/// Declares a source lost that runs nothing until the program is restarted and whose thread makes nothing safe. Writes the safe values
+/// that its devices registered for such a case, as the guard would, and reports the outputs that stay unchanged.
 pub(crate) fn give_up_for_good(core: &mut Core, source: SourceId, why: &str, time_ns: i64) {
     let commanded = core.registry.physical.iter().filter(|(_, physical)| physical.source == source && physical.device.is_commanded());
     let [mut safe, mut stay] = [Vec::new(), Vec::new()];
@@ -139,7 +141,7 @@ pub(crate) fn give_up_for_good(core: &mut Core, source: SourceId, why: &str, tim
     core.safety.ended_for_good.insert(source, message);
 }
 
-/// Refuses a plan with a source whose processor is lost.
+/// Refuses a plan with a source on a lost processor.
 pub(crate) fn refuse_lost_plan(core: &Core, plan: &Plan) -> Result<(), Refusals> {
     match plan.blocks.iter().filter_map(|block| core.registry.sources.get(&block.source)).find(|source| core.safety.lost.contains(source)) {
         None => Ok(()),

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Stops: the emergency stop, limits on ages, standstills, lost processors, and programming systems that are cut off.
+//! Stops: the emergency stop, age limits, standstills, lost processors, and cut-off programming systems.
 pub(crate) mod absent_devices;
 pub(crate) mod ages;
 pub(crate) mod cut_off;

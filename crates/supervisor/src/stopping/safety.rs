@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! State of stops, holds and reports, as the supervisor keeps it.
+//! State of stops, holds and reports in the supervisor.
 use crate::alarms::list::Alarms;
 use crate::pausing::modes::Modes;
 use crate::pausing::pause::Pause;
@@ -13,14 +13,14 @@ pub(crate) struct Safety {
     pub pause: Pause,
     pub modes: Modes,
     pub alarms: Alarms,
-    /// Sources that did not answer: no wait includes them.
+    /// Sources that did not answer; no wait includes them.
     pub lost: HashSet<SourceId>,
     /// Sources that a test has cut off.
     pub cut_off: HashSet<SourceId>,
-    /// Modules in which a signal was caught: no new instance until a reset.
+    /// Modules in which a signal was caught; they accept no new instances until a reset.
     pub poisoned: HashMap<String, String>,
     /// End of the last standstill that had an alarm, ns.
     pub stood_still_until_ns: Option<i64>,
-    /// Sources that run nothing until the program is started again, with why.
+    /// Sources that run nothing until the program is restarted, with the reasons.
     pub ended_for_good: HashMap<SourceId, String>,
 }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Standstills of whole processes, as the first firing after them tells: a paused virtual machine, a frozen container. The log has each
-//! source, and one alarm says how long it was where nobody attended to the outputs meanwhile.
+//! Standstills of whole processes, detected by the first firing after them: a paused virtual machine, a frozen container. The log lists
+//! each source; if no other mechanism took care of the outputs meanwhile, a single alarm states the duration.
 use crate::alarms::causes::{alarm_returns, raise};
 use crate::alarms::list::{Cause, RaisedAlarm, Severity};
 use crate::core::Core;
@@ -9,7 +9,7 @@ use kernel::SourceId;
 /// Code of the alarm, and of the condition by which motions end after a gap.
 const TIME_LOST: &str = "time_lost";
 
-/// Notes that a source stood still until `time_ns`. Of several that stood still together, the first one raises the alarm.
+/// Records that a source was at a standstill until `time_ns`. If several sources were, the first one raises the alarm.
 pub(crate) fn stood_still(core: &mut Core, source: SourceId, late_ns: i64, is_unattended: bool, time_ns: i64) {
     let name = core.registry.source_name(source).to_owned();
     let text = format!("source '{name}' stood still for {:.1} s (its process was stopped, or the machine)", late_ns as f64 * 1e-9);

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Devices that nothing brings to their safe state once their process is gone or hangs: told when one is enabled.
+//! Devices that nothing makes safe after their process exits or hangs; reported when such a device is enabled.
 use device::UNGUARDED_WITHOUT_GUARD;
 use serde_json::Value;
 
-/// Writes into what the driver of device `name` says of itself whether anything makes it safe where it runs, and the words for people. `host`: the lent
-/// host of its process, where no guard runs.
+/// Adds to the driver's description of device `name` whether anything makes it safe at its location, with a text for people. `host`:
+/// other host of its process, on which no guard runs.
 pub(crate) fn describe(name: &str, host: Option<&str>, description: &mut Value) {
     let Some(described) = description.as_object_mut() else { return };
     let without_guard = described.remove(UNGUARDED_WITHOUT_GUARD).is_some_and(|v| v == true);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Idle values: what the outputs of a verb that would drive on take when it is suspended, and the SVVs among them when it ends.
+//! Idle values of driving outputs, taken when their verb is suspended, and for SVVs also when it ends.
 use crate::instances::table::Instances;
 use crate::refuse::refuse;
 use crate::registry::Registry;
@@ -10,7 +10,7 @@ use model::plan::{CellKind, Claim, Plan, PlannedSuspend};
 use model::refusal::{Class, Refusals};
 use std::sync::Arc;
 
-/// Channels that drive on, of those that a verb writes in a source.
+/// Returns the driving channels among those that a verb writes in a source.
 pub(crate) fn idle_channels(registry: &Registry, plan: &Plan, source: SourceId) -> Vec<(Arc<Device>, Vec<u16>)> {
     let mut found: Vec<(&str, Vec<u16>)> = Vec::new();
     for (device, channel) in driving_channels(registry, plan).filter(|(device, _)| registry.physical[*device].source == source) {
@@ -30,9 +30,9 @@ fn driving_channels<'a>(registry: &'a Registry, plan: &'a Plan) -> impl Iterator
     })
 }
 
-/// Returns the SVVs that a verb writes and that drive a device on, with their idle values: its own verb takes them as commands, they have such a
-/// unit, and they began with 0. An SVV that began with another value is a limit, such as the maximum force of a gripper, which would drop what
-/// it holds.
+/// Returns the driving SVVs that a verb writes, with their idle values: SVVs that a device's own verb reads as commands, that have the
+/// unit of a driving quantity, and whose initial value was 0. An SVV with another initial value is a limit, such as the maximum force of
+/// a gripper, which would otherwise drop its load.
 pub(crate) fn idle_svvs(registry: &Registry, instances: &Instances, plan: &Plan) -> Vec<(String, Vec<u8>)> {
     let written = plan.claims.iter().filter_map(|claim| if let Claim::Svv { name, .. } = claim { Some(name) } else { None });
     let begins_at_rest = |svv: &SvvRecord| driving(&svv.unit).is_some() && svv.first.iter().all(|byte| *byte == 0);
@@ -40,7 +40,7 @@ pub(crate) fn idle_svvs(registry: &Registry, instances: &Instances, plan: &Plan)
     written.filter(drives).map(|name| (name.clone(), registry.svvs[name].first.clone())).collect()
 }
 
-/// Returns true if the verb of some device reads an SVV and does not write it.
+/// Returns true if the own verb of some device reads an SVV and does not write it.
 fn commands_a_device(instances: &Instances, name: &str) -> bool {
     instances.values().filter(|instance| instance.owner.is_some()).any(|instance| {
         let mut cells = instance.plan.cells.iter().filter(|cell| matches!(&cell.kind, CellKind::Svv { name: of, .. } if of == name));
@@ -48,7 +48,7 @@ fn commands_a_device(instances: &Instances, name: &str) -> bool {
     })
 }
 
-/// Refuses a verb that says that its last commands stay where one of them drives on.
+/// Refuses a verb that declares that it holds its last commands if one of them is a driving output.
 pub(crate) fn check_hold(registry: &Registry, instances: &Instances, plan: &Plan) -> Result<(), Refusals> {
     if plan.suspend != PlannedSuspend::Hold {
         return Ok(());

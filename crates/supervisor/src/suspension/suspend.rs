@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Suspension: running time stands still, and goes on. A verb says what its actuators do meanwhile: outputs that drive on (an effort, a speed)
-//! take their idle values and the last commands of all others stay, all channels go to their safe values, or its blocks come to rest first.
+//! Suspension and resumption: running time is held, and continues. A verb declares the behaviour of its actuators meanwhile: driving
+//! outputs (an effort, a speed) take their idle values while all others keep their last commands, all channels take their safe values, or
+//! its blocks come to rest first.
 use crate::instances::course::Course;
 use crate::instances::installed_verb::InstalledVerb;
 use crate::instances::instance::Rest;
@@ -15,8 +16,8 @@ use model::plan::{Due, PlannedSuspend};
 use model::refusal::Refusals;
 
 impl Course<'_> {
-    /// Stops the blocks without synchronous inputs; running time stands still. It is suspended when the kernels have done it; what is
-    /// under way in a command list is carried out first.
+    /// Stops the blocks without synchronous inputs and holds the running time. The instance is suspended when the kernels have done so; a
+    /// running step of a command list is completed first.
     pub fn suspend(&mut self) -> Result<(), Refusals> {
         let id = self.id;
         let now_ns = self.core.host.now_ns();
@@ -37,7 +38,7 @@ impl Course<'_> {
         Ok(())
     }
 
-    /// Lets it stand still: at once, or when what is under way is through.
+    /// Holds the instance: at once, or after the running sequence.
     pub fn rest(&mut self) {
         let id = self.id;
         let Some(instance) = self.core.instances.get_mut(&id) else { return };
@@ -49,7 +50,7 @@ impl Course<'_> {
         }
     }
 
-    /// Suspends an instance that has come to rest, or whose time to do so is over.
+    /// Suspends an instance that has come to rest, or whose time for that has expired.
     pub fn rest_at_last(&mut self) {
         let id = self.id;
         let now_ns = self.core.host.now_ns();
@@ -60,7 +61,7 @@ impl Course<'_> {
         }
     }
 
-    /// Ends the suspension of an instance that was coming to rest: it ends.
+    /// Cancels the suspension of an instance that was coming to rest, because it ends.
     pub fn rise(&mut self) {
         let id = self.id;
         let Some(instance) = self.core.instances.get_mut(&id) else { return };
@@ -72,7 +73,8 @@ impl Course<'_> {
         }
     }
 
-    /// Suspends an instance whose process was taken: intervals stop, what they drive runs dry, then what others drive stops.
+    /// Suspends an instance whose process has been taken: intervals stop first, then the blocks they drive run dry, then the blocks that
+    /// others drive stop.
     pub fn hold(&mut self) {
         let id = self.id;
         let now_ns = self.core.host.now_ns();
@@ -80,7 +82,7 @@ impl Course<'_> {
         let Some(instance) = self.core.instances.get_mut(&id) else { return };
         instance.rests(Rest::Unasked);
         instance.times.running.hold(now_ns);
-        // What a script before has captured is not what its channels hold now.
+        // Values captured by an earlier script are not those that its channels hold now.
         instance.work.captured.clear();
         instance.work.is_through = false;
         let (plan, installed) = (&instance.plan, &instance.installed);
@@ -114,7 +116,8 @@ impl Course<'_> {
         self.append_sequence(builder.finish());
     }
 
-    /// Operations that store the idle values of the SVVs that it writes, where it does not say that they hold.
+    /// Returns the operations that store the idle values of the SVVs that the instance writes, unless its verb declares that they are
+    /// held.
     fn idle_stores(&mut self) -> Vec<(SourceId, Op)> {
         let Some(plan) = self.core.instances.get(&self.id).map(|instance| instance.plan.clone()) else { return Vec::new() };
         if plan.suspend == PlannedSuspend::HoldLast {
@@ -124,7 +127,7 @@ impl Course<'_> {
         idle.into_iter().flat_map(|(svv, value)| self.core.carrier().store_everywhere(&svv, &value)).collect()
     }
 
-    /// Gives the SVVs that drive on, and that it wrote, their idle values.
+    /// Sets the driving SVVs that the instance wrote to their idle values.
     pub fn make_idle(&mut self) {
         let Some(plan) = self.core.instances.get(&self.id).map(|instance| instance.plan.clone()) else { return };
         for (svv, value) in idle_svvs(&self.core.registry, &self.core.instances, &plan) {
@@ -134,7 +137,7 @@ impl Course<'_> {
         }
     }
 
-    /// Goes on where it stood.
+    /// Resumes the instance from its position.
     pub fn resume(&mut self) -> Result<(), Refusals> {
         let id = self.id;
         let now_ns = self.core.host.now_ns();
@@ -164,7 +167,7 @@ impl Course<'_> {
 }
 
 impl Course<'_> {
-    /// Lets an instance go on that was suspended by a pause which is over; one that is not suspended yet goes on as soon as it is.
+    /// Resumes an instance suspended by a pause that is over; an instance still being suspended resumes as soon as it is.
     pub fn go_on_after_pause(&mut self) {
         let id = self.id;
         let Some(instance) = self.core.instances.get(&id) else { return };
@@ -172,7 +175,7 @@ impl Course<'_> {
             self.rise();
             self.core.safety.pause.suspended.remove(&id);
         } else if instance.is_suspended() && !self.core.safety.pause.covers(&self.core.instances[&id]) && self.core.safety.pause.suspended.remove(&id) {
-            // It is suspended, and nothing is latched: it goes on.
+            // The instance is suspended and nothing is latched, so it resumes.
             let _resumed = self.resume();
         }
     }

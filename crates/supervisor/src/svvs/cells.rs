@@ -1,37 +1,37 @@
 // SPDX-License-Identifier: Apache-2.0
-//! State vector variables: one cell in the image of each source that reads or writes it, and who writes it now.
+//! State vector variables: one cell in the image of each source that reads or writes the SVV, and its current writer.
 use kernel::{Activation, BlockId, Cell, Extent, Op, RowsEnd, STAMP_LEN, SourceId, Window, unstamped};
 use model::configuration::SvvId;
 use std::collections::{BTreeMap, VecDeque};
 use std::sync::Arc;
 
-/// An SVV of the system. Its value belongs to it, not to a writer.
+/// An SVV of the system. Its value does not depend on the existence of a writer.
 pub(crate) struct SvvRecord {
     pub id: SvvId,
     pub type_text: String,
     pub unit: String,
     pub size: usize,
-    /// The value that it began with. Where that is 0 and it commands a device, 0 is its idle value.
+    /// Initial value. If it is 0 and the SVV commands a device, 0 is its idle value.
     pub first: Vec<u8>,
-    /// Minimum and maximum value that the PS may store.
+    /// Minimum and maximum that the PS may store.
     pub within: Option<model::range::Range>,
-    /// Its cell in each image.
+    /// Cell of the SVV in each image.
     pub cells: BTreeMap<SourceId, Cell>,
-    /// Sources with a block that reads it, counted.
+    /// Sources with blocks that read the SVV, with the number of readers.
     pub readers: BTreeMap<SourceId, usize>,
-    /// The source whose cell holds the present value; `None` while only the PS has stored it.
+    /// Source whose cell has the current value; `None` as long as only the PS has stored it.
     pub home: Option<SourceId>,
-    /// Ports that may write it: instance, activation, source.
+    /// Ports that may write the SVV: instance, activation, source.
     pub writers: Vec<WriterRecord>,
-    /// The block that writes it now, or wrote it last.
+    /// Block that writes the SVV now, or wrote it last.
     pub written_by: Option<BlockId>,
-    /// Instances with a port bound to it.
+    /// Number of instances with a port bound to the SVV.
     pub bound: usize,
-    /// Number and time of its last value, in the image of each source that may write it.
+    /// Number and time of the last value, in the image of each source that may write it.
     pub stamps: BTreeMap<SourceId, Cell>,
-    /// n where its present writer's port is a ratio output n, else 1.
+    /// n if the current writer's port is a ratio output n, otherwise 1.
     pub ratio: u64,
-    /// The windows of its last values that blocks read.
+    /// Windows of its last values that blocks read.
     pub windows: Vec<WindowRecord>,
     pub past: Past,
 }
@@ -39,54 +39,55 @@ pub(crate) struct SvvRecord {
 /// Earlier values of an SVV.
 #[derive(Default)]
 pub(crate) struct Past {
-    /// Number of earlier values that Python may ask for.
+    /// Number of earlier values available to Python.
     pub history: u32,
-    /// The value that the PS stored last, present while there is no home.
+    /// Value that the PS stored last, used while there is no home.
     pub stored: Vec<u8>,
-    /// The time of `stored`, ns.
+    /// Time of `stored`, ns.
     pub stored_ns: i64,
-    /// Rings of its history: the last values that blocks of each such source stored.
+    /// Rings of the history: the last values stored by blocks, for each source with such blocks.
     pub rings: BTreeMap<SourceId, Arc<RowsEnd>>,
-    /// Where it had its homes, oldest first, as far as its history may reach: the source, and the rows that its ring had then.
+    /// Homes of the SVV, oldest first, as far back as the history may reach: the source, and the number of rows that its ring had at the
+    /// time.
     pub stays: Arc<Stays>,
-    /// Values that the PS and ψ stored last, oldest first, as far as its history reaches.
+    /// Last values stored by the PS and ψ, oldest first, as far back as the history reaches.
     pub stores: Arc<VecDeque<StoredValue>>,
 }
 
-/// The last values of an SVV that some block reads.
+/// Window of the last values of an SVV that some block reads.
 pub(crate) struct WindowRecord {
     /// Number of values.
     pub count: u32,
-    /// Its window in each image.
+    /// Window in each image.
     pub cells: BTreeMap<SourceId, Window>,
-    /// Sources with a block that reads it, counted.
+    /// Sources with blocks that read the window, with the number of readers.
     pub readers: BTreeMap<SourceId, usize>,
-    /// True if it has had its first values.
+    /// True if the window has received its initial values.
     pub begun: bool,
 }
 
-/// Where an SVV had its homes, oldest first: the source, and the rows that its ring had then.
+/// Homes of an SVV, oldest first: the source, and the number of rows that its ring had at the time.
 #[derive(Clone, Default)]
 pub(crate) struct Stays(VecDeque<(SourceId, u64)>);
 
 impl Stays {
-    /// Returns the index of the one in which a row was written.
+    /// Returns the index of the home during which a row was written.
     pub fn of(&self, source: SourceId, row: u64) -> usize {
         self.0.iter().rposition(|(home, from)| *home == source && *from <= row).map_or(0, |stay| stay + 1)
     }
 }
 
-/// A value that no block stored.
+/// A value that was not stored by a block.
 #[derive(Clone)]
 pub(crate) struct StoredValue {
     pub time_ns: i64,
     pub bytes: Vec<u8>,
-    /// Rows that its home's ring had then: those come before it, also of the same instant.
+    /// Number of rows in the ring of its home at the time: these precede the value, even at the same instant.
     pub behind: Option<(SourceId, u64)>,
 }
 
 impl StoredValue {
-    /// Returns true if the row was written before.
+    /// Returns true if the row precedes the value.
     pub fn comes_behind(&self, source: SourceId, row: &interconnect::Row) -> bool {
         row.time_ns < self.time_ns || (row.time_ns == self.time_ns && self.behind.is_some_and(|(home, written)| home == source && row.sequence < written))
     }
@@ -99,12 +100,12 @@ pub(crate) struct WriterRecord {
     pub source: SourceId,
     pub activation: Arc<Activation>,
     pub block: kernel::BlockId,
-    /// n of a ratio output n, else 1.
+    /// n for a ratio output n, otherwise 1.
     pub ratio: u32,
 }
 
 impl SvvRecord {
-    /// Returns the cell of this SVV in the image of `source`; made with the stored value if there was none.
+    /// Returns the cell of this SVV in the image of `source`, creating it with the stored value if necessary.
     pub fn cell(&mut self, source: SourceId) -> Cell {
         if let Some(cell) = self.cells.get(&source) {
             return cell.clone();
@@ -115,13 +116,13 @@ impl SvvRecord {
         cell
     }
 
-    /// Keeps a value that no block wrote: it is the present one for images that get the SVV later, and part of its history.
+    /// Keeps a value that no block wrote, as the current value for images that get the SVV later and as part of its history.
     pub fn keep(&mut self, bytes: &[u8], now_ns: i64) {
         self.past.stored = bytes.to_vec();
         self.past.stored_ns = now_ns;
         if self.past.history > 0 {
             let behind = self.home.and_then(|home| Some((home, self.past.rings.get(&home)?.reader().written())));
-            // A copy is made only while a reader holds the history.
+            // This copies only while a reader holds the history.
             let stores = Arc::make_mut(&mut self.past.stores);
             stores.push_back(StoredValue { time_ns: now_ns, bytes: bytes.to_vec(), behind });
             let excess = stores.len().saturating_sub(self.past.history as usize);
@@ -129,7 +130,7 @@ impl SvvRecord {
         }
     }
 
-    /// Moves its home to another source.
+    /// Moves the home of the SVV to another source.
     pub fn comes_to(&mut self, source: SourceId) {
         if let Some(ring) = self.past.rings.get(&source) {
             let written = ring.reader().written();
@@ -140,7 +141,8 @@ impl SvvRecord {
         }
     }
 
-    /// Operations that put the value that is known into the image of a source that has lost its own; nothing where another source has it.
+    /// Returns the operations that restore the known value in the image of a source that has lost its own; empty if another source is the
+    /// home.
     pub fn known_ops(&self, source: SourceId) -> Vec<Op> {
         match self.cells.get(&source) {
             Some(cell) if self.home.is_none_or(|home| home == source) => vec![Op::Store(cell.clone(), self.past.stored.as_slice().into())],
@@ -148,17 +150,17 @@ impl SvvRecord {
         }
     }
 
-    /// Operations that store a value in every image that has the SVV, and in its windows.
+    /// Returns the operations that store a value in every image that has the SVV, and in its windows.
     pub fn store_ops(&self, bytes: &[u8]) -> Vec<(SourceId, Op)> {
         let stores = self.cells.iter().map(|(source, cell)| (*source, Op::Store(cell.clone(), bytes.into())));
         stores.chain(self.append_ops()).collect()
     }
 }
 
-/// Rows kept beyond what a history asks for, so that a reader is not overtaken while it copies.
+/// Rows kept in addition to the requested history, so that a copying reader is not overtaken.
 pub(crate) const ROWS_SPARE: usize = 64;
 
-/// Makes what the SVVs that blocks of `source` may write have there beside their value, where it is not there yet: the stamps side by side.
+/// Creates the missing stamps of the SVVs that blocks of `source` may write, contiguously.
 pub(crate) fn make_stamps<'a>(svvs: impl IntoIterator<Item = &'a mut SvvRecord>, source: SourceId) {
     let mut new: Vec<&mut SvvRecord> = svvs.into_iter().filter(|svv| !svv.stamps.contains_key(&source)).collect();
     let extent = Extent::new((STAMP_LEN * new.len()).max(1));
@@ -173,8 +175,8 @@ pub(crate) fn make_stamps<'a>(svvs: impl IntoIterator<Item = &'a mut SvvRecord>,
     }
 }
 
-/// Makes the cells of several SVVs in one image side by side, where none of them is there yet: an array port bound to them then
-/// needs no gather.
+/// Creates the cells of several SVVs in one image contiguously if none of them exists yet: an array port bound to them then needs no
+/// gather.
 pub(crate) fn lay_side_by_side(svvs: &mut [&mut SvvRecord], source: SourceId) {
     let size = svvs.first().map_or(0, |s| s.size);
     if size == 0 || svvs.iter().any(|s| s.size != size || s.cells.contains_key(&source)) {

@@ -1,20 +1,20 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Resolution of the names of SVVs. One that is made again under the name of another is another: a caller that says `NAME@NUMBER`, with the
-//! number that `svv_about` gave as its `id`, means the one that it has seen, and never gets its successor.
+//! Resolution of SVV names. An SVV recreated under the same name is a different one: a caller that uses `NAME@NUMBER`, with the number
+//! that `svv_about` returned as its `id`, refers to the SVV that it has seen and never gets its successor.
 use crate::refuse::{refuse, unknown};
 use crate::registry::Registry;
 use crate::svvs::cells::SvvRecord;
 use model::refusal::{Class, Refusals};
 
-/// Returns a name and the number behind its `@`; none if there is none.
+/// Splits a name from the number after its `@`; `None` if there is none.
 fn numbered(asked: &str) -> Option<(&str, u32)> {
     let (name, number) = asked.rsplit_once('@')?;
     Some((name, number.parse().ok()?))
 }
 
 impl Registry {
-    /// Returns the name of what is asked for: as it is, or before `@` if the SVV has that number. Errors: `UnknownName`, where it is
-    /// gone or another has its name.
+    /// Returns the name requested: as it is, or before `@` if the SVV has that number. Fails with `UnknownName` if the SVV was deleted or
+    /// the name now belongs to another.
     pub fn name_of<'a>(&self, asked: &'a str) -> Result<&'a str, Refusals> {
         let Some((name, number)) = numbered(asked).filter(|_| !self.svvs.contains_key(asked)) else { return Ok(asked) };
         match self.svvs.get(name) {
@@ -27,9 +27,8 @@ impl Registry {
         }
     }
 
-    /// Returns the name that was asked for, and the SVV of that name. `DEVICE.CHANNEL@channel` is the channel, though an SVV may have its name.
-    /// Errors: as
-    /// `name_of`.
+    /// Returns the name requested, and the SVV of that name. `DEVICE.CHANNEL@channel` denotes the channel even if an SVV has its name.
+    /// Fails as `name_of` does.
     pub fn asked<'a>(&self, asked: &'a str) -> Result<(&'a str, Option<&SvvRecord>), Refusals> {
         if let Some(channel) = asked.strip_suffix("@channel").filter(|_| !self.svvs.contains_key(asked)) {
             return Ok((channel, None));

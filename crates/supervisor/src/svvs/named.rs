@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Cells by the names that the interface gives them: private cells `INSTANCE:CELL`, as `move#1:coefficients`, and channels of
-//! physical devices `DEVICE.CHANNEL`. SVVs are in `svvs.rs`.
+//! Cells by their interface names: private cells `INSTANCE:CELL`, such as `move#1:coefficients`, and channels of physical devices
+//! `DEVICE.CHANNEL`. SVVs are in `svvs.rs`.
 use crate::core::Core;
 use crate::instances::instance::Instance;
 use crate::observation::description::SvvAbout;
@@ -12,14 +12,14 @@ use model::interface::Mode;
 use model::plan::{CellKind, PlannedCell};
 use model::types::Type;
 
-/// A cell that is no SVV.
+/// A cell that is not an SVV.
 pub(crate) struct NamedCell {
-    /// Source in which its value is made.
+    /// Source in which its value is produced.
     pub source: SourceId,
     pub cell: Cell,
-    /// Number and time of its last value with n of its writer's ratio output; nothing where no block writes it.
+    /// Stamp with the number and time of its last value, and n of its writer's ratio output; `None` if no block writes it.
     pub stamp: Option<(Cell, u64)>,
-    /// Its properties: type, unit, kind, writers, readers.
+    /// Properties of the cell: type, unit, kind, writers, readers.
     pub about: SvvAbout,
 }
 
@@ -42,7 +42,7 @@ fn about(name: &str, kind: Kind, type_text: &str, unit: &str, [writers, readers]
     })
 }
 
-/// Returns the name by which the interface calls a planned cell: of an SVV its own, of a channel `device.channel`, else `INSTANCE:CELL`.
+/// Returns the interface name of a planned cell: its own for an SVV, `device.channel` for a channel, otherwise `INSTANCE:CELL`.
 pub(crate) fn cell_name(core: &Core, instance: &Instance, cell: &PlannedCell) -> String {
     match &cell.kind {
         CellKind::Svv { name, .. } => name.clone(),
@@ -54,7 +54,7 @@ pub(crate) fn cell_name(core: &Core, instance: &Instance, cell: &PlannedCell) ->
     }
 }
 
-/// Returns the cell of that name; none if there is none.
+/// Returns the cell with that name, if any.
 pub(crate) fn other_cell(core: &Core, name: &str) -> Option<NamedCell> {
     private_cell(core, name).or_else(|| channel_cell(core, name))
 }
@@ -93,7 +93,7 @@ fn channel_cell(core: &Core, name: &str) -> Option<NamedCell> {
     Some(NamedCell { source: record.source, cell: record.device.cell(index), stamp: None, about })
 }
 
-/// Ports that write and read a cell of that name, in all instances.
+/// Returns the ports that write and read a cell of that name, in all instances.
 pub(crate) fn ends_of(core: &Core, name: &str) -> [Vec<String>; 2] {
     let mut ends = [Vec::new(), Vec::new()];
     for instance in core.instances.values() {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! State vector variables: made, written and deleted.
+//! Calls that create, write and delete state vector variables.
 use crate::refuse::{invalid_state, known_unit, refuse, refuse_at, unknown};
 use crate::svvs::cells::{Past, SvvRecord};
 use crate::svvs::values::store_value;
@@ -13,7 +13,7 @@ use model::refusal::{Class, Refusals, SourceLocation};
 use model::types::Type;
 use std::collections::BTreeMap;
 
-/// An SVV as it is asked for: its specification, and the struct types that its type needs.
+/// A requested SVV: its specification, and the struct types that its type needs.
 #[derive(Clone, Debug, serde::Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct SvvRequest {
@@ -24,7 +24,7 @@ pub struct SvvRequest {
 }
 
 impl System {
-    /// Makes an SVV of the system.
+    /// Creates an SVV of the system.
     pub fn svv(&self, name: &str, request: &SvvRequest, place: Option<SourceLocation>) -> Result<(), Refusals> {
         let mut definitions = self.shared.definitions();
         self.make_svv(&mut definitions, name, request, None, place)
@@ -122,7 +122,7 @@ impl System {
     }
 }
 
-/// Returns the range of an SVV, which holds its initial value.
+/// Returns the range of an SVV, which must contain its initial value.
 fn range_of(name: &str, asked: &SvvSpecification) -> Result<Option<Range>, Refusals> {
     let range = match &asked.within {
         None => return Ok(None),

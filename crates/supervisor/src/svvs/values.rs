@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Values of SVVs: snapshots, stores.
+//! Values of SVVs: snapshots and stores.
 use crate::core::Core;
 use crate::instances::instance::State;
 use crate::movements::sequence::by_source;
@@ -16,19 +16,19 @@ use model::value::Value;
 use std::collections::BTreeMap;
 use std::sync::atomic::Ordering;
 
-/// Index of an SVV in a snapshot, its bytes, and where a stamp follows, n of its writer's ratio output.
+/// Index of an SVV in a snapshot, its size in bytes, and, if a stamp follows, n of its writer's ratio output.
 type AskedSvv = (usize, usize, Option<u64>);
 
 /// Index of an SVV in a snapshot, its cell, and its stamp with n of its writer's ratio output.
 type KnownCell = (usize, Cell, Option<(Cell, u64)>);
 
-/// A snapshot that is under way.
+/// A snapshot in progress.
 pub(crate) struct Snapshot {
-    /// Ticket of each source that was asked, and what was asked for.
+    /// Ticket of each source queried, and the SVVs requested.
     pub asked: Vec<(Ticket, Vec<AskedSvv>)>,
-    /// The sources of these.
+    /// Sources of these tickets.
     pub sources: Vec<SourceId>,
-    /// Values that are known without asking a kernel: (index, bytes, time).
+    /// Values known without querying a kernel: (index, bytes, time).
     pub known: Vec<(usize, Vec<u8>, i64)>,
 }
 
@@ -41,7 +41,7 @@ fn take<'a>(rest: &mut &'a [u8], len: usize) -> &'a [u8] {
     head
 }
 
-/// Asks the kernels for the present values of these SVVs: all of one source at one boundary.
+/// Queries the kernels for the current values of these SVVs: all SVVs of one source at one boundary.
 pub(crate) fn ask_for(core: &mut Core, names: &[String]) -> Result<Snapshot, Refusals> {
     let mut by_source: BTreeMap<SourceId, Vec<KnownCell>> = BTreeMap::new();
     let mut known = Vec::new();
@@ -63,7 +63,7 @@ pub(crate) fn ask_for(core: &mut Core, names: &[String]) -> Result<Snapshot, Ref
                 return Err(refuse(Class::InvalidState, why, "see the log for why, then call reset()"));
             }
             Some((home, cell)) => {
-                // It is stamped where it is stored, also behind a ratio output.
+                // The value is stamped where it is stored, even behind a ratio output.
                 by_source.entry(home).or_default().push((index, cell.clone(), svv.stamps.get(&home).map(|stamp| (stamp.clone(), 1))));
             }
             None => known.push((index, svv.past.stored.clone(), svv.past.stored_ns)),
@@ -89,7 +89,7 @@ fn channel<'a>(core: &'a Core, name: &str) -> Option<(&'a str, &'a PhysicalRecor
     })
 }
 
-/// Refuses a channel whose device is lost, or has not been read yet: what stands there says nothing of the machine.
+/// Refuses a channel whose device is lost or has not been read yet: its value would not reflect the machine.
 fn check_channel(core: &Core, name: &str) -> Result<(), Refusals> {
     let Some((device, record, channel)) = channel(core, name) else { return Ok(()) };
     if let Some(lost) = &record.lost {
@@ -104,12 +104,12 @@ fn check_channel(core: &Core, name: &str) -> Result<(), Refusals> {
     Ok(())
 }
 
-/// Returns true if a device has been read since it was opened; remote ones do not tell.
+/// Returns true if a device has been read since it was opened. Remote devices do not report this.
 fn has_reading(core: &Core, record: &PhysicalRecord) -> bool {
     record.device.standing().read.load(Ordering::Acquire) || core.remote.at(core.registry.source_name(record.source)).is_some()
 }
 
-/// Returns true if every channel of these that belongs to an open device has a reading.
+/// Returns true if every one of these channels that belongs to an open device has a reading.
 pub(crate) fn are_read(core: &Core, names: &[String]) -> bool {
     let open = |name: &String| {
         let (name, svv) = core.registry.asked(name).ok()?;
@@ -118,7 +118,7 @@ pub(crate) fn are_read(core: &Core, names: &[String]) -> bool {
     names.iter().filter_map(open).all(|(_, record, of)| of.direction == Direction::Write || has_reading(core, record))
 }
 
-/// Returns the snapshot, once every kernel has answered: its time, and the readings in the order asked for.
+/// Returns the snapshot once every kernel has answered: its time, and the readings in the order requested.
 pub(crate) fn taken(core: &mut Core, snapshot: &Snapshot, count: usize) -> Option<(i64, Vec<Reading>)> {
     if !snapshot.asked.iter().all(|(ticket, _)| core.observation.reads.contains_key(ticket)) {
         return None;
@@ -144,7 +144,7 @@ pub(crate) fn taken(core: &mut Core, snapshot: &Snapshot, count: usize) -> Optio
     Some((time_ns, readings))
 }
 
-/// Returns the refusal of a read that some of its sources did not answer: values are taken between invocations.
+/// Returns the refusal of a read that some of its sources did not answer: values can only be read between invocations.
 pub(crate) fn unanswered(core: &Core, snapshot: &Snapshot) -> Refusals {
     let silent = snapshot.asked.iter().zip(&snapshot.sources).find(|((ticket, _), _)| !core.observation.reads.contains_key(ticket));
     let source = silent.map(|(_, source)| *source);
@@ -158,7 +158,7 @@ pub(crate) fn unanswered(core: &Core, snapshot: &Snapshot) -> Refusals {
     )
 }
 
-/// Returns the active blocks of a source, as they are called in messages.
+/// Returns the active blocks of a source, by their names in messages.
 fn blocks_on(core: &Core, source: SourceId) -> Vec<String> {
     let mut found = Vec::new();
     for instance in core.instances.values().filter(|instance| instance.state() == State::Running) {
@@ -178,7 +178,7 @@ pub(crate) fn forget_snapshot(core: &mut Core, snapshot: &Snapshot) {
     }
 }
 
-/// Stores a value from the PS: refused where an instance has claimed the SVV.
+/// Stores a value from the PS; refused if an instance has claimed the SVV.
 pub(crate) fn store_value(core: &mut Core, name: &str, value: &Value) -> Result<(), Refusals> {
     let name = core.registry.name_of(name)?;
     let svv = core.registry.svvs.get(name).ok_or_else(|| unknown("SVV", name, core.registry.svvs.keys().map(String::as_str)))?;
@@ -195,7 +195,7 @@ pub(crate) fn store_value(core: &mut Core, name: &str, value: &Value) -> Result<
     Ok(())
 }
 
-/// Returns the history that is kept of an SVV.
+/// Returns the kept history of an SVV.
 pub(crate) fn kept(core: &Core, name: &str) -> Result<KeptHistory, Refusals> {
     let name = core.registry.name_of(name)?;
     let svv = core.registry.svvs.get(name).ok_or_else(|| unknown("SVV", name, core.registry.svvs.keys().map(String::as_str)))?;

@@ -1,16 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Windows: the last values of SVVs and private cells, for blocks with history inputs.
 //!
-//! There is one window for each SVV and number of values that some block reads; it lies in the image of each source that writes or reads
-//! it. The source that is the SVV's home appends to its own; the others get it with the value, in the asynchronous group of the
-//! pair. It begins when the first instance that reads it is created, all entries being the present value, and ends with the last.
+//! There is one window for each SVV and number of values that some block reads. It exists in the image of each source that writes or
+//! reads it. The source that is the SVV's home appends to its own; the others receive it with the value, in the asynchronous group of the
+//! pair. A window is created with the first instance that reads it, with all entries set to the current value, and removed with the last.
 use crate::claims::writers::Pair;
 use crate::svvs::cells::{SvvRecord, WindowRecord};
 use kernel::{Cell, Extent, Op, SourceId, Window};
 use model::plan::{Binding, Plan};
 use std::collections::BTreeMap;
 
-/// Returns the windows of cells' histories that a plan's blocks read: (cell, number of values) → sources of the blocks.
+/// Returns the windows that a plan's blocks read: (cell, number of values) → sources of the blocks.
 pub(crate) fn asked(plan: &Plan, block_source: &[SourceId]) -> BTreeMap<(usize, u32), Vec<SourceId>> {
     let mut asked: BTreeMap<(usize, u32), Vec<SourceId>> = BTreeMap::new();
     for (index, block) in plan.blocks.iter().enumerate() {
@@ -31,7 +31,7 @@ pub(crate) fn window(size: usize, count: u32, value: &[u8]) -> Window {
 }
 
 impl SvvRecord {
-    /// Returns the window of this many values in the image of `source`; made with the stored value if there was none.
+    /// Returns the window of `count` values in the image of `source`, creating it with the stored value if necessary.
     pub fn window(&mut self, count: u32, source: SourceId) -> Window {
         let at = self.windows.iter().position(|window| window.count == count).unwrap_or_else(|| {
             self.windows.push(WindowRecord { count, cells: BTreeMap::new(), readers: BTreeMap::new(), begun: false });
@@ -42,7 +42,7 @@ impl SvvRecord {
         self.windows[at].cells.entry(source).or_insert_with(|| window(size, count, stored)).clone()
     }
 
-    /// Counts the readers of its windows that cell `cell` of a plan has. The pairs whose connections change.
+    /// Counts the readers of windows that cell `cell` of a plan has. Returns the pairs whose connections change.
     pub fn count_windows(&mut self, plan: &Plan, cell: usize, block_source: &[SourceId]) -> Vec<Pair> {
         let mut pairs = Vec::new();
         if self.windows.is_empty() {
@@ -59,7 +59,7 @@ impl SvvRecord {
         pairs
     }
 
-    /// Takes windows out; one without a reader is given up.
+    /// Removes the readers of windows; a window without readers is deleted.
     pub fn discount_windows(&mut self, plan: &Plan, cell: usize, block_source: &[SourceId]) -> Vec<Pair> {
         let mut pairs = Vec::new();
         if self.windows.is_empty() {
@@ -78,7 +78,8 @@ impl SvvRecord {
         pairs
     }
 
-    /// Operations that append what was stored to its windows: at its home, whence it travels, or where it has none in every image.
+    /// Returns the operations that append a stored value to the windows: in the home, from which it propagates, or in every image if
+    /// there is no home.
     pub fn append_ops(&self) -> Vec<(SourceId, Op)> {
         let of = |window: &WindowRecord| -> Vec<(SourceId, Op)> {
             let images = window.cells.iter().filter(|(source, _)| self.home.is_none_or(|home| home == **source));
@@ -87,13 +88,13 @@ impl SvvRecord {
         self.windows.iter().flat_map(of).collect()
     }
 
-    /// Windows that travel from one source to another: (cell there, cell here).
+    /// Returns the windows that are sent from one source to another: (cell there, cell here).
     pub fn crossing_windows(&self, from: SourceId, to: SourceId) -> impl Iterator<Item = (Cell, Cell)> + '_ {
         let read = self.windows.iter().filter(move |window| window.readers.get(&to).is_some_and(|readers| *readers > 0));
         read.filter_map(move |window| Some((window.cells.get(&from)?.cell().clone(), window.cells.get(&to)?.cell().clone())))
     }
 
-    /// Windows that go to another source with their SVV: (cell there, cell here).
+    /// Returns the windows that move to another source with their SVV: (cell there, cell here).
     pub fn carried_windows(&self, from: SourceId, to: SourceId) -> impl Iterator<Item = (Cell, Cell)> + '_ {
         self.windows.iter().filter_map(move |window| Some((window.cells.get(&from)?.cell().clone(), window.cells.get(&to)?.cell().clone())))
     }

@@ -1,26 +1,26 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The way of one start through its command lists: the conditions that led on, and what they returned.
+//! Route of one start through its command lists: the conditions that led on, and the outputs they returned.
 use crate::ending::report::PassedList;
 use crate::instances::captures::Captures;
 use crate::instances::cause::Cause;
 use crate::instances::installed_verb::InstalledVerb;
 use std::collections::VecDeque;
 
-/// Steps that a report tells. A verb that goes round for days keeps the last ones.
+/// Maximum number of steps in a report. A verb that cycles for days keeps the last ones.
 const TOLD_MAX: usize = 64;
 
-/// The transitions of one start, in order.
+/// Transitions of one start, in order.
 #[derive(Default)]
 pub(crate) struct Way {
     passed: VecDeque<PassedList>,
-    /// Conditions that led on, by index, each once, in the order in which they came last.
+    /// Distinct conditions that led on, by index, in the order of their last occurrence.
     pub conditions: Vec<usize>,
-    /// Outputs that those return, as they were when they led on.
+    /// Outputs that these conditions return, as they were at the transition.
     pub captures: Captures,
 }
 
 impl Way {
-    /// Notes that a condition leads on from a list; what it returned before is out of date.
+    /// Records a transition from a list by a condition; values that the condition returned earlier are outdated.
     pub fn lead_on(&mut self, of: &InstalledVerb, list: usize, cause: &Cause) {
         let condition = &of.plan.conditions[cause.condition];
         if self.passed.len() == TOLD_MAX {
@@ -38,7 +38,7 @@ impl Way {
         self.captures.expect_nothing();
     }
 
-    /// Returns the steps as a report tells them.
+    /// Returns the steps as listed in a report.
     pub fn told(&self) -> Vec<PassedList> {
         self.passed.iter().cloned().collect()
     }

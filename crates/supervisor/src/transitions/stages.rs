@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Stages and reactions: what each kernel watches while a stage of a command list runs, and the scripts that answer at once.
+//! Stages and reactions: conditions that each kernel watches while a stage of a command list runs, and the scripts that respond at once.
 //!
-//! A condition is answered by its kernel alone, in the same firing, where everything that the answer touches lies in the source
-//! that reported it; otherwise the process is frozen there and the supervisor carries on.
+//! The kernel alone responds to a condition, in the same firing, if everything that the response changes is in the source that reported
+//! it; otherwise the process is frozen there and the supervisor continues.
 use crate::instances::installed_verb::InstalledVerb;
 use crate::movements::sequence::{Builder, Movement};
 use kernel::{Op, Response, Script, SourceId, Stage, Watch};
@@ -12,35 +12,35 @@ use std::sync::Arc;
 /// Consequence of a condition.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Answer {
-    /// To (list, stage): the next stage of the same list, or another list by τ.
+    /// Moves to (list, stage): the next stage of the same list, or another list by τ.
     Go(usize, usize),
     End,
 }
 
-/// Bytes of output values that a reaction may capture; an end with more is the supervisor's.
+/// Maximum size of the output values that a reaction may capture, bytes; a larger end is handled by the supervisor.
 const CAPTURED_MAX: usize = 64 * 1024;
 
-/// The same where a condition leads on to another list, which may be often.
+/// Maximum size for a transition to another list, which may be frequent, bytes.
 const PASSED_MAX: usize = 4 * 1024;
 
-/// Conditions of a verb, and waits for others, that a kernel can remember.
+/// Maximum number of conditions, of a verb and for waits, that a kernel can remember.
 pub(crate) const REMEMBERED_MAX: usize = 64;
 
-/// Returns the kernel's stage while the commands of (list, stage) are carried out. Each stage is two of the kernel's: while its commands are
-/// under way, what its wait is for is remembered; when they are through, the wait is reached.
+/// Returns the kernel's stage while the commands of (list, stage) are being executed. Each stage corresponds to two of the kernel's:
+/// during its commands, awaited conditions are remembered; after them, the wait is reached.
 pub(crate) fn under_way(plan: &Plan, list: usize, stage: usize) -> u16 {
     let before: usize = plan.lists[..list].iter().map(|l| l.stages.len()).sum();
     u16::try_from(2 * (before + stage)).expect("a verb has fewer than 32,768 stages")
 }
 
-/// Returns the kernel's stage once the commands of (list, stage) are through.
+/// Returns the kernel's stage after the commands of (list, stage).
 pub(crate) fn reached(plan: &Plan, list: usize, stage: usize) -> u16 {
     under_way(plan, list, stage) + u16::from(matches!(plan.lists[list].stages[stage].wait, Some(Wait::Conditions(_))))
 }
 
 impl InstalledVerb<'_> {
-    /// Returns the consequence of (block, item) in (list, stage): a wait takes it first, else τ, else the end. `None`: nothing (it is no
-    /// termination condition there).
+    /// Returns the consequence of (block, item) in (list, stage): a wait takes precedence, then τ, then the end. `None` if it is not a
+    /// termination condition there.
     pub fn answer(&self, list: usize, stage: usize, condition: Option<usize>, reported: Option<(usize, usize)>) -> Option<Answer> {
         let planned = &self.plan.lists[list];
         if let (Some(Wait::Conditions(waits)), Some(reported)) = (&planned.stages[stage].wait, reported)
@@ -66,7 +66,7 @@ impl InstalledVerb<'_> {
         stages
     }
 
-    /// Returns the watch table of a stage, while its commands are under way or when its wait is reached.
+    /// Returns the watch table of a stage, during its commands or after its wait is reached.
     fn watches(&self, list: usize, stage: usize, under_way: bool) -> Vec<Watch> {
         let awaited = match &self.plan.lists[list].stages[stage].wait {
             Some(Wait::Conditions(waits)) if under_way => waits.as_slice(),
@@ -110,8 +110,7 @@ impl InstalledVerb<'_> {
         watches
     }
 
-    /// Conditions that some wait of the verb is for, in the order in which they are found, and the one that tells that it may be
-    /// suspended.
+    /// Returns the conditions that waits of the verb are for, in order of appearance, and the one that reports that it may be suspended.
     pub fn waited_for(&self) -> Vec<(usize, usize)> {
         let mut found = Vec::new();
         for stage in self.plan.lists.iter().flat_map(|l| &l.stages) {
@@ -138,14 +137,14 @@ impl InstalledVerb<'_> {
         }
     }
 
-    /// Returns the source, if the verb has but one.
+    /// Returns the source if the verb has only one.
     fn only_source(&self) -> Option<SourceId> {
         (self.installed.sources.len() == 1).then(|| self.installed.sources[0])
     }
 
-    /// Returns a reaction if all lies in `source`, else the supervisor is told.
+    /// Returns a reaction if everything is in `source`; otherwise the supervisor is notified.
     fn response(&self, list: usize, stage: usize, answer: Answer, condition: usize, source: Option<SourceId>) -> Response {
-        // What lies in several places is answered here.
+        // A process spread over several sources is handled by the supervisor.
         let Some(source) = source.filter(|_| !self.installed.process.is_spread()) else { return Response::Tell };
         let active: Vec<usize> = self.plan.lists[list].stages[stage].active.iter().map(|(a, _)| *a).collect();
         if matches!(answer, Answer::End) && self.plan.conditions.get(condition).is_some_and(|c| c.returns.iter().any(|output| self.moves(*output))) {
@@ -171,7 +170,7 @@ impl InstalledVerb<'_> {
             }
             Answer::End if self.plan.ending.list.is_some_and(|ending| ending != list) => return self.conclusion((list, stage), &active, condition, source),
             Answer::End => {
-                // In the ending list nothing is read any more.
+                // The ending list reads no outputs.
                 let is_ending = self.plan.ending.list == Some(list);
                 let outputs = if is_ending { Vec::new() } else { self.outputs_in(source, condition) };
                 let captured: usize = outputs.iter().map(|o| self.piece_len(*o)).sum();
@@ -189,7 +188,7 @@ impl InstalledVerb<'_> {
         }
     }
 
-    /// Returns a reaction that reads ω and goes to the ending list, if all of that lies in `source`, else the supervisor is told.
+    /// Returns a reaction that reads ω and enters the ending list, if all of that is in `source`; otherwise the supervisor is notified.
     fn conclusion(&self, from: (usize, usize), active: &[usize], condition: usize, source: SourceId) -> Response {
         let Some(list) = self.plan.ending.list else { return Response::Tell };
         let outputs = self.concluding_outputs(source, condition);
@@ -211,16 +210,16 @@ impl InstalledVerb<'_> {
         }
     }
 
-    /// Returns true if a stage is over as soon as it is entered, or tells a device that it is ready: work for the supervisor.
+    /// Returns true if a stage is complete on entry, or marks a device as ready: work for the supervisor.
     pub fn ends_at_once(&self, list: usize, stage: usize) -> bool {
         let stage = &self.plan.lists[list].stages[stage];
         let idle = stage.active.is_empty() && matches!(stage.wait, None | Some(Wait::Idle));
         idle || stage.commands.iter().any(|c| matches!(c, PlannedCommand::Ready))
     }
 
-    /// Operations that leave what is on and enter a stage: the abort, and the commands, in order. A block that is on in
-    /// both keeps its instance, state and phase. `from`: activations that may be on. `generation`: the supervisor's, when it is
-    /// the one that moves.
+    /// Adds the operations that leave the active blocks and enter a stage: the abort, and the commands, in order. A block that is on in
+    /// both keeps its instance, state and phase. `from`: activations that may be on. `generation`: that of the supervisor, if it makes
+    /// the move.
     pub fn enter(&self, builder: &mut Builder, from: &[usize], list: usize, stage: usize, generation: Option<u32>) {
         let planned = &self.plan.lists[list].stages[stage];
         let commanded = |a: usize| planned.commands.iter().any(|c| matches!(c, PlannedCommand::Off(off) if *off == a));
@@ -234,8 +233,8 @@ impl InstalledVerb<'_> {
         self.reach(builder, list, stage, generation);
     }
 
-    /// Commands in their order. Of blocks that are switched on side by side those that take values from other sources are on before
-    /// anything runs: a value that came before a reader was on would be none that it has not had.
+    /// Adds commands in order. Among blocks that are switched on together, those that read values from other sources are switched on
+    /// before anything runs: otherwise a reader would not count a value that arrived before it was on.
     pub fn commands(&self, builder: &mut Builder, commands: &[PlannedCommand], generation: Option<u32>) {
         let is_on = |command: &PlannedCommand| matches!(command, PlannedCommand::On { .. });
         let takes = |command: &&PlannedCommand| match command {
@@ -286,7 +285,8 @@ impl InstalledVerb<'_> {
         first.unwrap_or(self.installed.sources[0])
     }
 
-    /// Sources without which a command list cannot run: those of what it switches on or executes, and those that enter its stages.
+    /// Returns the sources required by a command list: those of the blocks that it switches on or executes, and those that enter its
+    /// stages.
     pub fn needed_by(&self, list: usize) -> Vec<SourceId> {
         let mut needed = Vec::new();
         for (index, stage) in self.plan.lists[list].stages.iter().enumerate() {
@@ -301,7 +301,7 @@ impl InstalledVerb<'_> {
         needed
     }
 
-    /// Adds one command. What follows an `execute` acts only if that did not end the process.
+    /// Adds one command. Operations after an `execute` act only if it did not end the process.
     fn command(&self, builder: &mut Builder, command: &PlannedCommand, generation: Option<u32>) {
         self.bring(builder, command);
         match command {
@@ -320,7 +320,7 @@ impl InstalledVerb<'_> {
                         builder.add(source, Op::While { process: self.installed.process.clone(), generation });
                     }
                     builder.barrier();
-                    // What it reports has come, and been answered, before what follows is sent.
+                    // The block's reports must have arrived and been handled before the rest is sent.
                     if self.installed.process.is_spread() {
                         builder.divide();
                     }
@@ -336,7 +336,7 @@ impl InstalledVerb<'_> {
         }
     }
 
-    /// Operations that stop the instance in one source: everything off, its channels safe. They hold nothing that holds the
+    /// Adds the operations that stop the instance in one source: everything off, its channels safe. They hold no reference to the
     /// process, so that a process may own them.
     pub fn stop_in(&self, builder: &mut Builder, source: SourceId) {
         for (activation, of) in self.installed.activations.iter().zip(&self.installed.activation_source) {
@@ -349,7 +349,7 @@ impl InstalledVerb<'_> {
         }
     }
 
-    /// Operations that claim the verb's channels at their device: what its blocks store goes out from that firing on.
+    /// Adds the operations that claim the verb's channels at their devices: values stored by its blocks are output from that firing on.
     pub fn engage(&self, builder: &mut Builder) {
         for &source in &self.installed.sources {
             for (device, channels) in self.channels_in(source) {
@@ -358,7 +358,7 @@ impl InstalledVerb<'_> {
         }
     }
 
-    /// Channels that the verb writes in a source.
+    /// Returns the channels that the verb writes in a source.
     pub fn channels_in(&self, source: SourceId) -> Vec<(Arc<kernel::Device>, Vec<u16>)> {
         let mut found: Vec<(&str, Vec<u16>)> = Vec::new();
         for claim in &self.plan.claims {
@@ -377,7 +377,7 @@ impl InstalledVerb<'_> {
     }
 }
 
-/// Returns the operations, if all of them are one script for `source`.
+/// Returns the operations if they form one script for `source`.
 fn local(builder: Builder, source: SourceId) -> Option<Vec<Op>> {
     let mut ops = Vec::new();
     for movement in builder.finish() {

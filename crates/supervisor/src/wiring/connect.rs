@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Connections between sources: the asynchronous group of each pair, and the queues of an instance's synchronous inputs.
 //!
-//! A pair has one asynchronous group, so that a firing sees one publication of each other source. It is replaced when its
-//! members change: the writer publishes into the new one first, then the reader turns to it. Queues belong to the instance that
-//! reads them and are never replaced, so no row is lost.
+//! A pair has one asynchronous group, so that a firing sees one publication of each other source. The group is replaced when its members
+//! change: the writer publishes into the new one first, then the reader switches to it. Queues belong to the instance that reads them and
+//! are never replaced, so no row is lost.
 use crate::claims::writers::Pair;
 use crate::movements::sequence::{Inlet, Movement};
 use crate::registry::Registry;
@@ -20,17 +20,17 @@ use runtime::Host;
 use std::collections::{BTreeMap, HashMap};
 use std::sync::Arc;
 
-/// Rows that a queue holds: values that may wait while the reader is held up.
+/// Number of rows that a queue holds while the reader is held up.
 const QUEUE_DEPTH: usize = 16;
 
-/// The same of an instance to which values come over a network, which may hold them up for long and bring them in bursts: what comes another
-/// way to where they meet has to wait as long.
+/// Number of rows for an instance that receives values over a network, which may delay them for long and deliver them in bursts: values
+/// that reach the same reader by another path have to wait as long.
 const QUEUE_DEPTH_NETWORK: usize = 256;
 
 /// Writer of a queue's member.
 enum Author {
     Planned(usize),
-    /// The activation is of another instance, with n of its ratio output.
+    /// Activation of another instance, with n of its ratio output.
     Installed(Arc<Activation>, u32),
 }
 
@@ -39,13 +39,13 @@ struct Member {
     from: Cell,
     to: Cell,
     author: Author,
-    /// n of the writer's output, where that is a ratio output, else 0.
+    /// n if the writer's output is a ratio output, otherwise 0.
     author_ratio: u32,
-    /// n of a ratio input, else 0.
+    /// n of a ratio input, otherwise 0.
     ratio: u32,
-    /// The activation that reads it (of the plan).
+    /// Activation of the plan that reads the member.
     reader: usize,
-    /// The SVV of another instance that it carries, where it does: that instance may be followed by another.
+    /// SVV of another instance that it carries, if any: that instance may be succeeded by another.
     svv: Option<String>,
 }
 
@@ -56,13 +56,13 @@ pub(crate) struct Queue {
     ends: (End<dyn Sender>, End<dyn Receiver>),
 }
 
-/// Cells of inputs by (block, item) whose values come one by one through a queue: that value is not always the newest, so it has a cell of its
-/// own.
+/// Cells of inputs, by (block, item), whose values arrive one by one through a queue: the current value is not always the newest, so it
+/// has a cell of its own.
 pub(crate) type Delays = HashMap<(usize, usize), Cell>;
 
-/// Makes the queues that a plan needs, or, `only`, those for SVVs that other instances write. What one block of another instance writes travels in
-/// one queue: its outputs come together, however late. Ratio members travel in a queue of their own, inside a source too: so they go by
-/// number there.
+/// Makes the queues that a plan needs, or, with `only`, those for SVVs that other instances write. All values of one block of another
+/// instance use one queue: its outputs arrive together, however late. Ratio members have a queue of their own, even within a source,
+/// where they are therefore counted by number.
 pub(crate) fn queues(
     registry: &Registry,
     host: &Host,
@@ -111,8 +111,7 @@ pub(crate) fn queues(
     members.into_iter().map(|((pair, ..), members)| queue(host, pair, members, depth)).collect()
 }
 
-/// Returns true if an instance lies on several hosts, or one of its queues comes from another.1 Returns kind, type, unit, history, writers and
-/// readers of an SVV, a private cell or a channel.
+/// Returns true if an instance spans several hosts, or if one of its queues comes from another host.
 fn meets_network(host: &Host, block_source: &[SourceId], mut pairs: impl Iterator<Item = Pair>) -> bool {
     let apart = |one: SourceId, other: SourceId| host.reach(one, other) == Reach::Network;
     block_source.split_first().is_some_and(|(first, others)| others.iter().any(|other| apart(*first, *other))) || pairs.any(|(from, to)| apart(from, to))
@@ -145,7 +144,7 @@ fn author_of(
     Some((writer.source, from, Author::Installed(writer.activation.clone(), writer.ratio)))
 }
 
-/// Returns the SVV that a planned cell is, if another instance writes it.
+/// Returns the SVV of a planned cell if another instance writes it.
 fn external_svv(cell: &PlannedCell) -> Option<&str> {
     match &cell.kind {
         CellKind::Svv { name, .. } if cell.writers.is_empty() => Some(name),
@@ -153,7 +152,7 @@ fn external_svv(cell: &PlannedCell) -> Option<&str> {
     }
 }
 
-/// Offsets of members, behind the kernel's own bytes, and the length of a row.
+/// Returns the offsets of members, after the kernel's own bytes, and the length of a row.
 fn lay_out(members: &[Member]) -> (Vec<usize>, usize) {
     let mut end = kernel::row_prefix(members.len());
     let offsets = members
@@ -188,7 +187,7 @@ impl Queue {
     }
 }
 
-/// A queue whose reading end is made.
+/// A queue whose reading end has been created.
 pub(crate) struct HalfQueue {
     pair: Pair,
     members: Vec<Member>,
@@ -197,7 +196,7 @@ pub(crate) struct HalfQueue {
     inbound: Option<Arc<Inbound>>,
 }
 
-/// Makes the reading ends of the synchronous queues: what gates an activation is needed before the activation is made.
+/// Creates the reading ends of the synchronous queues: the gates of an activation must exist before the activation.
 pub(crate) fn open(queues: Vec<Queue>) -> Vec<HalfQueue> {
     let half = |queue: Queue| {
         let ratio = queue.is_ratio();
@@ -246,7 +245,7 @@ impl HalfQueue {
     }
 }
 
-/// Enters the queues of an instance; the sources whose tables change.
+/// Enters the queues of an instance. Returns the sources whose tables change.
 pub(crate) fn enter_queues(wiring: &mut Wiring, queues: Vec<HalfQueue>, instance: u64, installed: &InstalledPlan) -> Vec<SourceId> {
     let sources = queues.iter().flat_map(|q| [q.pair.0, q.pair.1]).collect();
     for queue in queues {
@@ -255,7 +254,7 @@ pub(crate) fn enter_queues(wiring: &mut Wiring, queues: Vec<HalfQueue>, instance
     sources
 }
 
-/// Pairs over which the private cells of an instance travel asynchronously, with the cells of both ends.
+/// Returns the pairs over which the private cells of an instance are sent asynchronously, with the cells of both ends.
 pub(crate) fn crossings(plan: &Plan, installed: &InstalledPlan) -> Vec<Crossing> {
     let mut found = Vec::new();
     for (index, cell) in plan.cells.iter().enumerate() {
@@ -281,8 +280,8 @@ pub(crate) fn crossings(plan: &Plan, installed: &InstalledPlan) -> Vec<Crossing>
 }
 
 impl Wiring {
-    /// Makes new asynchronous groups for these pairs, as SVVs and instances are now. What has to follow: the writers' new
-    /// tables, then the readers' turn.
+    /// Makes new asynchronous groups for these pairs, for the current SVVs and instances. Returns the movements that have to follow: the
+    /// new tables of the writers, then the switch of the readers.
     pub fn reconnect(&mut self, host: &Host, registry: &Registry, mut pairs: Vec<Pair>) -> Vec<Movement> {
         pairs.sort();
         pairs.dedup();
@@ -312,7 +311,7 @@ impl Wiring {
         vec![Movement::Tables(writers), Movement::Inbound(inlets)]
     }
 
-    /// Members of the asynchronous group of a pair: (cell of the writer, cell of the reader).
+    /// Returns the members of the asynchronous group of a pair: (cell of the writer, cell of the reader).
     fn group(&self, registry: &Registry, writer: SourceId, reader: SourceId) -> Vec<(Cell, Cell)> {
         let svvs = registry.svvs.values().filter(|s| s.home == Some(writer) && s.readers.get(&reader).is_some_and(|n| *n > 0));
         let of_svvs = svvs.flat_map(|s| {

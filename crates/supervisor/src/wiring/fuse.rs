@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Fusing: blocks in C that are always due together get one entry, compiled from their sources.
+//! Fusing: compiles C blocks that are always due together into one entry from their sources.
 use crate::core::Core;
 use crate::system::System;
 use crate::wiring::fusing::Candidate;
@@ -10,54 +10,54 @@ use serde::Serialize;
 use std::collections::HashSet;
 use std::time::{Duration, Instant};
 
-/// Time for which one call goes on compiling; the caller asks again, and may leave it between.
+/// Time for which one call continues to compile; the caller repeats the call and may stop in between.
 const SLICE: Duration = Duration::from_secs(1);
 
 /// Groups of fused blocks, and blocks that are not fused.
 #[derive(Clone, Debug, Serialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct FusedBlocks {
-    /// Tables get the entries that there are, also those of instances that come.
+    /// True if tables use the available entries, including those of future instances.
     pub on: bool,
-    /// Groups that nobody has compiled so far: `fuse` goes on with them.
+    /// Number of groups not compiled yet, with which `fuse` continues.
     pub waiting: u32,
-    /// Groups of blocks, by their sources.
+    /// Groups of blocks, identified by their sources.
     pub groups: Vec<FusedGroup>,
     /// Blocks that cannot be fused.
     pub single: Vec<SingleBlock>,
 }
 
-/// Blocks that stand behind each other and are always due together, of which some read what others store.
+/// Consecutive blocks that are always due together and of which some read values stored by others.
 #[derive(Clone, Debug, Serialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct FusedGroup {
-    /// The interrupt source that fires them.
+    /// Interrupt source that fires them.
     pub source: String,
-    /// `instance.label`, in the order in which they run.
+    /// `instance.label`, in execution order.
     pub blocks: Vec<String>,
-    /// True if they run by one entry.
+    /// True if the group runs by one entry.
     pub fused: bool,
-    /// Reason why they have none.
+    /// Reason why the group has no entry.
     pub why: Option<String>,
 }
 
-/// A block that runs by itself.
+/// A block that runs on its own.
 #[derive(Clone, Debug, Serialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct SingleBlock {
     /// `instance.label`.
     pub block: String,
-    /// Reason why it cannot be fused.
+    /// Reason why the block cannot be fused.
     pub why: String,
 }
 
 impl System {
-    /// Fuses what is installed, and from then on what comes of the same blocks wired alike, or with `on` false undoes it. Everything goes on
-    /// meanwhile, and all computes the same bits. Returns after about a second, with groups `waiting` where some are still to be compiled: call
-    /// it again. A group that cannot be compiled runs block by block, as before; the answer says why.
+    /// Fuses the installed blocks, and future ones of the same kind with the same wiring; with `on` false undoes it. Everything keeps
+    /// running, and the results are bit-identical. Returns after about a second; if some groups are still `waiting` to be compiled, call
+    /// it again. A group that cannot be compiled runs block by block, as before; the answer states why.
     ///
     /// # Errors
-    /// The system is closed.
+    /// Fails if the system is closed.
     pub fn fuse(&self, on: bool) -> Result<FusedBlocks, Refusals> {
         let begun = Instant::now();
         self.shared.command(|core| {
@@ -72,7 +72,7 @@ impl System {
             if begun.elapsed() > SLICE {
                 break;
             }
-            // Nothing is locked while a compiler runs.
+            // Nothing is locked while the compiler runs.
             let entry = fuse(&members);
             self.shared.locked().wiring.fusing.keep(members.clone(), entry);
             made.insert(members);
@@ -123,7 +123,7 @@ fn candidates(core: &Core) -> Vec<(SourceId, Candidate)> {
     here.flat_map(|(source, table)| table.candidates().into_iter().map(move |candidate| (source, candidate))).collect()
 }
 
-/// Returns those of these groups that are not compiled.
+/// Returns the groups among these that have not been compiled.
 fn waiting(core: &Core, among: &[(SourceId, Candidate)]) -> HashSet<Vec<Member>> {
     among.iter().map(|(_, candidate)| &candidate.members).filter(|members| core.wiring.fusing.made(members).is_none()).cloned().collect()
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Fused groups of blocks: the entries that there are, and whether tables get them.
+//! Fused groups of blocks: the available entries, and whether tables use them.
 use kernel::{Block, Table};
 use modules::fused::{Member, NotFused};
 use opengpac::bank::Bank;
@@ -7,22 +7,22 @@ use std::collections::HashMap;
 use std::ops::Range;
 use std::sync::Arc;
 
-/// Entries by what they are made of: a group that is there again, in another instance or later, has its own already.
+/// Entries by their members: a group that recurs, in another instance or later, already has its entry.
 #[derive(Default)]
 pub(crate) struct Fusing {
     pub is_on: bool,
     made: HashMap<Vec<Member>, Result<Bank, NotFused>>,
 }
 
-/// Blocks of one source that are fused, or could be.
+/// Blocks of one source that are, or could be, fused.
 pub(crate) struct Candidate {
-    /// `instance.label`, in their order.
+    /// `instance.label`, in order.
     pub blocks: Vec<String>,
     pub members: Vec<Member>,
 }
 
 impl Fusing {
-    /// Switches on or off whether tables get these entries; what a compiler has refused is tried again.
+    /// Sets whether tables use the entries; compilations that failed are tried again.
     pub fn switch(&mut self, on: bool) {
         self.is_on = on;
         self.made.retain(|_, made| made.is_ok());
@@ -32,12 +32,12 @@ impl Fusing {
         self.made.insert(members, made);
     }
 
-    /// Its entry, or why there is none; `None`: nobody has compiled it so far.
+    /// Returns the entry of a group, or the reason why there is none; `None` if it has not been compiled yet.
     pub fn made(&self, members: &[Member]) -> Option<&Result<Bank, NotFused>> {
         self.made.get(members)
     }
 
-    /// Returns the table, with the entries of its groups.
+    /// Returns the table with the entries of its groups.
     pub fn fuse(&self, table: Table) -> Table {
         if self.is_on { table.fused(|blocks| self.entries(blocks)) } else { table }
     }

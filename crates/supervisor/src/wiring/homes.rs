@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Where a cell lies that blocks of several sources write, one after the other: with the block that is on. Before such a block runs, the
-//! cell comes to its source: value, number, time and windows are carried there, and what reads it from another source turns to there.
+//! Homes of cells that blocks of several sources write one after the other: the source of the block that is on. Before such a block runs,
+//! the cell is moved to its source: value, number, time and windows are carried there, and readers in other sources switch to it.
 use crate::wiring::installed::Homes;
 use kernel::SourceId;
 use model::plan::{Plan, PlannedCommand};
 
-/// Returns the homes at first: with the first writer of each.
+/// Returns the initial homes: the source of each cell's first writer.
 pub(crate) fn first_homes(plan: &Plan, block_source: &[SourceId]) -> Homes {
     let home = |(index, cell): (usize, &model::plan::PlannedCell)| {
         let first = block_source[cell.writers.first()?.0];
@@ -14,7 +14,7 @@ pub(crate) fn first_homes(plan: &Plan, block_source: &[SourceId]) -> Homes {
     plan.cells.iter().enumerate().filter_map(home).collect()
 }
 
-/// Returns the (block, item) that writes a planned cell while a reader is on; the first, if none does.
+/// Returns the (block, item) that writes a planned cell while a reader is on, or else the first writer.
 pub(crate) fn writer_for(plan: &Plan, cell: usize, reader: usize) -> Option<(usize, usize)> {
     let writers = &plan.cells[cell].writers;
     if let [] | [_] = writers[..] {
@@ -26,7 +26,7 @@ pub(crate) fn writer_for(plan: &Plan, cell: usize, reader: usize) -> Option<(usi
     together.or(writers.first()).copied()
 }
 
-/// Returns the blocks that a command lets run.
+/// Returns the blocks that a command causes to run.
 pub(crate) fn run_by(plan: &Plan, command: &PlannedCommand) -> Vec<usize> {
     match command {
         PlannedCommand::Execute(blocks) => blocks.clone(),
@@ -35,7 +35,7 @@ pub(crate) fn run_by(plan: &Plan, command: &PlannedCommand) -> Vec<usize> {
     }
 }
 
-/// Returns the (block, item) that writes a planned cell first when a plan begins; the first of all, if none does at once.
+/// Returns the (block, item) that writes a planned cell first when a plan begins, or else the first of its writers.
 pub(crate) fn first_writer(plan: &Plan, cell: usize) -> Option<(usize, usize)> {
     let writers = &plan.cells[cell].writers;
     if let [] | [_] = writers[..] {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Installing a plan: memory in the image of each source, blocks with their addresses, activations. Nothing runs yet, and what
-//! runs is not disturbed; a plan that cannot be installed leaves nothing behind.
+//! Installation of a plan: memory in the image of each source, blocks with their addresses, activations. Nothing of it runs yet, and
+//! running instances are not disturbed; a failed installation leaves nothing behind.
 use crate::definitions::catalog::Catalog;
 use crate::numbers::Numbers;
 use crate::refuse::refuse;
@@ -20,7 +20,7 @@ use runtime::Host;
 use std::collections::{BTreeMap, HashSet};
 use std::sync::Arc;
 
-/// Memory of one image while it is laid out.
+/// Memory layout of one image under construction.
 #[derive(Default)]
 struct Layout {
     len: usize,
@@ -34,35 +34,35 @@ impl Layout {
     }
 }
 
-/// Offsets of everything that is laid out, before the memory is there.
+/// Offsets of all items, computed before the memory is allocated.
 struct Places {
     stamps: Vec<usize>,
     cells: Vec<Vec<(SourceId, usize)>>,
-    /// Cells of each block: (item, offset) of those that its array ports gather into, and that its ratio inputs are delayed in.
+    /// Own cells of each block, as (item, offset): gather cells of array ports, and delay cells of ratio inputs.
     own: Vec<Vec<(usize, usize)>>,
     blocks: Vec<usize>,
     extents: BTreeMap<SourceId, Arc<Extent>>,
 }
 
 impl Places {
-    /// Returns the cell that block `block` has for itself behind an item.
+    /// Returns the own cell of block `block` for an item.
     fn own(&self, site: &Site, block: usize, item: usize, size: usize) -> Cell {
         let offset = self.own[block].iter().find(|(i, _)| *i == item).expect("laid out before").1;
         self.extents[&site.block_source[block]].cell(offset, size)
     }
 }
 
-/// Everything that the parts of an installation need.
+/// Context shared by the parts of an installation.
 struct Site<'a> {
     plan: &'a Plan,
     catalog: &'a Catalog,
     block_source: Vec<SourceId>,
     activation_source: Vec<SourceId>,
-    /// Inputs that take values one by one through a queue: (block, item).
+    /// Inputs that receive values one by one through a queue: (block, item).
     queued: HashSet<(usize, usize)>,
 }
 
-/// Puts a plan into memory, with the queues that its synchronous inputs from other sources need (not yet entered in any table).
+/// Puts a plan into memory, with the queues for its synchronous inputs from other sources (not yet entered in any table).
 pub(crate) fn install(
     registry: &mut Registry,
     host: &Host,
@@ -122,7 +122,7 @@ pub(crate) fn install(
     Ok((installed, queues))
 }
 
-/// Stamps of the private cells that several blocks write, in the images of those.
+/// Creates stamps for private cells that several blocks write, in the images of these blocks.
 fn own_stamps(site: &Site) -> BTreeMap<usize, BTreeMap<SourceId, Cell>> {
     let several = |(_, cell): &(usize, &PlannedCell)| cell.writers.len() > 1 && matches!(cell.kind, CellKind::Private { .. });
     let stamp = |(block, _): &(usize, usize)| {
@@ -133,7 +133,7 @@ fn own_stamps(site: &Site) -> BTreeMap<usize, BTreeMap<SourceId, Cell>> {
     site.plan.cells.iter().enumerate().filter(several).map(|(index, cell)| (index, cell.writers.iter().map(stamp).collect())).collect()
 }
 
-/// Makes the activations, each with what makes it due. Those that drive others come first in a plan.
+/// Creates the activations, each with its due rule. In a plan, activations that drive others come first.
 fn make_activations(registry: &Registry, site: &Site, stamps: &[Cell], gates: &[Gate]) -> Vec<Arc<Activation>> {
     let mut activations: Vec<Arc<Activation>> = Vec::with_capacity(stamps.len());
     for (index, planned) in site.plan.activations.iter().enumerate() {
@@ -143,7 +143,7 @@ fn make_activations(registry: &Registry, site: &Site, stamps: &[Cell], gates: &[
     activations
 }
 
-/// Sources in whose image a planned cell lies.
+/// Returns the sources whose images contain a planned cell.
 fn cell_sources(site: &Site, index: usize) -> Vec<SourceId> {
     let cell = &site.plan.cells[index];
     let mut sources: Vec<SourceId> = cell.writers.iter().chain(&cell.readers).map(|(b, _)| site.block_source[*b]).collect();
@@ -152,7 +152,7 @@ fn cell_sources(site: &Site, index: usize) -> Vec<SourceId> {
     sources
 }
 
-/// Lays out the images: stamps, private cells, gather cells, blocks in the order of a firing; then takes the memory.
+/// Lays out the images: stamps, private cells, gather cells, blocks in firing order; then allocates the memory.
 fn lay_out(site: &Site) -> Places {
     let plan = site.plan;
     let mut layouts: BTreeMap<SourceId, Layout> = BTreeMap::new();
@@ -188,7 +188,8 @@ fn lay_out(site: &Site) -> Places {
     Places { stamps, cells, own, blocks, extents }
 }
 
-/// Inputs that take values one by one through a queue: those with a ratio, and synchronous ones whose writer runs in another source.
+/// Returns the inputs that receive values one by one through a queue: ratio inputs, and synchronous ones whose writer runs in another
+/// source.
 fn queued(registry: &Registry, plan: &Plan, block_source: &[SourceId]) -> HashSet<(usize, usize)> {
     let mut queued = HashSet::new();
     for (index, block) in plan.blocks.iter().enumerate() {
@@ -217,7 +218,7 @@ fn writer_source(registry: &Registry, plan: &Plan, block_source: &[SourceId], (c
     }
 }
 
-/// Makes the cells of inputs that take values one by one.
+/// Creates the cells of inputs that receive values one by one.
 fn delays(site: &Site, places: &Places) -> Delays {
     let mut delays = Delays::new();
     for (index, block) in site.plan.blocks.iter().enumerate() {
@@ -233,7 +234,7 @@ fn delays(site: &Site, places: &Places) -> Delays {
     delays
 }
 
-/// Makes the cells in each image: private ones in the instance's memory, SVVs and channels where they lie.
+/// Creates the cells in each image: private ones in the instance's memory, SVVs and channels at their locations.
 fn make_cells(registry: &mut Registry, site: &Site, places: &Places) -> Vec<BTreeMap<SourceId, Cell>> {
     for (index, block) in site.plan.blocks.iter().enumerate() {
         for bound in &block.bindings {
@@ -268,7 +269,7 @@ fn make_cells(registry: &mut Registry, site: &Site, places: &Places) -> Vec<BTre
     cells
 }
 
-/// Lays out together the SVVs that an array port reads together, if they are new in that image.
+/// Lays out contiguously the SVVs that an array port reads, if they are new in that image.
 fn lay_out_svvs(registry: &mut Registry, site: &Site, list: &[usize], source: SourceId) {
     let names: Option<Vec<&str>> = list
         .iter()
@@ -289,13 +290,13 @@ fn lay_out_svvs(registry: &mut Registry, site: &Site, list: &[usize], source: So
 
 type Copies = Vec<(Cell, Cell)>;
 
-/// The copies that an installation needs around its blocks.
+/// Copies that an installation needs around its blocks.
 struct Copying {
     before: Vec<Copies>,
     after: Vec<Copies>,
 }
 
-/// Makes the blocks, bound, and the copies around them.
+/// Creates the bound blocks and the copies around them.
 fn make_blocks(
     numbers: &mut Numbers,
     site: &Site,

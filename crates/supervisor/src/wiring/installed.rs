@@ -1,20 +1,20 @@
 // SPDX-License-Identifier: Apache-2.0
-//! A plan in memory: where its blocks, cells and connections lie.
+//! Plan in memory: locations of its blocks, cells and connections.
 use kernel::{Activation, Block, Cell, Inbound, Process, SourceId, Window};
 use model::interface::Interface;
 use model::plan::Plan;
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-/// The source of each cell that has writers in several of them: planned cell → source.
+/// Source of each cell that has writers in several sources: planned cell → source.
 pub(crate) type Homes = BTreeMap<usize, SourceId>;
 
-/// The windows that the blocks of an instance read: (planned cell, number of values) → in each image.
+/// Windows that the blocks of an instance read: (planned cell, number of values) → window in each image.
 pub(crate) type Windows = BTreeMap<(usize, u32), BTreeMap<SourceId, Window>>;
 
 /// A member of a queue that an activation of the plan waits for.
 pub(crate) struct Gate {
-    /// The SVV of another instance, where it is one.
+    /// SVV of another instance, if the member is one.
     pub svv: Option<String>,
     pub activation: usize,
     pub inbound: Arc<Inbound>,
@@ -23,7 +23,7 @@ pub(crate) struct Gate {
 
 /// A plan in memory.
 pub(crate) struct InstalledPlan {
-    /// Sources that it has blocks in, in the plan's order.
+    /// Sources with blocks of the plan, in the plan's order.
     pub sources: Vec<SourceId>,
     /// Blocks, by planned block.
     pub blocks: Vec<Arc<Block>>,
@@ -34,17 +34,17 @@ pub(crate) struct InstalledPlan {
     pub activation_source: Vec<SourceId>,
     /// Number and time of the last invocation of each activation.
     pub stamps: Vec<Cell>,
-    /// Cells, by planned cell: one in each image.
+    /// Cells, by planned cell, one per image.
     pub cells: Vec<BTreeMap<SourceId, Cell>>,
     pub process: Arc<Process>,
-    /// Copies before and behind each block.
+    /// Copies before and after each block.
     pub before: Vec<Vec<(Cell, Cell)>>,
     pub after: Vec<Vec<(Cell, Cell)>>,
-    /// Cells of inputs that take values one by one: (source, block, item, cell).
+    /// Cells of inputs that receive values one by one: (source, block, item, cell).
     pub delays: Vec<(SourceId, usize, usize, Cell)>,
     /// Locations of cells that blocks of several sources write.
     pub homes: Homes,
-    /// Private cells that several blocks write have stamps of their own, in each image: as SVVs have.
+    /// Stamps of private cells that several blocks write, in each image, as for SVVs.
     pub own_stamps: BTreeMap<usize, BTreeMap<SourceId, Cell>>,
     /// Windows that its blocks read.
     pub windows: Windows,
@@ -53,14 +53,14 @@ pub(crate) struct InstalledPlan {
 }
 
 impl InstalledPlan {
-    /// Returns the cell in the image of `source`, or else in any.
+    /// Returns the cell in the image of `source`, or else in any image.
     pub fn cell(&self, index: usize, source: SourceId) -> Option<&Cell> {
         self.cells[index].get(&source)
     }
 }
 
 impl InstalledPlan {
-    /// Returns the source in which a planned cell is written now; with a reader, if nothing writes it.
+    /// Returns the source in which a planned cell is currently written, or that of a reader if nothing writes it.
     pub fn home(&self, plan: &Plan, cell: usize) -> Option<SourceId> {
         let planned = &plan.cells[cell];
         let first = || planned.writers.first().or(planned.readers.first()).map(|(block, _)| self.block_source[*block]);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The windows that the blocks of an instance read: made with its memory.
+//! Windows that the blocks of an instance read, created with its memory.
 use crate::registry::Registry;
 use crate::svvs::windows::{asked, window};
 use crate::wiring::installed::{InstalledPlan, Windows};
@@ -7,7 +7,7 @@ use kernel::{Cell, SourceId};
 use model::plan::{CellKind, Plan};
 use std::collections::BTreeMap;
 
-/// Makes the windows that a plan needs: of private cells in memory of their own, of SVVs where they lie. An SVV that the plan writes
+/// Creates the windows that a plan needs: for private cells in separate memory, for SVVs at their locations. An SVV that the plan writes
 /// gets its windows in the writer's image too.
 pub(crate) fn make_windows(registry: &mut Registry, plan: &Plan, block_source: &[SourceId], cells: &[BTreeMap<SourceId, Cell>]) -> Windows {
     let mut windows = Windows::new();
@@ -42,7 +42,7 @@ pub(crate) fn make_windows(registry: &mut Registry, plan: &Plan, block_source: &
 }
 
 impl InstalledPlan {
-    /// Windows of a private cell that travel between two sources.
+    /// Returns the windows of a private cell that are sent between two sources.
     pub fn crossing_windows(&self, cell: usize, from: SourceId, to: SourceId) -> impl Iterator<Item = (Cell, Cell)> + '_ {
         let of = self.windows.range((cell, 0)..=(cell, u32::MAX));
         of.filter_map(move |(_, windows)| Some((windows.get(&from)?.cell().clone(), windows.get(&to)?.cell().clone())))

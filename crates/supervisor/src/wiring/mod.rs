@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Where blocks, cells and connections lie, and what each source runs.
+//! Wiring: locations of blocks, cells and connections, and the blocks that each source runs.
 pub(crate) mod connect;
 pub(crate) mod follow;
 pub(crate) mod fuse;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Blocks of each source, as the supervisor keeps them, and the tables made from that.
+//! Blocks of each source in the supervisor's records, and the tables made from them.
 use crate::claims::writers::Pair;
 use crate::movements::sequence::{Inlet, Serial};
 use crate::wiring::fusing::{Candidate, Fusing, candidates};
@@ -15,25 +15,25 @@ pub(crate) struct StepRecord {
     pub instance: u64,
     pub id: BlockId,
     pub block: Arc<Block>,
-    /// Copies before and behind the invocation: gathers; scatters.
+    /// Copies before and after the invocation: gathers and scatters.
     pub before: Vec<(Cell, Cell)>,
     pub after: Vec<(Cell, Cell)>,
-    /// Windows that what it stores is appended to.
+    /// Windows to which its stored values are appended.
     pub appends: Vec<Append>,
     /// SVVs that it stores.
     pub stamped: Vec<StampedValue>,
     pub activation: Arc<Activation>,
     pub process: Arc<Process>,
-    /// Blocks of the same source that it takes values from synchronously.
+    /// Blocks of the same source that drive it synchronously.
     pub drivers: Vec<BlockId>,
 }
 
 /// An outbound connection of a source.
 pub(crate) struct Outlet {
     pub reader: SourceId,
-    /// The instance whose synchronous members it carries; `None`: the asynchronous group of the pair.
+    /// Instance whose synchronous members it carries; `None` for the asynchronous group of the pair.
     pub instance: Option<u64>,
-    /// The SVVs of other instances that it carries.
+    /// SVVs of other instances that it carries.
     pub svvs: Vec<String>,
     pub outbound: Arc<Outbound>,
 }
@@ -46,34 +46,34 @@ pub(crate) struct InletRecord {
     pub inbound: Arc<Inbound>,
 }
 
-/// Everything that the table of one source is made from.
+/// Contents of the table of one source.
 #[derive(Default)]
 pub(crate) struct SourceTable {
     pub steps: Vec<StepRecord>,
     pub outlets: Vec<Outlet>,
     pub inlets: Vec<InletRecord>,
     pub devices: Vec<Arc<Device>>,
-    /// Channels of its devices that raise sources.
+    /// Device channels that raise sources.
     pub edges: Vec<(String, Arc<Edge>)>,
 }
 
-/// A cell whose value travels asynchronously: over which pair, from where, to where.
+/// A cell whose value is sent asynchronously: its pair, the cell of the writer, the cell of the reader.
 pub(crate) type Crossing = (Pair, Cell, Cell);
 
 /// Blocks of each source, and the connections between sources.
 #[derive(Default)]
 pub(crate) struct Wiring {
     pub tables: BTreeMap<SourceId, SourceTable>,
-    /// The latest connection of each pair.
+    /// Latest connection of each pair.
     pub latest: HashMap<Pair, Serial>,
     pub last_connection: Serial,
-    /// Private cells of each instance that travel between sources.
+    /// Private cells of each instance that are sent between sources.
     pub crossings: BTreeMap<u64, Vec<Crossing>>,
     pub fusing: Fusing,
 }
 
 impl Wiring {
-    /// Lets go of what carries connections; the kernels have ended.
+    /// Releases the carriers of connections after the kernels have ended.
     pub fn sever(&self, host: &Host) {
         for table in self.tables.values() {
             host.sever(table.inlets.iter().map(|inlet| &*inlet.inbound), table.outlets.iter().map(|outlet| &*outlet.outbound));
@@ -82,7 +82,7 @@ impl Wiring {
 }
 
 impl SourceTable {
-    /// Returns the present table, without the rings of taps.
+    /// Returns the current table, without the rings of taps.
     fn build(&self) -> Table {
         let mut index_of: HashMap<BlockId, u32> = HashMap::with_capacity(self.steps.len());
         let mut steps: Vec<Step> = Vec::with_capacity(self.steps.len());
@@ -109,20 +109,19 @@ impl SourceTable {
         Table::new(steps, inbound, outbound, self.devices.clone(), None).with_edges(edges).with_stamped(stamped)
     }
 
-    /// Its groups of blocks that can be fused.
+    /// Returns the groups of blocks of the table that can be fused.
     pub fn candidates(&self) -> Vec<Candidate> {
         candidates(self.build())
     }
 }
 
 impl Wiring {
-    /// Returns an operation that swaps the table of `source` for one that is as the system is now; `rows`: the rings that taps read.
+    /// Returns an operation that replaces the table of `source` by one for the current state of the system; `rows`: rings read by taps.
     pub fn table_op(&self, source: SourceId, rows: impl IntoIterator<Item = Rows>) -> Op {
         Op::Table(Box::new(self.fusing.fuse(self.tables[&source].build()).with_rows(rows)))
     }
 
-    /// Puts the reading end of an asynchronous group in the place of the one before. One that a later connection of the pair has
-    /// overtaken is dropped.
+    /// Replaces the reading end of an asynchronous group by this one. An end superseded by a later connection of the pair is dropped.
     pub fn adopt(&mut self, inlet: Inlet) {
         if self.latest.get(&(inlet.writer, inlet.reader)) != Some(&inlet.serial) {
             return;

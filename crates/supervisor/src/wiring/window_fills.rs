@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Windows of an instance: what fills them at its start, and what its blocks append to them.
+//! Filling of an instance's windows at its start, and appending of its blocks' values.
 use crate::instances::instance::Instance;
 use crate::svvs::cells::SvvRecord;
 use kernel::{Append, Op, SourceId, Window};
@@ -7,7 +7,7 @@ use model::interface::Mode;
 use model::plan::CellKind;
 
 impl Instance {
-    /// Returns the operations that give every value of the windows of private cells the cell's first one, at a start.
+    /// Returns the operations that, at a start, set all values in the windows of private cells to the cell's initial value.
     pub fn fill_ops(&self) -> Vec<(SourceId, Op)> {
         let mut ops = Vec::new();
         for ((cell, _), windows) in &self.installed.windows {
@@ -21,7 +21,8 @@ impl Instance {
         ops
     }
 
-    /// Operations that append what ψ stored in a private cell to its windows: where it is written, or where nothing writes it in every image.
+    /// Returns the operations that append a value stored by ψ in a private cell to its windows: where the cell is written, or in every
+    /// image if nothing writes it.
     pub fn append_ops(&self, cell: usize) -> Vec<(SourceId, Op)> {
         let writer = self.installed.home(&self.plan, cell).filter(|_| !self.plan.cells[cell].writers.is_empty());
         let windows = self.installed.windows.range((cell, 0)..=(cell, u32::MAX)).flat_map(|(_, windows)| windows);
@@ -31,7 +32,7 @@ impl Instance {
             .collect()
     }
 
-    /// Windows that what block `block` stores is appended to.
+    /// Returns the windows to which the values stored by block `block` are appended.
     pub fn appends(&self, block: usize, svvs: &indexmap::IndexMap<String, SvvRecord>) -> Vec<Append> {
         let (installed, source) = (&self.installed, self.installed.block_source[block]);
         let mut appends = Vec::new();

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Blocks for scenarios. What a probe sees goes into a trace, by its parameter `trace`.
+//! Blocks for scenarios. A probe's observations go into a trace, chosen by its parameter `trace`.
 mod devices;
 
 use devices::*;
@@ -20,7 +20,7 @@ pub struct Row {
 
 static TRACES: Mutex<Option<HashMap<i64, Vec<Row>>>> = Mutex::new(None);
 
-/// Returns what the probes with this `trace` have seen since the last call.
+/// Returns the rows of the probes with this `trace` since the last call.
 pub fn seen(trace: i64) -> Vec<Row> {
     TRACES.lock().unwrap().get_or_insert_default().remove(&trace).unwrap_or_default()
 }
@@ -54,7 +54,7 @@ pub struct Count {
     /// value at which it reports
     #[param(default = 0.0)]
     limit: f64,
-    /// invocations ever, as a value
+    /// invocations in total, as a value
     #[output]
     total: f64,
 }
@@ -76,13 +76,13 @@ impl Step for Count {
     }
 }
 
-/// Leaves a trace of what it reads, and passes it on: y = u.
+/// Traces its input and passes it on: y = u.
 #[derive(FunctionBlock)]
 pub struct Probe {
     /// value that it reads
     #[input]
     u: f64,
-    /// the same
+    /// same value
     #[output]
     y: f64,
     /// number of the trace
@@ -107,13 +107,13 @@ impl Step for Probe {
     }
 }
 
-/// Leaves a trace of what is newest: y = u.
+/// Traces the newest value: y = u.
 #[derive(FunctionBlock)]
 pub struct Watch {
     /// value that it reads
     #[input(asynchronous, default = 0.0)]
     u: f64,
-    /// the same
+    /// same value
     #[output]
     y: f64,
     /// number of the trace
@@ -138,13 +138,13 @@ impl Step for Watch {
     }
 }
 
-/// Leaves a trace of every fourth value: y = u.
+/// Traces every fourth value: y = u.
 #[derive(FunctionBlock)]
 pub struct Fourth {
     /// value that it reads
     #[input(ratio = 4)]
     u: f64,
-    /// the same
+    /// same value
     #[output]
     y: f64,
     /// number of the trace
@@ -217,10 +217,10 @@ pub struct Pair {
     /// invocations in the life of the instance
     #[output]
     a: f64,
-    /// the same
+    /// same value
     #[output]
     b: f64,
-    /// the same
+    /// same value
     #[state(keep)]
     life: u32,
 }
@@ -234,16 +234,16 @@ impl Step for Pair {
     }
 }
 
-/// Leaves a trace of how far the halves of a pair are from each other.
+/// Traces the difference between the halves of a pair.
 #[derive(FunctionBlock)]
 pub struct Halves {
     /// one half
     #[input]
     u: f64,
-    /// the other
+    /// other half
     #[input]
     v: f64,
-    /// the difference
+    /// difference
     #[output]
     y: f64,
     /// number of the trace
@@ -295,7 +295,7 @@ impl Step for Gather {
     }
 }
 
-/// Writes where nothing is, in invocation `at`.
+/// Writes to an invalid address in invocation `at`.
 #[derive(FunctionBlock)]
 pub struct Crash {
     /// invocations
@@ -311,14 +311,14 @@ impl Step for Crash {
         self.y += 1.0;
         if invocation.number == self.at {
             let nowhere = std::hint::black_box(16 as *mut u32);
-            // SAFETY: none; the fault is what the test is about, and the kernel contains it.
+            // SAFETY: none; the fault is the subject of the test, and the kernel contains it.
             unsafe { nowhere.write_volatile(1) };
         }
         Outcome::Done
     }
 }
 
-/// Blocks of a module of their own, which is not trusted after they crash.
+/// Returns the blocks of a separate module, which is no longer trusted after they crash.
 pub fn crashing() -> Vec<&'static Descriptor> {
     vec![Crash::descriptor()]
 }

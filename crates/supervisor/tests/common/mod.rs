@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-//! A rig for scenarios: a system under the virtual clock with two timers, a trigger and two software sources on two processors,
-//! blocks that leave a trace, and programs as short texts.
+//! A rig for scenarios: a system under the virtual clock with two timers, a trigger and two software sources on two processors, blocks
+//! that leave a trace, and programs in a short notation.
 #![allow(dead_code, reason = "each test file uses its part")]
 mod blocks;
 
@@ -20,7 +20,7 @@ use supervisor::{Limits, Report, SvvRequest, System, WaitResult};
 
 pub const MS: i64 = 1_000_000;
 
-/// Everything real: nobody waits for as long.
+/// Time limit far longer than any real wait.
 const LONG: Duration = Duration::from_secs(300);
 
 pub struct Rig {
@@ -31,7 +31,7 @@ pub struct Rig {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Link {
     Memory,
-    /// Messages that arrive at once.
+    /// Messages that arrive immediately.
     Message,
     /// Messages that are delayed, lost, repeated, reordered and corrupted; chosen by the seed.
     Faulty(u64),
@@ -47,14 +47,14 @@ impl Link {
     }
 }
 
-/// Runs a scenario over memory and over messages.
+/// Runs a scenario in memory and by messages.
 pub fn on_both(scenario: impl Fn(&Rig)) {
     for link in [Link::Memory, Link::Message] {
         scenario(&Rig::new(link));
     }
 }
 
-/// Runs a scenario over every carrier, with faults too.
+/// Runs a scenario with every carrier, including faulty ones.
 pub fn on_all(scenario: impl Fn(&Rig)) {
     on_both(&scenario);
     for seed in 1..4 {
@@ -71,12 +71,13 @@ impl Rig {
         Rig::begun(clock, link, 0, |_| {})
     }
 
-    /// The same with firings of the slower sources that cost so much virtual time, and something to do with the system before its first source is made.
+    /// Creates the same rig, but with firings of the slower sources that cost `cost_ns` of virtual time, and with an action on the system
+    /// before its first source is made.
     pub fn begun(clock: ClockKind, link: Link, cost_ns: u64, begin: impl FnOnce(&System)) -> Rig {
         Rig::made(clock, link.carrier(), cost_ns, begin)
     }
 
-    /// Over this carrier.
+    /// Creates a rig with this carrier.
     pub fn over(clock: ClockKind, carrier: Box<dyn Carrier>) -> Rig {
         Rig::made(clock, carrier, 0, |_| {})
     }
@@ -96,7 +97,7 @@ impl Rig {
         Rig { system }
     }
 
-    /// An SVV of type `double`.
+    /// Defines an SVV of type `double`.
     pub fn svv(&self, name: &str) {
         self.svv_of(name, json!({"type_text": "double"}));
     }
@@ -133,7 +134,7 @@ impl Rig {
         self.system.create(&application)
     }
 
-    /// An instance of `verb` with SVVs for its parameters (`"parameter=svv"`) and blocks in sources (`"label@rtp0.fast"`).
+    /// Creates an instance of `verb` with SVVs for its parameters (`"parameter=svv"`) and blocks in sources (`"label@rtp0.fast"`).
     pub fn instance(&self, verb: &str, given: &[&str]) -> u64 {
         self.create(application(verb, given))
     }
@@ -151,7 +152,7 @@ impl Rig {
         self.system.start(id, &values, limits)
     }
 
-    /// Advances by a number of ms.
+    /// Advances by `ms` milliseconds.
     pub fn advance(&self, ms: i64) {
         self.system.advance(ms * MS).unwrap_or_else(|r| panic!("{}", text(&r)));
     }
@@ -162,12 +163,12 @@ impl Rig {
         self.system.advance((MS - past) % MS).unwrap_or_else(|r| panic!("{}", text(&r)));
     }
 
-    /// Waits for the end, at most a virtual minute.
+    /// Waits for the end, at most one virtual minute.
     pub fn wait(&self, id: u64) -> Report {
         self.wait_for(id, 60_000).unwrap_or_else(|| panic!("instance {id} is still {}", self.system.state(id)))
     }
 
-    /// Waits for the end, at most so many ms of the system's clock.
+    /// Waits for the end, at most `ms` milliseconds of the system's clock.
     pub fn wait_for(&self, id: u64, ms: i64) -> Option<Report> {
         let until_ns = self.system.now_ns() + ms * MS;
         match self.system.wait(id, Some(until_ns), LONG).unwrap_or_else(|r| panic!("{}", text(&r))) {
@@ -177,7 +178,7 @@ impl Rig {
         }
     }
 
-    /// The value of an SVV of type `double`.
+    /// Returns the value of an SVV of type `double`.
     pub fn read(&self, name: &str) -> f64 {
         self.read_all(&[name])[0]
     }
@@ -192,13 +193,13 @@ impl Rig {
         self.system.write(name, &Value::Number(value)).unwrap_or_else(|r| panic!("{}", text(&r)));
     }
 
-    /// Entries of the log of one kind, as `about: text`.
+    /// Returns the log entries of one kind, as `about: text`.
     pub fn logged(&self, kind: &str) -> Vec<String> {
         self.system.log_since(0).iter().filter(|e| e.kind == kind).map(|e| format!("{}: {}", e.about, e.text)).collect()
     }
 }
 
-/// See [`Rig::instance`].
+/// Returns the application of a verb; for the notation see [`Rig::instance`].
 pub fn application(verb: &str, given: &[&str]) -> Json {
     let (mut arguments, mut placement) = (serde_json::Map::new(), serde_json::Map::new());
     for word in given {
@@ -215,7 +216,7 @@ pub fn application(verb: &str, given: &[&str]) -> Json {
     json!({"verb": verb, "arguments": arguments, "placement": placement})
 }
 
-/// A verb around blocks `label: module.block` and what else is given.
+/// Returns a verb with blocks `label: module.block` and the remaining members.
 pub fn verb(name: &str, blocks: &[(&str, &str)], rest: Json) -> Json {
     let uses: serde_json::Map<String, Json> = blocks.iter().map(|(label, of)| ((*label).into(), json!({"block": {"subroutine": of}}))).collect();
     let mut verb = json!({"name": name, "blocks": uses});
@@ -234,8 +235,9 @@ fn merge(base: &mut Json, over: Json) {
     }
 }
 
-/// A command list in short form: `+label`, `+label 1ms` (activate), `-label` (deactivate), `!label` (execute), `*label` (install),
-/// `?` (wait until nothing is active), `?5ms` (for a time), `?label.condition` (for one of several, with spaces between), `ready`.
+/// Returns a command list in short form: `+label`, `+label 1ms` (activate), `-label` (deactivate), `!label` (execute), `*label`
+/// (install), `?` (wait until nothing is active), `?5ms` (for a time), `?label.condition` (for one of several, separated by spaces),
+/// `ready`.
 pub fn list(commands: &[&str]) -> Json {
     let commands: Vec<Json> = commands.iter().map(|text| command(text)).collect();
     json!({"commands": commands})
@@ -259,12 +261,12 @@ fn command(text: &str) -> Json {
     }
 }
 
-/// Command lists by name.
+/// Returns command lists by name.
 pub fn lists(lists: &[(&str, &[&str])]) -> Json {
     Json::Object(lists.iter().map(|(name, commands)| ((*name).to_owned(), list(commands))).collect())
 }
 
-/// τ in short form: `from, condition -> to`.
+/// Returns τ in short form: `from, condition -> to`.
 pub fn tau(lines: &[&str]) -> Json {
     let line = |text: &&str| {
         let (from, rest) = text.split_once(", ").expect("from, condition -> to");
@@ -278,7 +280,7 @@ pub fn text(refusals: &Refusals) -> String {
     refusals.iter().map(|r| format!("{:?}: {r}", r.class)).collect::<Vec<_>>().join("\n")
 }
 
-/// The class of a refusal that was expected.
+/// Returns the class of an expected refusal.
 pub fn class<T>(result: Result<T, Refusals>) -> Class {
     match result {
         Ok(_) => panic!("it was not refused"),
@@ -286,7 +288,7 @@ pub fn class<T>(result: Result<T, Refusals>) -> Class {
     }
 }
 
-/// A number of an end report's outputs.
+/// Returns a numeric output of an end report.
 pub fn output(report: &Report, name: &str) -> f64 {
     match report.outputs.get(name).and_then(Option::as_ref) {
         Some(Value::Number(number)) => *number,

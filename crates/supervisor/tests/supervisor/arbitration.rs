@@ -1,12 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Scenarios: two verbs that would write one device are refused, queued, or the earlier one is aborted, as the device declares.
+//! Scenarios: two verbs that would write the same device: the later one is refused or queued, or the earlier one is aborted, as the
+//! device declares.
 use crate::common::*;
 use model::refusal::Class;
 use serde_json::{Value as Json, json};
 use std::time::Duration;
 use supervisor::{DeviceRequest, Limits, WaitResult};
 
-/// Devices j1 and j2, enabled, and verbs that count into what is commanded: `push` on one, `pair` on both.
+/// Creates enabled devices j1 and j2, and verbs that count into their commanded values: `push` into one, `pair` into both.
 fn arm(rig: &Rig, arbitration: &str) {
     rig.device_type(json!({"name": "Joint", "svvs": {"commanded": {"type_text": "double"}}, "arbitration": arbitration}));
     for joint in ["j1", "j2"] {
@@ -48,7 +49,7 @@ fn counting(name: &str, objects: &[&str], rest: Json) -> Json {
     of
 }
 
-/// An instance of a verb with devices for its objects.
+/// Creates an instance of a verb with devices as its objects.
 fn on(rig: &Rig, verb: &str, name: &str, joints: &[&str], source: &str) -> u64 {
     let arguments: serde_json::Map<String, Json> = ["a", "b"].iter().zip(joints).map(|(o, j)| ((*o).into(), json!({"device": j}))).collect();
     rig.create(json!({"verb": verb, "name": name, "arguments": arguments, "placement": {"*": source}}))

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-//! A call of a verb as one is its four steps: whatever else is going on, both give the same reports and refusals at the same times, the same
-//! log and the same values.
+//! Checks that calling a verb at once equals its four steps: whatever else happens, both give the same reports and refusals at the same
+//! times, the same log and the same values.
 use crate::common::*;
 use crate::properties::{PLACES, SVVS, VERBS, devices, verbs};
 use model::definition::Application;
@@ -12,7 +12,7 @@ use supervisor::{Limits, Report, WaitResult};
 
 #[derive(Clone, Copy, Debug)]
 enum Act {
-    /// A call, as one or in four steps.
+    /// A call, at once or in four steps.
     Call {
         verb: usize,
         place: usize,
@@ -20,7 +20,7 @@ enum Act {
         limit: u8,
         time_limit_ms: u8,
     },
-    /// An instance that runs beside it.
+    /// An instance that runs concurrently.
     Begin {
         verb: usize,
         place: usize,
@@ -52,7 +52,7 @@ fn act() -> impl Strategy<Value = Act> {
     ]
 }
 
-/// Verbs whose initial list is through at once: they are over with their first script, or led on from it.
+/// Verbs whose initial list completes immediately: they end with their first script, or transition from it.
 const AT_ONCE: [&str; 4] = ["counts", "breaks", "goes_on", "concludes"];
 
 fn at_once() -> [Json; 4] {
@@ -89,7 +89,7 @@ fn at_once() -> [Json; 4] {
     ]
 }
 
-/// Runs these acts; everything that could be seen of it.
+/// Runs acts and collects everything observable.
 struct Witness {
     rig: Rig,
     in_one: bool,

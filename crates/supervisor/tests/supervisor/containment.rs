@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Scenarios: a block that writes where nothing is. Its source stops, its verbs end, the others run on, and a reset brings it back.
+//! Scenarios: a block that writes to an invalid address. Its source stops, its verbs end, the others continue, and a reset restores it.
 use crate::common::*;
 use model::refusal::Class;
 use serde_json::json;

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Scenarios: what runs when the programming system that started it is cut off, and the reports that it finds later.
+//! Scenarios: the fate of running verbs when the programming system that started them is cut off, and the reports that it finds later.
 use crate::common::*;
 use model::refusal::Class;
 use serde_json::{Value as Json, json};
 use supervisor::DeviceRequest;
 
-/// Joint `j1` on a loopback device, enabled; its own verb has this policy.
+/// Creates an enabled joint `j1` on a loopback device, whose own verb has this policy.
 fn joint(rig: &Rig, policy: Json) -> u64 {
     rig.system.physical_device("rtp0", "arm", "loopback", &json!({"parts": ["j1"]}), "rtp0.fast", None).unwrap_or_else(|r| panic!("{}", text(&r)));
     rig.define(verb(
@@ -24,7 +24,7 @@ fn joint(rig: &Rig, policy: Json) -> u64 {
     own
 }
 
-/// A verb of this policy that pushes the joint, started.
+/// Creates and starts a verb with this policy that pushes the joint.
 fn push(rig: &Rig, policy: Json) -> u64 {
     rig.define(verb(
         "push",

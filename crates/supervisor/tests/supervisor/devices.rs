@@ -9,7 +9,7 @@ use supervisor::{DeviceRequest, Limits, WaitResult};
 
 const LONG: Duration = Duration::from_secs(300);
 
-/// A loopback device with two parts in `rtp0.fast`, and joints j1 and j2 that follow their goals.
+/// Creates a loopback device with two parts in `rtp0.fast`, and joints j1 and j2 that follow their goals.
 fn arm(rig: &Rig, options: Json) {
     let mut all = json!({"parts": ["j1", "j2"], "initial": [0.5, 1.5]});
     for (key, value) in options.as_object().unwrap() {
@@ -63,7 +63,7 @@ fn what_starts_as_a_copy_is_the_present_before_the_loop_closes() {
             assert_eq!(rig.system.device_state(joint).unwrap(), "standstill");
         }
         rig.advance(3);
-        // x' = u with u = what is commanded: it moves from where it was.
+        // x' = u, with u the commanded value: it moves from its previous position.
         assert!(rig.read("j1.sensed") > 0.5);
         rig.write("j1.commanded", 0.0);
         rig.advance(2);
@@ -213,7 +213,7 @@ fn what_ended_while_its_device_was_away_commands_nothing_when_it_is_opened_again
         assert_eq!(rig.wait(id).condition, "device_lost");
         rig.system.reset().unwrap_or_else(|r| panic!("{}", text(&r)));
         rig.advance(3);
-        // x' = u: nobody has enabled it, so it stands where it was opened.
+        // x' = u: it is not enabled, so it stays where it was opened.
         let position = || rig.read("arm.j1.position");
         let opened = position();
         rig.advance(5);

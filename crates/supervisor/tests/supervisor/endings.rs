@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Scenarios: ending lists, and what τ leads to from a halt, an abort and a disabled device.
+//! Scenarios: ending lists, and the transitions of τ on a halt, an abort and a disabled device.
 use crate::common::*;
 use model::refusal::Class;
 use serde_json::{Value as Json, json};
 use supervisor::Limits;
 
-/// Counts into SVV `a` every ms; the list `release` counts into `b` three times at every end.
+/// Returns a verb that counts into SVV `a` every ms; its list `release` counts into `b` three times at every end.
 fn braked(name: &str, rest: Json) -> Json {
     let mut of = verb(
         name,
@@ -29,7 +29,7 @@ const PLACES: [&[&str]; 3] = [
     &["a=a", "b=b", "count@rtp1.other", "brake@rtp0.fast", "bad@rtp1.other"],
 ];
 
-/// Runs a scenario with the verb in one source and over two.
+/// Runs a scenario with the verb in one source and across two.
 fn everywhere(of: Json, scenario: impl Fn(&Rig, u64)) {
     for place in PLACES {
         on_all(|rig| {
@@ -40,7 +40,7 @@ fn everywhere(of: Json, scenario: impl Fn(&Rig, u64)) {
     }
 }
 
-/// The ending list has run for so many ms: one firing more where its source fires later in the instant at which it began.
+/// Checks that the ending list has run for `ms` milliseconds: one firing more if its source fires later in the instant at which it began.
 fn braked_times(rig: &Rig, ms: f64) {
     let counted = rig.read("b");
     assert!((ms..=ms + 1.0).contains(&counted), "it ran {counted} times");
@@ -321,7 +321,7 @@ fn disabling_waits_for_what_its_users_and_its_own_verb_do_at_their_ends() {
 
 #[test]
 fn a_list_that_overtakes_a_start_has_the_values_of_that_start() {
-    // A firing of 400 us of the source that reads the SVV holds the tables up that the start needs first.
+    // A firing of 400 us of the source that reads the SVV delays the tables that the start needs first.
     let rig = Rig::begun(runtime::ClockKind::Virtual { seed: 3 }, Link::Memory, 400_000, |_| {});
     rig.svvs(&["x"]);
     rig.define(verb(
@@ -333,7 +333,7 @@ fn a_list_that_overtakes_a_start_has_the_values_of_that_start() {
                "command_lists": lists(&[("one", &["+first 1ms"]), ("two", &["+then 1ms", "?3ms", "-then"])])}),
     ));
     let ids = [rig.instance("v", &["x=x", "*@rtp1.other"]), rig.instance("v", &["x=x", "first@rtp0.fast", "then@rtp1.other"])];
-    // The home of the SVV goes from one source to the other and back.
+    // The home of the SVV moves from one source to the other and back.
     for round in 0..4 {
         let (id, from) = (ids[round % 2], 100.0 * (round + 1) as f64);
         rig.align();

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Scenarios: the verb of a logical device is exchanged while it runs.
+//! Scenarios: replacing the verb of a logical device while it runs.
 use crate::common::*;
 use model::refusal::Class;
 use serde_json::{Value as Json, json};
@@ -9,14 +9,14 @@ use supervisor::{DeviceRequest, WaitResult};
 
 const LONG: Duration = Duration::from_secs(300);
 
-/// The number of this test's trace: tests run beside each other.
+/// Returns the trace number of this test, since tests run in parallel.
 fn trace() -> i64 {
     static NEXT: AtomicI64 = AtomicI64::new(950);
     thread_local!(static OWN: i64 = NEXT.fetch_add(1, Ordering::Relaxed));
     OWN.with(|own| *own)
 }
 
-/// A servo, and what else it has.
+/// Returns a servo with the remaining members.
 fn servo(name: &str, gain: f64, rest: Json) -> Json {
     let mut of = verb(
         name,
@@ -34,7 +34,7 @@ fn servo(name: &str, gain: f64, rest: Json) -> Json {
     of
 }
 
-/// An enabled joint at 0.5 with a servo, and a verb that moves what is commanded of it.
+/// Creates an enabled joint at 0.5 with a servo, and a verb that moves its commanded value.
 fn joint(rig: &Rig) -> u64 {
     let options = json!({"parts": ["j1"], "initial": [0.5], "slew": 2000.0});
     rig.system.physical_device("rtp0", "arm", "loopback", &options, "rtp0.fast", None).unwrap_or_else(|r| panic!("{}", text(&r)));
@@ -60,7 +60,7 @@ fn enable(rig: &Rig) {
     assert!(matches!(rig.system.wait_enabled("j1", Some(rig.system.now_ns() + 50 * MS), LONG).unwrap(), WaitResult::Done(true)));
 }
 
-/// Checks the servo's own trace: one row a ms, without a gap, each at most `stride` from the one before.
+/// Checks the servo's own trace: one row per ms, without a gap, each at most `stride` from its predecessor.
 fn check_trace(stride: f64) -> usize {
     let rows = seen(trace());
     for w in rows.windows(2) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Scenarios: faults of blocks, and what becomes of the verb instance.
+//! Scenarios: faults of blocks, and the resulting states of the verb instance.
 use crate::common::*;
 use serde_json::json;
 

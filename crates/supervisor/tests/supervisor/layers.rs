@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Arrows point down only: each crate of the house knows those below it and none above.
+//! Checks that dependencies point down only: each crate of this workspace uses those below it and none above.
 use serde_json::Value as Json;
 use std::collections::BTreeMap;
 use std::path::Path;
 use std::process::Command;
 
-/// Crates of the house that each crate may use.
+/// Crates of this workspace that each crate may use.
 const HOUSE: &[(&str, &[&str])] = &[
     ("opengpac-derive", &[]),
     ("opengpac", &["opengpac-derive"]),
@@ -84,7 +84,7 @@ const HOUSE: &[(&str, &[&str])] = &[
     ),
 ];
 
-/// Crates of the world that some crates must not use.
+/// External crates that some crates must not use.
 const ABSENT: &[(&str, &[&str])] = &[
     ("opengpac", &["serde", "serde_json", "libc", "libloading", "pyo3"]),
     ("model", &["libc", "libloading", "pyo3", "rtrb", "tokio"]),
@@ -105,7 +105,7 @@ const ABSENT: &[(&str, &[&str])] = &[
     ("supervisor", &["pyo3", "zenoh"]),
 ];
 
-/// The crates of the workspace, each with what it is built with (not what only its tests use).
+/// Returns the crates of the workspace, each with its build dependencies (without those of its tests only).
 fn crates() -> BTreeMap<String, Vec<String>> {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
     let cargo =
@@ -157,7 +157,7 @@ fn only_what_takes_minutes_to_build_is_left_out_by_default() {
     assert_eq!(left_out, ["hosts"], "name every other crate in `default-members` of the workspace's Cargo.toml");
 }
 
-/// Code lines of a crate that contain a word.
+/// Returns the code lines of a crate that contain one of these words.
 fn lines_with(name: &str, words: &[&str]) -> Vec<String> {
     fn scan(folder: &Path, words: &[&str], found: &mut Vec<String>) {
         for entry in std::fs::read_dir(folder).expect("the sources are there") {

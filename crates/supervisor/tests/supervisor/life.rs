@@ -6,7 +6,7 @@ use model::value::Value;
 use serde_json::json;
 use supervisor::Limits;
 
-/// Counts into SVV `a` every ms.
+/// Returns a verb that counts into SVV `a` every ms.
 fn counter(name: &str) -> serde_json::Value {
     verb(
         name,

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Scenarios: command lists, waits, transitions, and which condition acts.
+//! Scenarios: command lists, waits, transitions, and the choice of the condition that acts.
 use crate::common::*;
 use serde_json::json;
 
-/// A fast and a slow counter with probes behind asynchronous inputs, in lists as given.
+/// Returns a verb with a fast and a slow counter with probes behind asynchronous inputs, in these lists.
 fn two(name: &str, command_lists: serde_json::Value, rest: serde_json::Value) -> serde_json::Value {
     let mut of = verb(
         name,
@@ -20,7 +20,7 @@ fn two(name: &str, command_lists: serde_json::Value, rest: serde_json::Value) ->
     of
 }
 
-/// One source, and two: the answers are reactions, and supervisor's.
+/// One source, where the answers are reactions, and two, where they are the supervisor's.
 const PLACES: [&[&str]; 2] = [&["*@rtp0.fast"], &["a@rtp0.fast", "b@rtp1.other", "w@rtp0.fast"]];
 
 #[test]
@@ -106,7 +106,7 @@ fn a_wait_takes_a_condition_that_came_before_it() {
     on_both(|rig| {
         for (placement, n) in PLACES.iter().zip([0, 1]) {
             let name = format!("v{n}");
-            // `a` reports while the list waits for a time.
+            // `a` reports while the list waits for a duration.
             rig.define(two(
                 &name,
                 lists(&[("start", &["+a 1ms", "+b 1ms", "?2ms", "-a", "?3ms", "?a.reached", "-b"])]),
@@ -154,7 +154,7 @@ fn transitions_cycle_without_the_programming_system() {
             rig.start_with(id, json!({"a_limit": 2.0, "b_limit": 3.0}));
             rig.advance(52);
             let transitions = rig.logged("transition").len() - before;
-            // Where a source that fires later in the instant goes on, a cycle takes a ms less.
+            // If the cycle continues in a source that fires later in the instant, it is a ms shorter.
             assert!((20..=26).contains(&transitions), "{transitions} in 52 ms: {placement:?}");
             rig.system.halt(id).unwrap();
             assert_eq!(rig.wait(id).condition, "halted");
@@ -293,7 +293,7 @@ fn a_second_start_executes_what_another_source_takes_one_by_one() {
             rig.wait(id);
             lives.push(seen(1951).iter().map(|row| row.u).collect::<Vec<_>>());
         }
-        // What the last life left says nothing of this one.
+        // Values left by the previous life do not affect this one.
         assert!(lives[0].len() >= 15 && lives.iter().all(|life| *life == lives[0]), "{lives:?}");
     });
 }
@@ -301,7 +301,7 @@ fn a_second_start_executes_what_another_source_takes_one_by_one() {
 #[test]
 fn lists_that_lead_to_each_other_by_what_they_execute_end_in_their_instant() {
     on_both(|rig| {
-        // The answer is the supervisor's: no kernel has both sources of a list.
+        // The supervisor answers: no kernel has both sources of a list.
         rig.define(two(
             "v",
             lists(&[("one", &["!a", "+b 1ms"]), ("two", &["!a", "+b 1ms"]), ("three", &["+b 1ms"])]),
@@ -314,7 +314,7 @@ fn lists_that_lead_to_each_other_by_what_they_execute_end_in_their_instant() {
         assert_eq!((report.condition.as_str(), report.normal, report.time_s), ("fault", false, 0.0));
         let named = "command lists of verb 'v' lead to each other without time passing ('one', 'two')";
         assert!(report.message.contains(named), "{}", report.message);
-        // Nothing is left of it: it starts again, and does not loop.
+        // No state remains: it starts again without a loop.
         rig.start(id);
         rig.advance(3);
         assert_eq!(rig.system.state(id).to_string(), "running");

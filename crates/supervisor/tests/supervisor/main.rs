@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The supervisor under the virtual clock; what needs a process of its own lies beside this folder.
+//! The supervisor under the virtual clock; tests that need their own process are next to this folder.
 #[path = "../common/mod.rs"]
 mod common;
 

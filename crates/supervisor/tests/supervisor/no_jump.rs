@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-//! No jump: whatever the programming system commands, in whatever order, what goes out to an actuator changes no faster than its
-//! declared slew (but for going to the safe value), and what is commanded no faster than the verbs move it. A verb that starts
-//! sees the present, never a value of its last life.
+//! No jump: whatever the programming system commands, in whatever order, the output to an actuator changes no faster than its declared
+//! slew (except towards the safe value), and the commanded value no faster than the verbs move it. A verb that starts sees the present,
+//! never a value of its previous life.
 use crate::common::*;
 use serde_json::json;
 use std::collections::HashSet;
@@ -9,15 +9,15 @@ use std::time::Duration;
 use supervisor::{DeviceRequest, Limits, WaitResult};
 
 const LONG: Duration = Duration::from_secs(300);
-/// Slew limit of an effort, per second, and the most that a verb moves a set-point in a ms.
+/// Slew limit of an effort, per second; the constant below is the maximum step of a set-point per ms.
 const SLEW: f64 = 200.0;
 const STRIDE: f64 = 0.001;
-/// Devices, and what each declares where two verbs want it.
+/// Devices, and the arbitration that each declares.
 const JOINTS: [(&str, &str); 2] = [("j1", "abort"), ("j2", "queue")];
-/// Verbs on one joint, with where they run.
+/// Verbs on one joint, with their sources.
 const VERBS: [(&str, &str); 4] = [("glide", "rtp0.fast"), ("glide", "rtp1.other"), ("turn", "rtp0.fast"), ("turn", "rtp1.other")];
 
-/// Numbers of a seed (xorshift).
+/// Pseudo-random numbers from a seed (xorshift).
 struct Numbers(u64);
 
 impl Numbers {
@@ -31,14 +31,14 @@ impl Numbers {
 
 struct Cell {
     rig: Rig,
-    /// Instances of verbs, of both joints, and the one that watches.
+    /// Instances of verbs on both joints, and the watching one.
     moves: Vec<u64>,
     watching: u64,
-    /// Where the traces of a joint are: positions, and what is commanded.
+    /// Numbers of a joint's traces: positions, and commanded values.
     traces: [(i64, i64); 2],
-    /// Times at which a device was enabled: what is commanded was set to the present then.
+    /// Times at which a device was enabled, when its commanded value was set to the present one.
     enabled: HashSet<(usize, i64)>,
-    /// The last rows that were looked at of each joint: (time, position, commanded).
+    /// Last checked rows of each joint: (time, position, commanded).
     rows: [Vec<(i64, f64, f64)>; 2],
 }
 
@@ -77,7 +77,7 @@ impl Cell {
     }
 
     fn command(&mut self, numbers: &mut Numbers) -> String {
-        // Between two firings: what a command changes is seen in the next one, and a speed that is measured over a ms is one speed.
+        // Between two firings: the next one shows the effect of a command, and the speed within a ms is constant.
         self.rig.align();
         let which = self.moves[numbers.below(self.moves.len())];
         let joint = numbers.below(2);
@@ -120,7 +120,7 @@ impl Cell {
         format!("advance {ms} ms")
     }
 
-    /// Looks at everything that came since the last time.
+    /// Checks all rows since the last call.
     fn check(&mut self, story: &[String]) {
         for (joint, (positions, commanded)) in self.traces.into_iter().enumerate() {
             let (positions, commanded) = (seen(positions), seen(commanded));
@@ -130,7 +130,7 @@ impl Cell {
             for w in rows.windows(2).filter(|w| w[1].0 - w[0].0 == MS) {
                 let is_new = self.enabled.iter().any(|(of, at)| *of == joint && *at >= w[0].0 && *at <= w[1].0);
                 let moved = (w[1].2 - w[0].2).abs();
-                // Where one source hands over to another, the last step of one and the first of the other may be seen at once.
+                // At a hand-over between sources, the last step of one and the first of the other may appear at once.
                 assert!(is_new || moved <= 2.0 * STRIDE + 1e-12, "{} was commanded {moved} farther at {} ms: {story:#?}", JOINTS[joint].0, w[1].0 / MS);
             }
             for w in rows.windows(3).filter(|w| w[1].0 - w[0].0 == MS && w[2].0 - w[1].0 == MS) {
@@ -145,14 +145,15 @@ impl Cell {
             }
             let kept = self.rows[joint].len().saturating_sub(2);
             self.rows[joint].drain(..kept);
-            // The rows that are kept are looked at again.
+            // The rows that are kept are checked again.
             let first_ns = self.rows[joint].first().map_or(i64::MIN, |row| row.0);
             self.enabled.retain(|(of, at)| *of != joint || *at >= first_ns);
         }
     }
 }
 
-/// `glide` goes to its goal, holding it there; `turn` goes on from there to 0, slows down when it is halted, and rests at every end.
+/// Returns a verb: `glide` moves to its goal and holds it; `turn` moves from there to 0, slows down when it is halted, and rests at every
+/// end.
 fn gliding(name: &str, joint: &str) -> serde_json::Value {
     let is_turn = name == "turn";
     let mut of = verb(
@@ -176,7 +177,7 @@ fn gliding(name: &str, joint: &str) -> serde_json::Value {
     of
 }
 
-/// Traces positions and what is commanded, every ms.
+/// Starts a verb that traces positions and commanded values every ms.
 fn watch(rig: &Rig, traces: [(i64, i64); 2]) -> u64 {
     let blocks = [("p1", "t.read_channel"), ("s1", "t.probe"), ("c1", "t.watch"), ("p2", "t.read_channel"), ("s2", "t.probe"), ("c2", "t.watch")];
     rig.define(verb(
@@ -193,7 +194,7 @@ fn watch(rig: &Rig, traces: [(i64, i64); 2]) -> u64 {
     rig.create(json!({"verb": "watch", "arguments": arguments, "placement": {"*": "rtp0.fast"}}))
 }
 
-/// Sequences of commands in each system, and commands in each.
+/// Number of command sequences in each system; the next is the number of commands in each.
 const SEQUENCES: usize = 1_000;
 const COMMANDS: usize = 6;
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Pause and resume of a program, in whatever order they come with starts, halts, suspensions and emergency stops: what is paused
-//! does not move, every start has one end, and what somebody suspended himself stays suspended.
+//! Pause and resume of a program, in any order with starts, halts, suspensions and emergency stops: paused verbs do not move, every start
+//! has exactly one end, and individually suspended instances stay suspended.
 use crate::common::*;
 use model::refusal::Class;
 use proptest::prelude::*;
@@ -21,7 +21,7 @@ enum Call {
     Halt(usize),
     Suspend(usize),
     Resume(usize),
-    /// Of one joint, or of all.
+    /// Pauses one joint, or all.
     Pause(Option<usize>),
     Unpause(Option<usize>),
     Disable(usize),
@@ -44,7 +44,7 @@ fn call() -> impl Strategy<Value = Call> {
     ]
 }
 
-/// Two joints, and three verbs that count into what is commanded: of one, of the other, of both; a halt has a list of its own.
+/// Creates two joints, and three verbs that count into the commanded values of one, of the other, and of both; a halt has its own list.
 fn rig(link: Link) -> Rig {
     let rig = Rig::new(link);
     rig.system.physical_device("rtp0", "arm", "loopback", &json!({"parts": JOINTS}), "rtp0.fast", None).unwrap_or_else(|r| panic!("{}", text(&r)));
@@ -82,11 +82,11 @@ struct Model {
     rig: Rig,
     made: Vec<(u64, u64)>,
     names: HashMap<u64, String>,
-    /// Devices of each of `made`.
+    /// Devices of each instance in `made`.
     joints: Vec<Vec<usize>>,
     all: bool,
     paused: BTreeSet<usize>,
-    /// Suspended by a call of its own.
+    /// Instances suspended by a separate call.
     by_hand: BTreeSet<u64>,
 }
 
@@ -143,10 +143,10 @@ impl Model {
                 }
             }
             Call::Halt(which) => {
-                // What is suspended may go on, to the list that a halt leads to.
+                // A suspended instance may continue to the list for a halt.
                 if system.halt(self.made[which].0).is_ok() {
                     self.by_hand.remove(&self.made[which].0);
-                    // A halt leads on to a list of its own, under a pause too.
+                    // A halt leads to its own list, even during a pause.
                     assert!(self.rig.wait_for(self.made[which].0, 100).is_some());
                 }
             }
@@ -195,7 +195,7 @@ impl Model {
         self.check();
     }
 
-    /// Checks that what is paused does not run, and does not move while time goes on.
+    /// Checks that paused instances do not run and their devices do not move as time passes.
     fn check(&self) {
         let still: Vec<usize> = (0..3).filter(|which| self.covers(*which)).collect();
         for &which in &still {
@@ -242,7 +242,7 @@ fn a_pause_while_a_start_is_under_way_and_a_resume_before_it_is_done() {
     model.rig.start(id);
     let stopped = model.rig.system.pause(None).unwrap();
     assert_eq!(stopped.len(), 1);
-    // Nobody waits for the pause: it is taken back before the kernels have done it.
+    // The pause is revoked before the kernels have executed it.
     assert_eq!(model.rig.system.resume_program(None).unwrap().len(), 1);
     model.rig.advance(5);
     assert_eq!(model.rig.system.state(id), "running");
@@ -257,7 +257,7 @@ fn a_start_that_is_held_back_and_halted_does_not_begin_where_the_pause_is_taken_
     model.rig.system.pause(None).unwrap();
     model.rig.start(id);
     model.rig.system.halt(id).unwrap();
-    // The end is on its way: nobody has waited for it.
+    // The end is in progress and has not been awaited.
     model.rig.system.resume_program(None).unwrap();
     model.rig.advance(5);
     assert_eq!((model.rig.system.state(id), model.rig.wait(id).condition.as_str()), ("ended", "halted"));

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Whatever the programming system calls, in whatever order: every start has one end, states follow the life of an instance,
-//! nothing stays claimed, and at the end everything is deleted and gone.
+//! Whatever the programming system calls, in whatever order: every start has exactly one end, states follow the life of an instance,
+//! nothing stays claimed, and in the end everything can be deleted.
 use crate::common::*;
 use model::refusal::Class;
 use model::value::Value;
@@ -46,11 +46,11 @@ const BLOCKS: [(&str, &str); 4] = [("a", "t.count"), ("b", "t.count"), ("p", "t.
 
 pub const VERBS: [&str; 5] = ["waits", "faults", "executes", "ends", "rests"];
 
-/// Bindings of a verb's parameter: SVVs of nobody, of a device that queues, and of one whose later user aborts the earlier.
+/// Bindings of a verb's parameter: SVVs without a device, of a device that queues, and of one whose later user aborts the earlier.
 pub const SVVS: [&str; 4] = ["x", "y", "queue.s", "abort.s"];
 
-/// Verbs over the same blocks: waits and cycles; transitions on a halt, a fault and a limit; executes and a list that is through; an
-/// ending list after all of that, with waits of its own; one that comes to rest before it is suspended.
+/// Returns verbs over the same blocks: waits and cycles; transitions on a halt, a fault and a limit; executes and a list that completes;
+/// an ending list after all of that, with its own waits; one that comes to rest before it is suspended.
 pub fn verbs() -> [Json; 5] {
     let of = |name: &str, command_lists: Json, rest: Json| {
         let mut of = verb(
@@ -119,9 +119,9 @@ pub const PLACES: [&[&str]; 3] =
 
 struct Model<'a> {
     rig: &'a Rig,
-    /// (instance, starts that were accepted).
+    /// (instance, number of accepted starts).
     made: Vec<(u64, u64)>,
-    /// Name of each instance that was made.
+    /// Name of each created instance.
     names: HashMap<u64, String>,
 }
 
@@ -134,7 +134,7 @@ impl Model<'_> {
                 if self.made.len() < 6 {
                     let s = format!("s={}", SVVS[svv]);
                     let given: Vec<&str> = PLACES[place].iter().copied().chain([s.as_str()]).collect();
-                    // The slow source has no interval of 1 ms: such a plan is refused, and nothing is left of it.
+                    // The slow source has no interval of 1 ms: such a plan is refused without a trace.
                     if let Ok(id) = self.rig.try_create(application(VERBS[verb], &given)) {
                         let name = system.instance_about(id).unwrap().name;
                         self.names.insert(id, name);
@@ -217,14 +217,14 @@ impl Model<'_> {
         }
     }
 
-    /// Each start that was accepted has one entry of an end in the log.
+    /// Checks that each accepted start has exactly one end entry in the log.
     fn check_ends(&self, (id, starts): (u64, u64)) {
         let about = &self.names[&id];
         let count = |kind| self.rig.system.log_since(0).iter().filter(|e| e.kind == kind && e.about == *about).count() as u64;
         assert_eq!((count("start"), count("end")), (starts, starts));
     }
 
-    /// Ends everything; nothing is left.
+    /// Ends everything, and checks that nothing is left.
     fn close(mut self) {
         for (id, starts) in std::mem::take(&mut self.made) {
             for _ in 0..2 {
@@ -250,7 +250,7 @@ impl Model<'_> {
     }
 }
 
-/// Devices whose SVV `s` two verbs may want: one queues, one aborts.
+/// Defines devices whose SVV `s` two verbs may claim: one queues, one aborts.
 pub fn devices(rig: &Rig) {
     for arbitration in ["queue", "abort"] {
         rig.device_type(json!({"name": arbitration, "svvs": {"s": {"type_text": "double"}}, "arbitration": arbitration}));

@@ -10,7 +10,7 @@ fn values(rows: &[Row]) -> Vec<f64> {
     rows.iter().map(|row| row.u).collect()
 }
 
-/// A counter that drives a probe: `count.y` → `probe.u`, with the trace of `trace`.
+/// Returns a counter that drives a probe: `count.y` → `probe.u`, with the trace `trace`.
 fn chain(name: &str, trace: i64, commands: &[&str]) -> serde_json::Value {
     verb(
         name,
@@ -30,7 +30,7 @@ fn an_interval_runs_at_its_multiples_and_a_driven_block_in_the_same_firing() {
         rig.start(id);
         rig.advance(12);
         let rows = seen(100);
-        // Started at 4 ms: releases are multiples of 3 ms of the host's epoch.
+        // Started at 4 ms: releases are multiples of 3 ms from the host's epoch.
         assert_eq!(rows.iter().map(|r| (r.now_ns / MS, r.u, r.number)).collect::<Vec<_>>(), [(6, 1.0, 0), (9, 2.0, 1), (12, 3.0, 2), (15, 4.0, 3)]);
         assert_eq!(rows[0].time_ns, 2 * MS, "running time counts from the start");
         rig.system.halt(id).unwrap();
@@ -133,7 +133,7 @@ fn a_ratio_input_in_one_source_takes_the_value_before_the_newest() {
         rig.advance(16);
         let rows = values(&seen(106));
         assert_eq!(rows.len(), 16);
-        // Number ⌊j/4⌋ − 1 of the writer; before the first there is the initial value.
+        // Number ⌊j/4⌋ − 1 of the writer; before the first it is the initial value.
         for (j, value) in rows.iter().enumerate().skip(4) {
             assert_eq!(*value, (j / 4) as f64, "invocation {j} of {rows:?}");
         }
@@ -194,7 +194,7 @@ fn arrays_are_scattered_to_and_gathered_from_svvs() {
                    "input_parameters": {"u": {"targets": ["spread.u"], "default": 1.0}},
                    "command_lists": lists(&[("start", &["+spread 1ms", "+gather 1ms"])])}),
         ));
-        // In order, and in another order with another in between.
+        // In order, and in a different order with another SVV in between.
         for (to, from, expected) in [("to=a,b,c", "from=a,b,c", 321.0), ("to=a,b,c", "from=c,a,b", 213.0), ("to=c,x,a", "from=x,a,c", 132.0)] {
             let id = rig.instance("v", &[to, from, "sum=sum", "*@rtp0.fast"]);
             rig.start(id);
@@ -250,7 +250,7 @@ fn an_instance_is_driven_by_the_svv_that_another_writes() {
         let rows = values(&seen(112));
         assert_eq!(rows, (1..=rows.len()).map(|n| n as f64).collect::<Vec<_>>());
         assert!(rows.len() > 90);
-        // Stopped and started again, a reader takes nothing that came in between.
+        // After a stop and a restart, a reader takes none of the values that arrived in between.
         rig.system.halt(far).unwrap();
         rig.wait(far);
         rig.advance(50);
@@ -266,7 +266,7 @@ fn an_instance_is_driven_by_the_svv_that_another_writes() {
 
 #[test]
 fn the_halves_of_another_instances_pair_come_together_however_late_they_come() {
-    // Half of all messages are lost: what one row waits for another one does not.
+    // Half of all messages are lost, so related rows arrive at different times.
     let is_torn = |row: &Row| row.u != 0.0;
     let mut count = 0;
     for seed in 1..40 {
@@ -287,7 +287,7 @@ fn the_halves_of_another_instances_pair_come_together_however_late_they_come() {
         for writer in [writers[0], writers[1], writers[0]] {
             rig.start(writer);
             rig.advance(3);
-            // Switched on while values are on their way.
+            // Started while values are in transit.
             rig.start(reader);
             rig.advance(4);
             for id in [writer, reader] {

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Scenarios: what a suspended verb's actuators do: they hold, they are safe, or the verb comes to rest first.
+//! Scenarios: the actuators of a suspended verb: they hold, they are safe, or the verb comes to rest first.
 use crate::common::*;
 use model::refusal::Class;
 use serde_json::{Value as Json, json};
 
-/// A loopback part in `rtp0.fast` with a slew limit of 1000 per second, and a verb that pushes it with u = 4, written once.
+/// Creates a loopback part in `rtp0.fast` with a slew limit of 1000 per second, and a verb that pushes it with u = 4, written once.
 fn pushed(rig: &Rig, suspend: &str) -> u64 {
     let options = json!({"parts": ["j1"], "initial": [0.0], "slew": 1000.0});
     rig.system.physical_device("rtp0", "arm", "loopback", &options, "rtp0.fast", None).unwrap_or_else(|r| panic!("{}", text(&r)));
@@ -20,7 +20,7 @@ fn pushed(rig: &Rig, suspend: &str) -> u64 {
     rig.create(json!({"verb": "push", "arguments": {"effort": channel("effort"), "position": channel("position"), "at": {"svv": "at"}}, "placement": {"*": "rtp0.fast"}}))
 }
 
-/// Returns the distances that the part moves in each of the next ms, in steps of 1 ms · 1.
+/// Returns the distance that the part moves in each of the next ms, in steps of 1 ms · 1.
 fn moves(rig: &Rig, count: usize) -> Vec<f64> {
     let mut before = rig.read("at");
     (0..count)

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Taps: every value once, wherever it is written, no matter what else looks; what was lost is counted; nothing that is computed changes.
+//! Taps: every value exactly once, wherever it is written, regardless of other observers; lost values are counted; computed values never
+//! change.
 use crate::common::*;
 use model::refusal::Class;
 use runtime::ClockKind;
@@ -7,7 +8,7 @@ use serde_json::{Value as Json, json};
 use std::time::Duration;
 use supervisor::{Samples, Tap};
 
-/// Counts into SVV `a`, and its invocations into the private cell `t`.
+/// Returns a verb that counts into SVV `a`, and its invocations into the private cell `t`.
 fn counter(name: &str, every: &str) -> Json {
     verb(
         name,
@@ -23,7 +24,7 @@ fn tap(rig: &Rig, names: &[&str]) -> Tap {
     rig.system.tap(&names).unwrap_or_else(|r| panic!("{}", text(&r)))
 }
 
-/// Everything that has come: by channel (number, ms, value), and that nothing was lost.
+/// Returns all values so far, by channel as (number, ms, value), and checks that none was lost.
 fn taken(tap: &mut Tap) -> Vec<Vec<(u64, i64, f64)>> {
     let mut samples = Samples::default();
     tap.take(&mut samples);
@@ -85,7 +86,7 @@ fn it_goes_along_from_home_to_home_and_from_start_to_start() {
             }
         }
         let mut got = values(&taken(&mut tap)[0]);
-        // What is in flight at a halt may be one value more than the whole milliseconds.
+        // Values in flight at a halt may add one to those of the whole milliseconds.
         got.retain(|value| expected.contains(value));
         assert_eq!(got, expected);
     });
@@ -263,7 +264,7 @@ fn what_is_not_there_is_refused_by_its_name() {
     }
 }
 
-/// The trace of a program over two processors with preemption.
+/// Returns the trace of a program over two processors with preemption.
 fn trace(observed: bool, number: i64) -> Vec<Row> {
     let rig = Rig::new(Link::Faulty(3));
     rig.svvs(&["a", "b"]);

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Scenarios: values of SVVs. Hand-over between writers, snapshots, histories; and the same bits in every run.
+//! Scenarios: values of SVVs. Hand-over between writers, snapshots, histories; and identical bits in every run.
 use crate::common::*;
 use model::refusal::Class;
 use serde_json::{Value as Json, json};
 
-/// Counts into SVV `a`.
+/// Returns a verb that counts into SVV `a`.
 fn counter(name: &str, every: &str) -> Json {
     verb(
         name,
@@ -15,7 +15,7 @@ fn counter(name: &str, every: &str) -> Json {
     )
 }
 
-/// Follows SVV `a`.
+/// Returns a verb that follows SVV `a`.
 fn follower(name: &str, trace: i64) -> Json {
     verb(
         name,
@@ -155,7 +155,7 @@ fn an_svv_is_deleted_when_nothing_is_bound_to_it() {
     });
 }
 
-/// A program over three sources with transitions, halts and suspensions: everything that can be seen of its run.
+/// Runs a program over three sources with transitions, halts and suspensions; returns everything observable of its run.
 fn run(link: Link) -> String {
     let rig = Rig::new(link);
     rig.svvs(&["a", "b"]);

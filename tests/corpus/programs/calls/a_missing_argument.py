@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The SVV is left out."""
+"""An SVV is missing from the call."""
 
 import opengpac as gpac
 from opengpac import activate

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A number is given for an instantiation parameter."""
+"""A number is passed for an instantiation parameter."""
 
 import opengpac as gpac
 from opengpac import activate

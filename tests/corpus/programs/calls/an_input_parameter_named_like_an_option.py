@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""An input parameter has the name of an option of every call."""
+"""An input parameter has the name of an option common to all calls."""
 
 import opengpac as gpac
 from opengpac import activate

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Two parts have an input of one name with two defaults, and a transition leads to a part that is not there."""
+"""Two parts have an input of the same name with different defaults, and a transition leads to a part that does not exist."""
 
 import opengpac as gpac
 from opengpac import activate, on

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""An input has a constant and a wire."""
+"""An input has both a constant and a wire."""
 
 import opengpac as gpac
 from opengpac import activate

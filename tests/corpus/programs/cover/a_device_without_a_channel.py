@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The channel of a reading block is named nowhere."""
+"""The channel of a reading block is bound nowhere."""
 
 import opengpac as gpac
 from opengpac import activate

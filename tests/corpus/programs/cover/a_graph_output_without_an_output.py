@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""An output of a graph covers an input only."""
+"""An output of a graph covers only an input."""
 
 import opengpac as gpac
 from opengpac import library as lib

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A cell and an instantiation parameter have one name."""
+"""A cell and an instantiation parameter have the same name."""
 
 import opengpac as gpac
 from opengpac import activate

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""One port stands in a parameter and in a cell."""
+"""A port is bound by both a parameter and a cell."""
 
 import opengpac as gpac
 from opengpac import activate

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Nobody gives the input of the filter anything."""
+"""The input of the filter is not bound."""
 
 import opengpac as gpac
 from opengpac import activate

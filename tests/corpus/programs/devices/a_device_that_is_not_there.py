@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A device is given by a name that is not there."""
+"""A device is named that does not exist."""
 
 import opengpac as gpac
 from opengpac import activate

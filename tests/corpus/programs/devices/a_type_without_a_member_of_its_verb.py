@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The verb of a device type has a parameter that nobody gives."""
+"""The verb of a device type has a parameter that is not bound."""
 
 import opengpac as gpac
 from opengpac import activate

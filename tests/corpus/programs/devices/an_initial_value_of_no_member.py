@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""An SVV begins as a copy of a member that is not there."""
+"""An SVV is initialised from a member that does not exist."""
 
 import opengpac as gpac
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A verb that acts on a device is given an SVV."""
+"""An SVV is passed to a verb that acts on a device."""
 
 import opengpac as gpac
 from opengpac import activate

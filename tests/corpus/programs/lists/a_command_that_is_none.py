@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A list holds a word instead of a command."""
+"""A list contains a string instead of a command."""
 
 import opengpac as gpac
 from opengpac import library as lib

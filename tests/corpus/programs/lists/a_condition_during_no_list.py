@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A condition holds during a list that is not there."""
+"""A condition holds during a list that does not exist."""
 
 import opengpac as gpac
 from opengpac import activate, on

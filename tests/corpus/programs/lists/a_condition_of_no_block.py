@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A condition stands for nothing."""
+"""A condition refers to no block."""
 
 import opengpac as gpac
 from opengpac import activate, on

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A condition stands for an input."""
+"""A condition refers to an input."""
 
 import opengpac as gpac
 from opengpac import activate, on

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A condition returns a value, and leads on from every list."""
+"""A condition returns a value, but continues to another list from every list."""
 
 import opengpac as gpac
 from opengpac import activate, on

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A condition returns an output value that is not there."""
+"""A condition returns an output value that does not exist."""
 
 import opengpac as gpac
 from opengpac import activate, on

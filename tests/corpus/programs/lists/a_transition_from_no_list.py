@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A transition leaves a list that is not there."""
+"""A transition leaves a list that does not exist."""
 
 import opengpac as gpac
 from opengpac import activate, on

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A transition's key is a word."""
+"""A transition's key is a string."""
 
 import opengpac as gpac
 from opengpac import activate, on

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A transition leaves a list in which its condition cannot come."""
+"""A transition leaves a list in which its condition cannot occur."""
 
 import opengpac as gpac
 from opengpac import activate, on

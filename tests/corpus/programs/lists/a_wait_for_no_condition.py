@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A list waits for a condition that is not there."""
+"""A list waits for a condition that does not exist."""
 
 import opengpac as gpac
 from opengpac import activate, wait

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Two lists, and none is the initial one."""
+"""A verb has two lists, neither of which is the initial one."""
 
 import opengpac as gpac
 from opengpac import activate, on

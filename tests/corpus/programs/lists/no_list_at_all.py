@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A verb without a command list."""
+"""A verb has no command list."""
 
 import opengpac as gpac
 from opengpac import library as lib

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A file of another kind is downloaded."""
+"""A file that is not a module is downloaded."""
 
 import opengpac as gpac
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A label that looks like a port."""
+"""A label looks like a port."""
 
 import opengpac as gpac
 from opengpac import activate

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Two timers of one name."""
+"""Two timers have the same name."""
 
 import opengpac as gpac
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Two SVVs of one name."""
+"""Two SVVs have the same name."""
 
 import opengpac as gpac
 

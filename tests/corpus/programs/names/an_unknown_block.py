@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A block that the library does not have."""
+"""A verb uses a block that the library does not contain."""
 
 import opengpac as gpac
 from opengpac import activate

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A channel that the device does not have."""
+"""A verb uses a channel that the device does not have."""
 
 import opengpac as gpac
 from opengpac import activate

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A constant for a parameter that the block does not have."""
+"""A constant is set for a parameter that the block does not have."""
 
 import opengpac as gpac
 from opengpac import activate

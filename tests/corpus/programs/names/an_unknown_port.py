@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A port that the block does not have."""
+"""A verb uses a port that the block does not have."""
 
 import opengpac as gpac
 from opengpac import activate

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A placement names a block that is not there."""
+"""A placement names a block that does not exist."""
 
 import opengpac as gpac
 from opengpac import activate

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Two timers have the period that is wanted."""
+"""Two timers have the requested period."""
 
 import opengpac as gpac
 from opengpac import activate

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A misspelt import."""
+"""An import is misspelt."""
 
 import opengpac as gpac
 from opengpac import activate, excute

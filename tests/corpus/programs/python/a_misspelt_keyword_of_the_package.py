@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A misspelt keyword of the package."""
+"""A keyword of the package is misspelt."""
 
 import opengpac as gpac
 from opengpac import activate, library

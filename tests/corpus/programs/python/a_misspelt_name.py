@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A misspelt name."""
+"""A name is misspelt."""
 
 import opengpac as gpac
 

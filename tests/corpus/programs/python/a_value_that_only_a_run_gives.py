@@ -1,12 +1,12 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A value that only a run gives."""
+"""A program uses a value that exists only in a run."""
 
 import opengpac as gpac
 from opengpac import activate, library
 
 
 def mean(level: gpac.SVV[float]) -> float:
-    """Divides by what is zero while nothing runs."""
+    """Divides by a value that is zero while nothing runs."""
     return 1.0 / level.value
 
 

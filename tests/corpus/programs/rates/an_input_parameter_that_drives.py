@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A synchronous input that only an input parameter reaches."""
+"""Only an input parameter reaches a synchronous input."""
 
 import opengpac as gpac
 from opengpac import activate

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""An interval is no multiple of any timer's period."""
+"""An interval is not a multiple of any timer's period."""
 
 import opengpac as gpac
 from opengpac import activate

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""An interval of 0."""
+"""An interval is 0."""
 
 import opengpac as gpac
 from opengpac import activate

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A block with a synchronous input is given an interval."""
+"""A block with a synchronous input has an interval."""
 
 import opengpac as gpac
 from opengpac import activate

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The application gives an interval to a block that is not there."""
+"""The application sets an interval for a block that does not exist."""
 
 import opengpac as gpac
 from opengpac import activate

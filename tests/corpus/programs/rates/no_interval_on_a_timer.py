@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A block without synchronous inputs stands on a timer without an interval."""
+"""A block without synchronous inputs is placed on a timer and has no interval."""
 
 import opengpac as gpac
 from opengpac import activate

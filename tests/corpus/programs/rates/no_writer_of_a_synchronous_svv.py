@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A synchronous input is bound to an SVV that nobody writes."""
+"""A synchronous input is bound to an SVV that no block writes."""
 
 import opengpac as gpac
 from opengpac import activate

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Four errors in four statements: all are shown, and what only follows from one is not."""
+"""Four errors in four statements: all are reported, but no error that only follows from another."""
 
 import opengpac as gpac
 from opengpac import activate

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Three SVVs are given to a port for two numbers."""
+"""Three SVVs are bound to a port of two numbers."""
 
 import opengpac as gpac
 from opengpac import activate

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""One SVV is given to a port for two numbers."""
+"""One SVV is bound to a port of two numbers."""
 
 import opengpac as gpac
 from opengpac import activate

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Two structs with the same member names and different member types."""
+"""Two structs have the same member names and different member types."""
 
 import opengpac as gpac
 from opengpac import activate

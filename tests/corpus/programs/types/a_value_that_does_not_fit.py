@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A constant is too great for its type."""
+"""A constant is too large for its type."""
 
 import opengpac as gpac
 from opengpac import activate

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A word is given where a number is wanted."""
+"""A string is passed where a number is expected."""
 
 import opengpac as gpac
 from opengpac import activate

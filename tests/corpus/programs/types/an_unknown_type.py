@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The type of an SVV is no C type."""
+"""The type of an SVV is not a C type."""
 
 import opengpac as gpac
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A graph gives a block a constant of another dimension."""
+"""A graph sets a block's constant in another dimension."""
 
 import opengpac as gpac
 from opengpac import library as lib

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A gain, whose factor has no unit, leads from an angle to a torque."""
+"""A gain with a factor without a unit leads from an angle to a torque."""
 
 import opengpac as gpac
 from opengpac import activate

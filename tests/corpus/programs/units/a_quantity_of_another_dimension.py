@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A limit in N is given in rad."""
+"""A limit in N is set in rad."""
 
 import opengpac as gpac
 from opengpac import activate

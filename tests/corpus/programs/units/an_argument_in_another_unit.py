@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A call gives an input parameter a quantity of another dimension."""
+"""A call passes a quantity of another dimension for an input parameter."""
 
 import opengpac as gpac
 from opengpac import activate

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""An SVV has a unit that nobody knows."""
+"""An SVV has an unknown unit."""
 
 import opengpac as gpac
 

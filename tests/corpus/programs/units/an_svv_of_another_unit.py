@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""An SVV in N takes an angle."""
+"""An SVV in N is bound to an angle."""
 
 import opengpac as gpac
 from opengpac import activate

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A unit that nobody knows."""
+"""A program uses an unknown unit."""
 
 import opengpac as gpac
 from opengpac import activate

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""One SVV stands for two elements of an output."""
+"""An SVV is bound to two elements of an output."""
 
 import opengpac as gpac
 from opengpac import activate

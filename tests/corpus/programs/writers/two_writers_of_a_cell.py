@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Two blocks that run together write one cell."""
+"""Two blocks that run together write the same cell."""
 
 import opengpac as gpac
 from opengpac import activate

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Two blocks that run together write one channel."""
+"""Two blocks that run together write the same channel."""
 
 import opengpac as gpac
 from opengpac import activate

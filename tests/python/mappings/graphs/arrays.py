@@ -13,7 +13,7 @@ from opengpac import library as lib
 
 @graph(lambda: {"y": [[3.0 * row[i] for i in range(4)] for row in zip(*(scattered(n) for n in range(4)), strict=True)]})
 def gather_of_one_source(stage: Stage) -> Graph:
-    """Four SVVs of one source are one array of a block elsewhere."""
+    """Four SVVs of one source form one array of a block elsewhere."""
     return Graph(
         blocks={**{f"wave{n}": stage.code.scatter(seed=n) for n in range(4)}, "times": stage.code.times(k=3.0, n=4)},
         cells={},
@@ -29,7 +29,7 @@ def gather_of_one_source(stage: Stage) -> Graph:
 
 @graph()
 def gather_of_two_processors(stage: Stage) -> Graph:
-    """Two SVVs of each of two processors are one array of a block on a third."""
+    """Two SVVs of each of two processors form one array of a block on a third."""
     return Graph(
         blocks={**{f"wave{n}": stage.code.scatter(seed=n) for n in range(4)}, "times": stage.code.times(k=-1.0, n=4)},
         cells={},
@@ -105,7 +105,7 @@ def vector_from_processor_to_processor(stage: Stage) -> Graph:
 
 @graph()
 def greatest_and_least_of_several_writers(stage: Stage) -> Graph:
-    """The greatest and the product of three SVVs that three processors write."""
+    """The maximum and the product of three SVVs that three processors write."""
     single = [stage.svv(f"u{n}") for n in range(3)]
     return Graph(
         blocks={
@@ -131,7 +131,7 @@ def _chain() -> object:
 
 @graph()
 def pose_of_an_arm_elsewhere(stage: Stage) -> Graph:
-    """Joint positions of one processor, the pose of the tool on another."""
+    """Joint positions on one processor, the pose of the tool on another."""
     return Graph(
         blocks={"joints": stage.code.six_joints, "pose": lib.block("forward_kinematics")(n=6)},
         cells={"q": ["joints.q", "pose.q"]},
@@ -146,7 +146,7 @@ def pose_of_an_arm_elsewhere(stage: Stage) -> Graph:
 
 @graph()
 def singularity_of_an_arm_elsewhere(stage: Stage) -> Graph:
-    """How near an arm is to a singularity: its Jacobian on one processor, what follows of it on another."""
+    """Distance of an arm from a singularity: its Jacobian on one processor, the derived value on another."""
     return Graph(
         blocks={
             "joints": stage.code.six_joints,

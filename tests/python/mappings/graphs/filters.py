@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Filters and other blocks with a memory, each on another processor than what feeds it."""
+"""Filters and other blocks with a memory, each on a different processor from its input."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from opengpac import library as lib
 
 
 def _filtering(stage: Stage, use: object, seed: int = 40503) -> Graph:
-    """Scattered values into one block elsewhere, which is recorded on a third processor."""
+    """Returns scattered values into one block elsewhere, which is recorded on a third processor."""
     return Graph(
         blocks={"wave": stage.code.scatter(seed=seed), "it": use},
         cells={"u": ["wave.y", "it.u"]},
@@ -25,7 +25,7 @@ def _delayed() -> Model:
 
 @graph(_delayed)
 def delay_line_elsewhere(stage: Stage) -> Graph:
-    """The value of seven invocations ago."""
+    """The value from seven invocations ago."""
     return _filtering(stage, lib.block("delay_line")(delay=7, initial=0.25))
 
 
@@ -43,7 +43,7 @@ def transfer_function_elsewhere(stage: Stage) -> Graph:
 
 @graph()
 def median_then_moving_average(stage: Stage) -> Graph:
-    """Two windows in a row, on two processors."""
+    """Two windows in series, on two processors."""
     return Graph(
         blocks={
             "wave": stage.code.scatter(seed=51),
@@ -86,7 +86,7 @@ def _shaped() -> Model:
 
 @graph(_shaped)
 def shapes_in_a_row(stage: Stage) -> Graph:
-    """A gain, a dead band, steps and a sign, each on another source than the one before."""
+    """A gain, a dead band, steps and a sign, each on a different source from the previous one."""
     return Graph(
         blocks={
             "wave": stage.code.scatter(seed=54),
@@ -114,7 +114,7 @@ def _looked_up() -> Model:
 
 @graph(_looked_up)
 def table_elsewhere(stage: Stage) -> Graph:
-    """A table that is looked up on another processor."""
+    """A table lookup on another processor."""
     return _filtering(stage, lib.block("lookup_table")(n=4, xs=[-0.5, -0.1, 0.2, 0.5], ys=[1.0, -1.0, 3.0, 0.0]), seed=55)
 
 
@@ -133,7 +133,7 @@ def statistics_of_a_window(stage: Stage) -> Graph:
 
 @graph()
 def noise_of_a_seed(stage: Stage) -> Graph:
-    """Noise of the library is a sequence of its seed; it drives a running mean elsewhere."""
+    """Noise of the library, a sequence determined by its seed, drives a running mean elsewhere."""
     return Graph(
         blocks={"noise": lib.block("noise")(distribution=1, deviation=2.0, seed=12345), "of": lib.block("running_statistics")},
         cells={"u": ["noise.y", "of.u"]},

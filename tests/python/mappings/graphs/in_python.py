@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Blocks in Python, compiled when a graph asks for them."""
+"""Blocks in Python, compiled when a graph requests them."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ def _smoothed() -> Model:
 
 @graph(_smoothed)
 def python_blocks_in_a_row(stage: Stage) -> Graph:
-    """A compiled function of Python, in two instances on two processors."""
+    """A compiled Python function, in two instances on two processors."""
     return Graph(
         blocks={"wave": stage.code.scatter(seed=61), "one": _smooth(), "two": _smooth()(alpha=0.125)},
         cells={"u": ["wave.y", "one.u"], "x": ["one.y", "two.u"]},

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Joins: blocks that run when each of several writers, on several processors, has given a new value."""
+"""Joins: blocks that run when each of several writers, on several processors, has written a new value."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ def join_of_three_processors(stage: Stage) -> Graph:
 
 @graph(lambda: {"y": [2.0 * u + 3.0 * u for u in scattered(11)]})
 def diamond(stage: Stage) -> Graph:
-    """One value goes two ways, over two processors, and meets itself where it began."""
+    """One value takes two paths, over two processors, and meets itself where it began."""
     return Graph(
         blocks={
             "wave": stage.code.scatter(seed=11),
@@ -51,7 +51,7 @@ def diamond(stage: Stage) -> Graph:
 
 @graph(lambda: {"y": [u + 8.0 * u for u in scattered(12)]})
 def diamond_with_a_long_side(stage: Stage) -> Graph:
-    """One way is direct, the other has three hops: values meet by their order, not by their time."""
+    """One path is direct, the other has three hops: values meet by their order, not by their time."""
     gains = {f"twice{n}": lib.block("gain")(k=2.0) for n in range(3)}
     return Graph(
         blocks={"wave": stage.code.scatter(seed=12), **gains, "add": stage.code.add},
@@ -122,7 +122,7 @@ def tree_of_joins(stage: Stage) -> Graph:
 
 @graph()
 def three_readers_of_a_join(stage: Stage) -> Graph:
-    """What a join gives goes to both processors that its inputs came from."""
+    """The output of a join goes to both processors that its inputs came from."""
     return Graph(
         blocks={
             "wave": stage.code.scatter(seed=21),

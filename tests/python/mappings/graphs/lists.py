@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Command lists: transitions, faults, execution once, waits, ending lists, suspension, and verbs beside each other."""
+"""Command lists: transitions, faults, single executions, waits, ending lists, suspension, and concurrent verbs."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from opengpac import library as lib
 
 
 def _two_lists(stage: Stage, second: str) -> Graph:
-    """Each of two lists has a writer and a reader of its own; the first leads to the second when its writer has counted."""
+    """Returns two lists, each with its own writer and reader; the first leads to the second when its writer has counted."""
     return Graph(
         blocks={
             "count": stage.code.counted,
@@ -40,19 +40,19 @@ def _of_both_lists() -> Model:
 
 @graph(_of_both_lists, left_by_count=True)
 def transition_within_a_source(stage: Stage) -> Graph:
-    """A condition of one source starts what lies there too; the readers are elsewhere."""
+    """A condition of one source starts blocks of the same source; the readers are elsewhere."""
     return _two_lists(stage, "0.fast")
 
 
 @graph(_of_both_lists, left_by_count=True)
 def transition_to_another_processor(stage: Stage) -> Graph:
-    """The condition comes from one processor, what the next list starts is on another."""
+    """A condition on one processor starts a list on another."""
     return _two_lists(stage, "1.fast")
 
 
 @graph(lambda: {"y": [float(k + 1) for k in range(LENGTH)]})
 def fault_that_leads_on(stage: Stage) -> Graph:
-    """Every 50th invocation is no number: it stores nothing, and τ begins the list again; the reader elsewhere misses nothing."""
+    """Every 50th invocation is not a number: it stores nothing, and τ restarts the list; the reader elsewhere misses nothing."""
     return Graph(
         blocks={"bad": stage.code.bad_at_times, "pass": lib.block("gain")(k=1.0)},
         cells={"u": ["bad.y", "pass.u"]},
@@ -65,7 +65,7 @@ def fault_that_leads_on(stage: Stage) -> Graph:
 
 @graph(lambda: {"y": [2.0 * u for u in scattered(length=LENGTH)]})
 def two_hundred_executions(stage: Stage) -> Graph:
-    """A list of 200 `execute`: each is one invocation, and drives one elsewhere; between them it waits 2 ms."""
+    """A list of 200 `execute`: each is one invocation, and drives one elsewhere; a wait of 2 ms follows each."""
     return Graph(
         blocks={"wave": stage.code.scatter, "gain": lib.block("gain")(k=2.0)},
         cells={"u": ["wave.y", "gain.u"]},
@@ -103,7 +103,7 @@ def one_after_the_other(stage: Stage) -> Graph:
 
 @graph(lambda: {"y": scattered(73)})
 def ending_list_elsewhere(stage: Stage) -> Graph:
-    """When it ends, an ending list counts to three on another processor; what was recorded stays."""
+    """At its end, an ending list counts to three on another processor; the recorded values stay."""
     return Graph(
         blocks={"wave": stage.code.scatter(seed=73), "last": stage.code.counted, "pass": lib.block("gain")(k=1.0)},
         cells={"u": ["wave.y", "pass.u"]},
@@ -121,7 +121,7 @@ def ending_list_elsewhere(stage: Stage) -> Graph:
 
 @graph(lambda: {"y": [u + 1.0 for u in scattered(74)]})
 def suspended_and_resumed(stage: Stage) -> Graph:
-    """The programming system suspends and resumes it three times: what was on its way arrives, nothing is lost or doubled."""
+    """The programming system suspends and resumes it three times: values in transit arrive, none is lost or duplicated."""
 
     def pause(instance: gpac.VerbInstance[Any]) -> None:
         for _ in range(3):
@@ -141,7 +141,7 @@ def suspended_and_resumed(stage: Stage) -> Graph:
 
 @graph(lambda: {"y": [2.0 * u for u in scattered(75)]})
 def writer_in_another_verb(stage: Stage) -> Graph:
-    """What drives it is a verb of its own, which is started later, on another processor."""
+    """Its writer is a separate verb, which is started later, on another processor."""
     shared, begun = stage.svv("shared"), stage.svv("begun")
     writing = gpac.Verb(
         "writing",
@@ -152,7 +152,7 @@ def writer_in_another_verb(stage: Stage) -> Graph:
     writer = writing.on(stage.source("0.fast")).new_instance(shared)
 
     def follow(instance: gpac.VerbInstance[Any]) -> None:
-        """A start returns before its list is entered on a remote processor; what the reader has executed says that it is."""
+        """Starts the writer once the reader has executed: a start returns before its list is entered on a remote processor."""
         while begun.value != 1.0:
             stage.run_for(instance, "2 ms")
         writer.start()
@@ -172,7 +172,7 @@ def writer_in_another_verb(stage: Stage) -> Graph:
 
 @graph(lambda: {"y": [3.0 * u + 0.5 for u in scattered(76)]})
 def values_of_the_start(stage: Stage) -> Graph:
-    """Parameters that are given at the start reach blocks on two processors."""
+    """Parameters set at the start reach blocks on two processors."""
     return Graph(
         blocks={"wave": stage.code.scatter(seed=76), "gain": lib.block("gain"), "bias": lib.block("bias")},
         cells={"u": ["wave.y", "gain.u"], "v": ["gain.y", "bias.u"]},
@@ -186,7 +186,7 @@ def values_of_the_start(stage: Stage) -> Graph:
 
 @graph()
 def relaxed_mode(stage: Stage) -> Graph:
-    """An input that a use makes asynchronous reads what stays; the other one drives."""
+    """An input made asynchronous by its use reads the value that stays; the other one drives."""
     return Graph(
         blocks={"wave": stage.code.scatter(seed=77), "add": stage.code.add},
         cells={"u": ["wave.y", "add.a"]},

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Graphs inside graphs, whose inner blocks are placed apart."""
+"""Graphs inside graphs, whose inner blocks are placed on different processors."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from opengpac import library as lib
 
 
 def _smooth(name: str = "smooth", k: float = 2.0, alpha: float = 0.5) -> gpac.Graph:
-    """A gain and a low-pass filter in a row."""
+    """Returns a gain and a low-pass filter in series."""
     return gpac.Graph(
         name,
         blocks={"gain": lib.block("gain")(k=k), "low": lib.block("lowpass")(alpha=alpha)},
@@ -103,7 +103,7 @@ def graph_that_begins_and_ends_itself(stage: Stage) -> Graph:
 
 @graph()
 def one_graph_twice(stage: Stage) -> Graph:
-    """Two uses of one graph, placed differently, of one stimulus."""
+    """Two uses of one graph, placed differently, with one stimulus."""
     return Graph(
         blocks={"wave": stage.code.scatter(seed=43), "a": _smooth(), "b": _smooth()},
         cells={"u": ["wave.y", "a.u", "b.u"]},
@@ -118,7 +118,7 @@ def one_graph_twice(stage: Stage) -> Graph:
 
 @graph()
 def graph_with_a_filter_inserted(stage: Stage) -> Graph:
-    """A graph that was edited: a limit between its gain and its filter, on a processor of its own."""
+    """An edited graph: a limit between its gain and its filter, on a processor of its own."""
     careful = _smooth().insert("limit", lib.block("limit")(low=-0.5, high=0.5), between=("gain.y", "low.u"))
     return Graph(
         blocks={"wave": stage.code.scatter(seed=44), "law": careful},

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Rates: ratio inputs and outputs, blocks that run once where others run several times, histories, intervals that change."""
+"""Rates: ratio inputs and outputs, blocks that run once per several invocations of others, histories, intervals that change."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ def _means(values: list[float]) -> list[float]:
 
 @graph(lambda: {"y": _means(scattered(length=4 * LENGTH))})
 def ratio_output_to_another_processor(stage: Stage) -> Graph:
-    """Every fourth invocation gives a mean, and only that drives the reader elsewhere."""
+    """Every fourth invocation outputs a mean, and only that drives the reader elsewhere."""
     return Graph(
         blocks={"wave": stage.code.scatter, "mean": stage.code.mean_of_four, "pass": lib.block("gain")(k=1.0)},
         cells={"u": ["wave.y", "mean.u"], "m": ["mean.y", "pass.u"]},
@@ -43,7 +43,7 @@ def _pairs(values: list[float]) -> list[float]:
 
 @graph(lambda: {"y": _pairs(_pairs(scattered(length=4 * LENGTH)))})
 def decimation_in_two_steps(stage: Stage) -> Graph:
-    """Sums of two, then sums of two of those, on two processors."""
+    """Sums of two, then sums of two of these, on two processors."""
     return Graph(
         blocks={"wave": stage.code.scatter, "first": stage.code.pair_sum, "second": stage.code.pair_sum},
         cells={"u": ["wave.y", "first.u"], "v": ["first.y", "second.u"]},
@@ -60,7 +60,7 @@ def _every_fourth(found: Found) -> bool:
 
 @graph(lambda: {"y": [float(4 * k + 3) for k in range(LENGTH)]}, skipping=_every_fourth)
 def ratio_output_of_a_timer(stage: Stage) -> Graph:
-    """A block of a timer that stores every fourth value."""
+    """A block on a timer that stores every fourth value."""
     return Graph(
         blocks={"ramp": stage.code.number_of_four, "pass": lib.block("gain")(k=1.0)},
         cells={"u": ["ramp.y", "pass.u"]},
@@ -71,8 +71,9 @@ def ratio_output_of_a_timer(stage: Stage) -> Graph:
 
 
 def _read_by_number(found: Found) -> bool:
-    """What is read is at most number j // 5 - 1: the one of that number may have been skipped, or have come late. Where the machine stood
-    still while both began, the reader began later: from the first number that came it reads at most one more in five invocations."""
+    """Returns whether the values read are possible. A value read has at most number j // 5 - 1: that one may have been skipped, or be
+    late. If the machine was delayed while both began, the reader began later: from the first number that arrived it reads at most one
+    more in five invocations."""
     read = [divmod(y, 1e6) for y in found["y"]]
     came = next((n for n, (u, _) in enumerate(read) if u > 0), len(read) - 1)
     # The invocations between the last one without a value and the first one with it may have been skipped.
@@ -86,7 +87,7 @@ def _read_by_number(found: Found) -> bool:
 
 @graph(lambda: {"y": [1e6 * max(0, j // 5 - 1) + j for j in range(LENGTH)]}, skipping=_read_by_number, begins_later=True)
 def ratio_input_from_another_timer(stage: Stage) -> Graph:
-    """A slow processor's values by number in a fast one: invocation j has value j // 5 - 1."""
+    """Values of a slow processor, by number, in a fast one: invocation j has value j // 5 - 1."""
     return Graph(
         blocks={"ramp": stage.code.number, "held": stage.code.held},
         cells={"u": ["ramp.y", "held.u"]},
@@ -97,14 +98,14 @@ def ratio_input_from_another_timer(stage: Stage) -> Graph:
 
 
 def _slow_beside_fast(found: Found) -> bool:
-    """The fast values are all there; the slow ones never go back."""
+    """Returns whether the fast values are complete and the slow ones never go back."""
     slow = [round((y - 0.5 - fast) / 1000.0) for y, fast in zip(found["y"], scattered(), strict=True)]
     return _stay(slow) and list(found["y"]) == [(1000.0 * u + fast) + 0.5 for u, fast in zip(slow, scattered(), strict=True)]
 
 
 @graph(skipping=_slow_beside_fast)
 def ratio_input_beside_a_synchronous_one(stage: Stage) -> Graph:
-    """A slow value from elsewhere beside one of the own source, and a reader on a third processor."""
+    """A slow value from elsewhere together with one of the own source, and a reader on a third processor."""
     return Graph(
         blocks={
             "slow": stage.code.number,
@@ -121,7 +122,7 @@ def ratio_input_beside_a_synchronous_one(stage: Stage) -> Graph:
 
 @graph()
 def divided_graph(stage: Stage) -> Graph:
-    """In one graph a block runs once where the others run five times; both results go elsewhere."""
+    """In one graph a block runs once per five invocations of the others; both results go elsewhere."""
     law = gpac.Graph(
         "law",
         blocks={"quick": stage.code.ramp, "slow": stage.code.ramp(step=100.0)},
@@ -156,7 +157,7 @@ def two_rates_beside_each_other(stage: Stage) -> Graph:
 
 @graph()
 def interval_that_changes(stage: Stage) -> Graph:
-    """The interval is changed while it runs: values come faster or slower, and stay the same."""
+    """The interval changes while it runs: the values come faster or slower, and stay the same."""
 
     def change(instance: gpac.VerbInstance[Any]) -> None:
         for every in ("4 ms", "2 ms"):
@@ -180,7 +181,7 @@ def _windows() -> Model:
 
 @graph(_windows)
 def history_of_the_own_source(stage: Stage) -> Graph:
-    """The last four values, of an SVV that remembers them, in the firing that wrote the newest."""
+    """The last four values of an SVV with a history, in the firing that wrote the newest."""
     return Graph(
         blocks={"ramp": stage.code.ramp(step=0.5), "recent": stage.code.recent},
         cells={"u": ["ramp.y", "recent.u"]},
@@ -193,7 +194,7 @@ def history_of_the_own_source(stage: Stage) -> Graph:
 
 @graph()
 def history_then_a_filter_elsewhere(stage: Stage) -> Graph:
-    """A slope of the last three values, filtered on another processor."""
+    """The slope of the last three values, filtered on another processor."""
     return Graph(
         blocks={"wave": stage.code.scatter, "slope": stage.code.steepness, "low": lib.block("lowpass")(alpha=0.5)},
         cells={"u": ["wave.y", "slope.u"], "v": ["slope.y", "low.u"]},

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Truth values over time: edges, counters, flip-flops, state machines, and triggers that a counter raises."""
+"""Truth values over time: edges, counters, flip-flops, state machines, and triggers raised by a counter."""
 
 from __future__ import annotations
 
@@ -52,7 +52,7 @@ def edge_elsewhere(stage: Stage) -> Graph:
 
 @graph()
 def flip_flop_of_two_processors(stage: Stage) -> Graph:
-    """Set by a wave of one processor, reset by one of another."""
+    """A flip-flop that a wave of one processor sets and one of another resets."""
     return Graph(
         blocks={
             "set": stage.code.square(half=3),
@@ -70,7 +70,7 @@ def flip_flop_of_two_processors(stage: Stage) -> Graph:
 
 @graph()
 def comparator_with_hysteresis(stage: Stage) -> Graph:
-    """Above or below a reference that stays, with hysteresis, then edges of that."""
+    """A comparison with a constant reference, with hysteresis, then edges of the result."""
     return Graph(
         blocks={
             "wave": stage.code.scatter(seed=61),
@@ -90,7 +90,7 @@ def comparator_with_hysteresis(stage: Stage) -> Graph:
 
 @graph(lambda: {"y": [0.5 * k for k in range(LENGTH)]})
 def trigger_that_a_counter_raises(stage: Stage) -> Graph:
-    """A light blinks through a device; each time it goes on that raises a trigger of another processor, which steps a ramp."""
+    """A light blinks through a device; each time it turns on it raises a trigger of another processor, which steps a ramp."""
     panel = stage.processor(0).physical_device(stage.name("panel"), gpac.drivers.loopback("lamp"), exchange=stage.source("0.fast"))
     channel = panel["lamp"]
     channel.velocity.raises(stage.source("1.trigger"))

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The thread that answers clients. None of its calls waits for one of them:
+//! Thread that answers clients. None of its calls waits for a client:
 //!
-//! | a client | what becomes of it |
+//! | a client | action |
 //! |---|---|
 //! | sends half a request | the half is kept; the others are served |
 //! | does not take its answers | is not read until it does; the others are served |
-//! | sends what is no frame | its connection ends |
-//! | is one too many | the one that has been silent for the longest gives way |
+//! | sends an invalid frame | its connection is closed |
+//! | exceeds the maximum number | the one that has been silent for the longest is closed |
 use super::tables::Tables;
 use crate::modbus::frame::{FRAME_MAX, framed, mbap};
 use crate::modbus::pdu::{PDU_MAX, refusal};
@@ -31,11 +31,11 @@ device::counters! {
     }
 }
 
-/// State that the thread shares with the driver.
+/// State shared by the thread and the driver.
 pub(super) struct ServerState {
     pub tables: Mutex<Tables>,
     pub counters: Arc<Counters>,
-    /// Requests so far: a client that is there asks.
+    /// Number of requests so far: an active client keeps sending them.
     pub asked: AtomicU64,
 }
 
@@ -57,19 +57,19 @@ impl ServerState {
     }
 }
 
-/// A client: what it has sent and not been answered, and what it has not taken yet.
+/// A client: its received bytes that have not been answered, and its answer that has not been sent.
 struct Client {
     stream: Device<TcpStream>,
     came: [u8; FRAME_MAX],
     filled: usize,
     answer: [u8; FRAME_MAX],
-    /// Range of the answer that is still to be sent.
+    /// Range of the answer that has not been sent.
     left: (usize, usize),
-    /// When it was last heard, as a number that only grows.
+    /// Turn in which the client last sent something; it only increases.
     heard: u64,
 }
 
-/// Serves until `ends` is closed at its other end.
+/// Serves until the other end of `ends` is closed.
 pub(super) fn serve(listener: &TcpListener, ends: &UnixStream, most: usize, shared: &ServerState) {
     let mut clients: Vec<Client> = Vec::with_capacity(most);
     let mut asked: Vec<libc::pollfd> = Vec::with_capacity(most + 2);
@@ -79,7 +79,7 @@ pub(super) fn serve(listener: &TcpListener, ends: &UnixStream, most: usize, shar
         asked.clear();
         asked.extend([entry(ends.as_raw_fd(), libc::POLLIN), entry(listener.as_raw_fd(), libc::POLLIN)]);
         asked.extend(clients.iter().map(|client| entry(client.stream.as_raw_fd(), if client.owes() { libc::POLLOUT } else { libc::POLLIN })));
-        // SAFETY: as many entries as are said, alive and of our own.
+        // SAFETY: the array has that number of entries and is a live local one.
         let ready = unsafe { libc::poll(asked.as_mut_ptr(), asked.len() as libc::nfds_t, -1) };
         if ready < 0 {
             match std::io::Error::last_os_error().kind() {
@@ -118,7 +118,7 @@ impl Client {
         self.left.0 < self.left.1
     }
 
-    /// Goes on with it as far as it goes at once; false: it is gone.
+    /// Serves the client as far as possible without waiting; returns false if it has disconnected.
     fn serve(&mut self, turn: u64, shared: &ServerState) -> bool {
         if self.owes() {
             return self.send() && (self.owes() || self.requests(shared));
@@ -133,7 +133,7 @@ impl Client {
         }
     }
 
-    /// Answers the requests that have come, until one of the answers is not taken.
+    /// Answers the received requests, until an answer cannot be sent completely.
     fn requests(&mut self, shared: &ServerState) -> bool {
         let mut pdu = [0; PDU_MAX];
         loop {

@@ -1,18 +1,18 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The registers and bits that others ask for, and which of them they may write.
+//! Registers and bits that clients read, and which of them they may write.
 use crate::modbus::map::{MappedChannel, Write};
 use crate::modbus::pdu::{Exception, Pdu, Request, Space};
 use std::collections::BTreeMap;
 
-/// Cell behind an address.
+/// Cell at an address.
 #[derive(Clone, Copy, Debug)]
 struct Cell {
     value: u16,
-    /// True if a client may write it: it is a channel that is read here.
+    /// True if a client may write it: the channel is read here.
     is_open: bool,
 }
 
-/// Cells at the declared addresses; nothing else is there.
+/// Cells at the declared addresses; other addresses do not exist.
 #[derive(Debug, Default)]
 pub(in crate::modbus) struct Tables {
     cells: BTreeMap<(Space, u16), Cell>,
@@ -29,7 +29,7 @@ impl Tables {
         Tables { cells }
     }
 
-    /// Stores a value of this machine: the bytes of a channel. What is no number changes nothing. False: it did not fit.
+    /// Stores a value of this machine: the bytes of a channel. NaN changes nothing. Returns false if the value did not fit.
     pub(super) fn put(&mut self, place: &MappedChannel, channel: &[u8]) -> bool {
         let Some((wire, fits)) = place.form.write(channel) else { return false };
         for at in 0..place.count() {
@@ -42,7 +42,7 @@ impl Tables {
         fits
     }
 
-    /// Returns the bytes of a channel, as a client wrote it.
+    /// Copies the bytes of a channel, as written by a client.
     pub(super) fn get(&self, place: &MappedChannel, channel: &mut [u8]) {
         let mut wire = [0; 8];
         for (at, two) in (0..place.count()).zip(wire.chunks_exact_mut(2)) {
@@ -55,7 +55,7 @@ impl Tables {
         }
     }
 
-    /// Carries out what a client asks, as a whole or not at all, and gives the answer.
+    /// Carries out a client's request, as a whole or not at all, and returns the answer.
     pub(in crate::modbus) fn carry_out(&mut self, pdu: &[u8]) -> Result<Pdu, Exception> {
         match Request::decode(pdu)? {
             request @ Request::Read { space, address, count } => self.read(&request, space, address, count),
@@ -73,7 +73,8 @@ impl Tables {
                         cell.value = value;
                     }
                 }
-                // The answer is the request, without the data where there is a count. One register may have been written by either function.
+                // The answer is the request, without the data if there is a count. One register may have been written by either
+                // function.
                 let mut answer = Pdu::EMPTY;
                 answer.put(&pdu[..5]);
                 Ok(answer)
@@ -113,7 +114,7 @@ impl Tables {
     }
 }
 
-/// Returns the addresses of a range; none lies behind the last.
+/// Returns the addresses of a range; fails if it exceeds the last address.
 fn each(address: u16, count: u16) -> Result<impl Iterator<Item = u16>, Exception> {
     let last = address.checked_add(count.saturating_sub(1)).ok_or(Exception::ILLEGAL_ADDRESS)?;
     Ok(address..=last)

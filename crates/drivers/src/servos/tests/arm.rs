@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! An arm of two servos, exchanged in place: torque, goals, what goes wrong, what is recorded.
+//! An arm of two servos, exchanged in place: torque, goals, errors, recording.
 use super::peer::Peer;
 use crate::servos::bus::Count;
 use crate::servos::protocol::Protocol;
@@ -65,7 +65,7 @@ impl Arm {
     }
 }
 
-/// Latencies are long enough for any machine; nobody waits for them.
+/// Latencies are long enough for any machine; the tests never wait for them.
 fn options(peer: &Peer) -> Value {
     let servos = json!({ "a": { "id": 1 }, "b": { "id": 2, "direction": -1, "min": -1.0, "max": 1.0 } });
     json!({ "port": peer.path, "servos": servos, "in_place": true, "latency_ns": 60_000_000_000_u64, "retries": 0 })
@@ -146,7 +146,7 @@ fn the_guard_takes_the_torque() {
             let mut line = std::fs::File::from(handle.descriptor);
             handle.writes.iter().for_each(|(_, bytes)| line.write_all(bytes).expect("the line is there"));
         }
-        // A register read through the same line comes behind.
+        // A register read through the same line follows later.
         let register = Map::of(protocol).torque;
         let services = arm.driver.services().expect("it has some");
         let read = std::thread::spawn(move || services.call("read", &json!({ "servo": "a", "address": register.address, "length": 1 })));
@@ -256,7 +256,7 @@ fn travel_across_the_seam_of_an_encoder_is_no_range() {
     std::fs::remove_file(&file).expect("it is there");
 }
 
-/// While the device exchanges, a caller elsewhere asks.
+/// Makes a request from another thread while the device exchanges.
 fn asked(arm: &mut Arm, service: &'static str, arguments: Value) -> Result<Value, String> {
     let services: Arc<dyn Services> = arm.driver.services().expect("it has some");
     let caller = std::thread::spawn(move || services.call(service, &arguments));
@@ -309,7 +309,7 @@ fn a_calibration_is_recorded_and_read_again() {
     std::fs::remove_dir_all(&folder).expect("it is there");
 }
 
-/// A servo that is asked while the machine is busy with something else is missed, and found by another scan.
+/// A servo may be missed if the machine is busy during the request; another scan then finds it.
 #[test]
 fn a_scan_finds_ids_and_models() {
     for (protocol, model) in [(Protocol::Sts, "sts3215"), (Protocol::Dynamixel, "xl330-m288")] {

@@ -12,7 +12,7 @@ fn asked(protocol: Protocol, id: u8, ask: Ask<'_>) -> Vec<u8> {
     frame.bytes().to_vec()
 }
 
-/// The answer of a servo, written as its maker describes it and not by what is tested.
+/// Returns the answer of a servo, encoded according to the manufacturer's manual and not by the code under test.
 pub(super) fn answer(protocol: Protocol, id: u8, error: u8, bytes: &[u8]) -> Vec<u8> {
     match protocol {
         Protocol::Sts => {
@@ -36,7 +36,7 @@ pub(super) fn answer(protocol: Protocol, id: u8, error: u8, bytes: &[u8]) -> Vec
     }
 }
 
-/// Every answer in a stream, as the bus takes them.
+/// Returns every answer in a stream, as parsed by the bus.
 fn answers(protocol: Protocol, stream: &[u8]) -> Vec<(u8, u8, Vec<u8>)> {
     let (mut from, mut scratch, mut found) = (0, [0; FRAME_MAX], Vec::new());
     while from < stream.len() {
@@ -56,7 +56,7 @@ fn answers(protocol: Protocol, stream: &[u8]) -> Vec<(u8, u8, Vec<u8>)> {
     found
 }
 
-/// As in the makers' manuals: a read of the position of servo 1, a ping, a write, goals of two servos.
+/// The requests are those of the manufacturers' manuals: a read of the position of servo 1, a ping, a write, goals of two servos.
 #[test]
 fn requests_are_those_of_the_manuals() {
     assert_eq!(asked(Protocol::Sts, 1, Ask::Ping), [0xff, 0xff, 1, 2, 1, 0xfb]);
@@ -83,7 +83,7 @@ fn a_header_among_what_is_sent_is_stuffed() {
     );
 }
 
-/// 10^6 answers of which one byte is another, or whose end is missing: none is taken for an answer of the same servo and length.
+/// 10^6 answers with a changed byte or a missing end: none is accepted as an answer of the same servo and length.
 #[test]
 fn no_corrupted_answer_is_taken() {
     let mut tried = 0;

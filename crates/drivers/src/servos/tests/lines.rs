@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! A bus on a pseudo terminal, and a servo at its other end that answers as a test says.
+//! A bus on a pseudo terminal, and a servo at its other end with scripted answers.
 use super::codecs::answer;
 use crate::serial::tests::pty;
 use crate::servos::bus::{Bus, Count, Timing};
@@ -20,7 +20,7 @@ fn bus(path: &str, latency: Duration, echo: Option<bool>) -> (Bus, Arc<Counters>
     (Bus::open(path, Protocol::Sts, timing, counters.clone()).expect("it opens"), counters)
 }
 
-/// Answers each request by what is said for it, the last for all that follow, until the line is closed.
+/// Answers each request with the next entry of `said`, repeating the last one, until the line is closed.
 fn peer(mut device: File, said: Vec<Vec<u8>>) -> std::thread::JoinHandle<()> {
     std::thread::spawn(move || {
         let mut at = 0;
@@ -37,7 +37,7 @@ fn peer(mut device: File, said: Vec<Vec<u8>>) -> std::thread::JoinHandle<()> {
 
 fn value(said: Vec<Vec<u8>>, latency: Duration, echo: Option<bool>) -> (u32, Arc<Counters>) {
     let (device, path) = pty();
-    // Held open, so that the far end reads no end of the line before the bus is there.
+    // Held open, so that the far end does not read an end of the line before the bus has opened it.
     let peer = peer(device, said);
     let (mut bus, counters) = bus(&path, latency, echo);
     bus.find_echo(1, MODEL).expect("the line is there");
@@ -51,9 +51,9 @@ fn good() -> Vec<u8> {
     answer(Protocol::Sts, 1, 0, &[9, 3])
 }
 
-/// Long enough for any machine: it is never waited for.
+/// Long enough for any machine: the tests never wait for it.
 const LONG: Duration = Duration::from_secs(60);
-/// Waited for by those who are not answered; who is slow is asked again.
+/// Time limit for missing answers; slow ones lead to repetitions.
 const SHORT: Duration = Duration::from_millis(100);
 
 #[test]

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Servos at the other end of a pseudo terminal: a thread that keeps their registers. A goal is reached at once where there is torque.
+//! Servos at the other end of a pseudo terminal: a thread that stores their registers. With torque on, a goal is reached at once.
 use super::codecs::answer;
 use crate::serial::tests::pty;
 use crate::servos::frame::BROADCAST;
@@ -18,18 +18,18 @@ pub(super) struct Peer {
     pub(super) path: String,
     pub(super) protocol: Protocol,
     tables: Tables,
-    /// Keeps the line there between two who open it.
+    /// Keeps the line open between two users.
     held: Option<File>,
     thread: Option<JoinHandle<()>>,
 }
 
 impl Peer {
-    /// Servos 1 and 2 at their middle.
+    /// Returns servos 1 and 2 in their middle positions.
     pub(super) fn new(protocol: Protocol) -> Peer {
         Peer::with(protocol, false)
     }
 
-    /// The same with an adapter that gives back what it is given.
+    /// Returns the same with an adapter that echoes sent bytes.
     pub(super) fn echoing(protocol: Protocol) -> Peer {
         Peer::with(protocol, true)
     }
@@ -62,7 +62,7 @@ impl Peer {
         table[usize::from(register.address)..][..usize::from(register.len)].copy_from_slice(&value.to_le_bytes()[..usize::from(register.len)]);
     }
 
-    /// It falls silent.
+    /// Silences a servo.
     pub(super) fn lose(&self, id: u8) {
         self.tables.lock().expect("nobody panics with it").remove(&id);
     }
@@ -75,7 +75,7 @@ impl Peer {
         self.get(id, Map::of(self.protocol).torque)
     }
 
-    /// Ends it, once nobody has its line open.
+    /// Ends the thread, once the line is no longer open elsewhere.
     pub(super) fn join(mut self) {
         self.held = None;
         self.thread.take().expect("it is joined once").join().expect("it understood everything");

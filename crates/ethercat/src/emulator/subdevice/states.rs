@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The state machine of an emulated subdevice: Init, PreOp, SafeOp and Op, and what each change asks for.
+//! The state machine of an emulated subdevice: Init, PreOp, SafeOp and Op, and the conditions of each change.
 use super::{Application, DRIVE_INPUTS, DRIVE_OUTPUTS, INPUTS, MAILBOXES, OUTPUTS, Subdevice};
 use crate::emulator::controller::Wiring;
 use crate::emulator::sdo::{MAILBOX_LEN, SdoServer};
@@ -32,7 +32,7 @@ impl Subdevice {
             _ if !goes => INVALID_CHANGE,
             State::PreOp if from == State::Init => self.check_mailbox(),
             State::SafeOp if from == State::PreOp => self.check_process_data(),
-            // SYNC0 has no cycle, or was to begin in the past.
+            // SYNC0 has no cycle, or its start was in the past.
             State::Op if self.controller.is_synchronised() && self.controller.clock.next_sync_ns().is_none() => NO_SYNC,
             _ => 0,
         };
@@ -40,7 +40,7 @@ impl Subdevice {
             return self.set_state(from, wrong);
         }
         if to == State::Init {
-            // Its mailbox begins anew: the counters of an earlier client say nothing any more.
+            // The mailbox restarts: the counters of an earlier client are obsolete.
             self.sdo = SdoServer::new();
         }
         if from == State::Op && to < State::Op {

@@ -4,22 +4,22 @@ use opengpac::{FunctionBlock, Invocation, Outcome, Step};
 /// The band is negative.
 const NEGATIVE_BAND: u32 = 1;
 
-/// Dead band: y = 0 where |u - middle| <= width, else u - middle less the width, towards 0.
+/// Dead band: y = 0 if |u - middle| <= width, else u - middle reduced by the width, towards 0.
 ///
-/// Without a jump at the edges. For joysticks, and errors too small to act on. Range: width from 0.
-/// Faults: 1 the width is negative or no number.
+/// The output does not jump at the edges. For joysticks, and errors too small to act on. Range: width from 0. Faults: 1 the width is
+/// negative or NaN.
 #[derive(FunctionBlock)]
 pub struct DeadBand {
     /// input
     #[input]
     u: f64,
-    /// the part of the input beyond the band
+    /// part of the input beyond the band
     #[output(unit = "=u")]
     y: f64,
-    /// half of the band
+    /// half-width of the band
     #[param(default = 0.1, range = "[0, inf)")]
     width: f64,
-    /// middle of the band
+    /// centre of the band
     #[param(default = 0.0, range = "[-inf, inf)")]
     middle: f64,
 }

@@ -7,24 +7,23 @@ const NEGATIVE_TIME: u32 = 1;
 
 /// Filtered differentiator: Y(s) = s / (1 + T s) U(s), by backward differences.
 ///
-/// With T = 0 the plain difference, which amplifies noise most. It begins at 0. Never rings, unlike the bilinear transform. Source:
-/// Astrom and Hagglund, Advanced PID Control, 13.4. Range: T from 0.
-/// Faults: 1 the time constant is negative or no number.
+/// T = 0 gives the plain difference, which amplifies noise most. The output starts at 0. Never rings, unlike the bilinear transform.
+/// Source: Astrom and Hagglund, Advanced PID Control, 13.4. Range: T from 0. Faults: 1 the time constant is negative or NaN.
 #[derive(FunctionBlock)]
 pub struct Differentiator {
     /// input
     #[input]
     u: f64,
-    /// its rate of change, per second
+    /// rate of change of the input, per second
     #[output]
     y: f64,
     /// time constant T of the filter
     #[param(default = 0.01, unit = "s", range = "[0, inf)")]
     time: f64,
-    /// time of the invocation before
+    /// time of the previous invocation
     #[state(opaque)]
     span: Span,
-    /// input of the invocation before
+    /// input of the previous invocation
     #[state]
     before: f64,
 }
@@ -37,7 +36,7 @@ impl Step for Differentiator {
         let first = !self.span.begun();
         let span_s = self.span.elapsed(invocation);
         if first {
-            // A first sample that is no number is found, not kept for the next invocation.
+            // A first sample that is not finite shows at once in the output, not only at the next invocation.
             self.y = if self.u.is_finite() { 0.0 } else { self.u };
             self.before = self.u;
         } else if span_s > 0.0 {

@@ -6,32 +6,31 @@ const EMPTY_RANGE: u32 = 1;
 /// The input is not finite.
 const NOT_FINITE: u32 = 2;
 
-/// Hysteresis, a relay: active = true from u >= upper on, false from u <= lower on; y = high or low.
+/// Hysteresis, a relay: active becomes true at u >= upper, false at u <= lower; y = high or low.
 ///
-/// Between the levels it stays as it is; it begins inactive. Two-point control, a thermostat. Range: upper not below lower; where they are
-/// equal, u at that level is active.
-/// Faults: 1 upper is below lower; 2 the input is not finite.
+/// Between the levels the state is kept; it starts inactive. For two-point control, such as a thermostat. Range: upper not below lower;
+/// if they are equal, u at that level is active. Faults: 1 upper is below lower; 2 the input is not finite.
 #[derive(FunctionBlock)]
 pub struct Hysteresis {
     /// input
     #[input]
     u: f64,
-    /// high where it is active, else low
+    /// high if active, else low
     #[output]
     y: f64,
-    /// true if it is active
+    /// true if active
     #[output]
     active: bool,
-    /// level from which on it is active
+    /// level at or above which it becomes active
     #[param(default = 0.5, range = "[-inf, inf)")]
     upper: f64,
-    /// level from which on, downwards, it is not
+    /// level at or below which it becomes inactive
     #[param(default = -0.5, range = "[-inf, inf)")]
     lower: f64,
-    /// output where it is active
+    /// output if active
     #[param(default = 1.0, range = "[-inf, inf)")]
     high: f64,
-    /// output where it is not
+    /// output if inactive
     #[param(default = 0.0, range = "[-inf, inf)")]
     low: f64,
 }

@@ -5,20 +5,19 @@ use opengpac::{FunctionBlock, Invocation, Outcome, Step};
 /// The range is empty.
 const EMPTY_RANGE: u32 = 1;
 
-/// Integrator: y = initial + gain ∫u dt, by trapezia, held within low and high.
+/// Integrator: y = initial + gain ∫u dt, by the trapezoidal rule, clamped to low and high.
 ///
-/// `reset` puts it back to `initial` and keeps it there while it is true. At a limit it does not wind up: it leaves as soon as u
-/// turns. Source: Astrom and Hagglund, Advanced PID Control, 3.5. Range: low not above high.
-/// Faults: 1 low is above high.
+/// `reset` sets it to `initial` and keeps it there as long as it is true. There is no wind-up at a limit: the output leaves it as soon as
+/// u changes sign. Source: Astrom and Hagglund, Advanced PID Control, 3.5. Range: low not above high. Faults: 1 low is above high.
 #[derive(FunctionBlock)]
 pub struct Integrator {
     /// input
     #[input]
     u: f64,
-    /// true: it goes back to its initial value
+    /// true: reset to the initial value
     #[input(asynchronous, default = false)]
     reset: bool,
-    /// value at the beginning and after a reset
+    /// value at the start and after a reset
     #[input(asynchronous, default = 0.0, range = "[-inf, inf)")]
     initial: f64,
     /// integral
@@ -33,10 +32,10 @@ pub struct Integrator {
     /// maximum output
     #[param(default = f64::INFINITY, range = "[-inf, inf)")]
     high: f64,
-    /// time of the invocation before
+    /// time of the previous invocation
     #[state(opaque)]
     span: Span,
-    /// input of the invocation before
+    /// input of the previous invocation
     #[state]
     before: f64,
 }
@@ -48,7 +47,7 @@ impl Step for Integrator {
         }
         let first = !self.span.begun();
         let span_s = self.span.used(invocation);
-        // A sample that is no number is found at once, also during a reset: it must not wait in `before`.
+        // A sample that is not finite shows at once in the output, even during a reset: it must not wait in `before`.
         let wanted = if !self.u.is_finite() {
             self.u
         } else if first || self.reset {

@@ -4,7 +4,7 @@ use opengpac::{ConditionOf, FunctionBlock, Invocation, Outcome, Step};
 /// The range is empty: low is above high.
 const EMPTY_RANGE: u32 = 1;
 
-/// Limit: y = min(max(u, low), high); fault 1 where low is above high.
+/// Limit: y = min(max(u, low), high); fault 1 if low is above high.
 #[derive(FunctionBlock)]
 pub struct Limit {
     /// input
@@ -19,7 +19,7 @@ pub struct Limit {
     /// maximum output
     #[param(default = 1.0, unit = "=u", range = "[-inf, inf)")]
     high: f64,
-    /// the input was beyond the range; the value is how far
+    /// the input was out of range; the value is the excess
     #[condition(preset = 0.0)]
     limited: ConditionOf<f64>,
 }
@@ -29,7 +29,7 @@ impl Step for Limit {
         if self.low > self.high {
             return Outcome::Fault(EMPTY_RANGE);
         }
-        // Not clamp alone: a NaN must come out as a NaN, so that it is found.
+        // Not `clamp` alone: a NaN must propagate so that it is detected.
         self.y = if self.u.is_nan() { self.u } else { self.u.clamp(self.low, self.high) };
         if self.y != self.u {
             self.limited.report(self.u - self.y);

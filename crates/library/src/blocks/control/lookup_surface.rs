@@ -3,18 +3,18 @@ use opengpac::{FunctionBlock, Invocation, Outcome, Step};
 
 const COLUMNS_MAX: usize = 8;
 
-/// The points do not rise.
+/// The points are not in rising order.
 const NOT_RISING: u32 = 1;
 /// The number of columns is out of range.
 const BAD_COLUMNS: u32 = 2;
-/// An input is no number.
+/// An input is NaN.
 const NOT_A_NUMBER: u32 = 3;
 
-/// Lookup surface: z = bilinear interpolation of z_ij between (x_i, y_j), the edges held beyond them.
+/// Lookup surface: z = bilinear interpolation of z_ij between (x_i, y_j), the edge values held beyond the edges.
 ///
-/// A map of two inputs: a friction table, gains scheduled by load and speed. The rows of `zs` have 8 numbers, of which the first
-/// `columns` count: `library.padded(Z)` fills them up. Range: 2 to 16 rows, 2 to 8 columns, x and y rising.
-/// Faults: 1 the points xs or ys do not rise; 2 there are not 2 to 8 columns; 3 an input is no number.
+/// A map of two inputs: a friction table, or gains scheduled by load and speed. The rows of `zs` have 8 numbers, of which the first
+/// `columns` count: `library.padded(Z)` pads them. Range: 2 to 16 rows, 2 to 8 columns, x and y rising. Faults: 1 the points xs or ys are
+/// not in rising order; 2 the number of columns is not 2 to 8; 3 an input is NaN.
 #[derive(FunctionBlock)]
 pub struct LookupSurface {
     /// number of rows
@@ -29,16 +29,16 @@ pub struct LookupSurface {
     /// interpolated value
     #[output]
     z: f64,
-    /// where the rows are, rising
+    /// first input at each row, rising
     #[param(default = numbers(), sized, range = "[-inf, inf)")]
     xs: [f64; 16],
     /// number of columns, 2 to 8
     #[param(default = 2, range = "[2, 8]")]
     columns: u32,
-    /// where the columns are, rising: the first `columns` count
+    /// second input at each column, rising; the first `columns` count
     #[param(default = numbers(), range = "[-inf, inf)")]
     ys: [f64; COLUMNS_MAX],
-    /// values: a row for each of xs, the first `columns` of it count
+    /// values: a row for each of xs, of which the first `columns` count
     #[param(default = [[0.0; 8]; 16], sized, range = "[-inf, inf)")]
     zs: [[f64; COLUMNS_MAX]; 16],
 }
@@ -48,7 +48,7 @@ fn numbers<const N: usize>() -> [f64; N] {
     std::array::from_fn(|i| i as f64)
 }
 
-/// The interval that u is in, and how far, 0 to 1, the ends held.
+/// Returns the interval that contains u, and the fraction of it, 0 to 1; the ends are held.
 fn place(points: &[f64], u: f64) -> (usize, f64) {
     let last = points.len() - 1;
     let i = points[1..last].partition_point(|x| *x <= u);

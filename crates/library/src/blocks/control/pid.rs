@@ -3,34 +3,36 @@ use crate::reference::Reference;
 use crate::span::Span;
 use opengpac::{ConditionOf, FunctionBlock, Invocation, Outcome, Step};
 
-/// The limit is negative, above it the minimum effort, or one is no number.
+/// The limit is negative, the minimum effort is above the limit, or one of them is NaN.
 const BAD_LIMIT: u32 = 1;
-/// No anti-windup has that number.
+/// The anti-windup method is unknown.
 const UNKNOWN_ANTI_WINDUP: u32 = 2;
 /// A time constant is out of range.
 const BAD_TIME: u32 = 3;
 
 /// PID controller: effort = kp (b r - y) + ki ∫(r - y) dt + kd (c r' - y') + feedforward, from `least` and -limit to limit.
 ///
-/// r is the reference (the set-point, or where `interpolation` has brought it), y the measured value. b and c weigh the set-point in the proportional and the
-/// derivative term: with c = 0 a step of it gives no kick, while an interpolated one counts in full. The derivative is by differences, through a lag of
-/// `derivative_time`. Anti-windup 0 stops the integral while the effort is limited and the error would drive it further; 1, back-calculation, draws it back with
-/// `tracking_time`. While `manual` is true the effort is `manual_effort` and the integral follows, so that it takes over without a bump; a start with `manual` true
-/// in its first invocation is bumpless too. Where the plant measures its rate, `joint_servo` is the better choice.
-/// Source: Astrom and Hagglund, Advanced PID Control, 3.3 to 3.6 and 13.4. Range: limit, weights and derivative_time from 0, tracking_time above 0.
-/// Faults: 1 the limit is below 0 or below the minimum effort; 2 there is no such anti-windup: 0 clamping, 1 back-calculation; 3 derivative_time is negative or tracking_time not above 0.
+/// r is the reference (the set-point, or its interpolated value if `interpolation` is set), y the measured value. b and c weigh the
+/// set-point in the proportional and the derivative term: with c = 0 a step of it gives no kick, whereas an interpolated one counts in
+/// full. The derivative is by differences, through a lag of `derivative_time`. Anti-windup 0 stops the integral if the effort is limited
+/// and the error would drive it further; 1, back-calculation, draws it back with `tracking_time`. If `manual` is true, the effort is
+/// `manual_effort` and the integral tracks it, so that the return to automatic is bumpless; a start with `manual` true in the first
+/// invocation is bumpless too. If the plant measures its rate, `joint_servo` is the better choice. Source: Astrom and Hagglund, Advanced
+/// PID Control, 3.3 to 3.6 and 13.4. Range: limit, weights and derivative_time from 0, tracking_time above 0. Faults: 1 the limit is
+/// below 0 or below the minimum effort; 2 there is no such anti-windup: 0 clamping, 1 back-calculation; 3 derivative_time is negative or
+/// tracking_time not above 0.
 #[derive(FunctionBlock)]
 pub struct Pid {
-    /// wanted value
+    /// set-point
     #[input]
     setpoint: f64,
     /// measured value
     #[input]
     measured: f64,
-    /// addition to the effort: the load that is known, gravity for example
+    /// addition to the effort: a known load, such as gravity
     #[input(asynchronous, default = 0.0, range = "[-inf, inf)")]
     feedforward: f64,
-    /// effort that drives it there
+    /// control effort
     #[output]
     effort: f64,
     /// e: reference - measured
@@ -45,22 +47,22 @@ pub struct Pid {
     /// derivative gain, seconds
     #[param(default = 0.0, range = "[-inf, inf)")]
     kd: f64,
-    /// maximum effort either way
+    /// maximum magnitude of the effort
     #[param(default = 1e6, range = "[0, inf)")]
     limit: f64,
-    /// invocations over which a new set-point is reached in even steps; 1: at once
+    /// number of invocations over which a new set-point is reached in even steps; 1: at once
     #[param(default = 1, range = "[0, 1000000]")]
     interpolation: u32,
-    /// |e| is above the preset; the value is e; off where the preset is 0
+    /// |e| is above the preset; the value is e; off if the preset is 0
     #[condition(preset = 0.0, range = "[0, inf)")]
     following_error: ConditionOf<f64>,
     /// true: the effort is `manual_effort`
     #[input(asynchronous, default = false)]
     manual: bool,
-    /// effort by hand, or what another controller gives
+    /// manual effort, or the output of another controller
     #[input(asynchronous, default = 0.0, range = "[-inf, inf)")]
     manual_effort: f64,
-    /// lower limit of the effort if it is not -limit (0 for a heater)
+    /// lower limit of the effort, if it is not -limit (0 for a heater)
     #[param(default = f64::NEG_INFINITY, range = "[-inf, inf)")]
     least: f64,
     /// b: weight of the set-point in the proportional term
@@ -69,13 +71,13 @@ pub struct Pid {
     /// c: weight of the set-point in the derivative term
     #[param(default = 0.0, range = "[-inf, inf)")]
     derivative_weight: f64,
-    /// time constant of the derivative's lag; 0: none
+    /// time constant of the lag of the derivative; 0: none
     #[param(default = 0.0, unit = "s", range = "[0, inf)")]
     derivative_time: f64,
     /// 0 clamping, 1 back-calculation
     #[param(default = 0, range = "[0, 1]")]
     anti_windup: u32,
-    /// time constant with which back-calculation draws the integral back
+    /// time constant of back-calculation of the integral
     #[param(default = 1.0, unit = "s", range = "(0, inf)")]
     tracking_time: f64,
     /// state of the reference
@@ -84,19 +86,19 @@ pub struct Pid {
     /// ki ∫e dt
     #[state]
     integral: f64,
-    /// measured value of the invocation before
+    /// measured value of the previous invocation
     #[state]
     before: f64,
-    /// lagging derivative
+    /// filtered derivative
     #[state]
     rate: f64,
-    /// the invocation before
+    /// time of the previous invocation
     #[state(opaque)]
     span: Span,
 }
 
 impl Pid {
-    /// c r' - y', through the lag.
+    /// Updates the derivative c r' - y', through the lag.
     fn derive(&mut self, step: f64, span_s: f64) {
         let step = if self.interpolation > 1 { step } else { self.derivative_weight * step };
         let change = step - (self.measured - self.before);
@@ -108,7 +110,7 @@ impl Pid {
         }
     }
 
-    /// The effort, and the integral that belongs to it.
+    /// Computes the effort, and the matching integral.
     fn act(&mut self, reference: f64, span_s: f64) {
         let proportional = self.kp * (self.setpoint_weight * reference - self.measured);
         let derivative = self.kd * self.rate;
@@ -144,7 +146,7 @@ impl Step for Pid {
         }
         let (reference, step) = self.reference.advance(self.setpoint, self.interpolation);
         let passed = self.span.pass(invocation);
-        // What is measured has gone on while time was lost; the integral has not.
+        // The measured value has changed during the lost time; the integral has not.
         self.derive(step, passed.cycle_s() + passed.lost_s());
         self.error = reference - self.measured;
         self.act(reference, passed.used_s());

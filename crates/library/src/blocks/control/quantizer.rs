@@ -6,8 +6,7 @@ const BAD_STEP: u32 = 1;
 
 /// Quantizer: y = offset + step round((u - offset) / step), halves away from 0.
 ///
-/// What a converter of that resolution makes of a signal. Range: step above 0.
-/// Faults: 1 the step is not above 0.
+/// Models a converter of that resolution. Range: step above 0. Faults: 1 the step is not above 0.
 #[derive(FunctionBlock)]
 pub struct Quantizer {
     /// input
@@ -16,7 +15,7 @@ pub struct Quantizer {
     /// nearest multiple of the step
     #[output(unit = "=u")]
     y: f64,
-    /// distance between two values
+    /// distance between adjacent values
     #[param(default = 0.1, range = "(0, inf)")]
     step: f64,
     /// one of the values

@@ -5,10 +5,10 @@ use opengpac::{Condition, FunctionBlock, Invocation, Outcome, Step};
 /// A rate is negative.
 const NEGATIVE_RATE: u32 = 1;
 
-/// Rate limiter: y' = u' within -falling <= y' <= rising; else y follows u at that rate until it is there.
+/// Rate limiter: y' = u' if -falling <= u' <= rising; otherwise y follows u at the limiting rate until it has caught up.
 ///
-/// It begins at its first input. A sawtooth through it becomes a triangle, a step a ramp. Range: both rates from 0, per second.
-/// Faults: 1 a rate is negative or no number.
+/// The output starts at the first input. Turns a sawtooth into a triangle, and a step into a ramp. Range: both rates from 0, per second.
+/// Faults: 1 a rate is negative or NaN.
 #[derive(FunctionBlock)]
 pub struct RateLimiter {
     /// input
@@ -17,16 +17,16 @@ pub struct RateLimiter {
     /// limited input
     #[output(unit = "=u")]
     y: f64,
-    /// maximum rise in a second
+    /// maximum rise per second
     #[param(default = 1.0, range = "[0, inf)")]
     rising: f64,
-    /// maximum fall in a second
+    /// maximum fall per second
     #[param(default = 1.0, range = "[0, inf)")]
     falling: f64,
-    /// the output does not follow
+    /// the output lags behind the input
     #[condition]
     limited: Condition,
-    /// time of the invocation before
+    /// time of the previous invocation
     #[state(opaque)]
     span: Span,
 }
@@ -43,7 +43,7 @@ impl Step for RateLimiter {
             self.y = self.u;
         } else {
             self.y += if wanted > 0.0 { rise } else { -fall };
-            // The last step may round to the input: then it is there.
+            // The last step may round to the input: then the output has caught up.
             if self.y != self.u {
                 self.limited.report();
             }

@@ -6,9 +6,8 @@ const BAD_LIMIT: u32 = 1;
 
 /// State feedback: effort = reference_gain r - k_1 x_1 - ... - k_n x_n within ± limit.
 ///
-/// The gains come from pole placement or a linear-quadratic design. Source: Franklin, Powell and Workman, Digital Control of Dynamic Systems, 8.1.
-/// Range: limit from 0.
-/// Faults: 1 the limit is negative or no number.
+/// The gains are from pole placement or a linear-quadratic design. Source: Franklin, Powell and Workman, Digital Control of Dynamic
+/// Systems, 8.1. Range: limit from 0. Faults: 1 the limit is negative or NaN.
 #[derive(FunctionBlock)]
 pub struct StateFeedback {
     /// number of states
@@ -29,7 +28,7 @@ pub struct StateFeedback {
     /// gain of the reference
     #[param(default = 1.0, range = "[-inf, inf)")]
     reference_gain: f64,
-    /// maximum effort either way
+    /// maximum magnitude of the effort
     #[param(default = 1e6, range = "[0, inf)")]
     limit: f64,
 }

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 use opengpac::{FunctionBlock, Invocation, Outcome, Step};
 
-/// Channel sum: y = channel + u, a value of a device with something added that the device does not know.
+/// Channel sum: y = channel + u, the value of a device plus a term that the device does not include.
 ///
-/// For example the effort that holds an arm, as its plant or drive tells it, and what its payload adds.
+/// For example the effort that holds an arm, as reported by its plant or drive, plus the effort for its payload.
 #[derive(FunctionBlock)]
 pub struct ChannelSum {
     /// channel of the device
@@ -12,7 +12,7 @@ pub struct ChannelSum {
     /// value to add
     #[input(asynchronous, default = 0.0, unit = "=channel", range = "[-inf, inf)")]
     u: f64,
-    /// the sum
+    /// sum
     #[output(unit = "=channel")]
     y: f64,
 }

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 use opengpac::{FunctionBlock, Invocation, Outcome, Step};
 
-/// Reads a device channel of three numbers, a force for example: y = channel.
+/// Reads a device channel of three numbers, such as a force: y = channel.
 #[derive(FunctionBlock)]
 pub struct ReadVector {
     /// channel of a physical device

@@ -14,7 +14,7 @@ pub struct WriteAnalog {
     /// value to write at the end of the firing
     #[input(asynchronous)]
     u: f64,
-    /// value that is written
+    /// written value
     #[output]
     y: f64,
     /// minimum value

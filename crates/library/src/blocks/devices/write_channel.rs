@@ -4,7 +4,7 @@ use opengpac::{FunctionBlock, Invocation, Outcome, Step};
 /// The value to write is not a finite number.
 const NOT_FINITE: u32 = 1;
 
-/// Writes a device channel: channel = u; fault 1 where u is not finite, so that no device ever gets such a number.
+/// Writes a device channel: channel = u; fault 1 if u is not finite, so that no device ever receives such a number.
 #[derive(FunctionBlock)]
 pub struct WriteChannel {
     /// value to write at the end of the firing

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 use opengpac::{FunctionBlock, Invocation, Outcome, Step};
 
-/// Writes a digital device channel: channel = u, and y = u for those who want to know.
+/// Writes a digital device channel: channel = u, and y = u for further use.
 #[derive(FunctionBlock)]
 pub struct WriteDigital {
     /// value to write at the end of the firing
     #[input(asynchronous)]
     u: bool,
-    /// value that is written
+    /// written value
     #[output]
     y: bool,
     /// channel of a physical device

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 use opengpac::{FunctionBlock, Invocation, Outcome, Step};
 
-/// One of the values to write is not a finite number.
+/// A value to write is not a finite number.
 const NOT_FINITE: u32 = 1;
 
-/// Writes a device channel of three numbers: channel = u; fault 1 where one is not finite, so that no device ever gets such a number.
+/// Writes a device channel of three numbers: channel = u; fault 1 if any is not finite, so that no device ever receives such a number.
 #[derive(FunctionBlock)]
 pub struct WriteVector {
     /// value to write at the end of the firing

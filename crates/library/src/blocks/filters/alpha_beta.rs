@@ -2,26 +2,26 @@
 use crate::span::Span;
 use opengpac::{FunctionBlock, Invocation, Outcome, Step};
 
-/// The gains do not make a stable observer.
+/// The gains do not make the observer stable.
 const BAD_GAINS: u32 = 1;
 
 /// Alpha-beta tracking observer: x = x^ + alpha r, v += beta r / dt with x^ = x + v dt and r = u - x^.
 ///
-/// Position and velocity from a measured position alone, without the lag of a filtered difference; it begins at the first position,
-/// at rest. beta = alpha^2 / (2 - alpha) is the choice of Benedict and Bordner, 1962. Range: alpha 0 to 1, beta 0 to 4 - 2 alpha (stability).
-/// Faults: 1 alpha is not 0 to 1, or beta not 0 to 4 - 2 alpha.
+/// Estimates position and velocity from a measured position alone, without the lag of a filtered difference; it starts at the first
+/// position, at rest. beta = alpha^2 / (2 - alpha) is the choice of Benedict and Bordner, 1962. Range: alpha 0 to 1, beta 0 to 4 - 2
+/// alpha (stability). Faults: 1 alpha is not 0 to 1, or beta not 0 to 4 - 2 alpha.
 #[derive(FunctionBlock)]
 pub struct AlphaBeta {
     /// measured position
     #[input]
     u: f64,
-    /// observed position x
+    /// estimated position x
     #[output]
     position: f64,
-    /// observed velocity v, per second
+    /// estimated velocity v, per second
     #[output]
     velocity: f64,
-    /// error of the measurement: r
+    /// innovation r
     #[output]
     residual: f64,
     /// gain of the position
@@ -30,7 +30,7 @@ pub struct AlphaBeta {
     /// gain of the velocity
     #[param(default = 0.1667, range = "[0, 4]")]
     beta: f64,
-    /// time of the invocation before
+    /// time of the previous invocation
     #[state(opaque)]
     span: Span,
 }

@@ -9,9 +9,8 @@ const NOT_NORMALISED: u32 = 2;
 
 /// Cascade of second-order sections: Y(z) = H_1(z) ... H_n(z) U(z), each row b0, b1, b2, 1, a1, a2.
 ///
-/// A filter of any order up to 16 by the rows that a design program gives ("sos"). Source: Oppenheim and Schafer, Discrete-Time
-/// Signal Processing, 6.4.
-/// Faults: 1 a section is not stable: |a2| must be below 1 and |a1| below 1 + a2; 2 the fourth number of a row is not 1.
+/// A filter of any order up to 16, by the rows that a design program outputs ("sos"). Source: Oppenheim and Schafer, Discrete-Time Signal
+/// Processing, 6.4. Faults: 1 a section is not stable: |a2| must be below 1 and |a1| below 1 + a2; 2 the fourth number of a row is not 1.
 #[derive(FunctionBlock)]
 pub struct BiquadCascade {
     /// number of sections
@@ -26,7 +25,7 @@ pub struct BiquadCascade {
     /// one row for each section: b0, b1, b2, 1, a1, a2
     #[param(default = [[1.0, 0.0, 0.0, 1.0, 0.0, 0.0]; 8], sized, range = "[-inf, inf)")]
     sections: [[f64; 6]; 8],
-    /// memory of each section from one invocation to the next
+    /// filter state of each section
     #[state]
     memory: [[f64; 2]; 8],
 }

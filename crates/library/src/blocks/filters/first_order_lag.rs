@@ -7,27 +7,27 @@ const NEGATIVE_TIME: u32 = 1;
 
 /// First-order lag (PT1), a low-pass filter by its time constant: T y' + y = k u.
 ///
-/// Exact for an input that is constant between two invocations, at any interval; it begins at k u. `lowpass` is the same by its
-/// smoothing factor. Source: Astrom and Wittenmark, Computer-Controlled Systems, 2.3 (zero-order hold). Range: T from 0, where it is a gain.
-/// Faults: 1 the time constant is negative or no number.
+/// Exact for an input that is constant between two invocations, at any interval; the output starts at k u. `lowpass` is the same filter
+/// by its smoothing factor. Source: Astrom and Wittenmark, Computer-Controlled Systems, 2.3 (zero-order hold). Range: T from 0, which
+/// makes it a gain. Faults: 1 the time constant is negative or NaN.
 #[derive(FunctionBlock)]
 pub struct FirstOrderLag {
     /// input
     #[input]
     u: f64,
-    /// lagging output
+    /// lagged output
     #[output(unit = "=k.u")]
     y: f64,
     /// gain
     #[param(default = 1.0, range = "[-inf, inf)")]
     k: f64,
-    /// time constant T: 63 % of a step
+    /// time constant T: time to 63 % of a step
     #[param(default = 0.1, unit = "s", range = "[0, inf)")]
     time: f64,
-    /// time of the invocation before
+    /// time of the previous invocation
     #[state(opaque)]
     span: Span,
-    /// input of the invocation before
+    /// input of the previous invocation
     #[state]
     before: f64,
 }
@@ -40,12 +40,12 @@ impl Step for FirstOrderLag {
         let first = !self.span.begun();
         let span_s = self.span.used(invocation);
         if !self.u.is_finite() {
-            // It must not wait in `before` until the next invocation.
+            // The sample must not wait in `before` until the next invocation.
             self.y = self.u;
         } else if first || self.time == 0.0 {
             self.y = self.k * self.u;
         } else {
-            // What was held since the invocation before has acted until now.
+            // The input held since the previous invocation has acted until now.
             self.y += -(-span_s / self.time).exp_m1() * (self.k * self.before - self.y);
         }
         self.before = self.u;

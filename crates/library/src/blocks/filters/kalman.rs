@@ -5,12 +5,12 @@ use opengpac::{FunctionBlock, Invocation, Outcome, Step};
 /// A variance is out of range.
 const BAD_VARIANCE: u32 = 1;
 
-/// One-dimensional Kalman filter of a value that wanders: p += drift dt, k = p / (p + noise), y += k (u - y), p = (1 - k) p.
+/// One-dimensional Kalman filter of a drifting value: p += drift dt, k = p / (p + noise), y += k (u - y), p = (1 - k) p.
 ///
-/// The best linear estimate of a random walk that is measured with noise; the first measurement is taken as it is. Its gain settles
-/// to that of a low-pass filter; until then it is faster. Source: Kalman, 1960; Brown and Hwang, Introduction to Random Signals and Applied Kalman Filtering, 4.
-/// Range: noise above 0, drift from 0.
-/// Faults: 1 the variance of the noise is not above 0, or that of the drift is negative.
+/// The best linear estimate of a random walk measured with noise; starts at the first measurement. The gain settles to that of a low-pass
+/// filter; until then the filter is faster. Source: Kalman, 1960; Brown and Hwang, Introduction to Random Signals and Applied Kalman
+/// Filtering, 4. Range: noise above 0, drift from 0. Faults: 1 the variance of the noise is not above 0, or that of the drift is
+/// negative.
 #[derive(FunctionBlock)]
 pub struct Kalman {
     /// measurement
@@ -28,10 +28,10 @@ pub struct Kalman {
     /// variance of a measurement
     #[param(default = 1.0, range = "(0, inf)")]
     noise: f64,
-    /// variance by which the value wanders in a second
+    /// variance by which the value drifts per second
     #[param(default = 1.0, range = "[0, inf)")]
     drift: f64,
-    /// time of the invocation before
+    /// time of the previous invocation
     #[state(opaque)]
     span: Span,
 }

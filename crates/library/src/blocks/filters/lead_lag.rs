@@ -7,9 +7,9 @@ const BAD_TIME: u32 = 1;
 
 /// Lead-lag compensator: Y(s) = k (1 + lead s) / (1 + lag s) U(s).
 ///
-/// Made digital by the bilinear transform for the interval at which it is invoked; it begins at k u, at rest. lead above lag gives
-/// phase lead. Source: Franklin, Powell and Workman, Digital Control of Dynamic Systems, 6.1. Range: lead from 0, lag above 0.
-/// Faults: 1 lead is negative, or lag is not above 0.
+/// Discretised by the bilinear transform for the interval of its invocations; it starts at k u, at rest. lead above lag gives phase lead.
+/// Source: Franklin, Powell and Workman, Digital Control of Dynamic Systems, 6.1. Range: lead from 0, lag above 0. Faults: 1 lead is
+/// negative, or lag is not above 0.
 #[derive(FunctionBlock)]
 pub struct LeadLag {
     /// input
@@ -27,10 +27,10 @@ pub struct LeadLag {
     /// time constant of the denominator
     #[param(default = 0.01, unit = "s", range = "(0, inf)")]
     lag: f64,
-    /// time of the invocation before
+    /// time of the previous invocation
     #[state(opaque)]
     span: Span,
-    /// input of the invocation before
+    /// input of the previous invocation
     #[state]
     before: f64,
 }

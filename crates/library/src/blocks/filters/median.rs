@@ -9,11 +9,10 @@ const BAD_WINDOW: u32 = 1;
 /// The input is not finite.
 const NOT_FINITE: u32 = 2;
 
-/// Median filter: y = median of the last w values, or of as many as there were; of an even number the mean of the middle two.
+/// Median filter: y = median of the last w values, or of all values so far if fewer; of an even number the mean of the middle two.
 ///
-/// Takes out single outliers without rounding the edges of a signal. Source: Tukey, Exploratory Data Analysis, 7. Range: window 1 to 31,
-/// odd as a rule; it delays by half of it.
-/// Faults: 1 the window is not 1 to 31 invocations; 2 the input is not finite.
+/// Removes single outliers without rounding the edges of a signal. Source: Tukey, Exploratory Data Analysis, 7. Range: window 1 to 31,
+/// usually odd; it delays by half of it. Faults: 1 the window is not 1 to 31 invocations; 2 the input is not finite.
 #[derive(FunctionBlock)]
 pub struct Median {
     /// raw signal
@@ -22,7 +21,7 @@ pub struct Median {
     /// median of the last values
     #[output(unit = "=u")]
     y: f64,
-    /// invocations w that it looks back, 1 to 31
+    /// length w of the window in invocations, 1 to 31
     #[param(default = 5, range = "[1, 31]")]
     window: u32,
     /// last values
@@ -37,7 +36,7 @@ impl Step for Median {
             return Outcome::Fault(BAD_WINDOW);
         }
         if !self.u.is_finite() {
-            // Sorting would put it at an end, where nobody sees it.
+            // Sorting would place it at an end, where it would go unnoticed.
             return Outcome::Fault(NOT_FINITE);
         }
         self.past.push(self.u);

@@ -5,11 +5,10 @@ use opengpac::{FunctionBlock, Invocation, Outcome, Step};
 /// The window is empty or too long.
 const BAD_WINDOW: u32 = 1;
 
-/// Moving average: y_k = (u_k + ... + u_(k-w+1)) / w over the last w invocations, or as many as there were.
+/// Moving average: y_k = (u_k + ... + u_(k-w+1)) / w over the last w invocations, or all so far if fewer.
 ///
-/// Summed again each time, so rounding does not accumulate. With w a period of a disturbance it takes that disturbance out.
-/// Range: window 1 to 256.
-/// Faults: 1 the window is not 1 to 256 invocations.
+/// The sum is computed afresh each time, so rounding errors do not accumulate. A w equal to the period of a disturbance removes that
+/// disturbance. Range: window 1 to 256. Faults: 1 the window is not 1 to 256 invocations.
 #[derive(FunctionBlock)]
 pub struct MovingAverage {
     /// raw signal
@@ -18,7 +17,7 @@ pub struct MovingAverage {
     /// mean of the last values
     #[output(unit = "=u")]
     y: f64,
-    /// invocations w that it looks back, 1 to 256
+    /// length w of the window in invocations, 1 to 256
     #[param(default = 10, range = "[1, 256]")]
     window: u32,
     /// last values

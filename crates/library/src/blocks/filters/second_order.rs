@@ -4,20 +4,21 @@ use crate::span::Span;
 use opengpac::{FunctionBlock, Invocation, Outcome, Step};
 use std::f64::consts::{FRAC_1_SQRT_2, PI, TAU};
 
-/// No filter has that number.
+/// The kind of filter is unknown.
 const UNKNOWN_KIND: u32 = 1;
 /// The frequency or the quality is not above 0.
 const NOT_POSITIVE: u32 = 2;
-/// The frequency is not below half the rate of invocation.
+/// The frequency is not below half the invocation rate.
 const TOO_HIGH: u32 = 3;
 
-/// Second-order low-pass, high-pass, band-pass or notch filter: H(s) = 1, s^2, s/q or s^2 + 1 over s^2 + s/q + 1, s in units of 2 pi frequency.
+/// Second-order low-pass, high-pass, band-pass or notch filter: H(s) = 1, s^2, s/q or s^2 + 1 over s^2 + s/q + 1, s in units of 2 pi
+/// frequency.
 ///
-/// Made digital by the bilinear transform, warped so that the frequency is met exactly, for the interval at which it is invoked; it
-/// begins at rest at its first sample, so it has no transient from 0. Quality 0.7071 gives a Butterworth filter; a
-/// notch is frequency / quality wide. Source: Franklin, Powell and Workman, Digital Control of Dynamic Systems, 6.1.
-/// Range: frequency above 0 and below half the rate of invocation, quality above 0.
-/// Faults: 1 there is no such kind of filter: 0 low-pass, 1 high-pass, 2 band-pass, 3 notch; 2 frequency or quality is not above 0; 3 the frequency is not below half the rate of invocation.
+/// Discretised by the bilinear transform for the interval of its invocations, prewarped so that the frequency is exact; it starts at rest
+/// at its first sample, so there is no transient from 0. Quality 0.7071 gives a Butterworth filter; a notch is frequency / quality wide.
+/// Source: Franklin, Powell and Workman, Digital Control of Dynamic Systems, 6.1. Range: frequency above 0 and below half the invocation
+/// rate, quality above 0. Faults: 1 there is no such kind of filter: 0 low-pass, 1 high-pass, 2 band-pass, 3 notch; 2 frequency or
+/// quality is not above 0; 3 the frequency is not below half the invocation rate.
 #[derive(FunctionBlock)]
 pub struct SecondOrder {
     /// raw signal
@@ -29,22 +30,22 @@ pub struct SecondOrder {
     /// 0 low-pass, 1 high-pass, 2 band-pass, 3 notch
     #[param(default = 0, range = "[0, 3]")]
     kind: u32,
-    /// corner frequency, or the middle of the band or notch
+    /// corner frequency, or the centre of the band or notch
     #[param(default = 10.0, unit = "Hz", range = "(0, inf)")]
     frequency: f64,
     /// quality q
     #[param(default = FRAC_1_SQRT_2, range = "(0, inf)")]
     quality: f64,
-    /// time of the invocation before
+    /// time of the previous invocation
     #[state(opaque)]
     span: Span,
-    /// span, frequency, quality and kind that the coefficients are for
+    /// span, frequency, quality and kind for which the coefficients were computed
     #[state]
     designed: [f64; 4],
     /// coefficients
     #[state]
     coefficients: [f64; 5],
-    /// memory from one invocation to the next
+    /// filter state
     #[state]
     memory: [f64; 2],
     /// first sample
@@ -53,7 +54,7 @@ pub struct SecondOrder {
 }
 
 impl SecondOrder {
-    /// Coefficients for this span; the memory begins at rest where there were none before.
+    /// Computes the coefficients for this span; the filter starts at rest if there were none before.
     fn design(&mut self, kind: Kind, span_s: f64) {
         let wanted = [span_s, self.frequency, self.quality, f64::from(self.kind)];
         if wanted == self.designed {

@@ -7,24 +7,24 @@ const BAD_TIME: u32 = 1;
 
 /// Washout, a first-order high-pass filter: Y(s) = T s / (1 + T s) U(s).
 ///
-/// Lets changes through and forgets what stays: takes the offset from a force sensor, for example. Bilinear, for the interval at
-/// which it is invoked; it begins at 0. Source: Franklin, Powell and Workman, Digital Control of Dynamic Systems, 6.1. Range: T above 0.
-/// Faults: 1 the time constant is not above 0.
+/// Passes changes and removes the constant part, such as the offset of a force sensor. Bilinear, for the interval of its invocations; the
+/// output starts at 0. Source: Franklin, Powell and Workman, Digital Control of Dynamic Systems, 6.1. Range: T above 0. Faults: 1 the
+/// time constant is not above 0.
 #[derive(FunctionBlock)]
 pub struct Washout {
     /// raw signal
     #[input]
     u: f64,
-    /// the changing part of the input
+    /// changing part of the input
     #[output(unit = "=u")]
     y: f64,
     /// time constant T
     #[param(default = 1.0, unit = "s", range = "(0, inf)")]
     time: f64,
-    /// time of the invocation before
+    /// time of the previous invocation
     #[state(opaque)]
     span: Span,
-    /// input of the invocation before
+    /// input of the previous invocation
     #[state]
     before: f64,
 }
@@ -37,7 +37,7 @@ impl Step for Washout {
         let first = !self.span.begun();
         let span_s = self.span.used(invocation);
         if first {
-            // A first sample that is no number is found, not kept for the next invocation.
+            // A first sample that is not finite shows at once in the output, not only at the next invocation.
             self.y = if self.u.is_finite() { 0.0 } else { self.u };
         } else {
             let twice = 2.0 * self.time;

@@ -7,23 +7,22 @@ use crate::kinematics::{BAD_CHAIN, BAD_POSE};
 use crate::span::Span;
 use opengpac::{Condition, ConditionOf, FunctionBlock, Invocation, Outcome, Step};
 
-/// Differential kinematics: setpoint += J⁻¹ (pose - forward(setpoint)), a pose that moves a little becomes joint positions that move a little.
+/// Differential kinematics: setpoint += J⁻¹ (pose - forward(setpoint)), a small motion of the pose becomes a small motion of the joints.
 ///
-/// For a generator of poses that moves on its own: a compliant law, a joystick, a camera. It begins at `start` (where the joints are
-/// commanded to be) and follows from one invocation to the next, so the arm keeps its posture. No joint is given a step above its
-/// maximum speed or beyond its range: then all joints go the same part of their way, `behind` says how far the tool is from
-/// the pose, and `slowed` is reported; the rest is made up later. For a straight line that is known from the beginning, use
-/// `line_planner`, which looks ahead.
+/// For a pose that is generated online: by a compliance law, a joystick, a camera. It begins at `start` (the present commanded positions)
+/// and continues from one invocation to the next, so the arm keeps its posture. No joint is commanded a step above its maximum speed or
+/// beyond its range: all joints then take the same fraction of their steps, `behind` is the distance of the tool from the pose, and
+/// `slowed` is reported; the tool catches up later. For a straight line that is known in advance, use `line_planner`, which looks ahead.
 /// Faults: 1 the chain is not one for n joints; 2 a position is not finite or the pose has no unit quaternion.
 #[derive(FunctionBlock)]
 pub struct DifferentialKinematics {
     /// number of joints
     #[size(1, 16)]
     n: u32,
-    /// where the tool is to be: x y z in m, quaternion w x y z
+    /// commanded pose of the tool: x y z in m, quaternion w x y z
     #[input(range = "[pose]")]
     pose: [f64; 7],
-    /// where the joints are commanded to be at the beginning, rad or m
+    /// commanded positions of the joints at the start, rad or m
     #[input(asynchronous, sized)]
     start: [f64; 16],
     /// maximum speed of each joint
@@ -35,28 +34,28 @@ pub struct DifferentialKinematics {
     /// maximum position of each joint
     #[input(asynchronous, default = [1e6; 16], sized, range = "[-inf, inf)")]
     position_max: [f64; 16],
-    /// where the joints are to be, rad or m
+    /// commanded positions of the joints, rad or m
     #[output(sized)]
     setpoint: [f64; 16],
-    /// distance of the tool from the pose there
+    /// distance of the tool from the pose at the set-point
     #[output(unit = "m")]
     behind: f64,
-    /// angle by which it is turned from it
+    /// angle of the tool from the pose at the set-point
     #[output(unit = "rad")]
     turned: f64,
     /// the arm
     #[param(default = Chain::NOTHING)]
     chain: Chain,
-    /// a joint would have been too fast, or the pose cannot be had
+    /// a joint would have exceeded its maximum speed, or the pose is not reachable
     #[condition]
     slowed: Condition,
-    /// the tool is farther behind than the preset (0: off); the value is how far, m
+    /// the tool is farther behind than the preset (0: off); the value is the distance, m
     #[condition(preset = 0.0, range = "[0, inf)")]
     lost: ConditionOf<f64>,
-    /// the invocation before
+    /// time of the previous invocation
     #[state(opaque)]
     span: Span,
-    /// joint positions of the invocation before
+    /// joint positions of the previous invocation
     #[state]
     q: [f64; 16],
 }

@@ -7,18 +7,18 @@ use opengpac::{ConditionOf, FunctionBlock, Invocation, Outcome, Step};
 
 /// Inverse kinematics: q with forward(q) = goal, by damped least squares dq = Jᵀ (J Jᵀ + λ)⁻¹ e from the joint positions `near`.
 ///
-/// The ranges of the joints are respected. Where `goal` is not reached, q is the nearest that was found: then `limit` says which
-/// joint's range is in the way (0: the first), else `unreachable` says how far the tool is from it (m). `singular` comes too
-/// where the minimum singular value of the Jacobian at q is below its preset: small motions of the tool ask for large ones of a joint. Bounded: 80
-/// iterations an attempt, each some 10 µs; one attempt starts from `near`, the others from other positions in the ranges.
-/// Source: Sugihara, IEEE Transactions on Robotics 27(5), 2011.
-/// Faults: 1 the chain is not one for n joints; 2 a joint position is not finite or the goal has no unit quaternion.
+/// The ranges of the joints are respected. If `goal` is not reached, q is the nearest solution found: then `limit` gives the joint whose
+/// range prevents it (0: the first), else `unreachable` gives the distance of the tool from the goal (m). `singular` is also reported if
+/// the minimum singular value of the Jacobian at q is below its preset: small motions of the tool then need large motions of a joint. The
+/// time is bounded: 80 iterations an attempt, each some 10 µs; one attempt starts from `near`, the others from other positions in the
+/// ranges. Source: Sugihara, IEEE Transactions on Robotics 27(5), 2011. Faults: 1 the chain is not one for n joints; 2 a joint position
+/// is not finite or the goal has no unit quaternion.
 #[derive(FunctionBlock)]
 pub struct InverseKinematics {
     /// number of joints
     #[size(1, 16)]
     n: u32,
-    /// pose for the tool: x y z in m, quaternion w x y z
+    /// goal pose of the tool: x y z in m, quaternion w x y z
     #[input(asynchronous, range = "[pose]")]
     goal: [f64; 7],
     /// joint positions to start from, rad or m
@@ -33,13 +33,13 @@ pub struct InverseKinematics {
     /// joint positions found, rad or m
     #[output(sized)]
     q: [f64; 16],
-    /// true if the tool is at the goal there
+    /// true if the tool reaches the goal with these positions
     #[output]
     reached: bool,
     /// distance of the tool from the goal
     #[output(unit = "m")]
     position_error: f64,
-    /// angle by which it is turned from it
+    /// angle of the tool from that pose
     #[output(unit = "rad")]
     angle_error: f64,
     /// the arm
@@ -51,19 +51,19 @@ pub struct InverseKinematics {
     /// maximum angle that counts as reached
     #[param(default = 1e-6, unit = "rad", range = "(0, inf)")]
     angle_tolerance: f64,
-    /// true: the orientation of the goal matters
+    /// true: the orientation of the goal counts
     #[param(default = true)]
     orientation: bool,
-    /// joint positions from which it tries, `near` the first
+    /// number of starting positions to try, `near` first
     #[param(default = 1, range = "[1, 1000]")]
     attempts: u32,
-    /// the goal is out of reach; the value is how far, m
+    /// the goal is out of reach; the value is the distance from it, m
     #[condition]
     unreachable: ConditionOf<f64>,
-    /// the range of a joint is in the way; the value is which, from 0
+    /// the range of a joint prevents it; the value is its index, from 0
     #[condition]
     limit: ConditionOf<i32>,
-    /// the minimum singular value is below the preset; the value is it
+    /// the minimum singular value is below the preset; the value is that singular value
     #[condition(preset = 0.02, range = "[0, inf)")]
     singular: ConditionOf<f64>,
 }

@@ -5,10 +5,10 @@ use opengpac::{FunctionBlock, Invocation, Outcome, Step};
 
 /// Geometric Jacobian: (v, ω) = J(q) q', the tool's velocity for joint velocities q'.
 ///
-/// Row i of `jacobian` is column i of J: the tool's linear velocity x y z and angular velocity x y z, in the frame in which poses
-/// are given, for a speed of 1 of joint i; so `twist = jacobian.T @ velocity` and `effort = jacobian @ wrench`. `least` is J's smallest
-/// singular value (m and rad mixed), 0 in a singularity. Source: Lynch and Park, *Modern Robotics*, 2017, section 5.1.
-/// Faults: 1 the chain is not one for n joints; 2 a joint position is not finite.
+/// Row i of `jacobian` is column i of J: the tool's linear velocity x y z and angular velocity x y z, in the frame of the poses, for a
+/// speed of 1 of joint i; so `twist = jacobian.T @ velocity` and `effort = jacobian @ wrench`. `least` is the minimum singular value of J
+/// (m and rad mixed), 0 in a singularity. Source: Lynch and Park, *Modern Robotics*, 2017, section 5.1. Faults: 1 the chain is not one
+/// for n joints; 2 a joint position is not finite.
 #[derive(FunctionBlock)]
 pub struct Jacobian {
     /// number of joints
@@ -20,7 +20,7 @@ pub struct Jacobian {
     /// for each joint: the tool's linear and angular velocity per unit of the joint's speed
     #[output(sized)]
     jacobian: [[f64; 6]; 16],
-    /// minimum singular value of J, of as many as the arm can have
+    /// minimum of the singular values of J that the arm can make nonzero
     #[output]
     least: f64,
     /// the arm

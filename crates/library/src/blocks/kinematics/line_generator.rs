@@ -9,14 +9,15 @@ use crate::profile::{duration_s, evaluate};
 use crate::takeover::Brake;
 use opengpac::{Condition, ConditionOf, FunctionBlock, Invocation, Outcome, Step};
 
-/// Line generator: setpoint = q with forward(q) = pose(s(τ)) of a planned line or arc, τ being running time at the pace of the override.
+/// Line generator: setpoint = q with forward(q) = pose(s(τ)) of a planned line or arc, τ being running time scaled by the override.
 ///
-/// The joint positions are followed from those of the invocation before, so the arm keeps its posture. No joint is given a step
-/// above its maximum speed: where it would be, the pace goes down, and where that does not help, `singular` comes and the set-point
-/// stays. Joints that move when it begins are braked first, each by itself, and the planner plans from where they rest. `override` scales the speed (0 holds), `holding` ramps down to rest and reports `held`; both change the pace no faster
-/// than the line's acceleration allows. The last set-point is the planned end exactly. Time that is lost, because releases were
-/// skipped, is not made up for; where more than `gap_max` was lost at once, it comes to rest and `gap` is reported.
-/// Faults: 1 the chain is not one for n joints, or the line is for others; 2 the line has no start; 3 an override is not within 0 and 1; 4 there is no line.
+/// The joint positions are tracked from those of the previous invocation, so the arm keeps its posture. No joint is commanded a step
+/// above its maximum speed: the pace is reduced first, and if that does not help, `singular` is reported and the set-point stays. Joints
+/// that move at the start are braked first, each on its own, and the planner plans from where they come to rest. `override` scales the
+/// speed (0 holds), `holding` ramps down to rest and reports `held`; both change the pace no faster than the line's acceleration allows.
+/// The last set-point is exactly the planned end. Time lost because releases were skipped is not made up for; if more than `gap_max` was
+/// lost at once, the motion comes to rest and `gap` is reported. Faults: 1 the chain is not one for n joints, or the line is for others;
+/// 2 the line has no start; 3 an override is not within 0 and 1; 4 there is no line.
 #[derive(FunctionBlock)]
 pub struct LineGenerator {
     /// number of joints
@@ -25,67 +26,67 @@ pub struct LineGenerator {
     /// the planned line or arc
     #[input(asynchronous)]
     line: Line,
-    /// where the joints are commanded to be now, rad or m
+    /// present commanded positions of the joints, rad or m
     #[input(asynchronous, default = [0.0; 16], sized, range = "[-inf, inf)")]
     start: [f64; 16],
-    /// speed at which their servos move them now
+    /// speed at which the servos move the joints now
     #[input(asynchronous, default = [0.0; 16], sized, unit = "rad/s|m/s", range = "[-inf, inf)")]
     start_velocity: [f64; 16],
-    /// speed of the last set-points, of whatever motion stored them
+    /// speed of the last set-points, whichever motion stored them
     #[input(asynchronous, default = [0.0; 16], sized, unit = "rad/s|m/s", range = "[-inf, inf)")]
     last_velocity: [f64; 16],
     /// acceleration of the last set-points
     #[input(asynchronous, default = [0.0; 16], sized, unit = "rad/s^2|m/s^2", range = "[-inf, inf)")]
     last_acceleration: [f64; 16],
-    /// when they were stored, ns of the system's clock
+    /// time at which they were stored, ns of the system clock
     #[input(asynchronous, default = [i64::MIN; 16], sized, range = "[-inf, inf)")]
     last_time: [i64; 16],
-    /// lead of their servos by themselves, because no set-points came in their time: see `joint_servo`
+    /// braking of the servos on their own because set-points did not arrive in time: see `joint_servo`
     #[input(asynchronous, default = [[0.0; 4]; 16], sized, range = "[-inf, inf)")]
     braking: [[f64; 4]; 16],
-    /// share of the speed that is allowed now, 0 to 1; the smallest of the joints counts for all
+    /// permitted fraction of the speed, 0 to 1; the minimum over the joints applies to all
     #[input(asynchronous, default = [1.0; 16], sized, range = "[0, 1]")]
     r#override: [f64; 16],
-    /// the same for the whole cell; both are multiplied
+    /// override of the whole cell; the two are multiplied
     #[input(asynchronous, default = [1.0; 16], sized, range = "[0, 1]")]
     cell_override: [f64; 16],
-    /// true: it comes to rest and waits
+    /// true: come to rest and wait
     #[input(asynchronous, default = false)]
     holding: bool,
-    /// time that may be lost at once; beyond it the motion comes to rest
+    /// maximum time that may be lost at once; if more is lost, the motion comes to rest
     #[input(asynchronous, default = [0.5; 16], sized, unit = "s", range = "(0, inf)")]
     gap_max: [f64; 16],
     /// maximum speed of each joint
     #[input(asynchronous, default = [1e6; 16], sized, range = "(0, inf)")]
     speed_max: [f64; 16],
-    /// maximum acceleration at which joints that move are braked first
+    /// maximum acceleration for braking joints that move at the start
     #[input(asynchronous, default = [5.0; 16], sized, range = "(0, inf)")]
     acceleration_max: [f64; 16],
-    /// maximum jerk of that
+    /// maximum jerk for braking joints that move at the start
     #[input(asynchronous, default = [50.0; 16], sized, range = "(0, inf)")]
     jerk_max: [f64; 16],
-    /// where the joints are to be, rad or m
+    /// commanded positions of the joints, rad or m
     #[output(sized)]
     setpoint: [f64; 16],
-    /// speed at which they are to be there, rad/s or m/s
+    /// commanded speed at that position, rad/s or m/s
     #[output(sized)]
     setpoint_velocity: [f64; 16],
     /// acceleration of the set-points, rad/s^2 or m/s^2
     #[output(sized)]
     setpoint_acceleration: [f64; 16],
-    /// when they are stored, ns of the system's clock
+    /// time at which they are stored, ns of the system clock
     #[output(sized)]
     setpoint_time: [i64; 16],
-    /// the longest time that was lost at once
+    /// maximum time lost at once
     #[output(unit = "s")]
     lost: f64,
-    /// where the tool is to be: x y z in m, quaternion w x y z
+    /// commanded pose of the tool: x y z in m, quaternion w x y z
     #[output]
     pose: [f64; 7],
-    /// part of the line that is done, 0 to 1
+    /// completed fraction of the line, 0 to 1
     #[output]
     progress: f64,
-    /// true if the last set-point is stored
+    /// true if the last set-point has been stored
     #[output]
     complete: bool,
     /// time between two set-points
@@ -94,22 +95,22 @@ pub struct LineGenerator {
     /// the arm
     #[param(default = Chain::NOTHING)]
     chain: Chain,
-    /// the last set-point is stored
+    /// the last set-point has been stored
     #[condition]
     finished: Condition,
-    /// it rests, as `holding` asks
+    /// the motion is at rest because of `holding`
     #[condition]
     held: Condition,
-    /// the arm cannot follow the line from here; the value is how much of it is done, 0 to 1
+    /// the arm cannot follow the line from here; the value is the completed fraction, 0 to 1
     #[condition]
     singular: ConditionOf<f64>,
-    /// it rests because more time than `gap_max` was lost at once; the value is how much, s
+    /// the motion is at rest because more time than `gap_max` was lost at once; the value is the time lost, s
     #[condition]
     gap: ConditionOf<f64>,
     /// progress of the motion
     #[state(opaque)]
     follower: Follower,
-    /// joints that are brought to rest first
+    /// joints that are braked to rest first
     #[state(opaque)]
     brake: Brake,
 }
@@ -148,19 +149,19 @@ impl Step for LineGenerator {
     }
 }
 
-/// A line with its start read.
+/// A line together with its parsed start pose.
 struct DrawnLine<'a> {
     line: &'a Line,
     start: Pose,
 }
 
 impl DrawnLine<'_> {
-    /// `None` where the start of the line has no unit quaternion.
+    /// Returns `None` if the start of the line has no unit quaternion.
     fn of(line: &Line) -> Option<DrawnLine<'_>> {
         Some(DrawnLine { line, start: Pose::of(&line.course.start)? })
     }
 
-    /// s and its rate.
+    /// Returns s and its rate.
     fn along(&self, time_s: f64) -> (f64, f64) {
         let (mut s, mut rate) = ([0.0], [0.0]);
         evaluate(&self.line.profile, time_s, &mut s, &mut rate);
@@ -230,7 +231,7 @@ pub(crate) mod tests {
         }
     }
 
-    /// Runs a line to its end, checking that the tool is on it and that no joint is too fast. Gives the poses of the tool.
+    /// Runs a line to its end, checking that the tool is on it and that no joint is too fast. Returns the poses of the tool.
     fn run(line: Line, mut change: impl FnMut(i64, &mut LineGenerator)) -> Vec<Pose> {
         let chain = six_joints();
         let arm = chain.read(6).expect("a chain");
@@ -260,7 +261,7 @@ pub(crate) mod tests {
         panic!("it does not end");
     }
 
-    /// As `run`, with overrides and holds at random.
+    /// Runs a line like `run`, with overrides and holds at random.
     pub(crate) fn disturbed(line: Line, number: &mut impl FnMut(f64, f64) -> f64) -> Vec<Pose> {
         run(line, |k, block| {
             if k % 9 == 0 {
@@ -280,7 +281,7 @@ pub(crate) mod tests {
     fn the_tool_stays_on_the_line_and_takes_the_time_of_the_speed() {
         let line = planned(&six_joints(), &HOME, goal_from([0.1, -0.2, 0.1], 0.3), 6.3).expect("a line");
         let way = length([0.1, -0.2, 0.1]);
-        // way/v + v/a + a/j: the textbook's motion that reaches its speed and acceleration.
+        // way/v + v/a + a/j: the textbook duration of a motion that reaches its speed and acceleration limits.
         let time = way / 0.25 + 0.25 / 1.0 + 1.0 / 10.0;
         assert!((duration_s(&line.profile) - time).abs() < 1e-9);
         let poses = run(line, |_, _| ());
@@ -309,10 +310,10 @@ pub(crate) mod tests {
         assert_eq!(planned(&six_joints(), &HOME, goal_from([0.0, -0.1, 0.2], 0.0), FRAC_PI_2).err(), None);
         let limited = planned(&six_joints(), &HOME, goal_from([0.25, 0.0, -0.25], 0.0), 1.58);
         assert!(matches!(limited, Err(Obstacle::Limit(2))), "{limited:?}");
-        // Through the axis of the first joint: the arm would have to turn round at once.
+        // Passes through the axis of the first joint: the arm would have to turn round at once.
         let through = planned(&six_joints(), &HOME, goal_from([0.98, 0.27, 0.0], 0.0), 6.3);
         assert!(matches!(through, Err(Obstacle::Singular(_))), "{through:?}");
-        // The wrist straight: the fourth and the sixth joint have one axis.
+        // With the wrist straight, the fourth and the sixth joint share one axis.
         let straight = [0.0, -FRAC_PI_2, FRAC_PI_2, -FRAC_PI_2, 1e-9, 0.0];
         let here = six_joints().read(6).expect("a chain").posture(&straight).tool;
         let goal = Pose { quaternion: product(turn([0.0, 0.0, 1.0], 0.5), here.quaternion), ..here };

@@ -11,16 +11,17 @@ use opengpac::{ConditionOf, FunctionBlock, Invocation, Outcome, Step};
 use std::f64::consts::PI;
 
 line_planner! {
-    /// Line planner: a straight line of the tool, pose(s) = (start + s (goal - start), start turned by s of the angle), s jerk-limited from 0 to 1.
+    /// Line planner: a straight line of the tool, pose(s) = (start + s (goal - start), start turned by s of the angle), s jerk-limited
+    /// from 0 to 1.
     ///
     /// Execute it once; a `line_generator` bound to its line makes the motion. The whole line is followed by inverse kinematics before
-    /// anything moves, at 128 points: where it leaves a joint's range, the reach of the arm or comes too near to a singularity, there is
-    /// no line, only a condition. The speed is the one asked for, or what the joints can do at their worst point. It takes about
-    /// a millisecond, and allocates nothing. From rest to rest. Joints that move are
-    /// waited for where `waits` says so: their generator brakes them.
-    /// Faults: 1 the chain is not one for n joints; 2 a joint position is not finite or the goal has no unit quaternion; 3 a limit is not above 0.
+    /// anything moves, at 128 points: if it leaves a joint's range or the reach of the arm, or comes too near to a singularity, there is
+    /// no line, only a condition. The speed is the requested one, or the maximum that the joints can do at their worst point. It takes
+    /// about a millisecond, and allocates nothing. From rest to rest. If `waits` is true, the planner waits for moving joints: their
+    /// generator brakes them. Faults: 1 the chain is not one for n joints; 2 a joint position is not finite or the goal has no unit
+    /// quaternion; 3 a limit is not above 0.
     LinePlanner {
-        /// maximum jerk of its orientation
+        /// maximum jerk of the orientation
         #[param(default = 50.0, range = "(0, 1000000]")]
         angular_jerk: f64,
     }

@@ -9,11 +9,12 @@ use crate::takeover::Brake;
 use opengpac::{Condition, ConditionOf, FunctionBlock, InPlace, Invocation, Outcome, Step};
 
 polyline_generator! {
-    /// Polyline generator for up to 4,096 poses: setpoint = q with forward(q) = pose(τ) of a planned path of the tool, as `polyline_generator`.
+    /// Polyline generator for up to 4,096 poses: setpoint = q with forward(q) = pose(τ) of a planned path of the tool, as
+    /// `polyline_generator`.
     ///
-    /// It takes the path of a `long_polyline_planner`, which it reads where it lies. While that is being planned the set-point is `start`, so that
-    /// the joints stay where they are; `holding` then reports `held` at once. All else is as of `polyline_generator`.
-    /// Faults: 1 the chain is not one for n joints, or the path is for others; 3 an override is not within 0 and 1; 4 there is no path.
+    /// It reads the path of a `long_polyline_planner` in place. During planning the set-point is `start`, so that the joints stay where
+    /// they are; `holding` then reports `held` at once. Otherwise it behaves like `polyline_generator`. Faults: 1 the chain is not one
+    /// for n joints, or the path is for others; 3 an override is not within 0 and 1; 4 there is no path.
     LongPolylineGenerator,
     #[input(asynchronous, in_place)]
     path: InPlace<LongPolyline>

@@ -4,12 +4,11 @@ use crate::kinematics::{BAD_CHAIN, BAD_LIMIT, BAD_POSE};
 use crate::span::Span;
 use opengpac::{FunctionBlock, Invocation, Outcome, Step};
 
-/// Payload effort: effort = -J_c(q)ᵀ m g, what the joints need in order to hold a mass m with its centre at c of the flange.
+/// Payload effort: effort = -J_c(q)ᵀ m g, the joint efforts that hold a mass m with its centre at c in the flange frame.
 ///
-/// Its weight only: what it takes to speed it up is left to the servo. The mass is taken on and put down at `rate`, so that the
-/// efforts do not jump. Source: Lynch and Park, *Modern Robotics*, 2017, section 5.2 (statics).
-/// Faults: 1 the chain is not one for n joints; 2 a joint position, the centre or gravity is not finite; 3 the mass is negative or
-/// the rate is not above 0.
+/// Only the weight is compensated: its inertia is left to the servo. The mass is added and removed at `rate`, so that the efforts do not
+/// jump. Source: Lynch and Park, *Modern Robotics*, 2017, section 5.2 (statics). Faults: 1 the chain is not one for n joints; 2 a joint
+/// position, the centre or gravity is not finite; 3 the mass is negative or the rate is not above 0.
 #[derive(FunctionBlock)]
 pub struct PayloadEffort {
     /// number of joints
@@ -21,7 +20,7 @@ pub struct PayloadEffort {
     /// efforts that hold the payload, N.m or N
     #[output(sized)]
     effort: [f64; 16],
-    /// mass that is held now
+    /// mass compensated at present
     #[output(unit = "kg")]
     held: f64,
     /// the arm
@@ -30,16 +29,16 @@ pub struct PayloadEffort {
     /// mass of the payload
     #[param(default = 0.0, unit = "kg", range = "[0, 100000]")]
     mass: f64,
-    /// its centre of mass in the flange's frame, m
+    /// centre of mass in the frame of the flange, m
     #[param(default = [0.0; 3], range = "[-100, 100]")]
     centre: [f64; 3],
-    /// gravity in the frame in which poses are given, m/s^2
+    /// gravity in the frame of the poses, m/s^2
     #[param(default = [0.0, 0.0, -9.81], range = "[-1000, 1000]")]
     gravity: [f64; 3],
-    /// rate at which the mass is taken on, kg/s
+    /// rate at which the mass is added and removed, kg/s
     #[param(default = 10.0, range = "(0, inf)")]
     rate: f64,
-    /// the invocation before
+    /// time of the previous invocation
     #[state(opaque)]
     span: Span,
 }
@@ -47,7 +46,7 @@ pub struct PayloadEffort {
 impl Step for PayloadEffort {
     fn step(&mut self, invocation: &Invocation) -> Outcome {
         let n = self.n as usize;
-        // The centre takes the tool's place: the efforts are those of a force there.
+        // The centre replaces the tool: the efforts are those of a force at the centre.
         let [x, y, z] = self.centre;
         let chain = Chain { tool: [x, y, z, 1.0, 0.0, 0.0, 0.0], ..self.chain };
         if !self.q[..n].iter().chain(&self.centre).chain(&self.gravity).all(|x| x.is_finite()) {

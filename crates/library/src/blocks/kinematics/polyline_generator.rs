@@ -9,14 +9,16 @@ use crate::takeover::Brake;
 use opengpac::{Condition, ConditionOf, FunctionBlock, Invocation, Outcome, Step};
 
 polyline_generator! {
-    /// Polyline generator: setpoint = q with forward(q) = pose(τ) of a planned path of the tool, τ being running time at the pace of the override.
+    /// Polyline generator: setpoint = q with forward(q) = pose(τ) of a planned path of the tool, τ being running time scaled by the
+    /// override.
     ///
-    /// The joint positions are followed from those of the invocation before, so the arm keeps its posture. No joint is given a step
-    /// above its maximum speed: where it would be, the pace goes down, and where that does not help, `singular` comes and the set-point
-    /// stays. Joints that move when it begins are braked first, each by itself, and the planner plans from where they rest. `override` scales the speed (0 holds), `holding` ramps down to rest and reports `held`; both change the pace no faster
-    /// than the path's accelerations allow. The last set-point is the planned end exactly. Time that is lost, because releases were
-    /// skipped, is not made up for; where more than `gap_max` was lost at once, it comes to rest and `gap` is reported.
-    /// Faults: 1 the chain is not one for n joints, or the path is for others; 3 an override is not within 0 and 1; 4 there is no path.
+    /// The joint positions are tracked from those of the previous invocation, so the arm keeps its posture. No joint is commanded a step
+    /// above its maximum speed: the pace is reduced first, and if that does not help, `singular` is reported and the set-point stays.
+    /// Joints that move at the start are braked first, each on its own, and the planner plans from where they come to rest. `override`
+    /// scales the speed (0 holds), `holding` ramps down to rest and reports `held`; both change the pace no faster than the path's
+    /// accelerations allow. The last set-point is exactly the planned end. Time lost because releases were skipped is not made up for; if
+    /// more than `gap_max` was lost at once, the motion comes to rest and `gap` is reported. Faults: 1 the chain is not one for n joints,
+    /// or the path is for others; 3 an override is not within 0 and 1; 4 there is no path.
     PolylineGenerator,
     #[input(asynchronous)]
     path: Polyline
@@ -71,7 +73,7 @@ mod tests {
         Ok(path)
     }
 
-    /// Runs a path to its end; checks tool and joints at every step, and gives the tool's poses.
+    /// Runs a path to its end, checking tool and joints at every step. Returns the poses of the tool.
     fn run(path: Polyline, mut change: impl FnMut(i64, &mut PolylineGenerator)) -> Vec<Pose> {
         let chain = six_joints();
         let arm = chain.read(6).expect("a chain");

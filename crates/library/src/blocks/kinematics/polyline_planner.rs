@@ -12,17 +12,17 @@ use opengpac::{ConditionOf, FunctionBlock, Invocation, Outcome, Step};
 use std::f64::consts::PI;
 
 polyline_planner! {
-    /// Polyline planner: straight lines of the tool through poses, position = pₖ + u (…), joined by parabolic blends of acceleration (u₂ - u₁) w²/(2 d).
+    /// Polyline planner: straight lines of the tool through poses, position = pₖ + u (…), joined by parabolic blends of acceleration (u₂
+    /// - u₁) w²/(2 d).
     ///
-    /// Execute it once; a `polyline_generator` bound to its path makes the motion. Each pose says by how much the tool may pass it (`blend`,
-    /// 0: it stops there) and how fast it may go on the way there; the orientation turns evenly between poses. The whole path is followed
-    /// by inverse kinematics before anything moves, at 512 points: where it leaves a joint's range, the reach of the arm or comes too near
-    /// to a singularity, there is no path, only a condition, and `refused` is the pose it was on the way to. The path is slowed down as a
-    /// whole until no joint exceeds its limits. Poses that are one count once, so a list is filled up by repeating its last. It takes
-    /// some milliseconds: give it a slow source. It allocates nothing. From rest to rest. Joints that move are
-    /// waited for where `waits` says so: their generator brakes them.
-    /// Faults: 1 the chain is not one for n joints; 2 a joint position is not finite or a pose has no unit quaternion; 3 a limit is not
-    /// above 0 or a blend is below 0.
+    /// Execute it once; a `polyline_generator` bound to its path makes the motion. Each pose has a maximum distance at which the tool may
+    /// pass it (`blend`, 0: it stops there) and a maximum speed on the line to it; the orientation turns evenly between poses. The whole
+    /// path is followed by inverse kinematics before anything moves, at 512 points: if it leaves a joint's range or the reach of the arm,
+    /// or comes too near to a singularity, there is no path, only a condition, and `refused` is the pose at the end of that line. The
+    /// path is slowed down as a whole until no joint exceeds its limits. Consecutive equal poses count once, so a list can be padded by
+    /// repeating its last. It takes some milliseconds: use a slow source. It allocates nothing. From rest to rest. If `waits` is true,
+    /// the planner waits for moving joints: their generator brakes them. Faults: 1 the chain is not one for n joints; 2 a joint position
+    /// is not finite or a pose has no unit quaternion; 3 a limit is not above 0 or a blend is below 0.
     PolylinePlanner, at_once: Budget { steps: usize::MAX, samples: usize::MAX }, shares: BLEND_SHARES,
     #[input(asynchronous, range = "[pose]")]
     poses: [[f64; 7]; POINTS_MAX],

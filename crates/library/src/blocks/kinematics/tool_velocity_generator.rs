@@ -9,70 +9,71 @@ use crate::span::Span;
 use crate::takeover::{Brake, Tail};
 use opengpac::{Condition, ConditionOf, FunctionBlock, Invocation, Outcome, Step};
 
-/// Jerk of the tool for an acceleration of 1: it is reached in a tenth of a second.
+/// Jerk of the tool for an acceleration of 1: the acceleration is reached in a tenth of a second.
 const JERK: f64 = 10.0;
-/// Acceleration of the tool's orientation, rad/s², for one of 1 m/s².
+/// Angular acceleration of the tool, rad/s², for a linear acceleration of 1 m/s².
 const ANGULAR: f64 = 5.0;
-/// `blocked` by no joint's range.
+/// Value of `blocked` if no joint's range is the cause.
 const SINGULAR: i32 = -1;
 
 /// Tool velocity generator: setpoint = q with forward(q) = start + ∫ velocity, straight along the axes of the base or of the tool.
 ///
-/// The tool moves at `velocity` and `angular_velocity` from where the joints are commanded to be, within `acceleration`, and comes to rest after
-/// `distance`, when both velocities are 0, when it is held, or when it cannot go on. Another direction is taken at rest. Each set-point is
-/// taken only if the stop that follows it keeps every joint within its range, speed, acceleration and jerk, so the tool slows down by
-/// itself near singularities and the ends of ranges, and rests on its line there: `blocked`. Joints that move when it begins are
-/// braked first. Time that is lost is not made up for; where more than `gap_max` was lost at once, it comes to rest and `gap` is reported.
-/// A speed whose stop takes more than 31 intervals is lowered. Up to 32 solutions of the inverse kinematics an invocation, each some 10 µs.
-/// Faults: 1 the chain is not one for n joints; 2 a start or velocity is not finite; 3 a limit is not above 0, or an override not within 0 and 1.
+/// The tool moves at `velocity` and `angular_velocity` from the present commanded positions, within `acceleration`, and comes to rest
+/// after `distance`, when both velocities are 0, when it is held, or when it cannot continue. A change of direction takes effect at rest.
+/// Each set-point is accepted only if the stop that follows it keeps every joint within its range, speed, acceleration and jerk, so the
+/// tool slows down by itself near singularities and the ends of ranges, and comes to rest on its line: `blocked`. Joints that move at the
+/// start are braked first. Lost time is not made up for; if more than `gap_max` was lost at once, the tool comes to rest and `gap` is
+/// reported. A speed from which stopping takes more than 31 intervals is lowered. Each invocation computes up to 32 solutions of the
+/// inverse kinematics, each some 10 µs. Faults: 1 the chain is not one for n joints; 2 a start or velocity is not finite; 3 a limit is
+/// not above 0, or an override not within 0 and 1.
 #[derive(FunctionBlock)]
 pub struct ToolVelocityGenerator {
     /// number of joints
     #[size(1, 16)]
     n: u32,
-    /// where the joints are commanded to be now, rad or m
+    /// present commanded positions of the joints, rad or m
     #[input(asynchronous, sized)]
     start: [f64; 16],
-    /// speed at which their servos move them now
+    /// speed at which the servos move the joints now
     #[input(asynchronous, default = [0.0; 16], sized, unit = "rad/s|m/s", range = "[-inf, inf)")]
     start_velocity: [f64; 16],
-    /// speed of the last set-points, of whatever motion stored them
+    /// speed of the last set-points, whichever motion stored them
     #[input(asynchronous, default = [0.0; 16], sized, unit = "rad/s|m/s", range = "[-inf, inf)")]
     last_velocity: [f64; 16],
     /// acceleration of the last set-points
     #[input(asynchronous, default = [0.0; 16], sized, unit = "rad/s^2|m/s^2", range = "[-inf, inf)")]
     last_acceleration: [f64; 16],
-    /// when they were stored, ns of the system's clock
+    /// time at which they were stored, ns of the system clock
     #[input(asynchronous, default = [i64::MIN; 16], sized, range = "[-inf, inf)")]
     last_time: [i64; 16],
-    /// lead of their servos by themselves, because no set-points came in their time: see `joint_servo`
+    /// braking of the servos on their own because set-points did not arrive in time: see `joint_servo`
     #[input(asynchronous, default = [[0.0; 4]; 16], sized, range = "[-inf, inf)")]
     braking: [[f64; 4]; 16],
-    /// wanted velocity of the tool along x, y, z
+    /// requested velocity of the tool along x, y, z
     #[input(asynchronous, default = [0.0; 3], unit = "m/s", range = "[-10, 10]")]
     velocity: [f64; 3],
-    /// wanted angular velocity of the tool about x, y, z
+    /// requested angular velocity of the tool about x, y, z
     #[input(asynchronous, default = [0.0; 3], unit = "rad/s", range = "[-100, 100]")]
     angular_velocity: [f64; 3],
-    /// true: the axes are those of the tool where it begins; false: those of the arm's base
+    /// true: the axes are those of the tool at the start; false: those of the arm's base
     #[input(asynchronous, default = false)]
     in_tool: bool,
-    /// way to go, m, or rad where the tool only turns; 0: without an end
+    /// distance to move, m, or rad if the tool only turns; 0: no end
     #[input(asynchronous, default = 0.0, range = "[0, inf)")]
     distance: f64,
-    /// maximum acceleration of the tool; five times as many rad/s² of its orientation
+    /// maximum acceleration of the tool, m/s²; its angular acceleration may be five times that in rad/s²
     #[input(asynchronous, default = 0.5, unit = "m/s^2", range = "(0, 1000]")]
     acceleration: f64,
-    /// share of the velocity that is allowed now, 0 to 1; the smallest of the joints counts for all
+    /// permitted fraction of the velocity, 0 to 1; the minimum over the joints applies to all
     #[input(asynchronous, default = [1.0; 16], sized, range = "[0, 1]")]
     r#override: [f64; 16],
-    /// the same for the whole cell; both are multiplied
+    /// override of the whole cell; the two are multiplied
     #[input(asynchronous, default = [1.0; 16], sized, range = "[0, 1]")]
     cell_override: [f64; 16],
-    /// come to rest and stay
+    /// true: bring the motion to rest and keep it there
     #[input(asynchronous, default = false)]
     holding: bool,
-    /// time that may be lost at once; beyond it the tool comes to rest
+    /// maximum time that may be lost at once; if more is lost, the tool comes to rest
     #[input(asynchronous, default = [0.5; 16], sized, unit = "s", range = "(0, inf)")]
     gap_max: [f64; 16],
     /// maximum speed of each joint
@@ -90,16 +91,16 @@ pub struct ToolVelocityGenerator {
     /// maximum position of each joint
     #[input(asynchronous, default = [1e6; 16], sized, range = "[-inf, inf)")]
     position_max: [f64; 16],
-    /// where the joints are to be, rad or m
+    /// commanded positions of the joints, rad or m
     #[output(sized)]
     setpoint: [f64; 16],
-    /// speed at which they are to be there, rad/s or m/s
+    /// commanded speed at that position, rad/s or m/s
     #[output(sized)]
     setpoint_velocity: [f64; 16],
     /// acceleration of the set-points, rad/s^2 or m/s^2
     #[output(sized)]
     setpoint_acceleration: [f64; 16],
-    /// when they are stored, ns of the system's clock
+    /// time at which they are stored, ns of the system clock
     #[output(sized)]
     setpoint_time: [i64; 16],
     /// time between two set-points: the interval of this block
@@ -108,19 +109,20 @@ pub struct ToolVelocityGenerator {
     /// the arm
     #[param(default = Chain::NOTHING)]
     chain: Chain,
-    /// the tool rests, and has gone `distance`
+    /// the tool is at rest, and has moved by `distance`
     #[condition]
     finished: Condition,
-    /// the joints are at rest because they are held, or nothing is wanted
+    /// the joints are at rest because they are held, or no motion is requested
     #[condition]
     held: Condition,
-    /// the tool rests and is to go on: the value is the joint whose range ends, from 0, or -1 near a singularity and at the end of its reach
+    /// the tool is at rest although motion is requested; the value is the joint at the end of its range, from 0, or -1 near a singularity
+    /// or at the end of the reach
     #[condition]
     blocked: ConditionOf<i32>,
-    /// the joints are at rest because more time than `gap_max` was lost at once; the value is how much, s
+    /// the joints are at rest because more time than `gap_max` was lost at once; the value is the time lost, s
     #[condition]
     gap: ConditionOf<f64>,
-    /// tool on its way
+    /// progress of the motion
     #[state(opaque)]
     state: Progress,
 }
@@ -133,7 +135,7 @@ struct Progress {
     tail: Tail,
     span: Span,
     has_begun: bool,
-    /// The tool comes to rest because time was lost; the longest time that was lost at once, s.
+    /// The tool comes to rest because time was lost.
     is_lost: bool,
     lost_s: f64,
 }
@@ -184,7 +186,7 @@ impl Step for ToolVelocityGenerator {
 }
 
 impl ToolVelocityGenerator {
-    /// Limits of each joint; `None` where one is not positive, the tool's acceleration or the distance included.
+    /// Returns the limits of each joint; `None` if any is not positive, including the tool's acceleration and the distance.
     fn limits(&self) -> Option<[Limits; JOINTS_MAX]> {
         let n = self.n as usize;
         let joints = std::array::from_fn(|i| Limits { speed: self.speed_max[i], acceleration: self.acceleration_max[i], jerk: self.jerk_max[i] });
@@ -203,7 +205,7 @@ impl ToolVelocityGenerator {
         }
         let (obstacle, has_arrived) = (jog.obstacle(), jog.has_arrived());
         if self.state.is_lost {
-            // It may go on, where that does not end the motion.
+            // The motion may resume, if the gap does not end it.
             self.state.is_lost = false;
             self.gap.report(self.state.lost_s);
         }

@@ -6,10 +6,10 @@ const NEGATIVE_HYSTERESIS: u32 = 1;
 /// An input is not finite.
 const NOT_FINITE: u32 = 2;
 
-/// Comparator: above = true from u > reference + hysteresis on, false from u < reference - hysteresis on.
+/// Comparator: above = true at u > reference + hysteresis, false at u < reference - hysteresis, and unchanged between them.
 ///
-/// Between the two it stays as it is, so noise makes no chatter; it begins false. Reports each crossing. Range: hysteresis from 0.
-/// Faults: 1 the hysteresis is negative or no number; 2 an input is not finite.
+/// An unchanged output suppresses chatter from noise; it starts false. Reports each crossing. Range: hysteresis from 0. Faults: 1 the
+/// hysteresis is negative or NaN; 2 an input is not finite.
 #[derive(FunctionBlock)]
 pub struct Comparator {
     /// input
@@ -21,13 +21,13 @@ pub struct Comparator {
     /// true if the input is above
     #[output]
     above: bool,
-    /// half of the band in which nothing changes
+    /// half-width of the band in which the output does not change
     #[param(default = 0.0, range = "[0, inf)")]
     hysteresis: f64,
-    /// the input has gone above
+    /// the input has risen above
     #[condition]
     rose: Condition,
-    /// the input has gone below
+    /// the input has fallen below
     #[condition]
     fell: Condition,
 }

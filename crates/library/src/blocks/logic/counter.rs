@@ -3,8 +3,9 @@ use opengpac::{Condition, FunctionBlock, Invocation, Outcome, Step};
 
 /// Counter: value += 1 at a rising edge of up, -= 1 at one of down; full = value >= preset, empty = value <= 0.
 ///
-/// Counter up (CTU), down (CTD) and both (CTUD): leave unbound what is not wanted. reset makes the value 0 and goes before load, which makes it the
-/// preset; both edges at once cancel. Source: IEC 61131-3, CTU, CTD, CTUD. Range: it stops at the ends of 32 bits.
+/// Counts up (CTU), down (CTD) or both (CTUD): leave unused inputs unbound. reset sets the value to 0 and takes precedence over load,
+/// which sets it to the preset; simultaneous edges cancel. Source: IEC 61131-3, CTU, CTD, CTUD. Range: it saturates at the ends of 32
+/// bits.
 #[derive(FunctionBlock)]
 pub struct Counter {
     /// counts up (CU)
@@ -13,31 +14,31 @@ pub struct Counter {
     /// counts down (CD)
     #[input(default = false)]
     down: bool,
-    /// makes the value 0 (R)
+    /// sets the value to 0 (R)
     #[input(asynchronous, default = false)]
     reset: bool,
-    /// makes the value the preset (LD)
+    /// sets the value to the preset (LD)
     #[input(asynchronous, default = false)]
     load: bool,
-    /// counted value (CV)
+    /// count (CV)
     #[output]
     value: i32,
-    /// true if the value has come up to the preset (QU)
+    /// true if the value has reached the preset (QU)
     #[output]
     full: bool,
-    /// true if the value has come down to 0 (QD)
+    /// true if the value has reached 0 (QD)
     #[output]
     empty: bool,
-    /// count that is full (PV)
+    /// count at which it is full (PV)
     #[param(default = 10, range = "[-inf, inf)")]
     preset: i32,
-    /// the value has come up to the preset
+    /// the value has reached the preset
     #[condition]
     reached: Condition,
-    /// `up` of the invocation before
+    /// `up` of the previous invocation
     #[state]
     up_before: bool,
-    /// `down` of the invocation before
+    /// `down` of the previous invocation
     #[state]
     down_before: bool,
 }

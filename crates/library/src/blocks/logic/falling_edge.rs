@@ -3,8 +3,8 @@ use opengpac::{Condition, FunctionBlock, Invocation, Outcome, Step};
 
 /// Falling edge: y = not u and u_before.
 ///
-/// True, and reported, for the one invocation in which the input has gone from true to false; before the first the input counts as false.
-/// Source: IEC 61131-3, F_TRIG.
+/// True, and reported, for the one invocation in which the input changes from true to false; the input counts as false before the first
+/// invocation. Source: IEC 61131-3, F_TRIG.
 #[derive(FunctionBlock)]
 pub struct FallingEdge {
     /// input
@@ -13,10 +13,10 @@ pub struct FallingEdge {
     /// true at an edge
     #[output]
     y: bool,
-    /// there is an edge
+    /// an edge has occurred
     #[condition]
     edge: Condition,
-    /// input of the invocation before
+    /// input of the previous invocation
     #[state]
     before: bool,
 }

@@ -3,7 +3,7 @@ use opengpac::{FunctionBlock, Invocation, Outcome, Step};
 
 /// Flag: y = value, for a command list that sets a `bool` by executing it, for example the input `holding` of a generator.
 ///
-/// Until it is executed, and after each start, what it is bound to is false.
+/// The output is false after each start, until the block is executed.
 #[derive(FunctionBlock)]
 pub struct Flag {
     /// the flag

@@ -3,16 +3,16 @@ use opengpac::{FunctionBlock, Invocation, Outcome, Step};
 
 /// Flip-flop, reset first: q = not reset and (set or q).
 ///
-/// A memory of one bit; where both inputs are true, reset wins. It begins false. Source: IEC 61131-3, RS.
+/// A memory of one bit; if both inputs are true, reset wins. It starts false. Source: IEC 61131-3, RS.
 #[derive(FunctionBlock)]
 pub struct FlipFlopRs {
-    /// makes q true
+    /// sets q to true
     #[input]
     set: bool,
-    /// makes q false
+    /// sets q to false
     #[input]
     reset: bool,
-    /// the value that was set last
+    /// value that was set last
     #[output]
     q: bool,
 }

@@ -3,16 +3,16 @@ use opengpac::{FunctionBlock, Invocation, Outcome, Step};
 
 /// Flip-flop, set first: q = set or (q and not reset).
 ///
-/// A memory of one bit; where both inputs are true, set wins. It begins false. Source: IEC 61131-3, SR.
+/// A memory of one bit; if both inputs are true, set wins. It starts false. Source: IEC 61131-3, SR.
 #[derive(FunctionBlock)]
 pub struct FlipFlopSr {
-    /// makes q true
+    /// sets q to true
     #[input]
     set: bool,
-    /// makes q false
+    /// sets q to false
     #[input]
     reset: bool,
-    /// the value that was set last
+    /// value that was set last
     #[output]
     q: bool,
 }

@@ -3,7 +3,7 @@ use opengpac::{FunctionBlock, Invocation, Outcome, Step};
 
 /// Logical and: y = u_1 and ... and u_n.
 ///
-/// True where every input is.
+/// True if every input is.
 #[derive(FunctionBlock)]
 pub struct LogicAnd {
     /// number of inputs

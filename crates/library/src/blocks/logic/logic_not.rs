@@ -7,7 +7,7 @@ pub struct LogicNot {
     /// input
     #[input]
     u: bool,
-    /// its opposite
+    /// negated input
     #[output]
     y: bool,
 }

@@ -3,7 +3,7 @@ use opengpac::{FunctionBlock, Invocation, Outcome, Step};
 
 /// Logical or: y = u_1 or ... or u_n.
 ///
-/// True where an input is.
+/// True if any input is.
 #[derive(FunctionBlock)]
 pub struct LogicOr {
     /// number of inputs

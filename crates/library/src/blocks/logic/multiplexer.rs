@@ -1,13 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 use opengpac::{FunctionBlock, Invocation, Outcome, Step};
 
-/// There is no input of that index.
+/// The index is out of range.
 const NO_SUCH_INPUT: u32 = 1;
 
 /// Multiplexer: y = u_index, the first input having the index 0.
 ///
-/// Source: IEC 61131-3, MUX. Range: index 0 to n - 1.
-/// Faults: 1 there is no input of that index.
+/// Source: IEC 61131-3, MUX. Range: index 0 to n - 1. Faults: 1 the index is out of range.
 #[derive(FunctionBlock)]
 pub struct Multiplexer {
     /// number of inputs
@@ -16,10 +15,10 @@ pub struct Multiplexer {
     /// inputs
     #[input(sized)]
     u: [f64; 16],
-    /// number of the input that is taken, from 0
+    /// index of the selected input, from 0
     #[input(asynchronous, default = 0, range = "[0, 15]")]
     index: u32,
-    /// the one that is taken
+    /// selected input
     #[output(unit = "=u")]
     y: f64,
 }

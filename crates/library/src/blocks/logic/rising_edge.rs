@@ -3,8 +3,8 @@ use opengpac::{Condition, FunctionBlock, Invocation, Outcome, Step};
 
 /// Rising edge: y = u and not u_before.
 ///
-/// True, and reported, for the one invocation in which the input has gone from false to true; before the first the input counts as false.
-/// Source: IEC 61131-3, R_TRIG.
+/// True, and reported, for the one invocation in which the input changes from false to true; the input counts as false before the first
+/// invocation. Source: IEC 61131-3, R_TRIG.
 #[derive(FunctionBlock)]
 pub struct RisingEdge {
     /// input
@@ -13,10 +13,10 @@ pub struct RisingEdge {
     /// true at an edge
     #[output]
     y: bool,
-    /// there is an edge
+    /// an edge has occurred
     #[condition]
     edge: Condition,
-    /// input of the invocation before
+    /// input of the previous invocation
     #[state]
     before: bool,
 }

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 use opengpac::{FunctionBlock, Invocation, Outcome, Step};
 
-/// Selector: y = b where select is true, else a.
+/// Selector: y = b if select is true, else a.
 ///
-/// Source: IEC 61131-3, SEL. From more than two: `multiplexer`.
+/// Source: IEC 61131-3, SEL. For more than two inputs, see `multiplexer`.
 #[derive(FunctionBlock)]
 pub struct Selector {
-    /// true: the second input is taken
+    /// true: select the second input
     #[input(asynchronous)]
     select: bool,
     /// first input
@@ -15,7 +15,7 @@ pub struct Selector {
     /// second input
     #[input(unit = "=a")]
     b: f64,
-    /// the one that is selected
+    /// selected input
     #[output(unit = "=a")]
     y: f64,
 }

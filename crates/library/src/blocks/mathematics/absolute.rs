@@ -7,7 +7,7 @@ pub struct Absolute {
     /// input
     #[input]
     u: f64,
-    /// its distance from 0
+    /// absolute value
     #[output(unit = "=u")]
     y: f64,
 }

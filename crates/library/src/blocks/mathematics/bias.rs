@@ -7,7 +7,7 @@ pub struct Bias {
     /// input
     #[input]
     u: f64,
-    /// input and what is added to it
+    /// input plus b
     #[output(unit = "=u")]
     y: f64,
     /// value to add

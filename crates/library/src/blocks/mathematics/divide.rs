@@ -1,13 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 use opengpac::{FunctionBlock, Invocation, Outcome, Step};
 
-/// The divisor is too near to 0.
+/// The divisor is too close to 0.
 const BY_ZERO: u32 = 1;
 
 /// Division: y = u / v.
 ///
-/// Range: |v| above `least`.
-/// Faults: 1 the divisor is not further from 0 than `least`, or no number.
+/// Range: |v| above `least`. Faults: 1 the magnitude of the divisor is not above `least`, or the divisor is NaN.
 #[derive(FunctionBlock)]
 pub struct Divide {
     /// dividend
@@ -19,7 +18,7 @@ pub struct Divide {
     /// quotient
     #[output]
     y: f64,
-    /// divisors as near to 0 as this are a fault
+    /// a divisor of this magnitude or less is a fault
     #[param(default = 0.0, range = "[0, inf)")]
     least: f64,
 }

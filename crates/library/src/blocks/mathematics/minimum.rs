@@ -10,7 +10,7 @@ pub struct Minimum {
     /// inputs
     #[input(sized)]
     u: [f64; 16],
-    /// the smallest of them
+    /// minimum of the inputs
     #[output(unit = "=u")]
     y: f64,
 }
@@ -18,7 +18,7 @@ pub struct Minimum {
 impl Step for Minimum {
     fn step(&mut self, _: &Invocation) -> Outcome {
         let n = self.n as usize;
-        // What is no number stays so, to be found.
+        // NaN propagates so that it is detected.
         self.y = self.u[1..n].iter().fold(self.u[0], |y, u| if !y.is_nan() && (*u < y || u.is_nan()) { *u } else { y });
         Outcome::Done
     }

@@ -10,7 +10,7 @@ pub struct Product {
     /// inputs
     #[input(sized)]
     u: [f64; 16],
-    /// their product
+    /// product of the inputs
     #[output]
     y: f64,
 }

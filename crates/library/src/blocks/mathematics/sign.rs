@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 use opengpac::{FunctionBlock, Invocation, Outcome, Step};
 
-/// Sign: y = 1 where u > 0, -1 where u < 0, 0 where u = 0.
+/// Sign: y = 1 if u > 0, -1 if u < 0, 0 if u = 0.
 #[derive(FunctionBlock)]
 pub struct Sign {
     /// input
@@ -14,7 +14,7 @@ pub struct Sign {
 
 impl Step for Sign {
     fn step(&mut self, _: &Invocation) -> Outcome {
-        // What is no number stays so, to be found.
+        // NaN propagates so that it is detected.
         self.y = if self.u == 0.0 { 0.0 } else { self.u.signum() };
         Outcome::Done
     }

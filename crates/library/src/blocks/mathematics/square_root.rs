@@ -3,13 +3,13 @@ use opengpac::{FunctionBlock, Invocation, Outcome, Step};
 
 /// Signed square root: y = sign(u) sqrt(|u|).
 ///
-/// Makes a flow of a differential pressure, whichever way it goes.
+/// Converts a differential pressure to a flow, in either direction.
 #[derive(FunctionBlock)]
 pub struct SquareRoot {
     /// input
     #[input]
     u: f64,
-    /// its root, of its sign
+    /// root of |u|, with the sign of u
     #[output]
     y: f64,
 }

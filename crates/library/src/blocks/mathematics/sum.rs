@@ -10,7 +10,7 @@ pub struct Sum {
     /// inputs
     #[input(sized)]
     u: [f64; 16],
-    /// their sum
+    /// weighted sum of the inputs
     #[output(unit = "=w.u")]
     y: f64,
     /// weights: 1 adds, -1 subtracts

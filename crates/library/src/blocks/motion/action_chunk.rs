@@ -1,21 +1,21 @@
 // SPDX-License-Identifier: Apache-2.0
 use opengpac::{ConditionOf, FunctionBlock, Invocation, Outcome, Step};
 
-/// The interval or the time of blending is not positive.
+/// The interval or the blending time is not positive.
 const NOT_POSITIVE: u32 = 1;
-/// A chunk is for a time to come.
+/// A chunk was observed in the future.
 const FUTURE: u32 = 2;
-/// The most actions of a chunk.
+/// Maximum number of actions of a chunk.
 const ACTIONS_MAX: usize = 64;
 
-/// Player of action chunks: y = p(t - observed) + c(t), one coordinate of a policy that gives n positions at a time.
+/// Player of action chunks: y = p(t - observed) + c(t), one coordinate of a policy that outputs n positions at a time.
 ///
-/// p is the cubic spline (Catmull and Rom) through the chunk's actions, one each `interval` from the time `observed` at which the policy saw
-/// the world, so that the time that inference took is skipped; it ends at rest in the last action. When `number` changes, the next chunk is
-/// played: c is the cubic that takes the difference of position and velocity at that instant to 0 within `blend`; begun again
-/// with each of many chunks it is a damped spring. Position and velocity
-/// are continuous, whatever the inference takes and however often chunks come. Until the first one y is `present` as it was at the start.
-/// Range: interval and blend above 0. Faults: 1 one of them is not; 2 `observed` lies in the future.
+/// p is the cubic spline (Catmull and Rom) through the chunk's actions, one per `interval` from the time `observed` at which the policy
+/// saw the world, so that the inference time is skipped; it ends at rest in the last action. When `number` changes, the next chunk is
+/// played: c is the cubic that takes the difference of position and velocity at that instant to 0 within `blend`; restarted with each of
+/// many chunks it acts as a damped spring. Position and velocity are continuous, however long inference takes and however often chunks
+/// arrive. Until the first one y is `present` as it was at the start. Range: interval and blend above 0. Faults: 1 one of them is not; 2
+/// `observed` lies in the future.
 #[derive(FunctionBlock)]
 pub struct ActionChunk {
     /// actions of a chunk
@@ -24,10 +24,10 @@ pub struct ActionChunk {
     /// positions of the chunk
     #[input(asynchronous, sized)]
     actions: [f64; 64],
-    /// number of the chunk: another one than before is a new chunk, 0 is none
+    /// number of the chunk: a changed number means a new chunk, 0 means none
     #[input(asynchronous)]
     number: i64,
-    /// time that the first action is for, in ns of the system's clock
+    /// time of the first action, in ns of the system clock
     #[input(asynchronous)]
     observed: i64,
     /// position at the start
@@ -42,21 +42,21 @@ pub struct ActionChunk {
     /// time between two actions
     #[param(default = 0.02, unit = "s", range = "(0, inf)")]
     interval: f64,
-    /// time in which the difference to a new chunk is taken away
+    /// time in which the difference from a new chunk is reduced to 0
     #[param(default = 0.1, unit = "s", range = "[0, inf)")]
     blend: f64,
-    /// the chunk ended longer ago than the preset: the time since, in s
+    /// the chunk ended longer ago than the preset; the value is the time since, in s
     #[condition(preset = 0.1, unit = "s", range = "[0, inf)")]
     stale: ConditionOf<f64>,
-    /// chunk that is played
+    /// chunk being played
     #[state(opaque)]
     played: Chunk,
-    /// correction since it is
+    /// correction since the start of the chunk
     #[state(opaque)]
     correction: Correction,
 }
 
-/// The actions of one chunk.
+/// Actions of one chunk.
 #[derive(Clone, Copy)]
 struct Chunk {
     actions: [f64; ACTIONS_MAX],
@@ -72,7 +72,7 @@ impl Default for Chunk {
     }
 }
 
-/// The cubic from a difference of position and velocity to none.
+/// Cubic from a difference of position and velocity to zero.
 #[derive(Clone, Copy, Default)]
 struct Correction {
     since_ns: i64,
@@ -111,7 +111,7 @@ impl Step for ActionChunk {
 }
 
 impl ActionChunk {
-    /// Position and velocity at a time.
+    /// Returns the position and velocity at a time.
     fn at(&self, now_ns: i64, n: usize) -> (f64, f64) {
         let (p, dp) = self.played.at(seconds(now_ns - self.played.observed_ns), self.interval, n);
         let (c, dc) = self.correction.at(seconds(now_ns - self.correction.since_ns), self.blend);
@@ -120,7 +120,7 @@ impl ActionChunk {
 }
 
 impl Chunk {
-    /// The spline and its derivative `t` after its first action.
+    /// Returns the spline and its derivative at `t` after its first action.
     fn at(&self, t: f64, interval: f64, n: usize) -> (f64, f64) {
         let place = (t / interval).max(0.0);
         if place >= (n - 1) as f64 {
@@ -134,7 +134,7 @@ impl Chunk {
         (a + u * (da + u * (d + u * e)), (da + u * (2.0 * d + u * 3.0 * e)) / interval)
     }
 
-    /// Slope at an action, per interval: half the difference of its neighbours, at the end none.
+    /// Returns the slope at an action, per interval: half the difference of its neighbours, 0 at the end.
     fn slope(&self, i: usize, n: usize) -> f64 {
         match i {
             0 => self.actions[1] - self.actions[0],
@@ -145,7 +145,7 @@ impl Chunk {
 }
 
 impl Correction {
-    /// p(1 - 3 u² + 2 u³) + v T (u - 2 u² + u³), u = t / T, and its derivative.
+    /// Returns p(1 - 3 u² + 2 u³) + v T (u - 2 u² + u³), u = t / T, and its derivative.
     fn at(&self, t: f64, blend: f64) -> (f64, f64) {
         let u = t / blend;
         if u >= 1.0 {

@@ -3,7 +3,7 @@ use opengpac::{Condition, FunctionBlock, Invocation, Outcome, Step};
 
 /// Capture: captured = u at the invocation in which `level` becomes true; reports `on` and `off` when the level changes.
 ///
-/// The level with which it begins counts as a change to it, so that a search that begins on its switch is told so at once.
+/// The initial level counts as a change to it, so that a search that begins on its switch is notified at once.
 #[derive(FunctionBlock)]
 pub struct Capture {
     /// number of values
@@ -12,10 +12,10 @@ pub struct Capture {
     /// level of a switch
     #[input(asynchronous)]
     level: bool,
-    /// values that are captured
+    /// values to capture
     #[input(asynchronous, sized, unit = "rad|m")]
     u: [f64; 16],
-    /// u when the level became true last
+    /// values of u when the level last became true
     #[output(sized, unit = "rad|m")]
     captured: [f64; 16],
     /// the level has become true
@@ -24,7 +24,7 @@ pub struct Capture {
     /// the level has become false
     #[condition]
     off: Condition,
-    /// level of the invocation before: 0 or 1; 2: there was none
+    /// level of the previous invocation: 0 or 1; 2: none yet
     #[state(initial = 2)]
     before: u8,
 }

@@ -1,16 +1,18 @@
 // SPDX-License-Identifier: Apache-2.0
 use opengpac::{FunctionBlock, Invocation, Outcome, Step};
 
-/// A gain or the maximum force is negative or no number.
+/// A gain or the maximum force is negative or NaN.
 const BAD_PARAMETER: u32 = 1;
 
-/// Compliant servo: effort = k (setpoint - position) - d velocity + bias, the spring term within ± force_max; fault 1: k, d or force_max below 0.
+/// Compliant servo: effort = k (setpoint - position) - d velocity + bias, the spring term within ± force_max; fault 1: k, d or force_max
+/// below 0.
 ///
-/// A finger or a joint that gives way: what touches it feels a spring of stiffness k, and never more than `force_max`, however far away the set-point
-/// is. `force_max` is an input, so that a verb may close with a light hand and then grip. Hogan, Impedance Control, 1985, has the idea.
+/// For a compliant finger or joint: an object in contact feels a spring of stiffness k, and never more than `force_max`, however far away
+/// the set-point is. `force_max` is an input, so that a verb may close gently and then grip. The idea is from Hogan, Impedance Control,
+/// 1985.
 #[derive(FunctionBlock)]
 pub struct CompliantServo {
-    /// position that is commanded
+    /// commanded position
     #[input(asynchronous)]
     setpoint: f64,
     /// position
@@ -19,10 +21,10 @@ pub struct CompliantServo {
     /// velocity
     #[input(asynchronous, default = 0.0, range = "[-inf, inf)")]
     velocity: f64,
-    /// effort that holds it against gravity
+    /// effort that compensates gravity
     #[input(asynchronous, default = 0.0, range = "[-inf, inf)")]
     bias: f64,
-    /// maximum effort of the spring either way
+    /// maximum magnitude of the spring's effort
     #[input(asynchronous, default = 1e6, range = "[0, inf)")]
     force_max: f64,
     /// effort
@@ -31,10 +33,10 @@ pub struct CompliantServo {
     /// setpoint - position
     #[output]
     deflection: f64,
-    /// stiffness k, effort for each unit of position
+    /// stiffness k, effort per unit of position
     #[param(default = 100.0, range = "[0, inf)")]
     k: f64,
-    /// damping d, effort for each unit of velocity
+    /// damping d, effort per unit of velocity
     #[param(default = 10.0, range = "[0, inf)")]
     d: f64,
 }

@@ -4,10 +4,10 @@ use opengpac::{ConditionOf, FunctionBlock, Invocation, Outcome, Step};
 /// The force is not a finite vector.
 const NOT_FINITE: u32 = 1;
 
-/// Force guard: reports the magnitude |force| when it is above the preset of `above`; fault 1 where the force is not finite.
+/// Force guard: reports the magnitude |force| if it is above the preset of `above`; fault 1 if the force is not finite.
 #[derive(FunctionBlock)]
 pub struct ForceGuard {
-    /// force that is watched
+    /// monitored force
     #[input(asynchronous, unit = "N")]
     force: [f64; 3],
     /// |force|

@@ -11,44 +11,44 @@ const NOT_FINITE: u32 = 1;
 /// The speed or acceleration is not above 0.
 const BAD_LIMIT: u32 = 2;
 
-/// Wanted speeds of the limit itself are no faster than it.
+/// Relative tolerance when a requested speed is compared with the limit.
 const ROUNDING: f64 = 1e-9;
-/// Invocations until what follows `at_limit` slows it down.
+/// Invocations until the reaction to `at_limit` slows the slave down.
 const REACTION: f64 = 2.0;
 
-/// Gear: setpoint' = ratio × master', once the speed of the slave has come to it at its maximum acceleration.
+/// Gear: setpoint' = ratio × master', once the slave has reached that speed within its maximum acceleration.
 ///
-/// It begins from a start that may move. From the invocation that reports `in_gear` on, each step of the slave is the ratio times the step
-/// of the master, so the relation of their positions stays; where the slave would have to change its speed by more than `acceleration`
-/// allows, it falls back, and comes into gear again by the same rule (a gear couples speeds, not positions). While it comes into gear its
-/// acceleration changes by `jerk`; in gear it is the master's. Where time was lost, because releases were skipped, it keeps its speed for one
-/// cycle; where more than `gap_max` was lost at once, it comes to rest and `gap` is reported. `too_fast` is reported where
-/// it moves at `speed` and would have to be faster; `at_limit` where it has just room to stop before the end of its range, within
-/// `deceleration` and `jerk`. Faults: 1 a number is not finite; 2 a limit is not above 0.
+/// The start may be moving. From the invocation that reports `in_gear`, each step of the slave is the ratio times the step of the master,
+/// so the relation of their positions is kept; if the slave would have to change its speed by more than `acceleration` allows, it falls
+/// out of gear, and engages again by the same rule (a gear couples speeds, not positions). During engagement its acceleration changes by
+/// `jerk`; in gear it is the master's. If time was lost because releases were skipped, the slave keeps its speed for one cycle; if more
+/// than `gap_max` was lost at once, it comes to rest and `gap` is reported. `too_fast` is reported if the slave moves at `speed` and
+/// would have to be faster; `at_limit` if it has just enough room to stop before the end of its range, within `deceleration` and `jerk`.
+/// Faults: 1 a number is not finite; 2 a limit is not above 0.
 #[derive(FunctionBlock)]
 pub struct GearGenerator {
     /// position of the master
     #[input(asynchronous, unit = "rad|m")]
     master: f64,
-    /// commanded position of the slave now
+    /// present commanded position of the slave
     #[input(asynchronous, unit = "rad|m")]
     start: f64,
-    /// speed at which its servo moves it now
+    /// speed at which its servo moves the slave now
     #[input(asynchronous, default = 0.0, unit = "rad/s|m/s", range = "[-inf, inf)")]
     start_velocity: f64,
-    /// speed of its last set-points, of whatever motion stored them
+    /// speed of its last set-points, whichever motion stored them
     #[input(asynchronous, default = 0.0, unit = "rad/s|m/s", range = "[-inf, inf)")]
     last_velocity: f64,
     /// acceleration of the last set-points
     #[input(asynchronous, default = 0.0, unit = "rad/s^2|m/s^2", range = "[-inf, inf)")]
     last_acceleration: f64,
-    /// when they were stored, ns of the system's clock
+    /// time at which they were stored, ns of the system clock
     #[input(asynchronous, default = i64::MIN, range = "[-inf, inf)")]
     last_time: i64,
-    /// lead of its servo by itself, because no set-points came in their time: see `joint_servo`
+    /// braking of its servo on its own because set-points did not arrive in time: see `joint_servo`
     #[input(asynchronous, default = [0.0; 4], range = "[-inf, inf)")]
     braking: [f64; 4],
-    /// steps of the slave for each step of the master; negative: the other way
+    /// step of the slave per step of the master; negative: opposite direction
     #[input(asynchronous, default = 1.0, range = "[-inf, inf)")]
     ratio: f64,
     /// maximum speed of the slave
@@ -57,10 +57,10 @@ pub struct GearGenerator {
     /// maximum acceleration of the slave
     #[input(asynchronous, default = 5.0, unit = "rad/s^2|m/s^2", range = "[0, inf)")]
     acceleration: f64,
-    /// acceleration at which it can be stopped before the end of its range
+    /// deceleration at which the slave can be stopped before the end of its range
     #[input(asynchronous, default = [5.0; 1], unit = "rad/s^2|m/s^2", range = "[0, inf)")]
     deceleration: [f64; 1],
-    /// jerk at which it can be stopped
+    /// jerk at which the slave can be stopped
     #[input(asynchronous, default = [50.0; 1], unit = "rad/s^3|m/s^3", range = "[0, inf)")]
     jerk: [f64; 1],
     /// minimum position of the slave
@@ -69,13 +69,13 @@ pub struct GearGenerator {
     /// maximum position of the slave
     #[input(asynchronous, default = [1e6; 1], unit = "rad|m", range = "[-inf, inf)")]
     position_max: [f64; 1],
-    /// time that may be lost at once; beyond it the slave comes to rest
+    /// maximum time that may be lost at once; if more is lost, the slave comes to rest
     #[input(asynchronous, default = [0.5; 1], unit = "s", range = "(0, inf)")]
     gap_max: [f64; 1],
-    /// position at which the slave is to be
+    /// commanded position of the slave
     #[output(unit = "rad|m")]
     setpoint: f64,
-    /// speed at which it is to be there
+    /// commanded speed at that position
     #[output(unit = "rad/s|m/s")]
     velocity: f64,
     /// speed of the set-point at the end of the cycle
@@ -84,45 +84,46 @@ pub struct GearGenerator {
     /// acceleration of the set-point
     #[output(unit = "rad/s^2|m/s^2")]
     setpoint_acceleration: f64,
-    /// when it is stored, ns of the system's clock
+    /// time at which it is stored, ns of the system clock
     #[output]
     setpoint_time: i64,
-    /// the longest time that was lost at once
+    /// maximum time lost at once
     #[output(unit = "s")]
     lost: f64,
-    /// true if the slave moves as the ratio says
+    /// true if the slave follows the ratio
     #[output]
     engaged: bool,
-    /// time by which the first set-point is ahead of the start: the interval of this block
+    /// time from the start to the first set-point: the interval of this block
     #[param(default = 0.02, unit = "s", range = "[0, inf)")]
     lead: f64,
-    /// the slave moves as the ratio says
+    /// the slave follows the ratio
     #[condition]
     in_gear: Condition,
-    /// the slave moves towards the end of its range, and has just room to stop
+    /// the slave moves towards the end of its range, and has just enough room to stop
     #[condition]
     at_limit: Condition,
-    /// the slave moves as fast as it may, and would have to be faster
+    /// the slave moves at its maximum speed, and would have to be faster
     #[condition]
     too_fast: Condition,
-    /// the slave is at rest because more time than `gap_max` was lost at once; the value is how much, s
+    /// the slave is at rest because more time than `gap_max` was lost at once; the value is the time lost, s
     #[condition]
     gap: ConditionOf<f64>,
-    /// position of the master in the invocation before
+    /// position of the master in the previous invocation
     #[state]
     before: f64,
-    /// state of the slave on its way
+    /// state of the motion of the slave
     #[state(opaque)]
     state: State,
-    /// its last steps
+    /// last steps of the slave
     #[state(opaque)]
     steps: Steps,
-    /// the invocation before
+    /// time of the previous invocation
     #[state(opaque)]
     span: Span,
 }
 
-/// Mean speed of the slave over the last cycle, how that has changed, and how many cycles say so; and the speed that the master asked for.
+/// Mean speed of the slave over the last cycle, its change, and the number of cycles on which they are based; also the speed requested by
+/// the master.
 #[derive(Clone, Copy, Debug, Default)]
 struct Steps {
     mean: f64,
@@ -152,7 +153,7 @@ impl Step for GearGenerator {
             span_s = begun.ahead_s;
             self.state = begun.motion.state(0);
             (self.setpoint, self.before) = (self.state.position, self.master);
-            // At rest its last steps are known.
+            // At rest the last steps are known to be 0.
             self.steps.count = if self.state.is_at_rest() { 2 } else { 0 };
         }
         if span_s <= 0.0 {
@@ -168,15 +169,15 @@ impl Step for GearGenerator {
 }
 
 impl GearGenerator {
-    /// Goes on by one cycle. `unknown`: the speed of the master is not known, and the slave keeps its own.
+    /// Advances by one cycle. If `unknown`, the speed of the master is not known, and the slave keeps its own.
     fn follow(&mut self, span_s: f64, unknown: bool) {
         let wanted = if unknown { self.state.velocity } else { self.ratio * (self.master - self.before) / span_s };
         self.before = self.master;
-        // Asked while it is known whether it was in gear.
+        // Checked before the state of the gear changes.
         self.engaged = !unknown && !self.steps.is_lost && wanted.abs() <= self.speed * (1.0 + ROUNDING) && self.can_follow(wanted, span_s);
         if self.engaged {
             let change = (wanted - self.steps.mean) / span_s;
-            // Of the parabola through the last three set-points.
+            // On the parabola through the last three set-points.
             self.state = State { position: self.setpoint + wanted * span_s, velocity: wanted + change * span_s / 2.0, acceleration: change };
         } else {
             let limits = Limits { speed: self.speed, acceleration: self.acceleration, jerk: self.jerk[0] };
@@ -188,7 +189,7 @@ impl GearGenerator {
         let mean = if self.engaged { wanted } else { (self.state.position - self.setpoint) / span_s };
         self.steps = Steps { mean, change: (mean - self.steps.mean) / span_s, count: self.steps.count.saturating_add(1), wanted, ..self.steps };
         if self.steps.is_lost && self.state.is_at_rest() {
-            // It may go on, where that does not end the motion.
+            // The motion may resume, if the gap does not end it.
             self.steps.is_lost = false;
             self.gap.report(self.lost);
         }
@@ -205,19 +206,21 @@ impl GearGenerator {
         }
     }
 
-    /// Returns true if the slave can move at `wanted` from this cycle on: within its acceleration, and while it is not in gear within its jerk, too.
+    /// Returns true if the slave can move at `wanted` from this cycle on: within its acceleration, and, if it is not in gear, also within
+    /// its jerk.
     fn can_follow(&self, wanted: f64, span_s: f64) -> bool {
         let change = (wanted - self.steps.mean) / span_s;
         if change.abs() > self.acceleration * (1.0 + ROUNDING) {
             return false;
         }
-        // Before: within the jerk from its own acceleration to this one, and from there to the master's.
+        // Not in gear: within the jerk from its own acceleration to this one, and from there to the master's.
         let masters = (wanted - self.steps.wanted) / span_s;
         let fits = |from: f64| (change - from).abs() <= self.jerk[0] * span_s * (1.0 + ROUNDING);
         self.engaged || self.steps.count >= 2 && fits(self.steps.change) && fits(masters)
     }
 
-    /// Returns true if the way to the end of its range is not longer than the way to rest, with what it moves until it is slowed down.
+    /// Returns true if the distance to the end of its range is at most its stopping distance, including the distance moved until braking
+    /// begins.
     fn is_near_the_end(&self, span_s: f64) -> bool {
         let ([deceleration], [jerk], speed) = (self.deceleration, self.jerk, self.velocity.abs());
         let left = if self.velocity > 0.0 { self.position_max[0] - self.setpoint } else { self.setpoint - self.position_min[0] };

@@ -3,11 +3,11 @@ use opengpac::{Condition, FunctionBlock, Invocation, Outcome, Step};
 
 /// Heartbeat: lost = (time since `beat` changed) > limit, reported as `late` from the first invocation at which it is.
 ///
-/// Who holds the button writes a new number into `beat` every so often. It counts as alive when it begins, and is alive again with the
-/// next change. Time is that of the clock: a heart does not stop with a verb that is suspended.
+/// The client that holds the button writes a new number into `beat` periodically. The heartbeat counts as alive at the start, and again
+/// after the next change. Time is that of the clock: it also passes while the verb is suspended.
 #[derive(FunctionBlock)]
 pub struct Heartbeat {
-    /// a number that changes
+    /// number that changes with each beat
     #[input(asynchronous)]
     beat: i64,
     /// true if the last change is too old
@@ -22,10 +22,10 @@ pub struct Heartbeat {
     /// the last change is too old
     #[condition]
     late: Condition,
-    /// the number of the last change
+    /// number at the last change
     #[state]
     before: i64,
-    /// when it changed, ns; -1: it has not begun
+    /// time of the last change, ns; -1: not started
     #[state(initial = -1)]
     changed_ns: i64,
 }

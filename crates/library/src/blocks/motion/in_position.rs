@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 use opengpac::{Condition, FunctionBlock, Invocation, Outcome, Step};
 
-/// In position: reports `done` when error = max |goal_i - sensed_i| <= tolerance in `dwell` invocations on end, and `complete` is true.
+/// In position: reports `done` when error = max |goal_i - sensed_i| <= tolerance in `dwell` consecutive invocations, and `complete` is
+/// true.
 ///
-/// Bind `complete` to the output of that name of the setpoint generator: `done` then never comes before the generator has stored
-/// its last setpoint. Left unbound, only the dwell keeps a slow last bit of a motion from being taken for its end.
+/// Bind `complete` to the output of that name of the setpoint generator: `done` is then never reported before the generator has stored
+/// its last setpoint. Left unbound, only the dwell prevents a slow final phase of a motion from being taken for its end.
 #[derive(FunctionBlock)]
 pub struct InPosition {
     /// number of joints
@@ -13,7 +14,7 @@ pub struct InPosition {
     /// positions
     #[input(asynchronous, sized, unit = "rad|m")]
     sensed: [f64; 16],
-    /// positions at which they are to be
+    /// commanded positions of the joints
     #[input(asynchronous, sized, unit = "rad|m")]
     goal: [f64; 16],
     /// true if the motion is complete
@@ -22,16 +23,16 @@ pub struct InPosition {
     /// maximum distance of a joint from its goal
     #[output(unit = "rad|m")]
     error: f64,
-    /// maximum distance that counts as there
+    /// maximum distance that counts as in position
     #[param(default = 0.002, unit = "rad|m", range = "(0, 1000]")]
     tolerance: f64,
-    /// invocations on end for which all joints must be there
+    /// number of consecutive invocations in which all joints must be in position
     #[param(default = 5, range = "[0, 1000000]")]
     dwell: u32,
     /// all joints are at their goals
     #[condition]
     done: Condition,
-    /// invocations on end for which they have been
+    /// consecutive invocations in which they have been in position
     #[state]
     there: u32,
 }
@@ -63,7 +64,7 @@ mod tests {
         InPosition { n: 2, sensed, goal, complete: true, error: 0.0, tolerance: 0.001, dwell: 3, done: Condition::new(), there: 0 }
     }
 
-    /// Invocations until it reports, at most 20.
+    /// Returns the number of invocations until it reports, at most 20.
     fn invocations(mut block: InPosition, mut before: impl FnMut(u64, &mut InPosition)) -> Option<u64> {
         (1..=20).find(|k| {
             before(*k, &mut block);

@@ -2,30 +2,32 @@
 use crate::reference::{Approach, ReferenceInputs, is_bad_limit};
 use opengpac::{ConditionOf, FunctionBlock, Invocation, Outcome, Step};
 
-/// A limit is negative or no number, or the range is empty.
+/// A limit is negative or NaN, or the range is empty.
 const BAD_LIMIT: u32 = 1;
-/// Over how many invocations a set-point is approached at most.
+/// Maximum number of invocations over which a set-point is approached.
 const INTERPOLATION_MAX: f64 = 1e6;
 
-/// Reference of a joint whose drive closes the loop: goal = q_r - offset, q_r the set-point, smoothed; fault 1: a limit below 0, an empty range.
+/// Reference of a joint whose drive closes the loop: goal = q_r - offset, q_r the set-point, smoothed; fault 1: a limit below 0, an empty
+/// range.
 ///
-/// q_r is that of `joint_servo`: a new set-point is approached within `period`, the time between two of them, so that a generator at 20 ms
-/// leads a drive at 2 ms without stairs and without steps of speed, at a delay of one and a half periods. q_r stays within the range of the
-/// joint and its maximum speed, and begins where the joint is. Where releases of its own were skipped it goes on from where it was, no faster
-/// than before and than the set-points move. A set-point that says by `setpoint_velocity` that it moves, and is not followed by another in its
-/// time, is braked within `acceleration_max` and `jerk_max`, beyond it; one that says nothing is a place to be at. For a drive that takes an effort instead, use `joint_servo`.
+/// q_r is that of `joint_servo`: a new set-point is approached within `period`, the time between two of them, so that a generator at 20
+/// ms leads a drive at 2 ms without steps in position or speed, at a delay of one and a half periods. q_r stays within the range of the
+/// joint and its maximum speed, and starts at the position of the joint. If releases of its own were skipped, it continues from its last
+/// position, no faster than before and than the set-points move. A set-point with a nonzero `setpoint_velocity` that is not followed by
+/// another in time is overrun and braked within `acceleration_max` and `jerk_max`; one without a velocity is a position to hold. For a
+/// drive that takes an effort instead, use `joint_servo`.
 #[derive(FunctionBlock)]
 pub struct JointReference {
-    /// position that is commanded
+    /// commanded position
     #[input(asynchronous, unit = "rad|m")]
     setpoint: f64,
-    /// speed of the set-point, if it is given
+    /// speed of the set-point, if provided
     #[input(asynchronous, default = 0.0, unit = "rad/s|m/s", range = "[-inf, inf)")]
     setpoint_velocity: f64,
     /// acceleration of the set-point
     #[input(asynchronous, default = 0.0, unit = "rad/s^2|m/s^2", range = "[-inf, inf)")]
     setpoint_acceleration: f64,
-    /// when it was stored, ns of the system's clock
+    /// time at which it was stored, ns of the system clock
     #[input(asynchronous, default = 0, range = "[-inf, inf)")]
     setpoint_time: i64,
     /// position q
@@ -34,32 +36,32 @@ pub struct JointReference {
     /// velocity q'
     #[input(asynchronous, default = 0.0, unit = "rad/s|m/s", range = "[-inf, inf)")]
     velocity: f64,
-    /// addition to the readings of the joint, which gives q
+    /// offset that added to the readings of the joint gives q
     #[input(asynchronous, default = 0.0, unit = "rad|m", range = "[-inf, inf)")]
     offset: f64,
-    /// true if q is known: before, the range of q_r means nothing and is not kept to
+    /// true if q is known: until then the range of q_r is meaningless and not enforced
     #[input(asynchronous, default = true)]
     homed: bool,
-    /// goal for the drive, as it counts positions
+    /// goal for the drive, in its own position count
     #[output(unit = "rad|m")]
     goal: f64,
     /// q_r - q
     #[output(unit = "rad|m")]
     error: f64,
-    /// q_r: commanded position of the joint now
+    /// q_r: present commanded position of the joint
     #[output(unit = "rad|m")]
     reference: f64,
-    /// q_r': commanded speed now; 0 if no set-points come
+    /// q_r': present commanded speed; 0 if no set-points arrive
     #[output(unit = "rad/s|m/s")]
     reference_velocity: f64,
-    /// invocations in which the range or the maximum speed held q_r back
+    /// number of invocations in which the range or the maximum speed limited q_r
     #[output]
     limited: i64,
-    /// lead of q_r beyond the last set-point, because no new one came in its time: distance, speed, acceleration, and time of its beginning (ns
-    /// of the system's clock); all 0 while set-points lead
+    /// motion of q_r beyond the last set-point because no new one arrived in time: distance, speed, acceleration, and start time (ns of
+    /// the system clock); all 0 while set-points lead
     #[output]
     braking: [f64; 4],
-    /// time that was lost at once, because releases were skipped, told for as long after it as it was; 0 where none was
+    /// time lost at once because releases were skipped, shown for that length of time; 0 if none was lost
     #[output(unit = "s")]
     lost: f64,
     /// maximum |q_r - q| in force: the preset of `following_error`
@@ -77,20 +79,20 @@ pub struct JointReference {
     /// maximum |q_r'|
     #[param(default = 1e6, unit = "rad/s|m/s", range = "[0, inf)")]
     speed_max: f64,
-    /// maximum |q_r''| while it catches up after lost time, or brakes because set-points no longer come
+    /// maximum |q_r''| when catching up after lost time, or braking because set-points have stopped arriving
     #[param(default = 1e6, unit = "rad/s^2|m/s^2", range = "(0, inf)")]
     acceleration_max: f64,
-    /// maximum jerk of the set-points by which it brakes
+    /// maximum jerk when braking
     #[param(default = 1e9, unit = "rad/s^3|m/s^3", range = "(0, inf)")]
     jerk_max: f64,
-    /// true: the range is kept to only when the joint is homed
+    /// true: the range is enforced only if the joint is homed
     #[param(default = false)]
     needs_home: bool,
-    /// |q_r - q| is above the preset; the value is q_r - q; off where the preset is 0
+    /// |q_r - q| is above the preset; the value is q_r - q; off if the preset is 0
     #[condition(preset = 0.0, unit = "rad|m", range = "[0, inf)")]
     following_error: ConditionOf<f64>,
     /// more time was lost at once than the preset, s, and the joint has come to rest from its position at that time; the value is the
-    /// time lost, s; off where the preset is 0
+    /// time lost, s; off if the preset is 0
     #[condition(preset = 0.0, unit = "s", range = "[0, inf)")]
     gap: ConditionOf<f64>,
     /// state of the reference

@@ -5,10 +5,10 @@ use crate::ripple::Ripple;
 use crate::servo::Law;
 use opengpac::{ConditionOf, FunctionBlock, Invocation, Outcome, Step};
 
-/// A limit is negative or no number, or the range is empty.
+/// A limit is negative or NaN, or the range is empty.
 const BAD_LIMIT: u32 = 1;
 
-/// Kept from invocation to invocation: a block has 32 items at most.
+/// State kept between invocations, in one item: a block has at most 32 items.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Memory {
     approach: Approach,
@@ -19,27 +19,29 @@ pub struct Memory {
     integral: f64,
 }
 
-/// Joint servo: effort = kp (q_r - q) + ki ∫(q_r - q) dt + kd (q_r' - q') + bias within ± limit; fault 1: a limit below 0, an empty range.
+/// Joint servo: effort = kp (q_r - q) + ki ∫(q_r - q) dt + kd (q_r' - q') + bias within ± limit; fault 1: a limit below 0, an empty
+/// range.
 ///
-/// q_r is the set-point, smoothed over `interpolation` invocations: as many as the servo makes between two set-points, so that a
-/// generator at 20 ms drives a servo at 1 ms without stairs and without steps of speed, at a delay of one and a half generator
-/// periods. q_r stays within the range of the joint and its maximum speed, whatever the set-points are: these are the last
-/// limits before the physical device. Where releases of its own were skipped it goes on from where it was, no faster than before and than the
-/// set-points move. A set-point that says by `setpoint_velocity` that it moves, and is not followed by another in its time, is braked within
-/// `acceleration_max` and `jerk_max`, beyond it; one that says nothing is a place to be at. `bias` is the effort that holds the arm where it is (gravity, Coriolis and centrifugal force), as
-/// the plant or a model of it tells. A change of `offset` moves the numbers, not the joint: q and the set-point must change with it.
+/// q_r is the set-point, smoothed over `interpolation` invocations: the number of servo invocations between two set-points, so that a
+/// generator at 20 ms drives a servo at 1 ms without steps in position or speed, at a delay of one and a half generator periods. q_r
+/// stays within the range of the joint and its maximum speed, whatever the set-points are: these are the last limits before the physical
+/// device. If releases of its own were skipped, it continues from its last position, no faster than before and than the set-points move.
+/// A set-point with a nonzero `setpoint_velocity` that is not followed by another in time is overrun and braked within `acceleration_max`
+/// and `jerk_max`; one without a velocity is a position to hold. `bias` is the effort that holds the arm in place (gravity, Coriolis and
+/// centrifugal force), as reported by the plant or a model of it. A change of `offset` moves the numbers, not the joint: q and the
+/// set-point must change with it.
 #[derive(FunctionBlock)]
 pub struct JointServo {
-    /// position that is commanded
+    /// commanded position
     #[input(asynchronous, unit = "rad|m")]
     setpoint: f64,
-    /// speed of the set-point, if it is given
+    /// speed of the set-point, if provided
     #[input(asynchronous, default = 0.0, unit = "rad/s|m/s", range = "[-inf, inf)")]
     setpoint_velocity: f64,
     /// acceleration of the set-point
     #[input(asynchronous, default = 0.0, unit = "rad/s^2|m/s^2", range = "[-inf, inf)")]
     setpoint_acceleration: f64,
-    /// when it was stored, ns of the system's clock
+    /// time at which it was stored, ns of the system clock
     #[input(asynchronous, default = 0, range = "[-inf, inf)")]
     setpoint_time: i64,
     /// position q
@@ -51,29 +53,29 @@ pub struct JointServo {
     /// effort that holds the arm
     #[input(asynchronous, default = 0.0, unit = "N.m|N", range = "[-inf, inf)")]
     bias: f64,
-    /// addition to the readings of the joint, which gives q
+    /// offset that added to the readings of the joint gives q
     #[input(asynchronous, default = 0.0, unit = "rad|m", range = "[-inf, inf)")]
     offset: f64,
-    /// true if q is known: before, the range of q_r means nothing and is not kept to
+    /// true if q is known: until then the range of q_r is meaningless and not enforced
     #[input(asynchronous, default = true)]
     homed: bool,
     /// effort at the joint
     #[output(unit = "N.m|N")]
     effort: f64,
-    /// q_r: commanded position of the joint now
+    /// q_r: present commanded position of the joint
     #[output(unit = "rad|m")]
     reference: f64,
-    /// q_r': commanded speed now; 0 if no set-points come
+    /// q_r': present commanded speed; 0 if no set-points arrive
     #[output(unit = "rad/s|m/s")]
     reference_velocity: f64,
-    /// invocations in which the range or the maximum speed held q_r back
+    /// number of invocations in which the range or the maximum speed limited q_r
     #[output]
     limited: i64,
-    /// lead of q_r beyond the last set-point, because no new one came in its time: distance, speed, acceleration, and time of its beginning (ns
-    /// of the system's clock); all 0 while set-points lead
+    /// motion of q_r beyond the last set-point because no new one arrived in time: distance, speed, acceleration, and start time (ns of
+    /// the system clock); all 0 while set-points lead
     #[output]
     braking: [f64; 4],
-    /// time that was lost at once, because releases were skipped, told for as long after it as it was; 0 where none was
+    /// time lost at once because releases were skipped, shown for that length of time; 0 if none was lost
     #[output(unit = "s")]
     lost: f64,
     /// maximum |q_r - q| in force: the preset of `following_error`
@@ -88,10 +90,10 @@ pub struct JointServo {
     /// gain of the velocity error
     #[param(default = 10.0, unit = "N.m.s/rad|N.s/m", range = "[0, inf)")]
     kd: f64,
-    /// maximum effort either way
+    /// maximum magnitude of the effort
     #[param(default = 1e6, unit = "N.m|N", range = "[0, inf)")]
     limit: f64,
-    /// invocations over which a new set-point is approached; 1: at once
+    /// number of invocations over which a new set-point is approached; 1: at once
     #[param(default = 20, range = "[0, 1000000]")]
     interpolation: u32,
     /// minimum q_r
@@ -103,30 +105,31 @@ pub struct JointServo {
     /// maximum |q_r'|
     #[param(default = 1e6, unit = "rad/s|m/s", range = "[0, inf)")]
     speed_max: f64,
-    /// maximum |q_r''| while it catches up after lost time, or brakes because set-points no longer come
+    /// maximum |q_r''| when catching up after lost time, or braking because set-points have stopped arriving
     #[param(default = 1e6, unit = "rad/s^2|m/s^2", range = "(0, inf)")]
     acceleration_max: f64,
-    /// maximum jerk of the set-points by which it brakes
+    /// maximum jerk when braking
     #[param(default = 1e9, unit = "rad/s^3|m/s^3", range = "(0, inf)")]
     jerk_max: f64,
-    /// true: the range is kept to only when the joint is homed
+    /// true: the range is enforced only if the joint is homed
     #[param(default = false)]
     needs_home: bool,
-    /// ripple of q_r - q at rest, from peak to peak, that counts as `unstable`; off where it is 0
+    /// peak-to-peak ripple of q_r - q at rest that counts as `unstable`; off if 0
     #[param(default = 0.0, unit = "rad|m", range = "[0, inf)")]
     ripple_max: f64,
-    /// |q_r - q| is above the preset; the value is q_r - q; off where the preset is 0
+    /// |q_r - q| is above the preset; the value is q_r - q; off if the preset is 0
     #[condition(preset = 0.0, unit = "rad|m", range = "[0, inf)")]
     following_error: ConditionOf<f64>,
-    /// effort that swings from limit to limit, or an error that swings beyond half the preset of `following_error` either way, ten periods in
-    /// a row, without being led to, or an error that ripples by `ripple_max` while the reference stands still: the servo is unstable. The value is the frequency in Hz, the preset the lowest that counts; off where it is 0
+    /// the servo is unstable: the effort swings from limit to limit, or the error swings beyond ± half the preset of `following_error`,
+    /// for ten periods in a row without being led to, or the error ripples by `ripple_max` while the reference stands still; the value is
+    /// the frequency in Hz, the preset the lowest that counts; off if the preset is 0
     #[condition(preset = 0.0, unit = "Hz", range = "[0, inf)")]
     unstable: ConditionOf<f64>,
     /// more time was lost at once than the preset, s, and the joint has come to rest from its position at that time; the value is the
-    /// time lost, s; off where the preset is 0
+    /// time lost, s; off if the preset is 0
     #[condition(preset = 0.0, unit = "s", range = "[0, inf)")]
     gap: ConditionOf<f64>,
-    /// where the reference is, the swings, and the integral
+    /// state of the reference, the swings, and the integral
     #[state(opaque)]
     memory: Memory,
 }
@@ -137,7 +140,7 @@ impl Step for JointServo {
             return Outcome::Fault(BAD_LIMIT);
         }
         let range = (self.homed || !self.needs_home).then_some((self.position_min, self.position_max));
-        // Taken at once, a set-point is a place to be at.
+        // Without interpolation, a set-point is a position to hold.
         let time_ns = if self.interpolation > 1 { self.setpoint_time } else { 0 };
         let led = ReferenceInputs {
             setpoint: self.setpoint,
@@ -243,7 +246,8 @@ mod tests {
 
     #[test]
     fn a_servo_whose_gains_are_too_high_is_unstable() {
-        // A unit inertia whose drive takes the effort one period late, pushed once. Beside what is reported, how often the velocity turns.
+        // A unit inertia whose drive takes the effort one period late, pushed once. Returns the reports, and the number of times that
+        // the velocity reverses.
         let found = |kd: f64, limit: f64| {
             let (mut q, mut v, mut late, mut turns) = (0.001, 0.0_f64, 0.0, Vec::new());
             let mut servo = JointServo { setpoint: 0.0, kp: 100.0, kd, limit, unstable: ConditionOf::new(5.0), ..servo() };

@@ -9,9 +9,9 @@ use opengpac::{Condition, ConditionOf, FunctionBlock, InPlace, Invocation, Outco
 path_generator! {
     /// Path generator for up to 4,096 way-points: setpoint = q(τ) of a planned path, as `path_generator`.
     ///
-    /// It takes the path of a `long_path_planner`, which it reads where it lies. While that is being planned the set-point is `start`, so that the joints
-    /// stay where they are; `holding` then reports `held` at once. All else is as of `path_generator`.
-    /// Faults: 1 there is no path; 2 it is planned for another number of joints; 3 an override is not within 0 and 1.
+    /// It reads the path of a `long_path_planner` in place. During planning the set-point is `start`, so that the joints stay where they
+    /// are; `holding` then reports `held` at once. Otherwise it behaves like `path_generator`. Faults: 1 there is no path; 2 it is
+    /// planned for another number of joints; 3 an override is not within 0 and 1.
     LongPathGenerator,
     #[input(asynchronous, in_place)]
     path: InPlace<LongPath>

@@ -12,46 +12,47 @@ const BAD_LIMIT: u32 = 2;
 /// A goal is outside its joint's range.
 const OUT_OF_RANGE: u32 = 3;
 
-/// Motion generator: setpoint = q(t), from a start that may move to rest at q = goal, within speed, acceleration and jerk of each joint.
+/// Motion generator: setpoint = q(t), from a start that may be moving to rest at q = goal, within speed, acceleration and jerk of each
+/// joint.
 ///
-/// It plans when it begins and again, from where it is, whenever goal, speed, override or holding change, so all of them may change at any
-/// time without a jump. From rest the joints go along a straight line in joint space; from a moving start each goes its own way and
-/// they arrive together where they can. Time is running time: it stands still while the verb is suspended. Where `holding` is true or an
-/// override is 0 the joints come to rest and stay; `held` is reported while they do. Time that is lost, because releases were skipped, is not
-/// made up for: each invocation goes on by one cycle at most. Where more than `gap_max` was lost at once, the joints come to rest from where
-/// they are, and `gap` is reported when they are. `complete` and `finished` come with the invocation
-/// that stores the goal, never before. Where motion from rest to rest at a fixed speed is enough, `trajectory_planner` tells it beforehand.
-/// Faults: 1 a start or goal is not finite; 2 a limit is not above 0 or an override not within 0 and 1; 3 a goal is outside its range.
+/// It plans at the start, and again from the current state whenever goal, speed, override or holding change, so all of them may change at
+/// any time without a jump. From rest the joints move along a straight line in joint space; from a moving start each moves on its own,
+/// and they arrive together if they can. Time is running time: it stands still while the verb is suspended. If `holding` is true or an
+/// override is 0, the joints come to rest and stay; `held` is reported as long as they do. Time lost because releases were skipped is not
+/// made up for: each invocation advances by one cycle at most. If more than `gap_max` was lost at once, the joints come to rest from
+/// their current state, and `gap` is reported when they have. `complete` and `finished` are reported in the invocation that stores the
+/// goal, never before. If motion from rest to rest at a fixed speed is enough, `trajectory_planner` plans it in advance. Faults: 1 a
+/// start or goal is not finite; 2 a limit is not above 0 or an override not within 0 and 1; 3 a goal is outside its range.
 #[derive(FunctionBlock)]
 pub struct MotionGenerator {
     /// number of joints
     #[size(1, 16)]
     n: u32,
-    /// commanded positions of the joints now
+    /// present commanded positions of the joints
     #[input(asynchronous, sized, unit = "rad|m")]
     start: [f64; 16],
-    /// speed at which their servos move them now
+    /// speed at which the servos move the joints now
     #[input(asynchronous, default = [0.0; 16], sized, unit = "rad/s|m/s", range = "[-inf, inf)")]
     start_velocity: [f64; 16],
-    /// speed of the last set-points, of whatever motion stored them
+    /// speed of the last set-points, whichever motion stored them
     #[input(asynchronous, default = [0.0; 16], sized, unit = "rad/s|m/s", range = "[-inf, inf)")]
     last_velocity: [f64; 16],
     /// acceleration of the last set-points
     #[input(asynchronous, default = [0.0; 16], sized, unit = "rad/s^2|m/s^2", range = "[-inf, inf)")]
     last_acceleration: [f64; 16],
-    /// when they were stored, ns of the system's clock
+    /// time at which they were stored, ns of the system clock
     #[input(asynchronous, default = [i64::MIN; 16], sized, range = "[-inf, inf)")]
     last_time: [i64; 16],
-    /// lead of their servos by themselves, because no set-points came in their time: see `joint_servo`
+    /// braking of the servos on their own because set-points did not arrive in time: see `joint_servo`
     #[input(asynchronous, default = [[0.0; 4]; 16], sized, range = "[-inf, inf)")]
     braking: [[f64; 4]; 16],
-    /// positions to go to
+    /// goal positions
     #[input(asynchronous, sized, unit = "rad|m")]
     goal: [f64; 16],
     /// maximum speed of each joint
     #[input(asynchronous, default = [0.5; 16], sized, unit = "rad/s|m/s", range = "[0, inf)")]
     speed: [f64; 16],
-    /// maximum speed of any of them; left out, only their own limits count
+    /// maximum speed of any joint; if not set, only their own limits apply
     #[input(asynchronous, default = 1e6, unit = "rad/s|m/s", range = "(0, 100]")]
     fastest: f64,
     /// maximum acceleration of each joint
@@ -66,69 +67,69 @@ pub struct MotionGenerator {
     /// maximum position of each joint
     #[input(asynchronous, default = [1e6; 16], sized, unit = "rad|m", range = "[-inf, inf)")]
     position_max: [f64; 16],
-    /// share of the speed that is allowed now, 0 to 1; the smallest of the joints counts for all
+    /// permitted fraction of the speed, 0 to 1; the minimum over the joints applies to all
     #[input(asynchronous, default = [1.0; 16], sized, range = "[0, 1]")]
     r#override: [f64; 16],
-    /// the same for the whole cell; both are multiplied
+    /// override of the whole cell; the two are multiplied
     #[input(asynchronous, default = [1.0; 16], sized, range = "[0, 1]")]
     cell_override: [f64; 16],
-    /// time that may be lost at once; beyond it the joints come to rest
+    /// maximum time that may be lost at once; if more is lost, the joints come to rest
     #[input(asynchronous, default = [0.5; 16], sized, unit = "s", range = "(0, inf)")]
     gap_max: [f64; 16],
-    /// come to rest and stay
+    /// true: bring the motion to rest and keep it there
     #[input(asynchronous, default = false)]
     holding: bool,
-    /// positions at which the joints are to be
+    /// commanded positions of the joints
     #[output(sized, unit = "rad|m")]
     setpoint: [f64; 16],
-    /// speed at which they are to be there
+    /// commanded speed at that position
     #[output(sized, unit = "rad/s|m/s")]
     velocity: [f64; 16],
     /// acceleration of the set-point
     #[output(sized, unit = "rad/s^2|m/s^2")]
     setpoint_acceleration: [f64; 16],
-    /// when they are stored, ns of the system's clock
+    /// time at which they are stored, ns of the system clock
     #[output(sized)]
     setpoint_time: [i64; 16],
-    /// the longest time that was lost at once
+    /// maximum time lost at once
     #[output(unit = "s")]
     lost: f64,
-    /// where they go: the goal, or where the motion began plus the goal
+    /// absolute target: the goal, or the position at the start of the motion plus the goal
     #[output(sized, unit = "rad|m")]
     target: [f64; 16],
-    /// true if the goal is stored as set-point
+    /// true if the goal has been stored as set-point
     #[output]
     complete: bool,
-    /// duration of the motion as it was planned first
+    /// duration of the motion as first planned
     #[output(unit = "s")]
     duration: f64,
-    /// time by which the first set-point is ahead of the start: the interval of this block
+    /// time from the start to the first set-point: the interval of this block
     #[param(default = 0.02, unit = "s", range = "[0, inf)")]
     lead: f64,
-    /// the goal is counted from where the motion begins
+    /// true: the goal is relative to the position at the start of the motion
     #[param(default = false)]
     relative: bool,
-    /// the goal is stored as set-point
+    /// the goal has been stored as set-point
     #[condition]
     finished: Condition,
     /// the joints are at rest because they are held
     #[condition]
     held: Condition,
-    /// the joints are at rest because more time than `gap_max` was lost at once; the value is how much, s
+    /// the joints are at rest because more time than `gap_max` was lost at once; the value is the time lost, s
     #[condition]
     gap: ConditionOf<f64>,
-    /// state of the joints on their way
+    /// state of the motion of the joints
     #[state(opaque)]
     way: Way,
 }
 
-/// Joints on their way, and what that was planned for.
+/// Moving joints, and the request for which their motion was planned.
 #[derive(Clone, Copy, Debug, Default)]
 struct Way {
     motion: Motion,
     wanted: JointGoals,
     is_holding: bool,
-    /// Positions that a relative goal counts from.
+    /// Positions to which a relative goal is added.
     origin: [f64; 16],
     span: Span,
     /// The joints come to rest because time was lost.
@@ -179,7 +180,7 @@ impl Step for MotionGenerator {
 }
 
 impl MotionGenerator {
-    /// Goals and limits as they are asked for now; the error is the code of a fault.
+    /// Returns the goals and limits requested now; the error is the code of a fault.
     fn wanted(&mut self, n: usize, rate: f64) -> Result<JointGoals, u32> {
         let mut wanted = JointGoals::default();
         for i in 0..n {
@@ -218,7 +219,7 @@ impl MotionGenerator {
         }
         let rests = self.way.motion.left_s() == 0.0;
         if self.way.is_lost && rests {
-            // They may go on, where that does not end the motion.
+            // The joints may resume, if the gap does not end the motion.
             self.way.is_lost = false;
             self.gap.report(self.lost);
         }
@@ -247,7 +248,8 @@ mod tests {
         }
     }
 
-    /// Invocations every 20 ms until the goal is stored, at most 1000: how many. `before` changes inputs. Every step keeps to the limits.
+    /// Invokes the block every 20 ms until the goal is stored, at most 1000 times, and returns the number of invocations. `before`
+    /// changes inputs. Checks that every step keeps the limits.
     fn run(block: &mut MotionGenerator, mut before: impl FnMut(i64, &mut MotionGenerator)) -> i64 {
         let (mut at, mut rate) = (block.start, block.start_velocity);
         for k in 0..1000 {

@@ -7,13 +7,14 @@ use crate::takeover::{Brake, Tail};
 use opengpac::{Condition, ConditionOf, FunctionBlock, Invocation, Outcome, Step};
 
 path_generator! {
-    /// Path generator: setpoint = q(τ) of a planned path, τ being running time at the pace of the override.
+    /// Path generator: setpoint = q(τ) of a planned path, τ being running time scaled by the override.
     ///
-    /// Joints that move when it begins are braked first, each by itself, and the planner plans from where they rest. `override` scales the speed (0 holds), `holding` ramps down to rest on the path and reports `held`; both change the pace no
-    /// faster than the acceleration limit of each joint allows. The output `complete` and the condition `finished` come with the last
-    /// set-point, exactly the last way-point. Time that is lost, because releases were skipped, is not made up for; where more than `gap_max`
-    /// was lost at once, it comes to rest on the path and `gap` is reported.
-    /// Faults: 1 there is no path; 2 it is planned for another number of joints; 3 an override is not within 0 and 1.
+    /// Joints that move at the start are braked first, each on its own, and the planner plans from where they come to rest. `override`
+    /// scales the speed (0 holds), `holding` ramps down to rest on the path and reports `held`; both change the pace no faster than the
+    /// acceleration limit of each joint allows. The output `complete` and the condition `finished` are reported with the last set-point,
+    /// exactly the last way-point. Time lost because releases were skipped is not made up for; if more than `gap_max` was lost at once,
+    /// the motion comes to rest on the path and `gap` is reported. Faults: 1 there is no path; 2 it is planned for another number of
+    /// joints; 3 an override is not within 0 and 1.
     PathGenerator,
     #[input(asynchronous)]
     path: Path
@@ -38,7 +39,7 @@ mod tests {
         Invocation { number: k as u64, time_ns: k * 20_000_000, now_ns: 0 }
     }
 
-    /// Steps it to its end, changing override and hold as `change` says; checks every step of every joint against the limits.
+    /// Steps the generator to its end, with override and hold changed by `change`; checks every step of every joint against the limits.
     fn run(seed: u64, case: &Case, mut change: impl FnMut(i64, &mut PathGenerator)) -> PathGenerator {
         const SPAN: f64 = 0.02;
         let mut block = generator(case);

@@ -6,14 +6,15 @@ use opengpac::{ConditionOf, FunctionBlock, Invocation, Outcome, Step};
 use std::f64::consts::PI;
 
 path_planner! {
-    /// Path planner: straight lines in joint space through way-points, q(τ) = qₖ + u (…), joined by parabolic blends of acceleration (u₂ - u₁) w²/(2 d).
+    /// Path planner: straight lines in joint space through way-points, q(τ) = qₖ + u (…), joined by parabolic blends of acceleration (u₂
+    /// - u₁) w²/(2 d).
     ///
-    /// Execute it once; a `path_generator` bound to its path makes the motion. Each way-point says by how much a joint may pass it
-    /// (`blend`, 0: the arm stops there) and how fast its fastest joint may go on the way there. Every joint keeps its speed and
-    /// acceleration limits everywhere; the last way-point is reached exactly. Way-points that are one count once, so a list is filled up
-    /// by repeating its last. Source: Craig, *Introduction to Robotics*, section 7.4. From rest to rest; it allocates nothing. Joints that move are
-    /// waited for where `waits` says so: their generator brakes them.
-    /// Faults: 1 a number is not finite or a blend is below 0; 2 a limit is not above 0.
+    /// Execute it once; a `path_generator` bound to its path makes the motion. Each way-point has a maximum distance at which a joint may
+    /// pass it (`blend`, 0: the arm stops there) and a maximum speed of the fastest joint on the line to it. Every joint keeps its speed
+    /// and acceleration limits everywhere; the last way-point is reached exactly. Consecutive equal way-points count once, so a list can
+    /// be padded by repeating its last. Source: Craig, *Introduction to Robotics*, section 7.4. From rest to rest; it allocates nothing.
+    /// If `waits` is true, the planner waits for moving joints: their generator brakes them. Faults: 1 a number is not finite or a blend
+    /// is below 0; 2 a limit is not above 0.
     PathPlanner, at_once: usize::MAX, shares: BLEND_SHARES,
     #[input(asynchronous)]
     points: [[f64; 16]; POINTS_MAX],

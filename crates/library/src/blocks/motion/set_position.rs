@@ -6,35 +6,35 @@ const NOT_FINITE: u32 = 1;
 
 /// Set position: new offset = offset + shift, new commanded = commanded + shift, with shift = position - captured; nothing moves.
 ///
-/// Execute it once: what was `captured` is called `position` from then on. A servo that takes `offset` and `commanded` sees both change in
-/// one publication and moves its reference by the same. Fault 1: a number is not finite.
+/// Execute it once: the position `captured` is called `position` afterwards. A servo that takes `offset` and `commanded` receives both
+/// changes in one publication and moves its reference by the same amount. Fault 1: a number is not finite.
 #[derive(FunctionBlock)]
 pub struct SetPosition {
     /// number of joints
     #[size(1, 16)]
     n: u32,
-    /// position that is given a new name
+    /// captured position
     #[input(asynchronous, sized, unit = "rad|m")]
     captured: [f64; 16],
-    /// its new name
+    /// new value for that position
     #[input(asynchronous, sized, unit = "rad|m")]
     position: [f64; 16],
-    /// present addition to the readings of each joint
+    /// present offset of the readings of each joint
     #[input(asynchronous, sized, unit = "rad|m")]
     offset: [f64; 16],
-    /// commanded position of each joint now
+    /// present commanded position of each joint
     #[input(asynchronous, sized, unit = "rad|m")]
     commanded: [f64; 16],
-    /// new addition to the readings
+    /// new offset of the readings
     #[output(sized, unit = "rad|m")]
     new_offset: [f64; 16],
-    /// where each joint is commanded to be, in the new numbers
+    /// commanded position of each joint, in the new coordinates
     #[output(sized, unit = "rad|m")]
     new_commanded: [f64; 16],
-    /// 1: the position is known
+    /// 1: the joint is homed
     #[output(sized)]
     homed: [bool; 16],
-    /// change of the addition
+    /// change of the offset
     #[output(sized, unit = "rad|m")]
     shift: [f64; 16],
 }

@@ -10,39 +10,40 @@ const OTHER_SIZE: u32 = 2;
 
 /// Setpoint generator: setpoint = q(t) of a planned motion, t being the running time since the plan was first seen.
 ///
-/// Running time stands still while the verb is suspended, and time that is lost, because releases were skipped, does not count. The output `complete` and the condition `finished` come with the invocation that stores the
-/// last setpoint, exactly the goal, never before. A new plan, by number, starts at its own beginning.
-/// Faults: 1 the planner has not run; 2 the motion is planned for another number of joints.
+/// Running time stands still while the verb is suspended, and time lost because releases were skipped does not count. The output
+/// `complete` and the condition `finished` are reported in the invocation that stores the last setpoint, exactly the goal, never before.
+/// A new plan, identified by its number, starts from its own beginning. Faults: 1 the planner has not run; 2 the motion is planned for
+/// another number of joints.
 #[derive(FunctionBlock)]
 pub struct SetpointGenerator {
     /// number of joints
     #[size(1, 16)]
     n: u32,
-    /// the planned motion
+    /// planned motion
     #[input(asynchronous)]
     coefficients: [f64; COEFFICIENTS],
-    /// positions at which the joints are to be
+    /// commanded positions of the joints
     #[output(sized, unit = "rad|m")]
     setpoint: [f64; 16],
-    /// speed at which they are to be there
+    /// commanded speed at that position
     #[output(sized, unit = "rad/s|m/s")]
     velocity: [f64; 16],
-    /// true if the last setpoint is stored: 0 or 1
+    /// true if the last setpoint has been stored: 0 or 1
     #[output]
     complete: bool,
-    /// time by which the setpoints are early
+    /// time by which the setpoints are ahead
     #[param(default = 0.0, unit = "s", range = "[0, inf)")]
     lead: f64,
-    /// the last setpoint is stored
+    /// the last setpoint has been stored
     #[condition]
     finished: Condition,
-    /// plan that is under way
+    /// number of the plan being executed
     #[state]
     plan: f64,
-    /// running time at its beginning, and what was lost since, ns
+    /// running time at the start of the plan, plus the time lost since, ns
     #[state]
     begun_ns: i64,
-    /// the invocation before
+    /// time of the previous invocation
     #[state(opaque)]
     span: Span,
 }
@@ -100,7 +101,7 @@ mod tests {
             assert_eq!(block.step(&at(ms)), Outcome::Done);
             assert_eq!(block.complete, block.setpoint[..2] == [4.0, 0.5], "finished with the last setpoint, at {ms} ms");
         }
-        // 3.75 s by the textbook, the next multiple of 20 ms after it.
+        // 3.75 s by the textbook, rounded up to a multiple of 20 ms.
         assert_eq!(ms, 40 + 3760);
     }
 

@@ -10,23 +10,24 @@ const BAD_LIMIT: u32 = 2;
 /// A goal is outside its joint's range.
 const OUT_OF_RANGE: u32 = 3;
 
-/// Trajectory planner: a jerk-limited motion q(t) = start + (goal - start) s(t), all joints arriving together, in the shortest time that the limits allow.
+/// Trajectory planner: a jerk-limited motion q(t) = start + (goal - start) s(t), all joints arriving together, in the shortest time that
+/// the limits allow.
 ///
-/// Execute it once; a `setpoint_generator` bound to its coefficients makes the motion. The motion is from rest to rest on a
-/// straight line in joint space; section 3.4 of Biagiotti and Melchiorri, 2008, has the equations. It allocates nothing.
-/// Faults: 1 a start or goal is not finite; 2 a limit is not above 0; 3 a goal is outside its joint's range (goals are in rad: did you mean degrees, '90 deg'?).
+/// Execute it once; a `setpoint_generator` bound to its coefficients makes the motion. The motion is from rest to rest on a straight line
+/// in joint space; the equations are in section 3.4 of Biagiotti and Melchiorri, 2008. It allocates nothing. Faults: 1 a start or goal is
+/// not finite; 2 a limit is not above 0; 3 a goal is outside its joint's range (goals are in rad: did you mean degrees, '90 deg'?).
 #[derive(FunctionBlock)]
 pub struct TrajectoryPlanner {
     /// number of joints
     #[size(1, 16)]
     n: u32,
-    /// commanded positions of the joints now
+    /// present commanded positions of the joints
     #[input(asynchronous, sized, unit = "rad|m")]
     start: [f64; 16],
-    /// positions to go to
+    /// goal positions
     #[input(asynchronous, sized, unit = "rad|m")]
     goal: [f64; 16],
-    /// maximum speed of this motion, of any joint
+    /// maximum speed of any joint in this motion
     #[input(asynchronous, default = 0.5, unit = "rad/s|m/s", range = "(0, 100]")]
     speed: f64,
     /// maximum speed of each joint
@@ -44,10 +45,10 @@ pub struct TrajectoryPlanner {
     /// maximum position of each joint
     #[input(asynchronous, default = [1e6; 16], sized, unit = "rad|m", range = "[-inf, inf)")]
     position_max: [f64; 16],
-    /// the goal, for those that compare
+    /// goal, for blocks that compare
     #[output(sized, unit = "rad|m")]
     target: [f64; 16],
-    /// the planned motion
+    /// planned motion
     #[output]
     coefficients: [f64; COEFFICIENTS],
     /// duration of the motion
@@ -64,7 +65,7 @@ impl Step for TrajectoryPlanner {
                 return Outcome::Fault(NOT_FINITE);
             }
             *limit = Limits { speed: self.speed.min(self.speed_max[i]), acceleration: self.acceleration_max[i], jerk: self.jerk_max[i] };
-            // `min` passes over a NaN, so both speeds are looked at.
+            // `min` ignores a NaN, so both speeds are checked.
             let all = [self.speed, self.speed_max[i], limit.acceleration, limit.jerk];
             if !all.iter().all(|x| x.is_finite() && *x > 0.0) {
                 return Outcome::Fault(BAD_LIMIT);
@@ -98,7 +99,7 @@ mod tests {
         let mut planner = planner(&[0.0, 1.0], &[2.0, 0.5]);
         assert_eq!(planner.step(&Invocation::default()), Outcome::Done);
         assert_eq!((joints(&planner.coefficients), &planner.target[..2]), (2, &[2.0, 0.5][..]));
-        // 2/0.5 + 0.5/5 + 5/50: the closed form of a motion that reaches its speed and acceleration (0.5 * 50 = 25 = 5^2, just).
+        // 2/0.5 + 0.5/5 + 5/50: the closed form of a motion that just reaches its speed and acceleration limits (0.5 * 50 = 25 = 5^2).
         assert!((duration_s(&planner.coefficients) - 4.2).abs() < 1e-9, "{}", duration_s(&planner.coefficients));
         let (mut q, mut v) = ([0.0; 2], [0.0; 2]);
         evaluate(&planner.coefficients, 2.1, &mut q, &mut v);

@@ -8,43 +8,44 @@ use opengpac::{Condition, ConditionOf, FunctionBlock, Invocation, Outcome, Step}
 
 /// A start or velocity is not a finite number.
 const NOT_FINITE: u32 = 1;
-/// Invocations on end with one set-point that count as rest: until then a servo that follows the set-points smoothly still moves.
+/// Number of consecutive invocations with an unchanged set-point that count as rest: until then a servo that smooths the set-points still
+/// moves.
 const REST: u16 = 3;
 /// An acceleration or jerk is not above 0, or an override is not within 0 and 1.
 const BAD_LIMIT: u32 = 2;
 
-/// Velocity generator: setpoint = q(t) with q' going to `velocity` within acceleration and jerk, and to rest before the end of the joint's range.
+/// Velocity generator: setpoint = q(t) with q' going to `velocity` within acceleration and jerk, and to rest before the end of the
+/// joint's range.
 ///
-/// It begins from a start that may move. With `velocity` 0, which is the default, it stops the joints: `stopped` is reported when they are
-/// at rest. A velocity may change at any time. Where `holding` is true or an override is 0 the joints come to rest and stay; `held` is
-/// reported while they do. Time that is lost, because releases were skipped, is not made up for: each invocation goes on by one cycle at
-/// most; where more than `gap_max` was lost at once, the joints come to rest and `gap` is reported. At the end of its range a joint
-/// comes to rest and `at_limit` is reported.
-/// Faults: 1 a start or velocity is not finite; 2 an acceleration or jerk is not above 0, or an override not within 0 and 1.
+/// The start may be moving. With `velocity` 0, the default, it stops the joints: `stopped` is reported when they are at rest. A velocity
+/// may change at any time. If `holding` is true or an override is 0, the joints come to rest and stay; `held` is reported as long as they
+/// do. Time lost because releases were skipped is not made up for: each invocation advances by one cycle at most; if more than `gap_max`
+/// was lost at once, the joints come to rest and `gap` is reported. At the end of its range a joint comes to rest and `at_limit` is
+/// reported. Faults: 1 a start or velocity is not finite; 2 an acceleration or jerk is not above 0, or an override not within 0 and 1.
 #[derive(FunctionBlock)]
 pub struct VelocityGenerator {
     /// number of joints
     #[size(1, 16)]
     n: u32,
-    /// commanded positions of the joints now
+    /// present commanded positions of the joints
     #[input(asynchronous, sized, unit = "rad|m")]
     start: [f64; 16],
-    /// speed at which their servos move them now
+    /// speed at which the servos move the joints now
     #[input(asynchronous, default = [0.0; 16], sized, unit = "rad/s|m/s", range = "[-inf, inf)")]
     start_velocity: [f64; 16],
-    /// speed of the last set-points, of whatever motion stored them
+    /// speed of the last set-points, whichever motion stored them
     #[input(asynchronous, default = [0.0; 16], sized, unit = "rad/s|m/s", range = "[-inf, inf)")]
     last_velocity: [f64; 16],
     /// acceleration of the last set-points
     #[input(asynchronous, default = [0.0; 16], sized, unit = "rad/s^2|m/s^2", range = "[-inf, inf)")]
     last_acceleration: [f64; 16],
-    /// when they were stored, ns of the system's clock
+    /// time at which they were stored, ns of the system clock
     #[input(asynchronous, default = [i64::MIN; 16], sized, range = "[-inf, inf)")]
     last_time: [i64; 16],
-    /// lead of their servos by themselves, because no set-points came in their time: see `joint_servo`
+    /// braking of the servos on their own because set-points did not arrive in time: see `joint_servo`
     #[input(asynchronous, default = [[0.0; 4]; 16], sized, range = "[-inf, inf)")]
     braking: [[f64; 4]; 16],
-    /// wanted speed
+    /// requested velocity of each joint
     #[input(asynchronous, default = [0.0; 16], sized, unit = "rad/s|m/s", range = "[-inf, inf)")]
     velocity: [f64; 16],
     /// maximum acceleration of each joint
@@ -59,66 +60,66 @@ pub struct VelocityGenerator {
     /// maximum position of each joint
     #[input(asynchronous, default = [1e6; 16], sized, unit = "rad|m", range = "[-inf, inf)")]
     position_max: [f64; 16],
-    /// share of the velocity that is allowed now, 0 to 1; the smallest of the joints counts for all
+    /// permitted fraction of the velocity, 0 to 1; the minimum over the joints applies to all
     #[input(asynchronous, default = [1.0; 16], sized, range = "[0, 1]")]
     r#override: [f64; 16],
-    /// the same for the whole cell; both are multiplied
+    /// override of the whole cell; the two are multiplied
     #[input(asynchronous, default = [1.0; 16], sized, range = "[0, 1]")]
     cell_override: [f64; 16],
-    /// time that may be lost at once; beyond it the joints come to rest
+    /// maximum time that may be lost at once; if more is lost, the joints come to rest
     #[input(asynchronous, default = [0.5; 16], sized, unit = "s", range = "(0, inf)")]
     gap_max: [f64; 16],
-    /// come to rest and stay
+    /// true: bring the motion to rest and keep it there
     #[input(asynchronous, default = false)]
     holding: bool,
-    /// positions at which the joints are to be
+    /// commanded positions of the joints
     #[output(sized, unit = "rad|m")]
     setpoint: [f64; 16],
-    /// speed at which they are to be there
+    /// commanded speed at that position
     #[output(sized, unit = "rad/s|m/s")]
     setpoint_velocity: [f64; 16],
     /// acceleration of the set-point
     #[output(sized, unit = "rad/s^2|m/s^2")]
     setpoint_acceleration: [f64; 16],
-    /// when they are stored, ns of the system's clock
+    /// time at which they are stored, ns of the system clock
     #[output(sized)]
     setpoint_time: [i64; 16],
-    /// the longest time that was lost at once
+    /// maximum time lost at once
     #[output(unit = "s")]
     lost: f64,
-    /// time by which the first set-point is ahead of the start: the interval of this block
+    /// time from the start to the first set-point: the interval of this block
     #[param(default = 0.02, unit = "s", range = "[0, inf)")]
     lead: f64,
-    /// the joints move the other way
+    /// true: reverse the direction of all joints
     #[param(default = false)]
     reverse: bool,
-    /// all joints move as fast as they are to
+    /// all joints move at their requested velocity
     #[condition]
     in_velocity: Condition,
-    /// all joints are at rest and are to be
+    /// all joints are at rest as requested
     #[condition]
     stopped: Condition,
     /// the joints are at rest because they are held
     #[condition]
     held: Condition,
-    /// a joint is at rest at the end of its range, and is to go on
+    /// a joint is at rest at the end of its range although motion is requested
     #[condition]
     at_limit: Condition,
-    /// the joints are at rest because more time than `gap_max` was lost at once; the value is how much, s
+    /// the joints are at rest because more time than `gap_max` was lost at once; the value is the time lost, s
     #[condition]
     gap: ConditionOf<f64>,
-    /// state of the joints on their way
+    /// state of the motion of the joints
     #[state(opaque)]
     way: Way,
 }
 
-/// Joints on their way, and what that was planned for.
+/// Moving joints, and the request for which their motion was planned.
 #[derive(Clone, Copy, Debug, Default)]
 struct Way {
     motion: Motion,
     wanted: JointVelocities,
     is_holding: bool,
-    /// Invocations on end for which each joint has been at rest.
+    /// Number of consecutive invocations for which each joint has been at rest.
     rest: [u16; 16],
     span: Span,
     /// The joints come to rest because time was lost.
@@ -172,7 +173,7 @@ impl Step for VelocityGenerator {
 }
 
 impl VelocityGenerator {
-    /// A joint that is to move goes to the end of its range at that speed, so that it comes to rest there.
+    /// Plans a motion of each moving joint to the end of its range at the requested speed, so that it comes to rest there.
     fn plan(&mut self) {
         let (JointVelocities { velocity, acceleration, jerk }, holding) = (self.way.wanted, self.way.is_holding);
         let (least, most) = (self.position_min, self.position_max);
@@ -181,7 +182,7 @@ impl VelocityGenerator {
             let limits = Limits { speed: velocity.abs(), acceleration: acceleration[i], jerk: jerk[i] };
             let stop = Profile::stop(state, limits);
             let end = if velocity > 0.0 { most[i] } else { least[i] };
-            // Where it cannot stop before the end of its range, or is beyond it, it stops as soon as it can.
+            // If the joint cannot stop before the end of its range, or is beyond it, it stops as soon as it can.
             let has_room = velocity != 0.0 && (end - stop.end()) * velocity > 0.0;
             if has_room { Profile::to(state, end, limits) } else { stop }
         });
@@ -201,7 +202,7 @@ impl VelocityGenerator {
         }
         let all_rest = self.way.rest[..n].iter().all(|invocations| *invocations >= REST);
         if self.way.is_lost && all_rest {
-            // They may go on, where that does not end the motion.
+            // The joints may resume, if the gap does not end the motion.
             self.way.is_lost = false;
             self.gap.report(self.lost);
         }
@@ -234,7 +235,8 @@ mod tests {
         }
     }
 
-    /// Invocations every 20 ms until `until`, at most 1000: how many; every step keeps to the acceleration.
+    /// Invokes the block every 20 ms until `until`, at most 1000 times, and returns the number of invocations; checks that every step
+    /// keeps the acceleration.
     fn run(block: &mut VelocityGenerator, mut until: impl FnMut(i64, &mut VelocityGenerator) -> bool) -> i64 {
         let (mut at, mut rate) = (block.start[0], block.start_velocity[0]);
         let begin = if block.way.span.begun() { block.setpoint_time[0] / 20_000_000 + 1 } else { 0 };

@@ -1,25 +1,25 @@
 // SPDX-License-Identifier: Apache-2.0
 use opengpac::{Condition, FunctionBlock, Invocation, Outcome, Step};
 
-/// Awaits a digital value: reports `done` where u = value; with `edge`, where u = value and it was not so in the invocation before.
+/// Awaits a digital value: reports `done` if u = value; with `edge`, if u = value and it was not in the previous invocation.
 #[derive(FunctionBlock)]
 pub struct AwaitDigital {
-    /// value that is watched
+    /// monitored value
     #[input]
     u: bool,
-    /// the latest value
+    /// latest value
     #[output]
     latest: bool,
-    /// value that is awaited
+    /// awaited value
     #[param(default = true)]
     value: bool,
-    /// true: it must change to that; its value at first does not count
+    /// true: the input must change to that value; its initial value does not count
     #[param(default = false)]
     edge: bool,
     /// it is
     #[condition]
     done: Condition,
-    /// in an earlier invocation it was not
+    /// true if the input has differed in an earlier invocation
     #[state]
     was_other: bool,
 }
@@ -39,7 +39,7 @@ impl Step for AwaitDigital {
 mod tests {
     use super::*;
 
-    /// Invocations of these values that report.
+    /// Returns the invocations that report, for these values.
     fn reports(values: &[bool], value: bool, edge: bool) -> Vec<usize> {
         let mut block = AwaitDigital { u: false, latest: false, value, edge, done: Condition::new(), was_other: false };
         let report = |u: &bool| {

@@ -6,15 +6,15 @@ const EMPTY_RANGE: u32 = 1;
 /// The value is not a finite number.
 const NOT_FINITE: u32 = 2;
 
-/// Awaits a value in a range: reports `done` where low <= u <= high.
+/// Awaits a value in a range: reports `done` if low <= u <= high.
 ///
-/// Faults: 1 the range is empty, low is above high; 2 the value that is watched is not finite
+/// Faults: 1 the range is empty, low is above high; 2 the monitored value is not finite
 #[derive(FunctionBlock)]
 pub struct AwaitRange {
-    /// value that is watched
+    /// monitored value
     #[input]
     u: f64,
-    /// the latest value
+    /// latest value
     #[output]
     latest: f64,
     /// minimum value
@@ -23,7 +23,7 @@ pub struct AwaitRange {
     /// maximum value
     #[param(default = 1e300, range = "[-inf, inf)")]
     high: f64,
-    /// it is in the range; the value is what it was
+    /// the input is in the range; the value is the input
     #[condition(preset = 0.0)]
     done: ConditionOf<f64>,
 }

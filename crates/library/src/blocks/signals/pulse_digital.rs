@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 use opengpac::{Condition, FunctionBlock, Invocation, Outcome, Step};
 
-/// A pulse: y = value for `width` from the first invocation on, then y = not value; `done` when that is written too. Suspended time
+/// A pulse: y = value for `width` from the first invocation, then y = not value; `done` when that has been written too. Suspended time
 /// does not count.
 #[derive(FunctionBlock)]
 pub struct PulseDigital {
-    /// value that is written to the output; each new value drives it
+    /// value written to the output; each new value drives it
     #[input]
     written: bool,
-    /// the pulse
+    /// pulse
     #[output]
     y: bool,
     /// duration of the pulse
@@ -17,7 +17,7 @@ pub struct PulseDigital {
     /// value during the pulse
     #[param(default = true)]
     value: bool,
-    /// it is over
+    /// the pulse has ended
     #[condition]
     done: Condition,
     /// running time at the first invocation, ns
@@ -30,7 +30,7 @@ impl Step for PulseDigital {
         if self.begun_ns < 0 {
             self.begun_ns = invocation.time_ns;
         }
-        // Half a nanosecond: what was written as decimal seconds ends in the firing that was meant.
+        // The half nanosecond is for rounding: a width in decimal seconds ends in the intended firing.
         let is_over = (invocation.time_ns - self.begun_ns) as f64 + 0.5 >= self.width * 1e9;
         self.y = self.value != is_over;
         if is_over && self.written != self.value {

@@ -4,7 +4,7 @@ use opengpac::{FunctionBlock, Invocation, Outcome, Step};
 /// The value is out of range.
 const OUT_OF_RANGE: u32 = 1;
 
-/// Sets an analog value: y = value, refused where it is out of the range low to high.
+/// Sets an analog value: y = value, refused if it is outside the range low to high.
 ///
 /// Faults: 1 the value is out of the range of the output
 #[derive(FunctionBlock)]

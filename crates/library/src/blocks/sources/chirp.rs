@@ -2,16 +2,17 @@
 use opengpac::{Condition, FunctionBlock, Invocation, Outcome, Step};
 use std::f64::consts::TAU;
 
-/// No sweep has that number.
+/// The kind of sweep is unknown.
 const UNKNOWN_SWEEP: u32 = 1;
 /// The duration or a frequency is out of range.
 const BAD_RANGE: u32 = 2;
 
 /// Chirp, a swept sine: y = offset + amplitude sin(2 pi ∫f dt), f from first to last over the duration, linearly or exponentially.
 ///
-/// To measure a frequency response. t is the running time since its first invocation; afterwards y = offset. An exponential sweep
-/// spends the same time in each octave. Source: Farina, 2000. Range: duration above 0; for an exponential sweep both frequencies above 0.
-/// Faults: 1 there is no such sweep: 0 linear, 1 exponential; 2 the duration is not above 0, a frequency is negative, or 0 in an exponential sweep.
+/// For measuring frequency responses. t is the running time since the first invocation; after the duration y = offset. An exponential
+/// sweep spends the same time in each octave. Source: Farina, 2000. Range: duration above 0; for an exponential sweep both frequencies
+/// above 0. Faults: 1 there is no such sweep: 0 linear, 1 exponential; 2 the duration is not above 0, a frequency is negative, or 0 in an
+/// exponential sweep.
 #[derive(FunctionBlock)]
 pub struct Chirp {
     /// signal
@@ -23,13 +24,13 @@ pub struct Chirp {
     /// 0 linear, 1 exponential
     #[param(default = 0, range = "[0, 1]")]
     sweep: u32,
-    /// frequency at the beginning
+    /// frequency at the start
     #[param(default = 0.1, unit = "Hz", range = "[0, inf)")]
     first: f64,
     /// frequency at the end
     #[param(default = 10.0, unit = "Hz", range = "[0, inf)")]
     last: f64,
-    /// time from the one to the other
+    /// duration of the sweep
     #[param(default = 10.0, unit = "s", range = "(0, inf)")]
     duration: f64,
     /// maximum deviation from the offset
@@ -41,13 +42,13 @@ pub struct Chirp {
     /// the last frequency has been reached
     #[condition]
     finished: Condition,
-    /// running time at the first invocation, ns; -1: there was none
+    /// running time at the first invocation, ns; -1: not started
     #[state(initial = -1)]
     begun_ns: i64,
 }
 
 impl Chirp {
-    /// Turns made until `t`, and the frequency then.
+    /// Returns the number of turns until `t`, and the frequency then.
     fn turns(&self, t: f64) -> (f64, f64) {
         let ratio = self.last / self.first;
         if self.sweep == 0 || ratio == 1.0 {

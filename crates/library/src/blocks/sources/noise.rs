@@ -2,16 +2,16 @@
 use opengpac::{FunctionBlock, Invocation, Outcome, Step};
 use std::f64::consts::TAU;
 
-/// No distribution has that number.
+/// The distribution is unknown.
 const UNKNOWN_DISTRIBUTION: u32 = 1;
 /// The deviation is negative.
 const BAD_DEVIATION: u32 = 2;
 
 /// Noise: y = mean + deviation w, w white, with mean 0 and variance 1, normal or uniform.
 ///
-/// The same seed gives the same numbers on every machine: a test signal, not for secrets. The generator is SplitMix64 (Steele, Lea and Flood,
-/// 2014), the normal distribution by Box and Muller, 1958. Range: deviation from 0.
-/// Faults: 1 there is no such distribution: 0 normal, 1 uniform; 2 the deviation is negative or no number.
+/// The same seed gives the same numbers on every machine: a test signal, unsuitable for cryptography. The generator is SplitMix64
+/// (Steele, Lea and Flood, 2014), the normal distribution by Box and Muller, 1958. Range: deviation from 0. Faults: 1 there is no such
+/// distribution: 0 normal, 1 uniform; 2 the deviation is negative or NaN.
 #[derive(FunctionBlock)]
 pub struct Noise {
     /// signal
@@ -26,16 +26,16 @@ pub struct Noise {
     /// standard deviation
     #[param(default = 1.0, range = "[0, inf)")]
     deviation: f64,
-    /// start of the sequence of numbers
+    /// seed of the sequence of numbers
     #[param(default = 1, range = "[0, inf)")]
     seed: u64,
-    /// numbers drawn
+    /// number of values drawn
     #[state]
     drawn: u64,
 }
 
 impl Noise {
-    /// The next number above 0, at most 1.
+    /// Returns the next number above 0, at most 1.
     fn draw(&mut self) -> f64 {
         self.drawn = self.drawn.wrapping_add(1);
         let mut z = self.seed.wrapping_add(self.drawn.wrapping_mul(0x9e37_79b9_7f4a_7c15));

@@ -2,14 +2,14 @@
 use opengpac::{FunctionBlock, Invocation, Outcome, Step};
 use std::f64::consts::TAU;
 
-/// No shape has that number.
+/// The shape is unknown.
 const UNKNOWN_SHAPE: u32 = 1;
 /// The duty is out of range.
 const BAD_DUTY: u32 = 2;
 
 /// Signal generator: y = offset + amplitude f(frequency t + phase), t being the running time of the verb.
 ///
-/// Waveforms: constant, sine, square, triangle, sawtooth. A frequency that rises with time is a `chirp`. Range: duty 0 to 1.
+/// Waveforms: constant, sine, square, triangle, sawtooth. For a frequency that changes with time, see `chirp`. Range: duty 0 to 1.
 /// Faults: 1 there is no such shape: 0 constant, 1 sine, 2 square, 3 triangle, 4 sawtooth; 2 the duty is not 0 to 1.
 #[derive(FunctionBlock)]
 pub struct SignalGenerator {
@@ -22,16 +22,16 @@ pub struct SignalGenerator {
     /// maximum deviation from the offset
     #[param(default = 1.0, range = "[-inf, inf)")]
     amplitude: f64,
-    /// periods in a second
+    /// periods per second
     #[param(default = 1.0, unit = "Hz", range = "[0, inf)")]
     frequency: f64,
     /// mean value
     #[param(default = 0.0, range = "[-inf, inf)")]
     offset: f64,
-    /// part of a period by which it is ahead, 0 to 1
+    /// phase lead as a fraction of a period, 0 to 1
     #[param(default = 0.0, range = "[-inf, inf)")]
     phase: f64,
-    /// part of a period for which a square is 1
+    /// fraction of a period for which a square wave is 1
     #[param(default = 0.5, range = "[0, 1]")]
     duty: f64,
 }

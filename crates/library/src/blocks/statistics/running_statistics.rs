@@ -6,14 +6,14 @@ const NOT_FINITE: u32 = 1;
 
 /// Statistics since the start or the last reset: mean += (u - mean) / k, variance = m / (k - 1) with m += (u - mean_before) (u - mean).
 ///
-/// Needs no memory of the values. Source: Welford, 1962. Over a window: `statistics`. A reset is followed by the present value as the first.
-/// Faults: 1 the input is not finite.
+/// The values are not stored. Source: Welford, 1962. For statistics over a window, see `statistics`. After a reset the present value
+/// counts as the first. Faults: 1 the input is not finite.
 #[derive(FunctionBlock)]
 pub struct RunningStatistics {
     /// signal
     #[input]
     u: f64,
-    /// true: it begins again with this value
+    /// true: restart with this value
     #[input(asynchronous, default = false)]
     reset: bool,
     /// number of values k
@@ -22,10 +22,10 @@ pub struct RunningStatistics {
     /// mean value
     #[output]
     mean: f64,
-    /// variance, of a sample; of one value 0
+    /// sample variance; 0 for a single value
     #[output]
     variance: f64,
-    /// root of the mean square
+    /// root mean square
     #[output]
     rms: f64,
     /// minimum value
@@ -34,7 +34,7 @@ pub struct RunningStatistics {
     /// maximum value
     #[output]
     greatest: f64,
-    /// sum of the squares of the deviations: m
+    /// sum m of the squared deviations
     #[state]
     squares: f64,
 }

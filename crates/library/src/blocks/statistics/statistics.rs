@@ -9,8 +9,8 @@ const NOT_FINITE: u32 = 2;
 
 /// Statistics of the last w values: mean = Σu / w, variance = Σ(u - mean)^2 / (w - 1), rms = √(Σu^2 / w), minimum, maximum.
 ///
-/// Over as many as there were until there are w; the variance of one value is 0. Since the start: `running_statistics`. Range: window 1 to 256.
-/// Faults: 1 the window is not 1 to 256 invocations; 2 the input is not finite.
+/// Until there are w values, all values so far count; the variance of one value is 0. For statistics since the start, see
+/// `running_statistics`. Range: window 1 to 256. Faults: 1 the window is not 1 to 256 invocations; 2 the input is not finite.
 #[derive(FunctionBlock)]
 pub struct Statistics {
     /// signal
@@ -19,10 +19,10 @@ pub struct Statistics {
     /// mean value
     #[output]
     mean: f64,
-    /// variance, of a sample
+    /// sample variance
     #[output]
     variance: f64,
-    /// root of the mean square
+    /// root mean square
     #[output]
     rms: f64,
     /// minimum value
@@ -31,7 +31,7 @@ pub struct Statistics {
     /// maximum value
     #[output]
     greatest: f64,
-    /// invocations w that it looks back, 1 to 256
+    /// length w of the window in invocations, 1 to 256
     #[param(default = 100, range = "[1, 256]")]
     window: u32,
     /// last values
@@ -52,7 +52,7 @@ impl Step for Statistics {
         let last = || self.past.last(window);
         let count = last().len() as f64;
         let mean = last().sum::<f64>() / count;
-        // In two passes: the difference of two large sums would lose the digits that matter.
+        // In two passes: the difference of two large sums would lose significant digits.
         self.variance = last().map(|u| (u - mean) * (u - mean)).sum::<f64>() / (count - 1.0).max(1.0);
         self.rms = (last().map(|u| u * u).sum::<f64>() / count).sqrt();
         self.least = last().fold(f64::INFINITY, f64::min);

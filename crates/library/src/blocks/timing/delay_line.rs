@@ -7,17 +7,17 @@ const TOO_LONG: u32 = 1;
 
 /// Delay line: y_k = u_(k-d), the value of d invocations ago; `initial` before there is one.
 ///
-/// Transport delay; with an `initial` of a plant at rest it breaks an algebraic loop. Range: delay 0 to 255.
-/// Faults: 1 the delay is not 0 to 255 invocations.
+/// Models a transport delay; with the `initial` value of a plant at rest it breaks an algebraic loop. Range: delay 0 to 255. Faults: 1
+/// the delay is not 0 to 255 invocations.
 #[derive(FunctionBlock)]
 pub struct DelayLine {
     /// input
     #[input]
     u: f64,
-    /// input of that many invocations ago
+    /// input of d invocations ago
     #[output(unit = "=u")]
     y: f64,
-    /// invocations d, 0 to 255
+    /// delay d in invocations, 0 to 255
     #[param(default = 1, range = "[0, 255]")]
     delay: u32,
     /// output until there is a value
@@ -35,7 +35,7 @@ impl Step for DelayLine {
             return Outcome::Fault(TOO_LONG);
         }
         if !self.u.is_finite() {
-            // It would come out as a fault `delay` invocations later, when nobody knows why.
+            // It would otherwise cause a fault `delay` invocations later, when its cause can no longer be found.
             self.y = self.u;
             return Outcome::Done;
         }

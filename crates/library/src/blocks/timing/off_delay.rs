@@ -6,23 +6,23 @@ const NEGATIVE_TIME: u32 = 1;
 
 /// Off-delay timer: q = true while u is true and for the delay after; elapsed = time since u went off, at most the delay.
 ///
-/// It begins off. Time is running time: it stands still while the verb is suspended. Source: IEC 61131-3, TOF. Range: delay from 0.
-/// Faults: 1 the delay is negative or no number.
+/// The output starts off. Time is running time: it stands still while the verb is suspended. Source: IEC 61131-3, TOF. Range: delay from
+/// 0. Faults: 1 the delay is negative or NaN.
 #[derive(FunctionBlock)]
 pub struct OffDelay {
     /// input (IN)
     #[input]
     u: bool,
-    /// input, late off (Q)
+    /// input with its falling edge delayed (Q)
     #[output]
     q: bool,
     /// time since the input went off (ET)
     #[output(unit = "s")]
     elapsed: f64,
-    /// time by which it is late (PT)
+    /// duration of the delay (PT)
     #[param(default = 1.0, unit = "s", range = "[0, inf)")]
     delay: f64,
-    /// the delay is over
+    /// the delay has elapsed
     #[condition]
     done: Condition,
     /// running time at which the input went off, ns; -1: it is on

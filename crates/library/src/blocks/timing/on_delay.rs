@@ -6,26 +6,26 @@ const NEGATIVE_TIME: u32 = 1;
 
 /// On-delay timer: q = true once u has been true for the delay; elapsed = time for which u has been true, at most the delay.
 ///
-/// Time is running time: it stands still while the verb is suspended. Source: IEC 61131-3, TON. Range: delay from 0.
-/// Faults: 1 the delay is negative or no number.
+/// Time is running time: it stands still while the verb is suspended. Source: IEC 61131-3, TON. Range: delay from 0. Faults: 1 the delay
+/// is negative or NaN.
 #[derive(FunctionBlock)]
 pub struct OnDelay {
     /// input (IN)
     #[input]
     u: bool,
-    /// input, late on (Q)
+    /// input with its rising edge delayed (Q)
     #[output]
     q: bool,
-    /// time since the input came on (ET)
+    /// time since the input went on (ET)
     #[output(unit = "s")]
     elapsed: f64,
-    /// time by which it is late (PT)
+    /// duration of the delay (PT)
     #[param(default = 1.0, unit = "s", range = "[0, inf)")]
     delay: f64,
-    /// the delay is over
+    /// the delay has elapsed
     #[condition]
     done: Condition,
-    /// running time at which the input came on, ns; -1: it is off
+    /// running time at which the input went on, ns; -1: it is off
     #[state(initial = -1)]
     begun_ns: i64,
 }

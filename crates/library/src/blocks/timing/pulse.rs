@@ -4,11 +4,10 @@ use opengpac::{Condition, FunctionBlock, Invocation, Outcome, Step};
 /// The time is negative.
 const NEGATIVE_TIME: u32 = 1;
 
-/// Pulse timer: q = true for the duration from a rising edge of u on, whatever u does meanwhile; elapsed = time since that edge.
+/// Pulse timer: q = true for the duration from a rising edge of u, whatever u does meanwhile; elapsed = time since that edge.
 ///
-/// After the pulse elapsed stays at the duration until u is off; an edge during the pulse is nothing. Time is running time. Source:
-/// IEC 61131-3, TP. Range: duration from 0.
-/// Faults: 1 the duration is negative or no number.
+/// After the pulse, elapsed stays at the duration until u is off; an edge during the pulse is ignored. Time is running time. Source: IEC
+/// 61131-3, TP. Range: duration from 0. Faults: 1 the duration is negative or NaN.
 #[derive(FunctionBlock)]
 pub struct Pulse {
     /// input (IN)
@@ -23,13 +22,13 @@ pub struct Pulse {
     /// duration of the pulse (PT)
     #[param(default = 1.0, unit = "s", range = "[0, inf)")]
     duration: f64,
-    /// the pulse is over
+    /// the pulse has ended
     #[condition]
     done: Condition,
-    /// input of the invocation before
+    /// input of the previous invocation
     #[state]
     before: bool,
-    /// running time at which the pulse began, ns; -1: there is none
+    /// running time at which the pulse began, ns; -1: no pulse
     #[state(initial = -1)]
     begun_ns: i64,
 }

@@ -1,16 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
 use opengpac::{Condition, FunctionBlock, Invocation, Outcome, Step};
 
-/// Time limit: remaining = limit - (time since the first invocation), reported as `expired` from 0 on; suspended time does not count.
+/// Time limit: remaining = limit - (time since the first invocation), reported as `expired` when it reaches 0; suspended time does not
+/// count.
 #[derive(FunctionBlock)]
 pub struct TimeLimit {
-    /// time that is left, never below 0
+    /// remaining time, never below 0
     #[output(unit = "s")]
     remaining: f64,
-    /// time that is given
+    /// time limit
     #[param(default = 1.0, unit = "s", range = "(0, inf)")]
     limit: f64,
-    /// the time is up
+    /// the time limit has expired
     #[condition]
     expired: Condition,
     /// running time at the first invocation, ns

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The planner of a line or an arc of the tool as a block.
+//! Planner of a line or an arc of the tool as a block.
 
-/// Declares the block, with items of its own. Its method `course` gives the course from where the tool is to the goal: the error is the
-/// code of a fault, or none where a condition says why there is no course. `angular_jerk` is the maximum jerk of the orientation.
+/// Declares the block, with items of its own. Its method `course` returns the course from the pose of the tool to the goal: the error is
+/// the code of a fault, or `None` if a condition gives the reason why there is no course. `angular_jerk` is the maximum jerk of the
+/// orientation.
 macro_rules! line_planner {
     ($(#[$about:meta])* $name:ident { $($items:tt)* }) => {
         $(#[$about])*
@@ -11,31 +12,31 @@ macro_rules! line_planner {
             /// number of joints
             #[size(1, 16)]
             n: u32,
-            /// where the joints are commanded to be now, rad or m
+            /// present commanded positions of the joints, rad or m
             #[input(asynchronous, sized)]
             start: [f64; 16],
-            /// speed at which their servos move them now
+            /// speed at which the servos move the joints now
             #[input(asynchronous, default = [0.0; 16], sized, unit = "rad/s|m/s", range = "[-inf, inf)")]
             start_velocity: [f64; 16],
-            /// speed of the last set-points, of whatever motion stored them
+            /// speed of the last set-points, whichever motion stored them
             #[input(asynchronous, default = [0.0; 16], sized, unit = "rad/s|m/s", range = "[-inf, inf)")]
             last_velocity: [f64; 16],
             /// acceleration of the last set-points
             #[input(asynchronous, default = [0.0; 16], sized, unit = "rad/s^2|m/s^2", range = "[-inf, inf)")]
             last_acceleration: [f64; 16],
-            /// when they were stored, ns of the system's clock
+            /// time at which they were stored, ns of the system clock
             #[input(asynchronous, default = [i64::MIN; 16], sized, range = "[-inf, inf)")]
             last_time: [i64; 16],
-            /// lead of their servos by themselves, because no set-points came in their time: see `joint_servo`
+            /// braking of the servos on their own because set-points did not arrive in time: see `joint_servo`
             #[input(asynchronous, default = [[0.0; 4]; 16], sized, range = "[-inf, inf)")]
             braking: [[f64; 4]; 16],
-            /// where the tool is to go: x y z in m, quaternion w x y z
+            /// goal pose of the tool: x y z in m, quaternion w x y z
             #[input(asynchronous, range = "[pose]")]
             goal: [f64; 7],
             /// maximum speed of the tool
             #[input(asynchronous, default = 0.25, unit = "m/s", range = "(0, 10]")]
             speed: f64,
-            /// maximum speed of its orientation
+            /// maximum angular speed of the tool
             #[input(asynchronous, default = 1.0, unit = "rad/s", range = "(0, 100]")]
             angular_speed: f64,
             /// maximum speed of each joint
@@ -50,10 +51,10 @@ macro_rules! line_planner {
             /// maximum position of each joint
             #[input(asynchronous, default = [1e6; 16], sized, range = "[-inf, inf)")]
             position_max: [f64; 16],
-            /// the planned line
+            /// planned line
             #[output]
             line: Line,
-            /// joint positions at its end, for those that compare
+            /// joint positions at its end, for blocks that compare
             #[output(sized)]
             target: [f64; 16],
             /// planned duration
@@ -68,35 +69,36 @@ macro_rules! line_planner {
             /// maximum jerk of the tool
             #[param(default = 10.0, range = "(0, 100000]")]
             jerk: f64,
-            /// maximum acceleration of its orientation
+            /// maximum angular acceleration of the tool
             #[param(default = 5.0, unit = "rad/s^2", range = "(0, 10000]")]
             angular_acceleration: f64,
             $($items)*
-            /// minimum part of the speed asked for that is worth going, 0 to 1
+            /// minimum acceptable fraction of the requested speed, 0 to 1
             #[param(default = 0.02, range = "[0, 1]")]
             slowest: f64,
             /// time between two set-points
             #[param(default = 0.02, unit = "s", range = "[0, inf)")]
             lead: f64,
-            /// joints that move are waited for, and there is one plan for a start: for a planner that stays active until its generator has braked them
+            /// true: wait until moving joints have stopped, and plan only once per start; for a planner that stays active until its
+            /// generator has braked them
             #[param(default = false)]
             waits: bool,
-            /// the goal is out of reach; the value is how far, m
+            /// the goal is out of reach; the value is the distance from it, m
             #[condition]
             unreachable: ConditionOf<f64>,
-            /// the range of a joint ends on the way; the value is which, from 0
+            /// the path leaves the range of a joint; the value is its index, from 0
             #[condition]
             limit: ConditionOf<i32>,
-            /// a singularity is on the way; the value is the part of the speed that would be possible
+            /// the path passes a singularity; the value is the fraction of the speed that would be possible
             #[condition]
             singular: ConditionOf<f64>,
-            /// true after it has planned
+            /// true after a plan has been made
             #[state]
             has_planned: bool,
         }
 
         impl $name {
-            /// Of the tool's position and of its orientation; `None` where one is not positive.
+            /// Returns the limits of the tool's position and of its orientation; `None` if any is not positive.
             fn limits(&self) -> Option<(Limits, Limits)> {
                 let linear = Limits { speed: self.speed, acceleration: self.acceleration, jerk: self.jerk };
                 let angular = Limits { speed: self.angular_speed, acceleration: self.angular_acceleration, jerk: self.angular_jerk() };
@@ -129,7 +131,7 @@ macro_rules! line_planner {
                 };
                 match planned {
                     Some(line) => (self.line, self.target, self.duration) = (line, line.to, duration_s(&line.profile)),
-                    // A generator bound to this one does not move.
+                    // A generator bound to this line does not move.
                     None => (self.line.plan, self.target, self.duration) = (0.0, self.start, 0.0),
                 }
                 Outcome::Done

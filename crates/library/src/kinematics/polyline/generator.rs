@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The generator of planned paths of the tool as a block, for tables of a length.
+//! Generator of planned paths of the tool as a block, for tables of a given length.
 
 /// Declares the block.
 macro_rules! polyline_generator {
@@ -10,70 +10,70 @@ macro_rules! polyline_generator {
             /// number of joints
             #[size(1, 16)]
             n: u32,
-            /// the planned path
+            /// planned path
             $(#[$path])*
             path: $path_type,
-            /// where the joints are commanded to be now, rad or m
+            /// present commanded positions of the joints, rad or m
             #[input(asynchronous, default = [0.0; 16], sized, range = "[-inf, inf)")]
             start: [f64; 16],
-            /// speeds at which their servos move them now
+            /// speeds at which the servos move the joints now
             #[input(asynchronous, default = [0.0; 16], sized, unit = "rad/s|m/s", range = "[-inf, inf)")]
             start_velocity: [f64; 16],
-            /// speeds of the last set-points, of whatever motion stored them
+            /// speeds of the last set-points, whichever motion stored them
             #[input(asynchronous, default = [0.0; 16], sized, unit = "rad/s|m/s", range = "[-inf, inf)")]
             last_velocity: [f64; 16],
-            /// their accelerations
+            /// accelerations of the last set-points
             #[input(asynchronous, default = [0.0; 16], sized, unit = "rad/s^2|m/s^2", range = "[-inf, inf)")]
             last_acceleration: [f64; 16],
-            /// when they were stored, ns of the system's clock
+            /// time at which they were stored, ns of the system clock
             #[input(asynchronous, default = [i64::MIN; 16], sized, range = "[-inf, inf)")]
             last_time: [i64; 16],
-            /// motion that their servos give them by themselves, because no set-points came in time: see `joint_servo`
+            /// braking of the servos on their own because set-points did not arrive in time: see `joint_servo`
             #[input(asynchronous, default = [[0.0; 4]; 16], sized, range = "[-inf, inf)")]
             braking: [[f64; 4]; 16],
-            /// share of the speed that is allowed now, 0 to 1; the smallest of the joints counts for all
+            /// permitted fraction of the speed, 0 to 1; the minimum over the joints applies to all
             #[input(asynchronous, default = [1.0; 16], sized, range = "[0, 1]")]
             r#override: [f64; 16],
-            /// the same for the whole cell; both are multiplied
+            /// override of the whole cell; the two are multiplied
             #[input(asynchronous, default = [1.0; 16], sized, range = "[0, 1]")]
             cell_override: [f64; 16],
-            /// true to come to rest and wait
+            /// true: bring the motion to rest and keep it there
             #[input(asynchronous, default = false)]
             holding: bool,
-            /// time that may be lost at once; beyond it the motion comes to rest
+            /// maximum time that may be lost at once; if more is lost, the motion comes to rest
             #[input(asynchronous, default = [0.5; 16], sized, unit = "s", range = "(0, inf)")]
             gap_max: [f64; 16],
             /// maximum speed of each joint
             #[input(asynchronous, default = [1e6; 16], sized, range = "(0, inf)")]
             speed_max: [f64; 16],
-            /// maximum acceleration at which joints that move are braked first
+            /// maximum acceleration for braking joints that move at the start
             #[input(asynchronous, default = [5.0; 16], sized, range = "(0, inf)")]
             acceleration_max: [f64; 16],
-            /// maximum jerk of that
+            /// maximum jerk for braking joints that move at the start
             #[input(asynchronous, default = [50.0; 16], sized, range = "(0, inf)")]
             jerk_max: [f64; 16],
-            /// where the joints are to be, rad or m
+            /// commanded positions of the joints, rad or m
             #[output(sized)]
             setpoint: [f64; 16],
-            /// speeds of the joints there, rad/s or m/s
+            /// commanded speeds at those positions, rad/s or m/s
             #[output(sized)]
             setpoint_velocity: [f64; 16],
-            /// accelerations of the joints there, rad/s^2 or m/s^2
+            /// commanded accelerations at those positions, rad/s^2 or m/s^2
             #[output(sized)]
             setpoint_acceleration: [f64; 16],
-            /// when they are stored, ns of the system's clock
+            /// time at which they are stored, ns of the system clock
             #[output(sized)]
             setpoint_time: [i64; 16],
-            /// the longest time that was lost at once
+            /// maximum time lost at once
             #[output(unit = "s")]
             lost: f64,
-            /// where the tool is to be: x y z in m, quaternion w x y z
+            /// commanded pose of the tool: x y z in m, quaternion w x y z
             #[output]
             pose: [f64; 7],
-            /// part of the path's time that is done, 0 to 1
+            /// completed fraction of the path's duration, 0 to 1
             #[output]
             progress: f64,
-            /// true when the last set-point is stored
+            /// true if the last set-point has been stored
             #[output]
             complete: bool,
             /// time between two set-points
@@ -82,22 +82,22 @@ macro_rules! polyline_generator {
             /// the arm
             #[param(default = Chain::NOTHING)]
             chain: Chain,
-            /// the last set-point is stored
+            /// the last set-point has been stored
             #[condition]
             finished: Condition,
-            /// it rests, as `holding` asks
+            /// the motion is at rest because of `holding`
             #[condition]
             held: Condition,
-            /// the arm cannot follow the path from here; the value is how much of it is done, 0 to 1
+            /// the arm cannot follow the path from here; the value is the completed fraction, 0 to 1
             #[condition]
             singular: ConditionOf<f64>,
-            /// it rests because more time than `gap_max` was lost at once; the value is how much, s
+            /// the motion is at rest because more time than `gap_max` was lost at once; the value is the time lost, s
             #[condition]
             gap: ConditionOf<f64>,
             /// progress along the path
             #[state(opaque)]
             follower: Follower,
-            /// joints that are brought to rest first
+            /// joints that are braked to rest first
             #[state(opaque)]
             brake: Brake,
         }

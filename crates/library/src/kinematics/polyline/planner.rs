@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The planner of paths of the tool as a block, for tables of a length.
+//! Planner of paths of the tool as a block, for tables of a given length.
 
-/// Declares the block: `at_once` is what one invocation plans, `shares` the parts of a line that one blend may take.
+/// Declares the block: `at_once` is the work of one invocation, `shares` the fractions of a line that one blend may take.
 macro_rules! polyline_planner {
     (
         $(#[$about:meta])* $name:ident, at_once: $at_once:expr, shares: $shares:expr,
@@ -15,34 +15,34 @@ macro_rules! polyline_planner {
             /// number of joints
             #[size(1, 16)]
             n: u32,
-            /// where the joints are commanded to be now, rad or m
+            /// present commanded positions of the joints, rad or m
             #[input(asynchronous, sized)]
             start: [f64; 16],
-            /// speeds at which their servos move them now
+            /// speeds at which the servos move the joints now
             #[input(asynchronous, default = [0.0; 16], sized, unit = "rad/s|m/s", range = "[-inf, inf)")]
             start_velocity: [f64; 16],
-            /// speeds of the last set-points, of whatever motion stored them
+            /// speeds of the last set-points, whichever motion stored them
             #[input(asynchronous, default = [0.0; 16], sized, unit = "rad/s|m/s", range = "[-inf, inf)")]
             last_velocity: [f64; 16],
-            /// their accelerations
+            /// accelerations of the last set-points
             #[input(asynchronous, default = [0.0; 16], sized, unit = "rad/s^2|m/s^2", range = "[-inf, inf)")]
             last_acceleration: [f64; 16],
-            /// when they were stored, ns of the system's clock
+            /// time at which they were stored, ns of the system clock
             #[input(asynchronous, default = [i64::MIN; 16], sized, range = "[-inf, inf)")]
             last_time: [i64; 16],
-            /// motion that their servos give them by themselves, because no set-points came in time: see `joint_servo`
+            /// braking of the servos on their own because set-points did not arrive in time: see `joint_servo`
             #[input(asynchronous, default = [[0.0; 4]; 16], sized, range = "[-inf, inf)")]
             braking: [[f64; 4]; 16],
-            /// poses for the tool, one row each: x y z in m, quaternion w x y z
+            /// poses of the tool, one row each: x y z in m, quaternion w x y z
             $(#[$poses])*
             poses: $poses_type,
-            /// for each pose: by how much the tool may pass it, m
+            /// for each pose: maximum distance at which the tool may pass it, m
             $(#[$blend])*
             blend: $each_type,
-            /// for each pose: maximum speed of the tool on the way there, m/s
+            /// for each pose: maximum speed of the tool on the line to it, m/s
             $(#[$speed])*
             speed: $each_type,
-            /// maximum speed of its orientation
+            /// maximum angular speed of the tool
             #[input(asynchronous, default = 1.0, unit = "rad/s", range = "(0, 100]")]
             angular_speed: f64,
             /// maximum speed of each joint
@@ -57,16 +57,16 @@ macro_rules! polyline_planner {
             /// maximum position of each joint
             #[input(asynchronous, default = [1e6; 16], sized, range = "[-inf, inf)")]
             position_max: [f64; 16],
-            /// the planned path
+            /// planned path
             $(#[$path])*
             path: $path_type,
-            /// joint positions at its end, for those that compare
+            /// joint positions at its end, for blocks that compare
             #[output(sized)]
             target: [f64; 16],
             /// duration of the motion
             #[output(unit = "s")]
             duration: f64,
-            /// pose that a condition is about, from 0
+            /// index of the pose that a condition concerns, from 0
             #[output]
             refused: i32,
             /// the arm
@@ -75,28 +75,29 @@ macro_rules! polyline_planner {
             /// maximum acceleration of the tool
             #[param(default = 1.0, unit = "m/s^2", range = "(0, 1000]")]
             acceleration: f64,
-            /// maximum acceleration of its orientation
+            /// maximum angular acceleration of the tool
             #[param(default = 5.0, unit = "rad/s^2", range = "(0, 10000]")]
             angular_acceleration: f64,
-            /// minimum part of the speed asked for that is worth going, 0 to 1
+            /// minimum acceptable fraction of the requested speed, 0 to 1
             #[param(default = 0.02, range = "[0, 1]")]
             slowest: f64,
             /// time between two set-points
             #[param(default = 0.02, unit = "s", range = "[0, inf)")]
             lead: f64,
-            /// joints that move are waited for, and there is one plan for a start: for a planner that stays active until its generator has braked them
+            /// true: wait until moving joints have stopped, and plan only once per start; for a planner that stays active until its
+            /// generator has braked them
             #[param(default = false)]
             waits: bool,
-            /// a pose is out of reach; the value is how far, m
+            /// a pose is out of reach; the value is the distance from it, m
             #[condition]
             unreachable: ConditionOf<f64>,
-            /// the range of a joint ends on the way; the value is which, from 0
+            /// the path leaves the range of a joint; the value is its index, from 0
             #[condition]
             limit: ConditionOf<i32>,
-            /// a singularity is on the way; the value is the part of the speed that would be possible
+            /// the path passes a singularity; the value is the fraction of the speed that would be possible
             #[condition]
             singular: ConditionOf<f64>,
-            /// true once it has planned
+            /// true if a plan has been made
             #[state]
             has_planned: bool,
             /// progress of the plan
@@ -105,7 +106,7 @@ macro_rules! polyline_planner {
         }
 
         impl $name {
-            /// Of the position of the tool and of its orientation; `None` where one is not positive, or a blend is below 0.
+            /// Returns the limits of the tool's position and of its orientation; `None` if any is not positive, or a blend is below 0.
             fn limits(&self) -> Option<(Limits, Limits)> {
                 let fastest = self.speed.iter().fold(0.0, |most: f64, s| most.max(*s));
                 let linear = Limits { speed: fastest, acceleration: self.acceleration, jerk: 1.0 };
@@ -145,7 +146,7 @@ macro_rules! polyline_planner {
                         self.path.path.plan = (invocation.number + 1) as f64;
                     }
                     Err((at, obstacle)) => {
-                        // No path: a generator bound to this one does not move.
+                        // An empty path: a generator bound to it does not move.
                         (self.path.path.plan, self.target, self.duration) = (0.0, self.start, 0.0);
                         self.refused = which(arm.posture(wish.from).tool, &self.poses[..], at) as i32;
                         obstacle.report(&mut self.unreachable, &mut self.limit, &mut self.singular);

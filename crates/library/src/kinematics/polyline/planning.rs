@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Planning of paths of the tool: a path of four coordinates, then inverse kinematics along it, each as far as an invocation has time
-//! for.
+//! Planning of paths of the tool: a path of four coordinates, then inverse kinematics along it, in portions that fit into an invocation.
 use super::{PolylineTable, PolylineView, SPACE};
 use crate::kinematics::JOINTS_MAX;
 use crate::kinematics::chain::Arm;
@@ -9,26 +8,26 @@ use crate::kinematics::line::{Obstacle, Wish, next};
 use crate::kinematics::pose::{Numbers, Pose, length};
 use crate::path::{Passing, Planning};
 
-/// Points of a path at which a plan looks, at least, and for each way-point.
+/// Minimum number of points of a path at which a plan is checked, and number per way-point.
 const SAMPLES: usize = 512;
 const SAMPLES_EACH: usize = 2;
-/// Way-points nearer than this, m and rad, are one.
+/// Distance below which way-points coincide, m and rad.
 const SAME: f64 = 1e-8;
 
-/// Progress of planning. Its default: nothing is under way.
+/// Progress of planning. The default is idle.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct PolylinePlanning {
     path: Planning,
-    /// True while inverse kinematics follows the path, which is ready.
+    /// True during inverse kinematics along the finished path.
     follows: bool,
-    /// Points at which it has looked, the joint positions and speeds there, and how much slower the path must be.
+    /// Number of points checked, the joint positions and speeds at the last one, and the factor by which the path must be slowed down.
     sample: usize,
     here: [f64; JOINTS_MAX],
     rate: [f64; JOINTS_MAX],
     slower: f64,
 }
 
-/// Work of one invocation: steps of a way-point, and points to look at.
+/// Work of one invocation: number of way-point steps, and of points to check.
 #[derive(Clone, Copy, Debug)]
 pub struct Budget {
     pub steps: usize,
@@ -36,8 +35,9 @@ pub struct Budget {
 }
 
 impl PolylinePlanning {
-    /// Begins a path through poses from where the joints are; `wish.goal` is not used. The caller has checked that numbers are finite,
-    /// quaternions of length 1 and limits positive, and that there is room for the poses. `shares` are the parts of a line that one blend may take.
+    /// Begins a path through poses from the present joint positions; `wish.goal` is not used. The caller has checked that numbers are
+    /// finite, quaternions of length 1 and limits positive, and that there is room for the poses. `shares` are the fractions of a line
+    /// that one blend may take.
     pub fn begin(
         table: &mut PolylineTable,
         arm: &Arm,
@@ -65,13 +65,13 @@ impl PolylinePlanning {
         PolylinePlanning { path, slower: 1.0, here: *table.from, ..PolylinePlanning::default() }
     }
 
-    /// Returns whether a path is begun and not ready.
+    /// Returns true if a path is begun and not ready.
     pub fn is_under_way(&self) -> bool {
         self.path.is_under_way() || self.follows
     }
 
-    /// Plans on within the budget: true where the path is ready but for its number. An obstacle comes with the way-point of the path that it is
-    /// before or at, and ends the planning.
+    /// Continues planning within the budget. Returns true if the path is ready except for its number. An obstacle is returned with the
+    /// way-point at the end of its line, and ends the planning.
     pub fn advance(&mut self, table: &mut PolylineTable, arm: &Arm, wish: &Wish, mut budget: Budget) -> Result<bool, (usize, Obstacle)> {
         if !self.follows {
             let limits = [wish.linear, wish.linear, wish.linear, wish.angular];
@@ -96,8 +96,8 @@ impl PolylinePlanning {
         Ok(true)
     }
 
-    /// Follows the path by inverse kinematics, to its end: and finds the factor by which it must be slower so that no joint exceeds its
-    /// limits. Returns true at the end.
+    /// Follows the path by inverse kinematics to its end, and computes the factor by which it must be slowed down so that no joint
+    /// exceeds its limits. Returns true at the end.
     fn follow(&mut self, line: &PolylineView, arm: &Arm, wish: &Wish, samples: usize) -> Result<bool, (usize, Obstacle)> {
         let all = SAMPLES.max(SAMPLES_EACH * (line.path.points - 1));
         let span = line.path.duration / all as f64;
@@ -123,19 +123,19 @@ impl PolylinePlanning {
 }
 
 impl PolylineTable<'_> {
-    /// It, to be asked.
+    /// Returns a view for reading the path.
     fn view(&self) -> PolylineView<'_> {
         PolylineView { path: self.path.view(), quaternion: self.quaternion, from: self.from, to: self.to, acceleration: *self.acceleration }
     }
 }
 
-/// By how much the tool turns on its way to a pose; none where both are one.
+/// Returns the angle by which the tool turns between two poses; `None` if they coincide.
 fn way_on(here: &Pose, pose: &Pose) -> Option<f64> {
     let (way, turn) = here.to(pose);
     (length(way) >= SAME || length(turn) >= SAME).then(|| length(turn))
 }
 
-/// Returns which of the poses way-point `at` of a path from `start` is: a pose that repeats the one before it is no way-point.
+/// Returns the index of the pose that is way-point `at` of a path from `start`: a pose that repeats the previous one is not a way-point.
 pub fn which(start: Pose, poses: &[Numbers], at: usize) -> usize {
     let (mut here, mut count) = (start, 0);
     for (k, pose) in poses.iter().enumerate() {

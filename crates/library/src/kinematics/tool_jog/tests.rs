@@ -12,7 +12,7 @@ fn twist(linear: [f64; 3], angular: [f64; 3], in_tool: bool) -> Twist {
     Twist { linear, angular, in_tool }
 }
 
-/// Runs `steps` set-points, checking each against the limits of the joints, and gives the poses of the tool.
+/// Runs `steps` set-points, checking each against the limits of the joints, and returns the poses of the tool.
 fn run(jog: &mut ToolJog, steps: usize, range: f64, mut wanted: impl FnMut(usize) -> (Twist, f64)) -> Vec<Pose> {
     let chain = six_joints();
     let arm = chain.read(6).expect("a chain");
@@ -82,13 +82,12 @@ fn at_the_end_of_its_reach_and_of_a_range_it_rests_on_its_line() {
         assert_eq!(jog.obstacle(), Some(expected));
         let gone = start.to(&poses[1999]).0;
         assert!(gone[0] > 0.02 && gone[1].abs() < 1e-6 && gone[2].abs() < 1e-6, "{gone:?}");
-        // And back.
         let back = run(&mut jog, 200, range, |_| (twist([-0.1, 0.0, 0.0], [0.0; 3], false), f64::INFINITY));
         assert!(start.to(&back[199]).0[0] < gone[0] - 0.05);
     }
 }
 
-/// Presses one after the other against the end of the reach, each from rest: they creep nearer to it, and the way back stays free.
+/// Presses repeatedly against the end of the reach, each time from rest: the tool creeps nearer to it, and the way back stays free.
 #[test]
 fn the_way_back_is_free_however_often_a_jog_was_pressed_against_its_end() {
     let chain = six_joints();

@@ -122,7 +122,7 @@ fn nothing_runs_without_a_new_value() {
         v(&[("g", "lib.gain"), ("h", "lib.relaxed")], json!({"cells": {"c": ["g.u", "h.u"]}, "command_lists": start(&["+h 1ms", "+g"])})),
         "SchedulingError: nothing drives input 'g.u' (double): it is synchronous, and no block writes its cell; relax it with modes={'g.u': 'asynchronous'}, or bind a writer to it",
     );
-    // A constant is nothing that could be new, and an asynchronous input waits for nobody.
+    // A constant cannot be new, and an asynchronous input waits for nothing.
     let constant = json!({"blocks": {"g": {"constants": {"u": 2.0}}}, "command_lists": start(&["!g", "+g 1ms"])});
     assert!(apply_json(verb(&[("g", "lib.gain")], constant), json!({})).is_ok());
     let relaxed = with(verb(&[("g", "lib.gain")], given), json!({"modes": {"g.u": "asynchronous"}, "command_lists": start(&["+g 1ms"])}), json!({}));

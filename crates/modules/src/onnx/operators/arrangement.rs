@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Operators that lay out elements afresh, with more of them than they were given, and those that count.
+//! Operators that rearrange elements and increase their number, and operators that count.
 use super::movement::{moved, place, transposed};
 use super::{Call, OperatorResult, axis};
 use crate::onnx::value::{Content, Kind, Value, each, fixed, offset, strides};
@@ -61,7 +61,7 @@ pub fn pad(call: &mut Call) -> OperatorResult {
         sizes[at] += given[i] + given[i + along.len()];
     }
     let shape = fixed(&sizes).map_err(|_| format!("its pads {given:?} leave nothing of shape {:?}", x.shape))?;
-    // For each element of the result the one of the input that it is, or none in the padding.
+    // For each element of the result, the corresponding one of the input, or `None` in the padding.
     let own = strides(&x.shape);
     let mut sources: Vec<Option<usize>> = Vec::new();
     each(&shape, |index| {
@@ -77,7 +77,7 @@ pub fn pad(call: &mut Call) -> OperatorResult {
     filled(call, &x, shape, &sources)
 }
 
-/// Index of the input that stands at index `at` of the result.
+/// Returns the index of the input for index `at` of the result.
 fn source(mode: &str, at: i64, n: i64) -> Option<usize> {
     let found = match mode {
         "edge" => at.clamp(0, n - 1),
@@ -92,7 +92,7 @@ fn source(mode: &str, at: i64, n: i64) -> Option<usize> {
     usize::try_from(found).ok().filter(|&i| (i as i64) < n)
 }
 
-/// Elements of the input among those of one value.
+/// Returns elements of the input, with one fill value elsewhere.
 fn filled(call: &mut Call, x: &Value, shape: Vec<usize>, sources: &[Option<usize>]) -> OperatorResult {
     if let Content::Ints(ints) = &x.content {
         let value = call.known_ints(2, "value")?.and_then(|v| v.first().copied()).unwrap_or(0);
@@ -119,7 +119,7 @@ fn filled(call: &mut Call, x: &Value, shape: Vec<usize>, sources: &[Option<usize
     Ok(vec![made])
 }
 
-/// `ArgMax` and `ArgMin`.
+/// Translates `ArgMax` and `ArgMin`.
 pub fn extreme(call: &mut Call) -> OperatorResult {
     let x = call.input(0)?;
     let at = axis(call.int("axis", 0), x.shape.len())?;

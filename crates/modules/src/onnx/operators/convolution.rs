@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Convolution as one product for each place: the elements under the kernel are gathered, those beside the input are zero.
+//! Convolution as one product for each position: the elements under the kernel are gathered, with zeros outside the input.
 use super::movement::{moved, transposed};
 use super::products::{packed, rows_of};
 use super::{Call, OperatorResult};
 use crate::onnx::value::{Value, each, offset, strides};
 
-/// Position of the kernel on the input: one entry for each dimension behind the channels.
+/// Position of the kernel on the input: one entry for each dimension after the channels.
 struct Layout {
     kernel: Vec<usize>,
     step: Vec<usize>,
@@ -83,7 +83,7 @@ fn layout(call: &Call, input: &[usize], kernel: &[usize]) -> Result<Layout, Stri
     Ok(Layout { kernel: kernel.to_vec(), step, spacing, before, out })
 }
 
-/// The elements, and a zero behind them.
+/// Returns the elements followed by a zero.
 fn with_zero(call: &mut Call, x: &Value) -> Result<Value, String> {
     let made = call.program.value(&[x.len() + 1]);
     let (y, from) = (call.program.name(&made)?, call.program.name(x)?);
@@ -91,7 +91,7 @@ fn with_zero(call: &mut Call, x: &Value) -> Result<Value, String> {
     Ok(made)
 }
 
-/// For each place of the output, the elements under the kernel in the order of the weights.
+/// Returns, for each position of the output, the elements under the kernel in the order of the weights.
 fn patches(layout: &Layout, shape: &[usize], first: usize, channels: usize) -> Vec<usize> {
     let (own, zero) = (strides(shape), shape.iter().product());
     let mut indices = Vec::new();

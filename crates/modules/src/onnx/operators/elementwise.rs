@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Operators that compute each element from those at its place.
+//! Operators that compute each element from those at the same position.
 use super::movement::moved;
 use super::{Call, Operator, OperatorResult};
 use crate::onnx::proto;
@@ -108,7 +108,7 @@ pub fn cast(call: &mut Call) -> OperatorResult {
     }])
 }
 
-/// The same with elements of another kind.
+/// Applies an expression to each element, with a result of another kind.
 pub fn mapped_to(call: &mut Call, kind: Kind, expression: &str) -> OperatorResult {
     let x = call.input(0)?;
     let made = call.program.value_of(kind, &x.shape);
@@ -135,7 +135,7 @@ fn combined(call: &mut Call) -> OperatorResult {
     Ok(vec![made])
 }
 
-/// One operator of two operands, spread to a common shape.
+/// Translates an operator of two operands, broadcast to a common shape.
 pub fn pair(call: &mut Call, operator: &str, a: &Value, b: &Value) -> Result<Value, String> {
     let shape = broadcast(&a.shape, &b.shape)?;
     if let (Content::Ints(x), Content::Ints(y)) = (&a.content, &b.content) {
@@ -165,12 +165,12 @@ pub fn pair(call: &mut Call, operator: &str, a: &Value, b: &Value) -> Result<Val
     Ok(made)
 }
 
-/// A value spread to a shape.
+/// Broadcasts a value to a shape.
 pub fn full(call: &mut Call, x: &Value, shape: &[usize]) -> Result<Value, String> {
     if x.shape == shape { Ok(x.clone()) } else { moved(call.program, x, shape.to_vec(), spread(&x.shape, shape)) }
 }
 
-/// Arithmetic of constants whose result has the same bits now as at run time.
+/// Evaluates arithmetic of constants whose result is bit-identical at translation and at run time.
 fn floats(operator: &str, x: &[f32], y: &[f32]) -> Option<Vec<f32>> {
     let compute: fn(f32, f32) -> f32 = match operator {
         "Add" | "Sum" | "Mean" => |a, b| a + b,
@@ -183,7 +183,7 @@ fn floats(operator: &str, x: &[f32], y: &[f32]) -> Option<Vec<f32>> {
     made.iter().all(|x| !x.is_nan()).then_some(made)
 }
 
-/// Arithmetic of shapes, carried out now.
+/// Evaluates arithmetic of shapes at translation.
 fn integers(operator: &str, x: &[i64], y: &[i64], from: (&[usize], &[usize]), shape: Vec<usize>) -> Result<Value, String> {
     let (at_x, at_y) = (spread(from.0, &shape), spread(from.1, &shape));
     let compute = |(&i, &j): (&usize, &usize)| match (operator, x[i], y[j]) {

@@ -4,7 +4,7 @@ use super::elementwise::{full, mapped_to};
 use super::{Call, OperatorResult};
 use crate::onnx::value::{Content, Kind, Value, broadcast};
 
-/// A comparison, or a connective of two truth values.
+/// Translates a comparison, or a connective of two truth values.
 pub fn compare(call: &mut Call) -> OperatorResult {
     let (a, b) = (call.input(0)?, call.input(1)?);
     let shape = broadcast(&a.shape, &b.shape)?;
@@ -44,7 +44,7 @@ fn holds(operator: &str, x: f64, y: f64) -> bool {
     }
 }
 
-/// The elements of a constant.
+/// Returns the elements of a constant.
 fn numbers(value: &Value) -> Option<Vec<f64>> {
     match &value.content {
         Content::Ints(ints) => Some(ints.iter().map(|&i| i as f64).collect()),
@@ -61,7 +61,7 @@ pub fn not(call: &mut Call) -> OperatorResult {
     mapped_to(call, Kind::Truth, "truth(X == all(0))")
 }
 
-/// `Where`: elements of the second input where the first is true, of the third elsewhere.
+/// Translates `Where`: elements of the second input where the first is true, of the third elsewhere.
 pub fn choose(call: &mut Call) -> OperatorResult {
     let (which, a, b) = (call.input(0)?, call.input(1)?, call.input(2)?);
     let shape = broadcast(&broadcast(&which.shape, &a.shape)?, &b.shape)?;
@@ -75,7 +75,7 @@ pub fn choose(call: &mut Call) -> OperatorResult {
             let floats = which.iter().zip(x.iter().zip(y.iter())).map(|(&w, (&x, &y))| if w != 0.0 { x } else { y }).collect();
             return Ok(vec![Value::floats(shape, floats)]);
         }
-        // A choice that is made already takes one side as it is.
+        // With a constant condition, one side is used as it is.
         (Some(which), ..) if which.iter().all(|&w| w != 0.0) => return Ok(vec![a]),
         (Some(which), ..) if which.iter().all(|&w| w == 0.0) => return Ok(vec![b]),
         _ => {}

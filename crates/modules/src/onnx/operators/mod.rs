@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Translation of each operator of ONNX. An operator is a function from a [`Call`] to its outputs; `find` is the list of those that there are.
+//! Translation of each ONNX operator. An operator is a function from a [`Call`] to its outputs; `find` lists the supported ones.
 mod arrangement;
 mod contraction;
 mod convolution;
@@ -20,7 +20,7 @@ use std::cell::RefCell;
 type OperatorResult = Result<Vec<Value>, String>;
 type Operator = fn(&mut Call) -> OperatorResult;
 
-/// A node that is being translated.
+/// A node being translated.
 pub struct Call<'a> {
     pub node: &'a Node,
     pub inputs: Vec<Option<Value>>,
@@ -29,10 +29,10 @@ pub struct Call<'a> {
     asked: RefCell<Vec<String>>,
 }
 
-/// Translates a node into steps of the program; its outputs.
+/// Translates a node into steps of the program; returns its outputs.
 ///
 /// # Errors
-/// The operator is not supported, or one of its attributes, shapes or inputs is not.
+/// Fails if the operator, or one of its attributes, shapes or inputs, is not supported.
 pub fn translate(node: &Node, inputs: Vec<Option<Value>>, opset: i64, program: &mut Program) -> OperatorResult {
     let foreign = !matches!(node.domain.as_str(), "" | "ai.onnx");
     let Some(operator) = find(&node.op_type).filter(|_| !foreign) else {
@@ -82,7 +82,7 @@ const TAKE_ANY: [&str; 23] = [
     "Shape",
     "Size",
 ];
-/// Operators that take integers which are known while the network runs only.
+/// Operators that take integers known only while the network runs.
 const TAKE_WHOLE: [&str; 12] = ["Add", "Sub", "Mul", "Min", "Max", "Sum", "Neg", "Abs", "Greater", "Less", "GreaterOrEqual", "LessOrEqual"];
 
 fn find(operator: &str) -> Option<Operator> {
@@ -157,7 +157,7 @@ impl Call<'_> {
         self.optional(at).cloned().ok_or_else(|| format!("its input {at} is missing: the file is damaged"))
     }
 
-    /// Integers that are known now: of an input or, in older opsets, of an attribute. `None`: neither is given.
+    /// Returns integers known at translation, of an input or, in older opsets, of an attribute. `None` if neither is present.
     fn known_ints(&self, at: usize, attribute: &str) -> Result<Option<Vec<i64>>, String> {
         match self.optional(at) {
             None => Ok(self.ints(attribute)),
@@ -166,7 +166,7 @@ impl Call<'_> {
         }
     }
 
-    /// Floats that are known now.
+    /// Returns floats known at translation.
     fn known_floats(&self, at: usize, what: &str) -> Result<Option<Vec<f32>>, String> {
         match self.optional(at) {
             None => Ok(None),
@@ -180,7 +180,7 @@ impl Call<'_> {
     }
 }
 
-/// A dimension that may count from the end.
+/// Resolves a dimension that may count from the end.
 fn axis(axis: i64, rank: usize) -> Result<usize, String> {
     let from_start = if axis < 0 { axis.checked_add(i64::try_from(rank).unwrap_or(0)) } else { Some(axis) };
     let found = from_start.and_then(|axis| usize::try_from(axis).ok()).filter(|&axis| axis < rank);

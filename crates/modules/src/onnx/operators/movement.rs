@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Operators that move elements and compute nothing: with fixed shapes each is a list of indices, known now.
+//! Operators that move elements without computing: with fixed shapes each is a list of indices, known at translation.
 use super::{Call, OperatorResult, axes, axis};
 use crate::onnx::program::Program;
 use crate::onnx::value::{Content, Kind, Value, each, fixed, offset, spread, strides};
 
-/// More copies than this become a table.
+/// Maximum number of separate copies; more become a table.
 const RUNS_MAX: usize = 16;
 
-/// A value whose element i is `indices[i]` of `source`.
+/// Returns a value whose element i is `indices[i]` of `source`.
 pub fn moved(program: &mut Program, source: &Value, shape: Vec<usize>, indices: Vec<usize>) -> Result<Value, String> {
     match &source.content {
         Content::Floats(floats) => Ok(Value::floats(shape, indices.iter().map(|&i| floats[i]).collect())),
@@ -21,7 +21,7 @@ pub fn moved(program: &mut Program, source: &Value, shape: Vec<usize>, indices: 
     }
 }
 
-/// Copies elements of `source` to `into`, from element `start` on.
+/// Copies elements of `source` to `into`, starting at element `start`.
 pub fn place(program: &mut Program, into: &Value, start: usize, source: &Value, indices: Vec<usize>) -> Result<(), String> {
     let (y, x) = (program.name(into)?, program.name(source)?);
     let mut runs: Vec<(usize, usize, usize)> = Vec::new();
@@ -149,7 +149,7 @@ pub fn transpose(call: &mut Call) -> OperatorResult {
     Ok(vec![transposed(call.program, &x, &order)?])
 }
 
-/// The value with its dimensions in this order.
+/// Returns the value with its dimensions in this order.
 pub fn transposed(program: &mut Program, x: &Value, order: &[usize]) -> Result<Value, String> {
     let mut sorted = order.to_vec();
     sorted.sort_unstable();
@@ -281,7 +281,8 @@ pub fn gather(call: &mut Call) -> OperatorResult {
     Ok(vec![moved(call.program, &x, shape, indices)?])
 }
 
-/// Rows whose numbers are known while it runs only: a table of embeddings. A number beyond the rows gives NaN, which is a fault of the block.
+/// Gathers rows whose numbers are known only at run time (a table of embeddings). A number out of range gives NaN, which is a fault of
+/// the block.
 fn gather_at_run_time(call: &mut Call, x: &Value, which: &Value, at: usize) -> OperatorResult {
     let (before, after): (usize, usize) = (x.shape[..at].iter().product(), x.shape[at + 1..].iter().product());
     let kind = call.program.kind(x);

@@ -10,7 +10,7 @@ pub fn softmax(call: &mut Call) -> OperatorResult {
     let rank = x.shape.len();
     let old = call.opset < 13;
     let at = axis(call.int("axis", if old { 1 } else { -1 }), rank)?;
-    // Until opset 12 it ran over all dimensions from the axis on.
+    // Up to opset 12 it applied to all dimensions from the axis on.
     let order: Vec<usize> = if old { (0..rank).collect() } else { (0..rank).filter(|&i| i != at).chain([at]).collect() };
     let len: usize = if old { x.shape[at..].iter().product() } else { x.shape[at] };
     let logarithm = u8::from(call.node.op_type == "LogSoftmax");

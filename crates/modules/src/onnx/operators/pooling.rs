@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Operators that reduce windows of the trailing dimensions: which elements a window has is known at translation.
+//! Operators that reduce windows of the trailing dimensions; the elements of each window are known at translation.
 use super::{Call, OperatorResult};
 use crate::onnx::value::{each, offset, strides};
 
-/// `GlobalAveragePool` and `GlobalMaxPool`: one window, all of it.
+/// Translates `GlobalAveragePool` and `GlobalMaxPool`: a single window over everything.
 pub fn global(call: &mut Call) -> OperatorResult {
     let x = call.input(0)?;
     if x.shape.len() < 3 {
@@ -20,7 +20,7 @@ pub fn global(call: &mut Call) -> OperatorResult {
     Ok(vec![made])
 }
 
-/// `MaxPool` and `AveragePool`.
+/// Translates `MaxPool` and `AveragePool`.
 pub fn pool(call: &mut Call) -> OperatorResult {
     let x = call.input(0)?;
     let spatial = x.shape.get(2..).unwrap_or_default().to_vec();
@@ -46,7 +46,7 @@ pub fn pool(call: &mut Call) -> OperatorResult {
             let (mut taken, mut count) = (Vec::new(), 0);
             each(&window, |k| {
                 let at: Vec<i64> = (0..spatial.len()).map(|d| to[d] as i64 * stride[d] - pads[d].0 + k[d] as i64 * dilation[d]).collect();
-                // Beyond the padding, where rounding up has put a window, nothing counts.
+                // Elements beyond the padding, which a window may cover after rounding up, do not count.
                 count += usize::from((0..spatial.len()).all(|d| at[d] < spatial[d] as i64 + pads[d].1));
                 let inside: Option<Vec<usize>> = at.iter().zip(&spatial).map(|(&i, &n)| usize::try_from(i).ok().filter(|&i| i < n)).collect();
                 taken.extend(inside.map(|at| row * len + offset(&at, &own)));
@@ -90,7 +90,7 @@ fn padded(call: &Call, spatial: &[usize], kernel: &[i64], stride: &[i64], dilati
         };
         let room = n + before + after - reach;
         let mut size = if ceil { (room + stride[d] - 1).div_euclid(stride[d]) } else { room.div_euclid(stride[d]) } + 1;
-        // A window that would begin behind the input is none.
+        // A window that would begin beyond the input is dropped.
         if ceil && (size - 1) * stride[d] >= n + before {
             size -= 1;
         }
@@ -102,7 +102,7 @@ fn padded(call: &Call, spatial: &[usize], kernel: &[i64], stride: &[i64], dilati
     Ok(made)
 }
 
-/// The step that reduces windows to their maximum, or to their sum by `counts`.
+/// Adds the step that reduces windows to their maximum, or to their sum by `counts`.
 fn pooled(call: &mut Call, to: &str, from: &str, windows: Vec<Vec<usize>>, counts: Option<Vec<usize>>) -> String {
     let n = windows.len();
     let ends = windows.iter().scan(0, |end, window| {

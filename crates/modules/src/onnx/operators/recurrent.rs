@@ -1,18 +1,18 @@
 // SPDX-License-Identifier: Apache-2.0
-//! RNN, GRU and LSTM, forward: for each step of the sequence two products and the gates.
+//! RNN, GRU and LSTM, forward: two products and the gates for each step of the sequence.
 use super::products::packed;
 use super::{Call, OperatorResult};
 use crate::onnx::program::LANES;
 use crate::onnx::value::Value;
 
-/// Sizes and weights that all of them have.
+/// Sizes and weights common to all of them.
 struct Cell {
     x: Value,
     steps: usize,
     batch: usize,
     inputs: usize,
     hidden: usize,
-    /// `hidden` rounded up to vectors: each gate begins at a multiple.
+    /// `hidden` rounded up to whole vectors: each gate starts at a multiple.
     padded: usize,
     is_batch_first: bool,
     w: Vec<f32>,
@@ -62,7 +62,7 @@ impl Cell {
         call.program.packed(all.collect())
     }
 
-    /// A state with rows of whole vectors, from an optional input.
+    /// Makes a state with rows of whole vectors, from an optional input.
     fn state(&self, call: &mut Call, at: usize) -> Result<Value, String> {
         let state = call.program.value(&[self.batch, self.padded]);
         let y = call.program.name(&state)?;
@@ -80,7 +80,7 @@ impl Cell {
         Ok(state)
     }
 
-    /// A state as an output of the node.
+    /// Returns a state as an output of the node.
     fn last(&self, call: &mut Call, state: &Value) -> Result<Value, String> {
         let shape = if self.is_batch_first { [self.batch, 1, self.hidden] } else { [1, self.batch, self.hidden] };
         let made = call.program.value(&shape);
@@ -90,7 +90,8 @@ impl Cell {
         Ok(made)
     }
 
-    /// The loop over steps and rows around `body`, which finds its input at `x` and leaves its output in `h`; the whole sequence.
+    /// Adds the loop over steps and rows around `body`, which reads its input at `x` and writes its output to `h`; returns the whole
+    /// sequence.
     fn run(&self, call: &mut Call, h: &Value, others: &[&Value], body: &str) -> Result<Value, String> {
         let shape = if self.is_batch_first { [self.batch, self.steps, 1, self.hidden] } else { [self.steps, 1, self.batch, self.hidden] };
         let all = call.program.value(&shape);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Operators that make one element of many along some dimensions.
+//! Operators that reduce elements along some dimensions.
 use super::movement::transposed;
 use super::{Call, OperatorResult, axes};
 use crate::onnx::value::Value;
@@ -45,7 +45,7 @@ pub fn reduce(call: &mut Call) -> OperatorResult {
     Ok(vec![made])
 }
 
-/// A reduction of a shape, carried out now.
+/// Evaluates a reduction of a shape at translation.
 fn reduce_known(operator: &str, row: &[i64]) -> Option<i64> {
     match operator {
         "ReduceProd" => row.iter().try_fold(1i64, |product, &i| product.checked_mul(i)),

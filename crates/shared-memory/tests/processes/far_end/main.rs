@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The process at the other side: `far-end MODE SYSTEM RUN [NUMBER [FROM]]`.
+//! The process on the other side: `far-end MODE SYSTEM RUN [NUMBER [FROM]]`.
 #[path = "../groups.rs"]
 mod groups;
 mod obey;
@@ -10,8 +10,7 @@ use shared_memory::SharedMemory;
 use std::io::{Write, stdout};
 
 fn main() {
-    // A test that is killed leaves nobody behind who writes for ever.
-    // SAFETY: asks for a signal; nothing of this process's memory is touched.
+    // A killed test leaves no writing process behind. SAFETY: requests a signal; no memory of this process is touched.
     unsafe { libc::prctl(libc::PR_SET_PDEATHSIG, libc::SIGKILL) };
     let arguments: Vec<String> = std::env::args().skip(1).collect();
     let [mode, system, run, more @ ..] = arguments.as_slice() else { panic!("far-end MODE SYSTEM RUN [NUMBER [FROM]]") };
@@ -44,7 +43,8 @@ fn write(mut ends: SharedMemory, connection: u64, from: u64) {
     }
 }
 
-/// Latches and takes rows until it is killed; says what it latched first, and ends with a failure where anything is torn or out of order.
+/// Latches and takes rows until it is killed; prints the first latched number, and exits with a failure if anything is torn or out of
+/// order.
 fn read(mut ends: SharedMemory, connection: u64) {
     let mut receiver = ends.receiver(connection, &SPEC, Box::new(|| ())).expect("the end is free");
     assert_eq!(receiver.group(), [0; GROUP_LEN], "zeros before the first latch");

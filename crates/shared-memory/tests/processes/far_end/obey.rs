@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Makes and uses writing ends as the standard input says, a line a call; the answer to each is a line too.
+//! Creates and uses writing ends as directed by the standard input, one line per call; each answer is also a line.
 use super::say;
 use interconnect::{ConnectionSpec, Ends, Sender};
 use shared_memory::SharedMemory;
@@ -44,7 +44,7 @@ fn line() -> Option<String> {
     stdin().lock().lines().next().map(|line| line.expect("text"))
 }
 
-/// Two hexadecimal digits a byte.
+/// Decodes two hexadecimal digits per byte.
 fn copy(into: &mut [u8], text: &str) {
     assert_eq!(text.len(), 2 * into.len(), "all bytes come");
     for (index, byte) in into.iter_mut().enumerate() {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Blocks that read and drive devices, and what their set-points come from.
+//! Blocks that read and drive devices, and the sources of their set-points.
 use opengpac::{Condition, FunctionBlock, Invocation, Outcome, Step};
 
 /// Reads a channel of a device.
@@ -41,10 +41,10 @@ impl Step for Drive {
     }
 }
 
-/// Moves y on by v each time; v grows to 3, or, while `holding`, falls to 0.
+/// Adds v to y each time; v rises to 3, or falls to 0 while `holding`.
 #[derive(FunctionBlock)]
 pub struct Ramp {
-    /// come to rest
+    /// comes to rest
     #[input(asynchronous, default = false)]
     holding: bool,
     /// distance so far
@@ -53,7 +53,7 @@ pub struct Ramp {
     /// speed
     #[output]
     v: f64,
-    /// it rests
+    /// at rest
     #[condition]
     held: Condition,
 }
@@ -69,13 +69,13 @@ impl Step for Ramp {
     }
 }
 
-/// Goes from `present`, read once, towards `goal`, by `stride` an invocation: y is where it is.
+/// Moves from `present`, read once, towards `goal`, by `stride` per invocation: y is the present position.
 #[derive(FunctionBlock)]
 pub struct Glide {
-    /// position at which it begins
+    /// initial position
     #[input(asynchronous)]
     present: f64,
-    /// position to which it goes
+    /// target position
     #[param(default = 0.0)]
     goal: f64,
     /// present position
@@ -84,13 +84,13 @@ pub struct Glide {
     /// distance of each step
     #[param(default = 0.001)]
     stride: f64,
-    /// it has begun
+    /// true after the first invocation
     #[state]
     begun: bool,
     /// present position
     #[state]
     at: f64,
-    /// it is there
+    /// target reached
     #[condition]
     there: Condition,
 }
@@ -112,7 +112,7 @@ impl Step for Glide {
 /// A servo: channel = gain · (u - q).
 #[derive(FunctionBlock)]
 pub struct Follow {
-    /// wanted position
+    /// set-point
     #[input(asynchronous)]
     u: f64,
     /// present position
