@@ -62,16 +62,22 @@ async function press(page: Page, name: string, says: string | RegExp): Promise<v
   await command(button(page, name), told(page).getByText(says));
 }
 
-/** Turns a joint of the arm by jogging it. */
+/** Turns a joint of the arm by jogging it: again where a busy machine let the jog end, since the page was not heard for 0.25 s. */
 async function jog(page: Page): Promise<void> {
   const forward = page.getByRole("button", { name: "Jog wrist_3 forward while held" });
+  const jogs = async () => (await watch.instances()).filter((one) => one.verb === "jog").length;
   const before = await watch.value("ur5e.wrist_3.sensed");
-  await standsStill(forward);
-  await forward.hover();
-  await page.mouse.down();
-  await expect.poll(async () => (await watch.value("ur5e.wrist_3.sensed")) - before).toBeGreaterThan(0.05);
-  await page.mouse.up();
-  await expect.poll(async () => (await watch.instances()).filter((one) => one.verb === "jog").length).toBe(0);
+  const isTurned = async () => (await watch.value("ur5e.wrist_3.sensed")) - before > 0.05;
+  while (!(await isTurned())) {
+    const starts = await watch.starts();
+    await standsStill(forward);
+    await forward.hover();
+    await page.mouse.down();
+    await expect.poll(() => watch.starts()).toBeGreaterThan(starts);
+    await expect.poll(async () => (await isTurned()) || (await jogs()) === 0).toBe(true);
+    await page.mouse.up();
+    await expect.poll(jogs).toBe(0);
+  }
 }
 
 test("the points of the program's file stand there, with frame, tool, place and note", async () => {
@@ -120,11 +126,16 @@ test("the arm goes to a point by joints, and in a line", async () => {
 
 test("a motion is stopped by its button", async () => {
   const { page } = operator;
+  // A person enters a point that is far away: the motion there takes a minute.
+  const [home] = await kept();
+  const far = (home?.joints ?? []).map((joint, index) => (index === 5 ? joint + 3 : joint));
+  writeFileSync(file(), readFileSync(file(), "utf8").replace("[points]", `[points]\nfar = {joints = [${far.join(", ")}]}`));
   await panel(page).getByLabel("Speed").fill("5");
-  await row(page, "home").getByRole("radio").check();
-  await press(page, "Go by joints", "The arm moves to 'home'.");
-  await command(button(page, "Stop"), panel(page).getByRole("alert").getByText("The motion to 'home' was stopped on its way."));
+  await row(page, "far").getByRole("radio").check();
+  await press(page, "Go by joints", "The arm moves to 'far'.");
+  await command(button(page, "Stop"), panel(page).getByRole("alert").getByText("The motion to 'far' was stopped on its way."));
   await panel(page).getByLabel("Speed").fill("50");
+  await row(page, "home").getByRole("radio").check();
   await press(page, "Go by joints", "The arm is at 'home'.");
 });
 
@@ -146,11 +157,11 @@ test("a point is renamed in its place, deleted, and put back", async () => {
   await row(page, "tray").getByRole("radio").check();
   await panel(page).getByLabel("Name").fill("feeder");
   await press(page, "Rename", "'tray' is 'feeder' now.");
-  expect(await names()).toEqual(["home", "feeder", "turned", "in frame"]);
+  expect(await names()).toEqual(["far", "home", "feeder", "turned", "in frame"]);
   await press(page, "Delete", "'feeder' is deleted. Undo puts it back.");
-  expect(await names()).toEqual(["home", "turned", "in frame"]);
+  expect(await names()).toEqual(["far", "home", "turned", "in frame"]);
   await press(page, "Undo", "'feeder' is back.");
-  expect(await names()).toEqual(["home", "turned", "in frame", "feeder"]);
+  expect(await names()).toEqual(["far", "home", "turned", "in frame", "feeder"]);
   await row(page, "feeder").getByText("above the tray").waitFor();
 });
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The motions of joints and of arms that a page offers by itself."""
+"""The motions of joints and of arms, and the setting of outputs, that a page offers by itself."""
 
 from __future__ import annotations
 
@@ -9,6 +9,8 @@ from pathlib import Path
 from typing import Any
 
 from .. import checking
+from ..cell.signals import AnalogOutput, DigitalOutput
+from ..cell.verbs import set_output
 from ..devices.points import model_of
 from ..errors import Error, refusals
 from ..robots.arm import Arm
@@ -25,7 +27,7 @@ HEARTBEAT = "studio.heartbeat"
 
 
 def enter_for(moved: Any) -> None:
-    """Enters the motions of a joint or an arm in its system. What a program has defined or made under a name stays.
+    """Enters the verbs of a joint, an arm or an output in its system. What a program has defined or made under a name stays.
 
     Of an arm the system is told the geometry too, by which a page moves its tool.
     """
@@ -33,6 +35,8 @@ def enter_for(moved: Any) -> None:
         _enter(moved.system, jog, move_absolute, move_relative, stop)
         if HEARTBEAT not in moved.system.names["svvs"]:
             moved.system.svv(HEARTBEAT, int)
+    elif isinstance(moved, DigitalOutput | AnalogOutput):
+        _enter(moved.system, set_output.verb(moved))
     elif isinstance(moved, Arm):
         _enter(moved.system, jog_linear, move_linear)
         with refusals:

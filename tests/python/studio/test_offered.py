@@ -87,3 +87,13 @@ def test_an_arm_without_geometry_says_why(cell: gpac.System, page: Path) -> None
     told = {one["name"]: one for one in cell._alive().arms()}
     assert told["bare"]["chain"] is None
     assert told["bare"]["missing"] == "its file has no tool"
+
+
+def test_outputs_can_be_set_where_a_page_may_start_verbs(cell: gpac.System, page: Path) -> None:
+    fast = cell.processor("rtp0").timer("fast", period="1 ms", priority=80)
+    io = cell.processor("rtp0").physical_device("io", gpac.drivers.loopback("x"), exchange=fast)
+    cell._served(server.serve(cell, 0, "operate", page=page))
+    assert "set_analog_output" not in cell.names["verbs"]
+    gpac.cell.AnalogOutput("level", io["x"]["effort"])
+    assert "set_analog_output" in cell.names["verbs"]
+    assert "set_digital_output" not in cell.names["verbs"], "there is none"

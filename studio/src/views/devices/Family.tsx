@@ -8,6 +8,7 @@ import { useAction, useControl } from "../../shell/context";
 import { addressOf } from "../../shell/route";
 import { columnsOf, type DeviceFamily, isRenewed, shortName, svvName } from "./families";
 import { JogButtons, JogTools, useJog } from "./Jog";
+import { SetOutput, useSetVerb } from "./SetOutput";
 
 const TONES: Record<string, Tone> = { standstill: "good", moving: "accent", enabling: "warn", stopping: "warn", fault: "bad" };
 
@@ -21,6 +22,7 @@ export function Family(props: { of: DeviceFamily; now: Statistics; chosen: strin
   const control = useControl();
   const action = useAction();
   const jog = useJog(of);
+  const sets = useSetVerb(of) !== null;
   const columns = columnsOf(of.type);
   const states = of.devices.map((device) => now.devices[device]);
   const enable = (devices: string[]) => {
@@ -65,6 +67,7 @@ export function Family(props: { of: DeviceFamily; now: Statistics; chosen: strin
             <tr>
               <th scope="col">{of.type.name}</th>
               {jog.able && <th scope="col">Jog</th>}
+              {sets && <th scope="col">Set</th>}
               <th scope="col">State</th>
               {columns.map(([name, svv]) => (
                 <th key={name} scope="col" className="number">
@@ -85,6 +88,11 @@ export function Family(props: { of: DeviceFamily; now: Statistics; chosen: strin
                 {jog.able && (
                   <td>
                     <JogButtons of={jog} device={device} />
+                  </td>
+                )}
+                {sets && (
+                  <td>
+                    <SetOutput device={device} type={of.type.name} state={states[index]} />
                   </td>
                 )}
                 <td className="state">

@@ -8,7 +8,8 @@ import { useControl } from "../../shell/context";
 import { isRenewed } from "./families";
 import { goalOf, JOINTS, motionTo, taughtAt, toldOfMotion, type Way, WORLD } from "./points";
 import { notEnabled } from "./toolJog";
-import { type PointsOfArm, useMotions, usePoints } from "./usePoints";
+import { type PointsOfArm, usePoints } from "./usePoints";
+import { useVerb } from "./useVerb";
 
 /** Taught points of an arm, in the file that its program shares: teach, go there, rename, delete. */
 export function PointsPanel(props: { of: ArmDescription; chain: ChainDescription; now: Statistics }) {
@@ -104,7 +105,7 @@ function PointTools(props: {
 }) {
   const { arm, chain, now, known, points, point, choose } = props;
   const control = useControl();
-  const motions = useMotions(arm);
+  const motions = useVerb();
   const [share, setShare] = useState(20);
   const [told, setTold] = useState<{ text: string; wrong: Refusal[] }>({ text: "", wrong: [] });
   const [deleted, setDeleted] = useState<TaughtPoint | null>(null);
@@ -137,7 +138,7 @@ function PointTools(props: {
     if (!point || !asked) return;
     if (asleep.length > 0) return say("", [notEnabled(asleep)]);
     say("");
-    motions.begin(point.name, asked, (report) => {
+    motions.begin(point.name, { ...asked, arguments: { arm: { devices: arm.joints } } }, (report) => {
       const wrong = toldOfMotion(arm, point.name, report);
       setTold({ text: wrong ? "" : `The arm is at '${point.name}'.`, wrong: wrong ? [wrong] : [] });
     });
@@ -176,7 +177,7 @@ function PointTools(props: {
   const moves = motions.under !== null;
   const hint =
     point === null ? "Choose a point, or teach one." : goal === null ? "Its frame or its tool is not in the file." : goalHint(goal);
-  const said = motions.under ? `The arm moves to '${motions.under.to}'.` : told.text || "The arm rests.";
+  const said = motions.under ? `The arm moves to '${motions.under.about}'.` : told.text || "The arm rests.";
   return (
     <>
       <div className="row" data-commands>

@@ -1,0 +1,100 @@
+// SPDX-License-Identifier: Apache-2.0
+import { useEffect, useState } from "react";
+import type { Refusal } from "../../control/refusals";
+import type { DeviceState, Report, Value } from "../../control/shapes";
+import { Refusals } from "../../design/parts";
+import { useControl } from "../../shell/context";
+import { valueFrom, wrongText } from "../verbs/fields";
+import { type DeviceFamily, isRenewed, shortName } from "./families";
+import { useVerb } from "./useVerb";
+
+/** Verbs that set outputs, by the types of their devices: `gpac.cell.set_output`. */
+const SETS: Record<string, { verb: string; type_text: string }> = {
+  digital_output: { verb: "set_digital_output", type_text: "bool" },
+  analog_output: { verb: "set_analog_output", type_text: "double" },
+};
+
+/** Verb that sets the outputs of a family; null: they are none, the page may not operate, or the system lacks the verb. */
+export function useSetVerb(family: DeviceFamily): string | null {
+  const control = useControl();
+  const verb = SETS[family.type.name]?.verb ?? null;
+  const [isThere, setThere] = useState(false);
+  const mayOperate = control.may("operate");
+  useEffect(() => {
+    if (verb === null || !mayOperate) return;
+    let over = false;
+    control.look("names", {}).then(
+      (names) => over || setThere(names.verbs.includes(verb)),
+      () => undefined,
+    );
+    return () => {
+      over = true;
+    };
+  }, [control, verb, mayOperate]);
+  return isThere && mayOperate ? verb : null;
+}
+
+/** Sets one output: off and on of a digital one, a value of an analog one. */
+export function SetOutput(props: { device: string; type: string; state: DeviceState | undefined }) {
+  const { device, state } = props;
+  const running = useVerb();
+  const [wrong, setWrong] = useState<Refusal[]>([]);
+  const [text, setText] = useState("");
+  const sets = SETS[props.type];
+  if (!sets) return null;
+  const set = (value: Value) => {
+    running.clear();
+    setWrong(
+      isRenewed(state)
+        ? []
+        : [{ class: "NotEnabled", message: `'${device}' is not enabled: nothing has changed.`, remedy: "press Enable all" }],
+    );
+    if (!isRenewed(state)) return;
+    running.begin(device, { verb: sets.verb, arguments: { output: { device } }, values: { value } }, (report) =>
+      setWrong(toldOfSetting(device, report)),
+    );
+  };
+  const name = shortName(device);
+  const isDigital = sets.type_text === "bool";
+  const value = valueFrom(text, sets.type_text);
+  const unread = wrongText(text, sets.type_text);
+  return (
+    <form
+      className="set-output"
+      data-commands
+      onSubmit={(event) => {
+        event.preventDefault();
+        if (value !== undefined && unread === null) set(value);
+      }}
+    >
+      {isDigital ? (
+        [false, true].map((to) => (
+          <button key={String(to)} type="button" aria-label={`Set ${name} ${to ? "on" : "off"}`} onClick={() => set(to)}>
+            {to ? "On" : "Off"}
+          </button>
+        ))
+      ) : (
+        <>
+          <input
+            aria-label={`New value of ${name}`}
+            aria-invalid={unread !== null}
+            title={unread ?? undefined}
+            size={6}
+            value={text}
+            onChange={(event) => setText(event.target.value)}
+          />
+          <button type="submit" aria-label={`Set ${name}`} disabled={value === undefined || unread !== null}>
+            Set
+          </button>
+        </>
+      )}
+      <Refusals of={[...running.refusals, ...wrong]} />
+    </form>
+  );
+}
+
+/** Says that an output was not set, and why; nothing where it was written. */
+function toldOfSetting(device: string, report: Report): Refusal[] {
+  if (report.condition === "written") return [];
+  return [{ class: report.condition, message: report.message || `'${device}' was not set.`, remedy: "see the view Log" }];
+}
