@@ -49,6 +49,7 @@ beforeAll(async () => {
 afterEach(() => {
   link.thaw();
   link.mend();
+  link.hold(false);
 });
 
 afterAll(async () => {
@@ -60,7 +61,7 @@ afterAll(async () => {
 
 const panel = (page: Page) => page.getByRole("region", { name: /^Tool of ur5e/ });
 const told = (page: Page) => panel(page).getByRole("status");
-const jogs = async () => (await watch.instances()).filter((one) => one.verb === "jog_linear").length;
+const jogs = async () => (await watch.instances()).filter((one) => one.verb === "jog_linear" && one.state !== "created").length;
 
 /** Returns a figure of the displayed pose, mm or degrees; NaN if the page shows none. */
 async function figure(page: Page, axis: string): Promise<number> {
@@ -95,7 +96,7 @@ async function step(page: Page, name: string, axis: string): Promise<number> {
     await press(page, name);
     await page.mouse.up();
     const said = async () => [await told(page).textContent(), ...(await panel(page).getByRole("alert").allTextContents())].join(" ");
-    await expect.poll(said).toMatch(/The step is done|heard nothing of this page/);
+    await expect.poll(said).toMatch(/The step is done|heard nothing of this page|after it was given/);
     await expect.poll(jogs).toBe(0);
     if (!(await said()).includes("The step is done.")) continue;
     // The figures are updated ten times a second.
@@ -203,6 +204,27 @@ test("a link that is lost ends the jog within the time that the verb declares", 
   await page.mouse.up();
   await page.getByText("live", { exact: true }).waitFor();
   await expect.poll(jogs).toBe(0);
+});
+
+test("a step that is held up moves nothing when the network goes on", async () => {
+  const { page } = operator;
+  await choose(page, "Moves", "10");
+  const before = await watch.value("ur5e.shoulder_lift.commanded");
+  link.hold(true);
+  await press(page, "Step the tool along +Z by 10 mm");
+  await page.mouse.up();
+  await expect.poll(() => link.held).toBeGreaterThan(0);
+  const at = await watch.now_ms();
+  await expect.poll(async () => (await watch.now_ms()) - at).toBeGreaterThan(1000);
+  link.hold(false);
+  await panel(page)
+    .getByRole("alert")
+    .getByText(/after it was given/)
+    .waitFor();
+  expect(await watch.value("ur5e.shoulder_lift.commanded")).toBe(before);
+  // The instance is there: the next press is the step.
+  expect(await step(page, "Step the tool along +Z by 10 mm", "Z")).toBeCloseTo(10, 0);
+  await choose(page, "Moves", "while held");
 });
 
 test("who commands is asked: another session's command is not taken", async () => {

@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 // Moves something while a button is held, or by one step.
 
+import { isLate } from "../../control/late";
 import { RefusalError } from "../../control/refusals";
 import type { Report, Value } from "../../control/shapes";
-import type { Source } from "../../control/source";
+import type { PressTime, Source } from "../../control/source";
 
 /** The verb that moves joints as long as its heartbeat changes: `gpac.motion.jog`. */
 export const JOG = "jog";
@@ -13,6 +14,9 @@ export const JOG_TOOL = "jog_linear";
 export const BEAT = "studio.heartbeat";
 /** Period of the heartbeat, ms. The joints stop when it is older than 250 ms. */
 const BEAT_MS = 60;
+
+/** Instances whose start was refused because it came late, by verb and devices: the next press starts them at once. */
+const KEPT = new WeakMap<Source, Map<string, number>>();
 
 /** Motion of one press. */
 export interface JogMotion {
@@ -28,6 +32,8 @@ export interface JogMotion {
 export class Press {
   readonly #control: Source;
   #held = true;
+  /** Time of the press of a step, which its start must not exceed by 0.5 s: nobody holds the button any more. */
+  readonly #pressed: PressTime | undefined;
   readonly motion: JogMotion;
   /** Over: the joints stand, and the instance is gone. The report of a motion that ended by itself, else null. */
   readonly done: Promise<Report | null>;
@@ -36,6 +42,7 @@ export class Press {
   constructor(control: Source, motion: JogMotion, before: Promise<unknown> = Promise.resolve()) {
     this.#control = control;
     this.motion = motion;
+    this.#pressed = motion.isStep ? control.pressed() : undefined;
     this.done = before.then(
       () => this.#move(),
       () => this.#move(),
@@ -61,26 +68,34 @@ export class Press {
     const say = () => control.order("write", { name: BEAT, value: beat++ });
     await say();
     // A held button commands each call at the time of that call.
-    const instance = await control.order("create", { verb, arguments: { arm: { devices }, heartbeat: { svv: BEAT } } });
+    const kept = KEPT.get(control) ?? new Map<string, number>();
+    KEPT.set(control, kept);
+    const key = [verb, ...devices].join(" ");
+    const instance = kept.get(key) ?? (await control.order("create", { verb, arguments: { arm: { devices }, heartbeat: { svv: BEAT } } }));
+    kept.delete(key);
     let isStarted = false;
     let report: Report | null = null;
     try {
       // The button was released meanwhile, or the connection was lost.
       if (!this.#held) return null;
       isStarted = true;
-      await control.order("start", { instance, values });
+      await control.order("start", { instance, values }, undefined, this.#pressed).catch((why) => {
+        if (this.#pressed !== undefined && isLate(control, this.#pressed)) kept.set(key, instance);
+        throw why;
+      });
       while (this.#held) {
         const [state] = await Promise.all([control.look("state", { instance }), say(), passed(BEAT_MS)]);
         if (state !== "running") break;
       }
       if (this.#held) report = await control.look("report", { instance });
     } finally {
-      if (isStarted && report === null) {
+      const isKept = kept.get(key) === instance;
+      if (!isKept && isStarted && report === null) {
         // In any case, the joint is halted first, which needs no command; then the instance is deleted.
         await control.stop("halt", { instance }).catch(ended);
         await control.look("wait", { instance }).catch(ended);
       }
-      await control.order("delete", { instance });
+      if (!isKept) await control.order("delete", { instance });
     }
     return report;
   }
