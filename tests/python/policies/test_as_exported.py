@@ -223,8 +223,11 @@ def test_every_name_of_an_input_is_a_port_of_some_name(tmp_path: Path, names: tu
 
 def test_two_names_that_become_one_port_are_refused(tmp_path: Path) -> None:
     made = model([helper.make_node("Add", ["a.b", "a/b"], ["y"])], {"a.b": [1, 2], "a/b": [1, 2]}, {"y": [1, 2]})
+    file = saved(tmp_path, made)
     with pytest.raises(gpac.errors.ModuleError, match=r"'a\.b' and 'a/b' would both be port 'a_b': name them in inputs="):
-        gpac.policy(saved(tmp_path, made))
+        gpac.policy(file)
+    named = gpac.policy(file, {"a.b": Term("first", size=2), "a/b": Term("second", size=2)})
+    assert named.run(first=[[1.0, 2.0]], second=[[10.0, 20.0]]).y.tolist() == [[11.0, 22.0]]
 
 
 DECLARATIONS = {

@@ -10,12 +10,13 @@ from daemons import Daemon
 from opengpac import activate
 from policy_networks import dense
 
-SEEN = [0.1, 0.2, 0.3]
+SEEN, OTHERS = [0.1, 0.2, 0.3], [-0.5, 0.7, 0.0]
 
 
 def test_a_daemon_that_was_killed_runs_its_policy_again(tmp_path: Path) -> None:
     policy = gpac.policy(dense(tmp_path / "walk.onnx", [3, 16, 3]), every="20 ms")
-    expected = policy.run(obs=[SEEN]).actions[0]
+    expected, of_others = (policy.run(obs=[seen]).actions[0] for seen in (SEEN, OTHERS))
+    assert not np.array_equal(expected, of_others)
     verb = gpac.Verb(
         "walks",
         blocks={"walk": policy},
@@ -42,4 +43,8 @@ def test_a_daemon_that_was_killed_runs_its_policy_again(tmp_path: Path) -> None:
     with gpac.connect(again.url, name="panel") as cell:
         cell.advance("20 ms")
         np.testing.assert_array_equal(cell.svv("robot.y").value, expected)
+        # It is the network that runs, not a value that was kept.
+        cell.svv("robot.x").value = OTHERS
+        cell.advance("20 ms")
+        np.testing.assert_array_equal(cell.svv("robot.y").value, of_others)
     again.stop()

@@ -89,12 +89,13 @@ def test_what_is_left_out_is_read_from_the_file(tmp_path: Path) -> None:
 
 
 def test_values_are_scaled_clipped_and_limited_to_the_range_of_training(tmp_path: Path) -> None:
-    meant = Term("q", unit="rad", offset=[1.0, 1.0], scale=2.0, clip=(-1.0, 1.0), within=(-2.0, 1.5))
-    out = Term("y", scale=10.0, offset=0.5, clip=(-5.0, 15.0), size=2)
+    meant = Term("q", unit="rad", offset=[1.0, 1.0], scale=0.5, clip=(-1.0, 1.0), within=([0.0, -9.0], [1.5, 9.0]))
+    out = Term("y", scale=10.0, offset=0.5, clip=(-4.0, 15.0), size=2)
     policy = gpac.policy(identity(tmp_path / "same.onnx", 2), {"obs": meant}, {"actions": out})
-    trial = policy.run(q=[[1.25, 0.5], [1.75, -9.0], [1.0, 1.0]])
-    np.testing.assert_allclose(trial.y, [[5.5, -5.0], [10.5, -5.0], [0.5, 0.5]], atol=1e-5)
-    assert "out_of_distribution" in policy.conditions
+    # As it is, and clipped before the network; limited to the range of training, and clipped behind the network; neither.
+    trial = policy.run(q=[[1.25, 2.6], [1.9, 0.05], [0.9, 1.0]])
+    np.testing.assert_allclose(trial.y, [[1.75, 5.5], [3.0, -4.0], [0.0, 0.5]], atol=1e-5)
+    assert [(number, name) for number, name, _ in trial.conditions] == [(1, "out_of_distribution")]
 
 
 def test_another_rate_than_that_of_training_is_a_fault(tmp_path: Path) -> None:
@@ -197,5 +198,8 @@ def test_a_damaged_file_is_refused_and_never_ends_the_process(tmp_path: Path) ->
 
 
 def test_an_open_shape_may_be_given(tmp_path: Path) -> None:
-    policy = gpac.policy(_network(tmp_path, inputs={"obs": ["batch", 4]}), shapes={"obs": (1, 4)})
-    np.testing.assert_array_equal(policy.run(obs=[[1.0, -1.0, 2.0, -2.0]]).actions, [[1.0, 0.0, 2.0, 0.0]])
+    """A leading one too, which is 1 where nothing is given."""
+    file = _network(tmp_path, inputs={"obs": ["batch", 4]}, outputs={"actions": ["batch", 4]})
+    rows = [1.0, -1.0, 2.0, -2.0, 3.0, -3.0, -4.0, 4.0]
+    assert gpac.policy(file).run(obs=[rows[:4]]).actions.shape == (1, 4)
+    assert gpac.policy(file, shapes={"obs": (2, 4)}).run(obs=[rows]).actions.tolist() == [[max(x, 0.0) for x in rows]]
