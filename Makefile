@@ -215,6 +215,7 @@ robots: setup-checked
 faults: setup-hosts $(VENV)/tests
 	$(BIN)/python tests/faults/campaign.py
 	$(BIN)/python tests/faults/watched.py
+	$(BIN)/python tests/faults/freezing.py
 	$(BIN)/python tests/faults/fuzz.py
 	OPENGPAC_BUDGET_FAULTS=100000 cargo test -p kernel --profile checked --test stores -- --nocapture
 	OPENGPAC_TAKEOVERS=100000 cargo test -p library --profile checked --test takeover -- --nocapture
@@ -224,7 +225,7 @@ faults: setup-hosts $(VENV)/tests
 	$(BIN)/python tests/faults/no_jump.py
 	OPENGPAC_CYCLES=100000 $(BIN)/python -m pytest -q tests/python/conformance/test_r098_instances.py -k leave_no_memory_behind
 	OPENGPAC_MOVED=2000 $(BIN)/python -m pytest -q tests/python/motion/test_motions_come_to_rest.py
-	OPENGPAC_COMPOSITIONS=25000 $(BIN)/python -m pytest -q tests/python/test_stops.py -k "any_composition or is_closed"
+	OPENGPAC_COMPOSITIONS=25000 $(BIN)/python -m pytest -q -o faulthandler_timeout=0 tests/python/test_stops.py -k "any_composition or is_closed"
 	OPENGPAC_UR_SEEDS=100 $(BIN)/python -m pytest -q tests/python/drivers/test_ur.py -k no_order_of_events
 	$(BIN)/python tests/faults/ur_peer.py
 	@$(call install,libclang==18.1.1)

@@ -34,9 +34,9 @@ def machine(cell: gpac.System, on: Processor | None = None, **changes: Any) -> g
 nap = gpac.Verb("nap", blocks={"b": gpac.library.flag}, command_lists={"start": [activate("b")]}, instantiation_parameters={"y": "b.y"})
 
 
-def late(rtp: Processor, ms: int) -> Callable[[], None]:
-    """Returns a function that keeps the processor busy for `ms`, once."""
-    hog = rtp.trigger("hog", priority=90, virtual_cost=f"{ms} ms")
+def late(rtp: Processor, ms: int, priority: int = 90) -> Callable[[], None]:
+    """Returns a function that keeps everything of a lower priority from the processor for `ms`, once."""
+    hog = rtp.trigger("hog", priority=priority, virtual_cost=f"{ms} ms")
     nap.on(hog).asynch(rtp.system.svv("napped", bool))
     return hog.request
 

@@ -82,15 +82,21 @@ pub struct Spline {
 struct CatchingUp {
     /// Maximum speed, per invocation.
     speed: f64,
-    /// Number of lost invocations during which the next set-point has moved.
+    /// Number of lost invocations during which the next set-point has moved; infinite if that set-point says nothing about the speed.
     lost: f64,
+    /// Set-points to come before it may be over: the first ones after lost time come too soon, for theirs was not lost in the same cycles.
+    awaited: u32,
+    /// Speed of the last set-points, per invocation.
+    pace: f64,
 }
 
 impl CatchingUp {
     /// Records a new set-point at a distance of `way` from the previous one, after `span` invocations and the lost ones.
     fn note(&mut self, way: f64, span: f64) {
-        self.speed = self.speed.max(way / (span + self.lost));
+        self.speed = self.speed.max(way.abs() / (span + self.lost));
+        self.pace = way / span;
         self.lost = 0.0;
+        self.awaited = self.awaited.saturating_sub(1);
     }
 }
 
@@ -124,7 +130,7 @@ impl Spline {
             if let Some(catching_up) = &mut self.catching_up
                 && wanted != self.setpoint
             {
-                catching_up.note((wanted - self.setpoint).abs(), span);
+                catching_up.note(wanted - self.setpoint, span);
             }
             self.setpoint = wanted;
             // The next speed, from which an even change to rest ends at the set-point.
@@ -148,8 +154,19 @@ impl Spline {
 
     /// Handles lost time: the distance that the set-points moved meanwhile is not jumped over.
     fn catch_up(&mut self, lost: f64) {
-        let before = self.catching_up.unwrap_or(CatchingUp { speed: 0.0, lost: 0.0 });
-        self.catching_up = Some(CatchingUp { speed: before.speed.max(self.speed.abs()), lost: before.lost + lost });
+        let before = self.catching_up.unwrap_or(CatchingUp { speed: 0.0, lost: 0.0, awaited: 0, pace: 0.0 });
+        self.catching_up = Some(CatchingUp { speed: before.speed.max(self.speed.abs()), lost: before.lost + lost, awaited: WARY, ..before });
+    }
+
+    /// A generator comes back that was late for so long that the reference has braked: its set-points, the first of which moves at `speed`, are followed
+    /// no faster than they move.
+    fn catch_up_with(&mut self, speed: f64) {
+        self.catch_up(f64::INFINITY);
+        if let Some(catching_up) = &mut self.catching_up
+            && speed.is_finite()
+        {
+            catching_up.speed = catching_up.speed.max(speed.abs());
+        }
     }
 
     /// Returns `even`, the speed to reach over `span` invocations, limited by catching up; at the end of catching up, `even` itself.
@@ -163,7 +180,9 @@ impl Spline {
         let stopping = if room > 0.0 { room.sqrt() - c * span / 2.0 } else { 0.0 };
         let most = catching_up.speed.min(stopping.max(0.0));
         let reached = wanted.clamp(speed - c * span, speed + c * span).min(most.max(speed - c * span));
-        if wanted == reached && catching_up.lost == 0.0 {
+        // With the next set-point the speed will be that of the set-points, which ends what was lost if the acceleration allows it.
+        let is_in_step = (catching_up.pace - even).abs() <= c * span * (1.0 + ROUNDING);
+        if wanted == reached && catching_up.lost == 0.0 && catching_up.awaited == 0 && is_in_step {
             self.catching_up = None;
             return even;
         }
@@ -184,7 +203,7 @@ impl Spline {
         }
         let (most, change) = (change_max * span, (even - self.speed).abs());
         if change > 2.0 * most && self.catching_up.is_none() {
-            (self.catching_up, self.wary) = (Some(CatchingUp { speed: even.abs().max(self.speed.abs()), lost: 0.0 }), 0);
+            (self.catching_up, self.wary) = (Some(CatchingUp { speed: even.abs().max(self.speed.abs()), lost: 0.0, awaited: 0, pace: 0.0 }), 0);
             return even;
         }
         // A change that is held back now is left to the next set-points.

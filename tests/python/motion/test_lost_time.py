@@ -53,6 +53,25 @@ def test_the_speed_asked_for_is_kept(bounded: tuple[Axes, Callable[[], None]], o
         assert step.max() <= ASKED * 1e-3 * (1 + 1e-6), f"{step.max() / 1e-3} rad/s"
 
 
+@pytest.mark.parametrize("ms", [5, 19, 40, 70, 200, 450])
+@pytest.mark.parametrize("after", ["700 ms", "1.207 s", "1.91 s"])
+def test_setpoints_that_stayed_away_are_followed_at_the_speed_asked_for(ms: int, after: str) -> None:
+    """The generator stood still alone: the servo has braked meanwhile. One that is late by hardly more than its period is made up for."""
+    with gpac.System("late", clock="virtual", seed=1) as cell:
+        rtp = cell.processor("rtp0")
+        axes, keep = machine(cell, on=rtp), late(rtp, ms, priority=70)
+        moving = MOTIONS["move_absolute"](axes)
+        cell.advance(after)
+        keep()
+        cell.advance("8 s")
+        assert moving.report.condition == "arrived" and axes[0].commanded.value == pytest.approx(0.6)
+        rows = axes[0].reference.history[:]
+        assert (np.diff(rows["number"]) == 1).all(), "the servo has skipped nothing"
+        speed = np.diff(rows["value"]) / 1e-3
+        assert np.abs(speed).max() <= ASKED * (1.15 if ms < 30 else 1 + 1e-6), f"{np.abs(speed).max()} rad/s"
+        assert np.abs(np.diff(speed)).max() / 1e-3 <= ACCELERATION * (1 + 1e-6), f"{np.abs(np.diff(speed)).max() / 1e-3} rad/s²"
+
+
 @pytest.mark.parametrize("of", MOTIONS)
 def test_a_gap_beyond_the_bound_brings_the_joints_to_rest_and_tells_its_length(of: str) -> None:
     with gpac.System("late", clock="virtual", seed=1) as cell:

@@ -13,7 +13,10 @@ from onnx.reference import ReferenceEvaluator
 
 import opengpac as gpac
 from opengpac import Term
+from policies.test_sanitized import kept
 from policy_networks import dense, model
+
+__all__ = ["kept"]
 
 RNG = np.random.default_rng(5)
 W = RNG.standard_normal((4, 3)).astype(np.float32)
@@ -184,8 +187,8 @@ def test_integers_in_an_operator_for_floats_are_refused_by_the_node(tmp_path: Pa
         gpac.policy(file)
 
 
-def test_what_depends_on_constants_alone_is_computed_at_once(tmp_path: Path) -> None:
-    """Weights behind Slice, Concat, Equal, Where and Range, and a computed shape: the product still has constant weights."""
+def test_what_depends_on_constants_alone_is_computed_at_once(tmp_path: Path, kept: Path) -> None:
+    """Weights behind Slice, Concat, Equal, Where and Range, and a computed shape: the code is that of a product with constant weights."""
     nodes = [
         helper.make_node("Shape", ["obs"], ["shape"]),
         helper.make_node("Gather", ["shape", "last"], ["width"], axis=0),
@@ -206,6 +209,11 @@ def test_what_depends_on_constants_alone_is_computed_at_once(tmp_path: Path) -> 
     }  # fmt: skip
     file = saved(tmp_path, model(nodes, {"obs": ["batch", 4]}, {"y": [1, 4]}, constants))
     same_as_reference(file, gpac.policy(file), obs=RNG.standard_normal((1, 4)).astype(np.float32))
+    text = kept.read_text()
+    kept.unlink()
+    weights = np.hstack([W[:, :2]] * 2) * np.where(np.arange(4) == 2, 9, 1).astype(np.float32)[:, None]
+    gpac.policy(saved(tmp_path, model([nodes[-1]], {"obs": ["batch", 4]}, {"y": [1, 4]}, {"weights": weights})))
+    assert kept.read_text() == text
 
 
 NAMES = [("/model/obs", "/model/actions"), ("int", "NULL"), ("obs.1", "1"), ("μ", "σ"), ("M_PI", "FLT_MAX"), ("self", "report")]

@@ -71,7 +71,9 @@ impl Approach {
         }
         let velocity = if span_s > 0.0 { self.spline.speed / span_s } else { 0.0 };
         let next = self.lead.next(&led, interpolation, passed.cycle_s(), velocity, invocation.now_ns);
-        if next.is_return {
+        if next.is_late {
+            self.spline.catch_up_with(led.velocity * passed.cycle_s());
+        } else if next.is_return {
             self.spline.wary = WARY;
         }
         let (reference, step, limited) = self.spline.advance(next.position, interpolation, bounds);
@@ -171,6 +173,50 @@ mod tests {
                 assert!(fastest <= 0.3 * (1.0 + 1e-6), "{fastest} rad/s after {lost} ms at {at} ms");
                 assert!(hardest <= 5.0 * (1.0 + 1e-6), "{hardest} rad/s² after {lost} ms at {at} ms");
                 assert!((end - 0.6).abs() < 1e-9, "{end} rad after {lost} ms at {at} ms");
+            }
+        }
+    }
+
+    /// A servo at 1 ms whose set-points at 0.3 rad/s stay away for `late` ms from `at` ms on, and go on from where they were: maximum speed, acceleration,
+    /// and the end.
+    fn forsaken(at: u64, late: u64) -> (f64, f64, f64) {
+        let mut approach = Approach::default();
+        let (mut before, mut rate, mut fastest, mut hardest) = (0.0, 0.0, 0.0f64, 0.0f64);
+        // The release of each set-point in its own time, and when it comes: at a release of 20 ms, or late, and the next one at its release again.
+        let (mut own, mut led) = (0u64, ReferenceInputs { speed_max: 3.0, acceleration_max: 5.0, jerk_max: 50.0, ..ReferenceInputs::default() });
+        let mut due = true;
+        for k in 0..8000u64 {
+            due |= k % 20 == 0;
+            if due && !(at..at + late).contains(&k) {
+                let t = own as f64 * 0.02;
+                let left = (2.6 - t).max(0.0);
+                (led.setpoint, led.velocity, led.acceleration) = match t {
+                    t if t < 0.6 => (0.25 * t * t, 0.5 * t, 0.5),
+                    t if t < 2.0 => (0.09 + 0.3 * (t - 0.6), 0.3, 0.0),
+                    _ => (0.6 - 0.25 * left * left, 0.5 * left, if left > 0.0 { -0.5 } else { 0.0 }),
+                };
+                led.time_ns = k as i64 * 1_000_000 + 1;
+                (own, due) = (own + 1, false);
+            }
+            let at_ns = k as i64 * 1_000_000;
+            let now = approach.advance(&Invocation { number: k, time_ns: at_ns, now_ns: at_ns + 2 }, led, |_| 20).reference;
+            let speed = (now - before) / 1e-3;
+            (fastest, hardest) = (fastest.max(speed.abs()), hardest.max((speed - rate).abs() / 1e-3));
+            (before, rate) = (now, speed);
+        }
+        (fastest, hardest, before)
+    }
+
+    #[test]
+    fn setpoints_that_stayed_away_are_followed_at_the_speed_asked_for() {
+        for late in [0, 1, 2, 5, 10, 15, 19, 20, 21, 25, 30, 40, 55, 70, 100, 200, 450, 1000] {
+            for at in [30, 200, 700, 707, 1210, 1911, 2300] {
+                let (fastest, hardest, end) = forsaken(at, late);
+                // One that is hardly later than the next one is due is made up for, so that joints stay on their way together.
+                let most = if late < 30 { 0.345 } else { 0.3 * (1.0 + 1e-6) };
+                assert!(fastest <= most, "{fastest} rad/s after {late} ms at {at} ms");
+                assert!(hardest <= 5.0 * (1.0 + 1e-6), "{hardest} rad/s² after {late} ms at {at} ms");
+                assert!((end - 0.6).abs() < 1e-9, "{end} rad after {late} ms at {at} ms");
             }
         }
     }
