@@ -75,3 +75,20 @@ test("an output that is disabled says so, and stays safe", async () => {
   await command(button(page, "Set valve on"), page.getByRole("alert").getByText("'valve' is not enabled: nothing has changed."));
   expect(await read("valve.value")).toBe(false);
 });
+
+test("a page that only looks sees outputs and points, and has nothing to press", async () => {
+  const looking = await run(join(import.meta.dirname, "points.py"), "--role", "observe");
+  const { page, context } = await open(browser, looking.url);
+  await goTo(page, "Devices");
+  await page.getByText("standstill").first().waitFor();
+  await page
+    .getByRole("region", { name: /^Tool of ur5e/ })
+    .locator("[data-pose]")
+    .first()
+    .waitFor();
+  await page.getByRole("region", { name: "Points of ur5e" }).getByText("above the tray").waitFor();
+  expect(await page.locator(".set-output, .tool-axes, .jog").count()).toBe(0);
+  expect(await page.getByRole("button", { name: /Teach|Go by joints|Set / }).count()).toBe(0);
+  await context.close();
+  await looking.stop();
+});

@@ -26,22 +26,25 @@ HEARTBEAT = "studio.heartbeat"
 """SVV that the page writes while a button is held: jogging ends when it stops changing."""
 
 
-def enter_for(moved: Any) -> None:
+def enter_for(moved: Any, starts: bool) -> None:
     """Enters the verbs of a joint, an arm or an output in its system. What a program has defined or made under a name stays.
 
-    Of an arm the system is told the geometry too, by which a page moves its tool.
+    `starts`: the page may start them; else none is entered. Of an arm the system is told the geometry and the file of its points, too.
     """
-    if isinstance(moved, Joint):
+    if isinstance(moved, Arm):
+        if starts:
+            _enter(moved.system, jog_linear, move_linear)
+        with refusals:
+            moved.system._alive().describe_arm(_described(moved))
+        _name_points(moved, starts)
+    elif not starts:
+        return
+    elif isinstance(moved, Joint):
         _enter(moved.system, jog, move_absolute, move_relative, stop)
         if HEARTBEAT not in moved.system.names["svvs"]:
             moved.system.svv(HEARTBEAT, int)
     elif isinstance(moved, DigitalOutput | AnalogOutput):
         _enter(moved.system, set_output.verb(moved))
-    elif isinstance(moved, Arm):
-        _enter(moved.system, jog_linear, move_linear)
-        with refusals:
-            moved.system._alive().describe_arm(_described(moved))
-        _name_points(moved)
 
 
 def _enter(system: Any, *verbs: Any) -> None:
@@ -51,10 +54,10 @@ def _enter(system: Any, *verbs: Any) -> None:
             system._enter_verb(verb)
 
 
-def _name_points(arm: Arm) -> None:
-    """Says in which file a page keeps the points of an arm: that of the program's `Points`, else one in the user's data folder."""
+def _name_points(arm: Arm, teaches: bool) -> None:
+    """Says in which file a page has the points of an arm: that of the program's `Points`, else one of the user, where it may teach."""
     named = arm.system._point_files.get(arm.name)
-    path, any_model = named if named is not None else (_file_of_user(arm), False)
+    path, any_model = named if named is not None else (_file_of_user(arm) if teaches else None, False)
     if path is None or arm.system.session is not None:
         return
     with refusals:

@@ -153,7 +153,8 @@ class System(SystemCommands, SystemTime, DeclaredNames):
         self._unguarded_said: set[str] = set()
         self._restored: warm_restart.RestartContents | None = None
         self._studio: Studio | None = None
-        self._offers_motions = False
+        self._page_role: str | None = None
+        """Role of the page that is served, for which devices and arms enter what it needs."""
         self._arms: dict[str, Any] = {}
         """Arms of its joints, for a page that moves their tools."""
         self._point_files: dict[str, tuple[Path, bool]] = {}

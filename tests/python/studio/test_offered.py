@@ -51,6 +51,7 @@ def test_a_page_that_only_looks_is_offered_nothing(cell: gpac.System, page: Path
     arm(cell)
     cell._served(server.serve(cell, 0, "observe", page=page))
     assert not OFFERED & {*cell.names["verbs"]}
+    assert [one["name"] for one in cell._alive().arms()] == ["ur5e"], "it shows the pose of the tool"
 
 
 def test_what_a_program_has_defined_under_a_name_stays(cell: gpac.System, page: Path) -> None:

@@ -11,6 +11,8 @@ import { notEnabled } from "./toolJog";
 import { type PointsOfArm, usePoints } from "./usePoints";
 import { useVerb } from "./useVerb";
 
+const NO_FILE = "No program has named a file of taught points for this arm: gpac.Points(path, arm) does.";
+
 /** Taught points of an arm, in the file that its program shares: teach, go there, rename, delete. */
 export function PointsPanel(props: { of: ArmDescription; chain: ChainDescription; now: Statistics }) {
   const { of: arm, chain, now } = props;
@@ -19,10 +21,13 @@ export function PointsPanel(props: { of: ArmDescription; chain: ChainDescription
   const [chosen, setChosen] = useState<string | null>(null);
   const { points, trouble } = known;
   const point = points?.points.find((one) => one.name === chosen) ?? null;
+  const isUnnamed = trouble.some((one) => one.class === "UnknownName");
   return (
     <Panel title={`Points of ${arm.name}`} className="points">
-      {trouble.length > 0 && <Refusals of={trouble} />}
-      {!points && <p className="quiet">{trouble.length > 0 ? "The file of points cannot be used." : "Reading the points…"}</p>}
+      {!isUnnamed && <Refusals of={trouble} />}
+      {!points && (
+        <p className="quiet">{isUnnamed ? NO_FILE : trouble.length > 0 ? "The file of points cannot be used." : "Reading the points…"}</p>
+      )}
       {points && (
         <>
           <PointList of={points} chain={chain} chosen={point?.name ?? null} choose={setChosen} arm={arm.name} />

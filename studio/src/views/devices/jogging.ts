@@ -32,7 +32,7 @@ export interface JogMotion {
 export class Press {
   readonly #control: Source;
   #held = true;
-  /** Time of the press of a step, which its start must not exceed by 0.5 s: nobody holds the button any more. */
+  /** Time of the press of a step, which its start must not exceed by 0.5 s, because the button may be released by then. */
   readonly #pressed: PressTime | undefined;
   readonly motion: JogMotion;
   /** Over: the joints stand, and the instance is gone. The report of a motion that ended by itself, else null. */
