@@ -2,7 +2,7 @@
 # make run     the main job: a simulated UR5e moves, in real time; report and plot in out/
 # make test    every test: Rust, Python, and the studio's page in a browser
 # make test-fast   what a change to one crate needs, CRATE=supervisor, or else what git says has changed: minutes
-# make faults  the whole fault campaign, 1,000 attacks on those who watch, the fuzzers, 10^5 budgets that end at any instant, 10^5 takeovers of motions, 10^5 sequences of commands to an arm and the cell of 16 processors: hours; reports in out/
+# make faults  the whole fault campaign, 1,000 attacks on those who watch, the fuzzers, 10^5 budgets that end at any instant, 10^5 takeovers of motions, 10^5 sequences of commands to an arm, 1,000 trees of links, 500 damaged files of arms and the cell of 16 processors: hours; reports in out/
 # make soak    1,000 blocks at 1 kHz, verbs, a recorder and a scope for two hours, or MINUTES=…: nothing is lost, memory stays level; report in out/
 # make simulate   whole systems under the virtual clock, one a seed, with everything that can go wrong: MINUTES=60, or SEEDS=10000, or SEED=17 for one again
 # make bench   ratios against hand-written loops and peers, taken in one run
@@ -224,6 +224,9 @@ faults: setup-hosts $(VENV)/tests
 	OPENGPAC_LOOPS=1000 cargo test -p kernel --profile checked --test foreign -- --nocapture --test-threads=1
 	$(BIN)/python tests/faults/no_jump.py
 	OPENGPAC_CYCLES=100000 $(BIN)/python -m pytest -q tests/python/conformance/test_r098_instances.py -k leave_no_memory_behind
+	OPENGPAC_TREES=1000 OPENGPAC_PLAIN_MOVES=480 $(BIN)/python -m pytest -q tests/python/motion/test_any_tree.py tests/python/motion/test_plain_moves.py
+	OPENGPAC_ODD_FILES=500 $(BIN)/python -m pytest -q tests/python/test_odd_files.py
+	OPENGPAC_TURNED=1500 $(BIN)/python -m pytest -q tests/python/test_recording.py -k damaged
 	OPENGPAC_MOVED=2000 $(BIN)/python -m pytest -q tests/python/motion/test_motions_come_to_rest.py
 	OPENGPAC_COMPOSITIONS=25000 $(BIN)/python -m pytest -q -o faulthandler_timeout=0 tests/python/test_stops.py -k "any_composition or is_closed"
 	OPENGPAC_UR_SEEDS=100 $(BIN)/python -m pytest -q tests/python/drivers/test_ur.py -k no_order_of_events

@@ -104,6 +104,28 @@ def test_files_beside_the_model_are_found_from_elsewhere(tmp_path: Path) -> None
     assert len(found.notes) == 1 and error < 1e-3
 
 
+SKINNED = """<mujoco><compiler angle="radian" meshdir="meshes"/><asset><mesh name="upper" file="{}"/></asset><worldbody>
+<body name="upper"><joint name="turn" range="-1 1"/><inertial pos="0 0 0.1" mass="1" diaginertia="0.1 0.1 0.1"/>
+<geom type="mesh" mesh="upper"/><body name="tip" pos="0 0 0.3"><joint name="bend" range="-1 1"/><geom type="mesh" mesh="upper"/></body></body>
+</worldbody><actuator><motor joint="turn" ctrlrange="-50 50"/><motor joint="bend" ctrlrange="-50 50"/></actuator></mujoco>"""
+
+
+@pytest.mark.parametrize("file", ["gone.stl", "odd.stl", "odd.obj"])
+def test_an_arm_moves_without_a_mesh_that_is_not_there_or_damaged(tmp_path: Path, file: str) -> None:
+    (tmp_path / "meshes").mkdir()
+    for name in ("odd.stl", "odd.obj"):
+        (tmp_path / "meshes" / name).write_bytes(b"no mesh" * 20)
+    model = tmp_path / "arm.xml"
+    model.write_text(SKINNED.format(file))
+    with pytest.warns(UserWarning, match=rf"arm.xml: mesh '{file}' is left out: "):
+        arm = gpac.robots.load(model, clock="virtual", name="bare")
+    with arm.system:
+        gpac.motion.move_absolute(arm.enable(), [0.3, -0.3])
+        assert arm.values("sensed") == pytest.approx([0.3, -0.3], abs=2e-3)
+    with pytest.raises(gpac.DeviceFailed, match=rf"mesh '{file}' is left out"):
+        gpac.robots.load(model, clock="virtual", name="strict", strict=True)
+
+
 @pytest.mark.parametrize(
     "text", ["", "<mujoco", "<mujoco><worldbody><body/></worldbody></mujoco>", '<mujoco><include file="none.xml"/></mujoco>']
 )

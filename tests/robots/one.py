@@ -82,7 +82,7 @@ def try_to_move(arm: Any, scene: Scene, efforts: Efforts, found: dict[str, Any])
     found["ripple"] = max(float(np.ptp(joint.sensed.history[-HELD:]["value"])) for joint in arm)
     lost = [joint.short_name for joint in arm if joint.state != "standstill"]
     if lost:
-        told = [too_weak(arm, name) for name in lost]
+        told = [*(too_weak(arm, name) for name in lost), *(alarm.text for alarm in arm.system.alarms.active)]
         found["missed"], found["why"] = lost, "; ".join(filter(None, told)) or "does not hold at its home: " + ", ".join(lost)
     if lost or bangs(arm, efforts, found):
         return
@@ -107,7 +107,7 @@ def try_to_move(arm: Any, scene: Scene, efforts: Efforts, found: dict[str, Any])
 
 def too_weak(arm: Any, joint: str) -> str:
     """Returns the note at load about a joint whose motor cannot hold or move it."""
-    told = (note.partition(": ")[2] for note in arm.notes if f"joint '{joint}'" in note and "its motor has" in note)
+    told = (note.partition(": ")[2] for note in arm.notes if f"joint '{joint}'" in note and "and its motor has" in note)
     return next(told, "").partition("; ")[0]
 
 

@@ -32,6 +32,8 @@ FOUND = PLACE / "found.jsonl"
 """File of the trials' results, a line each; the last one of a name counts."""
 PAGE = TOP / "docs" / "robots.md"
 PICTURES = TOP / "docs" / "robots"
+AGAIN, STARVED = 3, ("used up its time budget", "was not loaded within")
+"""How often a trial is made that says one of these: budgets of time go by the clock, and a machine may have no time for the trial."""
 SECONDS = 1800
 """Time limit of one file."""
 
@@ -133,6 +135,15 @@ def places_of(arm: NamedArm) -> str:
 
 
 def tried(file: Path | str, packages: str | None = None, drawn: Path | str = "") -> dict[str, Any]:
+    """Tries a file, or an arm's name with the folders of its packages; again where the machine had no time for it."""
+    for _ in range(AGAIN):
+        found = once(file, packages, drawn)
+        if not any(word in found["why"] for word in STARVED):
+            break
+    return found
+
+
+def once(file: Path | str, packages: str | None = None, drawn: Path | str = "") -> dict[str, Any]:
     """Runs `one.py` on a file, or on an arm's name with the folders of its packages, in a process of its own."""
     nothing = {"joints": 0, "ripple": None, "missed": [], "why": ""}
     try:

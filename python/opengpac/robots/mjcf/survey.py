@@ -9,6 +9,7 @@ from __future__ import annotations
 import importlib
 import json
 import os
+import re
 import resource
 import sys
 from pathlib import Path
@@ -29,6 +30,10 @@ RESERVE = 2.0
 """Effort of such a motor as a multiple of the required one."""
 DAMPING_MAX = 1e6
 """Damping above which a joint is locked: no motor moves it."""
+MASS_MIN, INERTIA_MIN = 1e-3, 1e-6
+"""Mass and moment of inertia of a body whose only shape is left out, kg and kg.m^2."""
+SECONDS_MAX = 60
+"""Limit of the processor time of one survey, s."""
 NUMBER_MAX = 1e10
 """Limit above which MuJoCo itself regards numbers as a failed simulation."""
 STOP = 1e-3
@@ -43,17 +48,45 @@ def main(file: Path, is_whole: bool) -> None:
     If the model has an impossible number, prints a sentence about it instead.
     """
     spec = mujoco.MjSpec.from_file(str(file))
-    model = spec.compile()
+    model, notes = _compiled(spec)
     if sentence := _impossible(spec, model):
         print(json.dumps(sentence))
         return
-    notes: list[str] = []
     if not any(kind == mujoco.mjtTrn.mjTRN_JOINT for kind in model.actuator_trntype):
         notes += _give_motors(spec, model)
         model = spec.compile()
     notes += exclude_touching(spec, model)
     text = _text(spec, file.parent) if notes or is_whole else None
     print(json.dumps([text, notes + too_weak(model), _held_back(spec, model)]))
+
+
+def _compiled(spec: Any) -> tuple[Any, list[str]]:
+    """Compiles a model. Meshes that are not there, or that MuJoCo cannot read, are left out one by one: an arm moves without its skin."""
+    notes: list[str] = []
+    while True:
+        try:
+            return spec.compile(), notes
+        except ValueError as error:
+            problem = " ".join(str(error).removeprefix("Error: ").split())
+            mesh = _blamed(spec, problem)
+            if mesh is None:
+                raise
+            notes.append(f"mesh '{Path(mesh.file).name or mesh.name}' is left out: {problem}")
+            for geom in [geom for geom in spec.geoms if geom.meshname == mesh.name]:
+                spec.delete(geom)
+            spec.delete(mesh)
+            # A body that had its mass of that shape has the least one.
+            spec.compiler.boundmass = max(spec.compiler.boundmass, MASS_MIN)
+            spec.compiler.boundinertia = max(spec.compiler.boundinertia, INERTIA_MIN)
+
+
+def _blamed(spec: Any, problem: str) -> Any:
+    """The mesh that a message of MuJoCo is about, by its name or its file; nothing where it is about something else."""
+    if not re.search("mesh|vert|face|opening file", problem, re.IGNORECASE):
+        return None
+    named = re.findall(r"'([^']*)'", problem)
+    files = {Path(name).name for name in named if Path(name).suffix}
+    return next((mesh for mesh in spec.meshes if mesh.name in named or Path(mesh.file).name in files), None)
 
 
 def _impossible(spec: Any, model: Any) -> str | None:
@@ -170,11 +203,12 @@ def exclude_touching(spec: Any, model: Any) -> list[str]:
     return notes
 
 
-def _limit_memory() -> None:
-    """Limits this process to 8 GiB and half of the machine's memory, like the driver: sizes in a file may be arbitrary."""
+def _limit() -> None:
+    """Limits this process to a minute, 8 GiB and half of the machine's memory, like the driver: sizes in a file may be arbitrary."""
     bytes_max = min(8 << 30, os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES") // 2)
     resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
     resource.setrlimit(resource.RLIMIT_AS, (bytes_max, bytes_max))
+    resource.setrlimit(resource.RLIMIT_CPU, (SECONDS_MAX, SECONDS_MAX + 1))
 
 
 def too_weak(model: Any) -> list[str]:
@@ -227,5 +261,5 @@ def _strengths(model: Any) -> dict[int, float]:
 
 
 if __name__ == "__main__":
-    _limit_memory()
+    _limit()
     main(Path(sys.argv[1]), "--whole" in sys.argv[2:])

@@ -1,8 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """Prints a file with the macros of xacro expanded, or ends with the code 3 and prints why it cannot be.
 
-It runs as a program, `python -P expand.py FILE ROOT…`, in a process of its own, for macros may compute without end, and imports nothing of
-OpenGPAC but the module beside it. `$(find PACKAGE)` is looked for in the roots, as `package://PACKAGE` is; ROS need not be installed.
+It runs as a program, `python -P expand.py SECONDS FILE ROOT…`, in a process of its own, for macros may compute without end, and
+imports nothing of OpenGPAC but the module beside it. `$(find PACKAGE)` is looked for in the roots, as `package://PACKAGE` is; ROS need
+not be installed.
 """
 
 from __future__ import annotations
@@ -68,4 +69,5 @@ def _sentence(error: Exception, file: str, stack: list[str | None]) -> str:
 if __name__ == "__main__":
     resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
     resource.setrlimit(resource.RLIMIT_AS, (BYTES_MAX, BYTES_MAX))
-    sys.exit(main(sys.argv[1], sys.argv[2:]))
+    resource.setrlimit(resource.RLIMIT_CPU, (int(sys.argv[1]), int(sys.argv[1]) + 1))
+    sys.exit(main(sys.argv[2], sys.argv[3:]))

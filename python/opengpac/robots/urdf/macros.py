@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import importlib.util
+import signal
 import subprocess
 import sys
 from collections.abc import Iterable
@@ -14,8 +15,10 @@ from ...errors import DeviceFailed, refuse
 from .packages import Packages
 
 _EXPAND = Path(__file__).with_name("expand.py")
-SECONDS_MAX = 60.0
-"""Time that one expansion may take."""
+SECONDS_MAX = 60
+"""Processor time that one expansion may take, s."""
+WAIT_S = 600.0
+"""Time after which it is given up on a machine that is busy, or where it waits for something."""
 _REFUSED = 3
 """Exit code of the program for a file that cannot be expanded."""
 
@@ -34,14 +37,16 @@ def expanded(file: Path, packages: Packages, line: int) -> bytes:
     if importlib.util.find_spec("xacro") is None:
         missing = f"'{file}' has macros of xacro, the first in line {line}, and xacro is not installed"
         refuse(DeviceFailed, missing, "pip install xacro, or expand it before: xacro FILE > arm.urdf")
-    command = [sys.executable, "-P", _EXPAND, file, *packages.roots]
+    command = [sys.executable, "-P", _EXPAND, str(SECONDS_MAX), file, *packages.roots]
     try:
-        run = subprocess.run(command, capture_output=True, timeout=SECONDS_MAX, check=False)
+        run = subprocess.run(command, capture_output=True, timeout=WAIT_S, check=False)
         if run.returncode == 0:
             return run.stdout
+        if run.returncode == -signal.SIGXCPU:
+            raise subprocess.TimeoutExpired(command, SECONDS_MAX)
         why = run.stdout.decode() if run.returncode == _REFUSED else f"its process ended with {run.returncode}"
-    except subprocess.TimeoutExpired:
-        why = f"it takes more than {SECONDS_MAX:g} s"
+    except subprocess.TimeoutExpired as error:
+        why = f"it takes more than {error.timeout:g} s"
     except OSError as error:
         why = str(error)
     refuse(DeviceFailed, f"xacro cannot expand '{file}': {why}", "try it in a terminal: xacro FILE")
