@@ -232,6 +232,13 @@ static void stepped(opengpac_containment *containment, void *context)
     }
 }
 
+// True for the trap after a single instruction. Linux reports it as TRAP_TRACE, or as TRAP_BRKPT if the cause was lost from DR6, which happens in
+// virtual machines under load. A breakpoint instruction has SI_KERNEL.
+static int is_single_step(int number, const siginfo_t *what)
+{
+    return number == SIGTRAP && (what->si_code == TRAP_TRACE || what->si_code == TRAP_BRKPT);
+}
+
 static void fault(int number, siginfo_t *what, void *context)
 {
     end_if_child();
@@ -241,7 +248,7 @@ static void fault(int number, siginfo_t *what, void *context)
         leave(containment, number, 1);
     if (containment)
         containment->handling = 1;
-    if (number == SIGTRAP && what->si_code == TRAP_TRACE && containment && containment->foreign_ns) {
+    if (is_single_step(number, what) && containment && containment->foreign_ns) {
         stepped(containment, context);
         containment->handling = 0;
         return;
