@@ -40,7 +40,7 @@ afterAll(async () => {
   await running?.stop();
 });
 
-/** The file, which the program has named. */
+/** Path of the points file, as printed by the program. */
 const file = () => /^points: (.*)$/m.exec(running.said())?.[1] ?? "";
 const panel = (page: Page) => page.getByRole("region", { name: "Points of ur5e" });
 const told = (page: Page) => panel(page).getByRole("status");
@@ -57,7 +57,7 @@ async function joints(): Promise<number[]> {
   return await Promise.all(all.map((joint) => watch.value(`ur5e.${joint}.sensed`)));
 }
 
-/** Presses a control of the panel, and waits for what the panel then tells. */
+/** Presses a control of the panel, and waits for the panel's message. */
 async function press(page: Page, name: string, says: string | RegExp): Promise<void> {
   await command(button(page, name), told(page).getByText(says));
 }
@@ -85,7 +85,7 @@ test("the points of the program's file stand there, with frame, tool, place and 
   await row(page, "home").getByRole("cell", { name: "joints" }).waitFor();
   await row(page, "tray").getByRole("cell", { name: "table" }).waitFor();
   await row(page, "tray").getByText("above the tray").waitFor();
-  // Both were taught at one place.
+  // Both were taught at the same position.
   const [home, tray] = await Promise.all(["home", "tray"].map((name) => row(page, name).locator("td.number").textContent()));
   expect(home).toMatch(/^-?\d+\.\d, -?\d+\.\d, -?\d+\.\d$/);
   expect(tray).toBe(home);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A daemon that is killed and restarted under an open page: no data of the earlier run is shown as present.
+// A daemon that is killed and restarted under an open page: no data of the earlier run is shown as current.
 import type { ChildProcess } from "node:child_process";
 import { mkdtempSync, rmSync, statSync } from "node:fs";
 import { tmpdir } from "node:os";

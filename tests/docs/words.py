@@ -62,7 +62,7 @@ VERBS = frozenset(
     "paid put ran rang read rose said sat saw sent set shut slept sold spent split spoke stood stuck swung taught thought threw told "
     "took went won wore wrote won't don't can't doesn't isn't aren't didn't i.e "
     "add allow answer apply ask become begin belong bring call carry change check close come command compare contain convert copy count "
-    "create cut decide delete depend describe drop end enter fail fall follow form get give go grow hold join keep know last lead leave "
+    "create cut decide delete depend describe drop end enter equal fail fall follow form get give go grow hold join keep know last lead leave "
     "lie live look lose make mean meet move name note open own pass pause point prefer press print publish push raise reach refer refuse "
     "remain report rest return ring run say see send serve share show sleep stand start stay stop store take tell think throw touch try "
     "turn use wait want work write".split()

@@ -106,7 +106,8 @@ def test_files_beside_the_model_are_found_from_elsewhere(tmp_path: Path) -> None
 
 SKINNED = """<mujoco><compiler angle="radian" meshdir="meshes"/><asset><mesh name="upper" file="{}"/></asset><worldbody>
 <body name="upper"><joint name="turn" range="-1 1"/><inertial pos="0 0 0.1" mass="1" diaginertia="0.1 0.1 0.1"/>
-<geom type="mesh" mesh="upper"/><body name="tip" pos="0 0 0.3"><joint name="bend" range="-1 1"/><geom type="mesh" mesh="upper"/></body></body>
+<geom type="mesh" mesh="upper"/>
+<body name="tip" pos="0 0 0.3"><joint name="bend" range="-1 1"/><geom type="mesh" mesh="upper"/></body></body>
 </worldbody><actuator><motor joint="turn" ctrlrange="-50 50"/><motor joint="bend" ctrlrange="-50 50"/></actuator></mujoco>"""
 
 

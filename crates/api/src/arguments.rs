@@ -61,8 +61,8 @@ impl CallArguments {
     }
 }
 
-/// Returns the class of the refusal of a value that could not be read: a whole number that its place does not take is of the right form, but out of
-/// its range.
+/// Returns the class of refusal of a value that could not be read: an integer that its type cannot hold has the right form, but is out of
+/// range.
 fn class_of(why: &str) -> Class {
     if why.starts_with("invalid value: integer") { Class::OutOfRange } else { Class::CallError }
 }

@@ -158,25 +158,25 @@ void opengpac_close(opengpac_system *system);
  *       Sets a parameter.
  * arms
  *   describe_arm(...arm)
- *       Enters an arm, in the place of the one of that name: its joints, and the geometry that joins them or
- *       the reason why it is not known.
+ *       Registers an arm, replacing the one of that name: its joints, and the geometry that connects them or
+ *       the reason why it is unknown.
  *   arms() -> list of ArmDescription
- *       Returns the arms whose joints are there.
+ *       Returns the arms whose joints are all present.
  * taught points
  *   name_points(arm, path, model, joints, units, [any_model])
- *       Says in which file the taught points of an arm are kept; the first point makes it.
- *         model: Identifier of the mechanics of the arm, which the file says.
- *         joints: Joints by their short names.
- *         units: Unit of each of them in a file that is made.
- *         any_model: true: the points of another model count too.
+ *       Sets the file in which the taught points of an arm are kept; the first point creates it.
+ *         model: Identifier of the mechanics of the arm, as stored in the file.
+ *         joints: Short names of the joints.
+ *         units: Unit of each joint, for a file that is created.
+ *         any_model: true: points of other models are accepted too.
  *   points(arm) -> TaughtPoints
- *       Returns the taught points of an arm as its file has them now, with its frames and tools.
+ *       Reads the taught points of an arm from its file, with its frames and tools.
  *   teach_point(arm, point)
- *       Enters a taught point into the file of an arm, in the place of the one of that name.
+ *       Stores a taught point in the file of an arm, replacing the one of that name.
  *   rename_point(arm, name, to)
- *       Gives a taught point another name; it keeps its place.
+ *       Renames a taught point; its place in the file is kept.
  *   delete_point(arm, name) -> TaughtPoint
- *       Removes a taught point, and returns it.
+ *       Removes a taught point and returns it.
  * verb instances
  *   check(...application) -> Plan
  *       Plans an application without creating anything. Returns the plan.

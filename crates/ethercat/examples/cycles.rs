@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The driver in its cycle, exchanged as by a source: `cycles INTERFACE AXES SECONDS PRIORITY` engages all axes at 1 kHz on a thread of
+//! The driver in its cycle, exchanged as by a source. `cycles INTERFACE AXES SECONDS PRIORITY` engages all axes at 1 kHz on a thread of
 //! that real-time priority (0: none), counts the allocations of the cycles, and prints their lateness and duration, ns, as JSON.
 use device::{DeviceError, Driver};
 use serde_json::{Value, json};
@@ -12,7 +12,7 @@ const PERIOD_NS: i64 = 1_000_000;
 const COUNTS: f64 = 10_000.0;
 /// Time that a thread of real-time priority may compute without blocking, µs: a runaway thread is killed instead of blocking the machine.
 const RTTIME_US: u64 = 5_000_000;
-/// Cycles in which all axes are enabled; measurements begin after them.
+/// Number of cycles in which all axes are enabled; measurements begin after them.
 const BEGINS: usize = 1_000;
 
 struct Counting;
@@ -21,11 +21,11 @@ thread_local! {
     static ALLOCATIONS: Cell<u64> = const { Cell::new(0) };
 }
 
-// SAFETY: every call goes to the system's allocator unchanged.
+// SAFETY: every call is forwarded to the system's allocator unchanged.
 unsafe impl GlobalAlloc for Counting {
     unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
         ALLOCATIONS.with(|count| count.set(count.get() + 1));
-        // SAFETY: the caller's contract is the one that is required.
+        // SAFETY: the caller upholds the same contract.
         unsafe { System.alloc(layout) }
     }
     unsafe fn dealloc(&self, place: *mut u8, layout: Layout) {
@@ -44,7 +44,7 @@ fn main() -> Result<(), String> {
     let (axes, cycles) = (number(axes)?, number(seconds)? * 1_000);
     device::register(&ethercat::DRIVER).map_err(|error| error.to_string())?;
     let all: Vec<Value> = (0..axes).map(|axis| json!({ "name": format!("a{axis}"), "counts": COUNTS, "speed_max": 5 })).collect();
-    // It ends after a minute without any frame, but not on a busy machine.
+    // Only a minute without any frame ends the exchange, so that delays of a busy machine do not.
     let options = json!({ "interface": interface, "axes": all, "lost_after": 60_000, "timeout_ns": 6_000_000_000_i64 });
     let (mut driver, _) = device::open("ethercat", &options).map_err(|error| error.to_string())?;
     take_priority(number(priority)? as i32).map_err(|error| format!("priority {priority}: {error}"))?;
@@ -118,7 +118,7 @@ fn now_ns() -> i64 {
 
 fn sleep_until(ns: i64) {
     let until = libc::timespec { tv_sec: ns / 1_000_000_000, tv_nsec: ns % 1_000_000_000 };
-    // SAFETY: the struct is ours for the call; an interrupted sleep starts a cycle early, once.
+    // SAFETY: the struct is valid for the call; an interrupted sleep starts a cycle early, once.
     unsafe { libc::clock_nanosleep(libc::CLOCK_MONOTONIC, libc::TIMER_ABSTIME, &raw const until, std::ptr::null_mut()) };
 }
 
@@ -128,7 +128,7 @@ fn take_priority(priority: i32) -> io::Result<()> {
     }
     let limit = libc::rlimit { rlim_cur: RTTIME_US, rlim_max: libc::RLIM_INFINITY };
     let wanted = libc::sched_param { sched_priority: priority };
-    // SAFETY: each gets a valid pointer to a struct that is ours for the call; 0 is this thread.
+    // SAFETY: each call gets a pointer to a struct that is valid for the call; 0 is this thread.
     let done = unsafe { [libc::setrlimit(libc::RLIMIT_RTTIME, &raw const limit), libc::sched_setscheduler(0, libc::SCHED_FIFO, &raw const wanted)] };
     if done == [0, 0] { Ok(()) } else { Err(io::Error::last_os_error()) }
 }

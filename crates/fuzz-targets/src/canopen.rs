@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! CANopen: frames of a socket, answers of SDO servers, data sheets and an emulated bus, of any bytes.
+//! CANopen from arbitrary bytes: frames of a socket, answers of SDO servers, data sheets and an emulated bus.
 use canopen::eds::Eds;
 use canopen::emulator::{Bus, NodeOptions, Terminals};
 use canopen::frame::{self, Came, FRAME_LEN, Frame};
@@ -7,10 +7,10 @@ use canopen::message;
 use canopen::sdo::{SdoOutcome, Transfer};
 use cia402::Entry;
 
-/// The longest value that is written here.
+/// Exclusive upper bound of the length of a written value.
 const VALUE_MAX: usize = 64;
 
-/// The first byte says what the others are.
+/// Fuzzes the part that the first byte selects with the remaining bytes.
 pub(crate) fn canopen(bytes: &[u8]) {
     match bytes.split_first() {
         Some((0, rest)) => socket(rest),
@@ -21,7 +21,7 @@ pub(crate) fn canopen(bytes: &[u8]) {
     }
 }
 
-/// Checks that a frame that was read is written as the same one.
+/// Checks that a frame that was read encodes to the same frame.
 fn socket(bytes: &[u8]) {
     for piece in bytes.chunks(FRAME_LEN) {
         let Came::Frame(read) = frame::read(piece) else { continue };
@@ -30,7 +30,8 @@ fn socket(bytes: &[u8]) {
     }
 }
 
-/// A length and a value that is written, then answers to it and to a reading, 8 bytes each. A transfer that is over stays so.
+/// Fuzzes SDO transfers: a length and a value to write, then answers of 8 bytes each to the write and to a read. Checks that a transfer
+/// that has ended stays ended.
 fn answers(bytes: &[u8]) {
     let Some((len, rest)) = bytes.split_first() else { return };
     let (value, answers) = rest.split_at(rest.len().min(usize::from(*len) % VALUE_MAX));
@@ -45,7 +46,7 @@ fn answers(bytes: &[u8]) {
     }
 }
 
-/// Each object of a data sheet is found at its entry.
+/// Checks that each object of a data sheet is found at its entry.
 fn data_sheet(bytes: &[u8]) {
     let Ok(eds) = Eds::read(bytes) else { return };
     for (of, object) in eds.objects() {
@@ -55,7 +56,7 @@ fn data_sheet(bytes: &[u8]) {
     let _ = (eds.mapping(0x1600, 5), eds.mapping(0x1A00, 127));
 }
 
-/// Frames of an identifier, a length and data on a bus with a drive and a module, a millisecond between them.
+/// Sends frames of an identifier, a length and data, a millisecond apart, on a bus with a drive and a module.
 fn bus(bytes: &[u8]) {
     let drive = NodeOptions { name: "x".into(), node: 5, ..NodeOptions::default() };
     let module =

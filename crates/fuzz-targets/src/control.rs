@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The control interface over its Unix socket: requests, frames of a stream, bytes that are neither. A system under the virtual clock is
-//! made for each input, with a session that commands it.
+//! The control interface over its Unix socket: requests, frames of a stream, and bytes that are neither. Each input gets a system under
+//! the virtual clock and a session that commands it.
 use crate::exchange::{Answer, Socket};
 use crate::schema::misfit;
 use control::{Options, Server};
@@ -11,12 +11,12 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, OnceLock};
 use supervisor::System;
 
-/// Pieces with an empty line between them, each of them one of
-/// - `METHOD PATH` and, from the next line on, a body; with `-` before it the request is made without the session;
+/// Runs pieces separated by empty lines, each of which is one of
+/// - `METHOD PATH` and, from the next line on, a body; a `-` before it makes the request without the session;
 /// - `ws` and, from the next line on, a frame of the stream in each line;
-/// - `raw` and, from the next line on, bytes as they are.
+/// - `raw` and, from the next line on, bytes that are sent unchanged.
 ///
-/// Every request is answered, as its schema says; nothing panics.
+/// Checks that every request gets an answer that fits its schema, and that nothing panics.
 pub(crate) fn control(bytes: &[u8]) {
     let rig = Rig::new();
     for piece in pieces(bytes) {
@@ -31,7 +31,7 @@ pub(crate) fn control(bytes: &[u8]) {
 
 /// System behind the socket, and its session.
 struct Rig {
-    /// Before the folder: it is stopped first.
+    /// Stopped before the folder is removed.
     server: Option<Server>,
     folder: PathBuf,
     session: String,
@@ -55,7 +55,7 @@ impl Rig {
         Socket(self.folder.join("s"))
     }
 
-    /// One request, which is answered as its schema says.
+    /// Makes one request and checks that its answer fits its schema.
     fn request(&self, head: &[u8], body: &[u8]) {
         let Some((is_ours, method, path)) = std::str::from_utf8(head).ok().and_then(understood) else { return };
         let call = path.strip_prefix("/v1/call/").and_then(find);
@@ -75,7 +75,7 @@ impl Drop for Rig {
     }
 }
 
-/// One timer, the SVV `y`, a drive, and the verb `wave`, which runs until it is ended.
+/// Creates a system with one timer, the SVV `y`, a drive, and the verb `wave`, which runs until it is ended.
 fn system() -> Arc<System> {
     let system = api::open("cell", "virtual", "{}").expect("a system of its own");
     let say = |name: &str, arguments: Json| api::call(&system, name, &arguments.to_string()).expect("what it has is well formed");
@@ -94,9 +94,9 @@ fn system() -> Arc<System> {
     Arc::new(system)
 }
 
-/// Returns whether the session makes the request, its method, and its path. Bytes that HTTP does not carry are for `raw`; a held request is answered
-/// at the
-/// end of its session only; a module is compiled, which is not what is fuzzed here.
+/// Returns whether the session makes the request, its method, and its path. Returns `None` for bytes that HTTP does not carry (`raw`
+/// sends these), for held requests, which are answered only at the end of their session, and for modules, whose compilation is not fuzzed
+/// here.
 fn understood(head: &str) -> Option<(bool, &str, &str)> {
     let (is_ours, head) = head.strip_prefix('-').map_or((true, head), |head| (false, head));
     let (method, path) = head.split_once(' ')?;
@@ -106,7 +106,7 @@ fn understood(head: &str) -> Option<(bool, &str, &str)> {
     (is_method && is_path && !is_apart).then_some((is_ours, method, path))
 }
 
-/// Shortens long requests to one millisecond, unless the input gives a time.
+/// Shortens long requests to one millisecond, unless the input sets a time.
 fn shortened(body: &[u8]) -> Vec<u8> {
     match serde_json::from_slice(body) {
         Ok(Json::Object(mut arguments)) => {
@@ -143,7 +143,7 @@ fn judge_errors(path: &str, body: &Json) {
     assert!(!errors.is_empty() && errors.iter().all(|error| error["message"].as_str().is_some_and(|text| !text.is_empty())), "{path}: {body}");
 }
 
-/// A frame of the server: what a subscription told, or what is wrong.
+/// Checks a frame of the server: a notification of a subscription, or errors.
 fn judge_frame(frame: &Json) {
     if frame.get("errors").is_some() {
         return judge_errors("stream", frame);
@@ -171,7 +171,7 @@ fn pieces(mut bytes: &[u8]) -> impl Iterator<Item = &[u8]> {
     })
 }
 
-/// Returns the bytes before the first of these, and those behind; all of them if they do not occur.
+/// Returns the bytes before the first occurrence of `at` and the bytes after it; all bytes if it does not occur.
 fn split<'a>(bytes: &'a [u8], at: &[u8]) -> (&'a [u8], &'a [u8]) {
     let place = bytes.windows(at.len()).position(|window| window == at);
     place.map_or((bytes, &[]), |place| (&bytes[..place], &bytes[place + at.len()..]))

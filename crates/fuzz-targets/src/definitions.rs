@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Definitions and applications as a programming system sends them, judged against a small cell.
+//! Definitions and applications as a programming system sends them, checked against a small cell.
 use model::configuration::Configuration;
 use model::definition::{Application, Graph, Verb};
 use model::{CheckedVerb, Composition, apply, check_graph, compose};
@@ -14,8 +14,8 @@ struct SentDefinitions {
     composition: Option<Composition>,
 }
 
-/// JSON with a verb and its application, a graph, or a composition. What is refused has a reason; what is accepted once is
-/// accepted again after it went through JSON.
+/// Fuzzes JSON with a verb and its application, a graph, or a composition. A refusal has a reason; an accepted verb is accepted again
+/// after a round trip through JSON.
 pub(crate) fn definitions(bytes: &[u8]) {
     let Ok(sent) = serde_json::from_slice::<SentDefinitions>(bytes) else { return };
     if let Some(graph) = &sent.graph {

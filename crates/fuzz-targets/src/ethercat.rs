@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-//! EtherCAT: datagrams on a line, mailboxes and EEPROMs of any bytes.
+//! EtherCAT from arbitrary bytes: datagrams on a line, mailboxes and EEPROMs.
 use ethercat::coe;
 use ethercat::emulator::{DriveOptions, Segment};
 use ethercat::frames::{DATAGRAMS, FRAME_MAX};
 use ethercat::sii;
 
-/// The first byte says what the others are.
+/// Fuzzes the part that the first byte selects with the remaining bytes.
 pub(crate) fn ethercat(bytes: &[u8]) {
     match bytes.split_first() {
         Some((0, rest)) => line(rest),
@@ -15,7 +15,7 @@ pub(crate) fn ethercat(bytes: &[u8]) {
     }
 }
 
-/// Each piece is a length and datagrams, which get the headers of a frame and pass a line of two drives.
+/// Passes datagrams through a line of two drives. Each piece is a length and datagrams, which get the headers of a frame.
 fn line(mut bytes: &[u8]) {
     let drive = |name: &str| DriveOptions { name: name.into(), limits: Some([-1e4, 1e4]), ..DriveOptions::default() };
     let mut segment = Segment::new(&[drive("a"), drive("b")]);
@@ -33,7 +33,7 @@ fn line(mut bytes: &[u8]) {
     }
 }
 
-/// Checks that a message that was read is written as the same one.
+/// Checks that a message that was read can be written and read again.
 fn mailbox(bytes: &[u8]) {
     let Some(message) = coe::message(bytes) else { return };
     let read = if message.service == coe::REQUEST { coe::request(message.body) } else { coe::response(message.body) };
@@ -45,7 +45,7 @@ fn mailbox(bytes: &[u8]) {
     assert!(read.is_some(), "{sdo:?} can be read again");
 }
 
-/// As much is asked for as is needed, and what was read is read again as the same.
+/// Checks that a request for bytes exceeds those present, and that contents that were read survive a write and a second read.
 fn eeprom(bytes: &[u8]) {
     assert!(sii::wanted(bytes).is_none_or(|wanted| wanted > bytes.len()));
     let Some(contents) = sii::parse(bytes) else { return };

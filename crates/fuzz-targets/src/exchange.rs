@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! A client of a control interface, of a few lines: it may say anything, and hears whatever comes.
+//! A minimal client of a control interface, which can send anything and reads every response.
 use serde_json::Value as Json;
 use std::io::{ErrorKind, Read, Write};
 use std::net::Shutdown;
@@ -7,9 +7,9 @@ use std::os::unix::net::UnixStream;
 use std::path::PathBuf;
 use std::time::Duration;
 
-/// Time limit for an answer: it finds a call that hangs, not one that is slow.
+/// Time limit for an answer, which detects calls that hang, not slow ones.
 const ANSWER: Duration = Duration::from_secs(8);
-/// Time for which the subscriptions are heard.
+/// Time for which subscriptions are read.
 const LISTEN: Duration = Duration::from_millis(4);
 
 const TEXT: u8 = 1;
@@ -33,12 +33,12 @@ impl Socket {
         stream
     }
 
-    /// One request, which must be answered.
+    /// Makes one request, which must be answered.
     pub fn request(&self, method: &str, path: &str, session: Option<&str>, body: &[u8]) -> Answer {
         let mut stream = self.connect();
         let session = session.map_or_else(String::new, |session| format!("opengpac-session: {session}\r\n"));
         let head = format!("{method} {path} HTTP/1.1\r\nhost: localhost\r\nconnection: close\r\ncontent-length: {}\r\n{session}\r\n", body.len());
-        // Who is refused may hear so before all is said.
+        // A refusal may arrive before the whole request has been sent.
         let _said = stream.write_all(&[head.as_bytes(), body].concat());
         let mut told = Vec::new();
         stream.read_to_end(&mut told).unwrap_or_else(|why| panic!("{method} {path} is not answered: {why}"));
@@ -49,9 +49,9 @@ impl Socket {
         Answer { status, body }
     }
 
-    /// Bytes as they are. What is answered, if anything is, is HTTP.
+    /// Sends bytes unchanged. Checks that the answer, if there is one, is HTTP.
     pub fn raw(&self, bytes: &[u8]) {
-        // What would be compiled is not what is fuzzed here.
+        // Compilation is not fuzzed here.
         if bytes.windows(3).any(|window| window == b"PUT") {
             return;
         }
@@ -64,7 +64,7 @@ impl Socket {
         }
     }
 
-    /// A stream, a frame for each line; the texts that come.
+    /// Opens a stream and sends a frame for each line; returns the texts that arrive.
     pub fn stream(&self, lines: &[u8]) -> Vec<Json> {
         let mut stream = self.connect();
         let upgrade = b"GET /v1/stream HTTP/1.1\r\nhost: localhost\r\nconnection: upgrade\r\nupgrade: websocket\r\n\
@@ -78,13 +78,13 @@ impl Socket {
         }
         assert!(head.starts_with(b"HTTP/1.1 101"), "{}", String::from_utf8_lossy(&head));
         let frames = lines.split(|byte| *byte == b'\n').map(|line| framed(TEXT, line));
-        // A frame that is no text at all ends the stream, so that what follows is not taken.
+        // A frame that is not text ends the stream, so later frames are not taken.
         let _said = frames.chain([framed(PING, b"")]).try_for_each(|frame| stream.write_all(&frame));
         let mut texts = Vec::new();
         while let Some((kind, payload)) = received(&mut stream) {
             match kind {
                 TEXT => texts.push(serde_json::from_slice(&payload).unwrap_or_else(|why| panic!("{why}: {}", String::from_utf8_lossy(&payload)))),
-                // All frames were taken; subscriptions have told something, or do so now.
+                // All frames were taken; subscriptions have sent their values, or send them now.
                 PONG => stream.set_read_timeout(Some(LISTEN)).expect("a time above zero"),
                 CLOSE => break,
                 _ => {}
@@ -95,7 +95,7 @@ impl Socket {
     }
 }
 
-/// A whole frame of a client, with a mask of zeros.
+/// Returns a complete frame of a client, with a mask of zeros.
 fn framed(kind: u8, payload: &[u8]) -> Vec<u8> {
     let len = u16::try_from(payload.len()).unwrap_or(u16::MAX);
     let mut frame = vec![0x80 | kind, 0x80 | 126];
@@ -110,7 +110,7 @@ fn framed(kind: u8, payload: &[u8]) -> Vec<u8> {
     frame
 }
 
-/// Returns the next frame of the server; none after the last.
+/// Returns the next frame of the server; `None` after the last.
 fn received(stream: &mut UnixStream) -> Option<(u8, Vec<u8>)> {
     let mut head = [0; 2];
     stream.read_exact(&mut head).ok()?;

@@ -3,7 +3,8 @@
 use daemon::journal::ledger::Ledger;
 use daemon::journal::lines::{self, Line};
 
-/// Checks that a journal that was read is written and read again as the same lines, and that their result stays itself.
+/// Checks that a journal that was read is written and read again as the same lines, and that the lines kept by its ledger give the same
+/// ledger.
 pub(crate) fn journal(bytes: &[u8]) {
     let Ok(read) = lines::read(bytes) else { return };
     let mut again = lines::text(&read.head);

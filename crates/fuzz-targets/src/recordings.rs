@@ -2,7 +2,8 @@
 //! The reader of MCAP files: recordings and records for replay that a user opens.
 use mcap::{Reader, Record, Unreadable};
 
-/// Any file is read to an end of one kind, and what a file that was cut off gives is where the whole one begins.
+/// Checks that reading any file ends in exactly one way, and that the records of a truncated file are the first records of the whole
+/// file.
 pub fn recordings(bytes: &[u8]) {
     let (whole, is_refused) = read(bytes);
     let (part, _) = read(&bytes[..bytes.len() / 2]);
@@ -11,7 +12,7 @@ pub fn recordings(bytes: &[u8]) {
     }
 }
 
-/// Every record as text, and whether the file was refused at some place.
+/// Returns every record as text, and whether the file was refused at some point.
 fn read(bytes: &[u8]) -> (Vec<String>, bool) {
     let mut records = Vec::new();
     let mut reader = match Reader::new(bytes) {

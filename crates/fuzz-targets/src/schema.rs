@@ -2,7 +2,7 @@
 //! Check of a value against a JSON Schema, as far as the schemas of the control interface go.
 use serde_json::{Map, Value as Json};
 
-/// Returns what does not fit, with the path to it; none if all does. `root` has what references lead to.
+/// Returns the first mismatch with its path; `None` if the value fits. `root` contains the targets of references.
 pub(crate) fn misfit(schema: &Json, value: &Json, root: &Json) -> Option<String> {
     let Json::Object(schema) = schema else {
         return (schema == &Json::Bool(false)).then(|| format!("{value} is not allowed"));

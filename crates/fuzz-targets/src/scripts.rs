@@ -11,7 +11,7 @@ use std::collections::HashMap;
 use std::fmt::Debug;
 use std::sync::{Arc, OnceLock};
 
-/// One frame, to a processor or from it: what was understood is said again and understood alike.
+/// Fuzzes one frame to or from a processor. Checks that a frame that was understood is written and understood again as the same.
 pub(crate) fn frames(bytes: &[u8]) {
     again::<Order>(bytes);
     again::<News>(bytes);
@@ -23,8 +23,8 @@ fn again<T: serde::Serialize + serde::de::DeserializeOwned + Debug>(bytes: &[u8]
     assert_eq!(format!("{first:?}"), format!("{second:?}"));
 }
 
-/// Parcels of one host, one after the other, each behind its length in two bytes: the reader makes an error of what does not fit
-/// together, and what it makes can be dropped.
+/// Fuzzes consecutive parcels of one host, each after its length in two bytes. Checks that the reader refuses inconsistent parcels with a
+/// message, and that the scripts it makes can be dropped.
 pub(crate) fn parcels(mut bytes: &[u8]) {
     let (mut reader, mut ground) = (Reader::default(), Library);
     let mut scripts = Vec::new();
@@ -42,7 +42,7 @@ pub(crate) fn parcels(mut bytes: &[u8]) {
     drop(scripts);
 }
 
-/// The blocks of the library, no device, connections in memory.
+/// Ground with the blocks of the library, no devices, and connections in memory.
 struct Library;
 
 type Keeper = Arc<dyn Any + Send + Sync>;

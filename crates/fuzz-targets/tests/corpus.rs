@@ -15,7 +15,7 @@ fn corpus(name: &str) -> Vec<Vec<u8>> {
     files.iter().map(|file| std::fs::read(file).expect("it can be read")).collect()
 }
 
-/// A generator of pseudo-random numbers, the same on each run.
+/// Generator of pseudo-random numbers, the same on each run.
 struct NumberGenerator(u64);
 
 impl NumberGenerator {
@@ -27,7 +27,7 @@ impl NumberGenerator {
     }
 }
 
-/// Makes one to four changes: a byte, a bit, a piece removed, repeated, or taken from another input.
+/// Makes one to four changes: a byte or a bit changed, or a piece removed, repeated, or taken from another input.
 fn change(chosen: &mut NumberGenerator, corpus: &[Vec<u8>]) -> Vec<u8> {
     let mut bytes = corpus[chosen.below(corpus.len())].clone();
     for _ in 0..=chosen.below(4) {

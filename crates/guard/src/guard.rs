@@ -151,9 +151,8 @@ impl Guard {
         self.members.each_ref().map(Member::pid)
     }
 
-    /// Returns the numbers of the processes that stand in for a guard that is stopped, or has ended and has not been replaced yet. They
-    /// have been told
-    /// what is registered.
+    /// Returns the process IDs of the guards that stand in for a guard that is stopped, or has ended and has not been replaced yet. They
+    /// have been sent all registrations.
     pub fn stand_ins(&self) -> [Option<i32>; 2] {
         self.members.each_ref().map(Member::stand_in)
     }

@@ -1,18 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The guard: two small processes that bring the outputs of a lost one to their safe state. Both are told the same and act alike, so
-//! that one
-//! guards while the other is being replaced.
+//! The guard: two small processes that bring the outputs of a lost process to their safe state. Both receive the same requests and act
+//! alike, so that one guards while the other is being replaced.
 //!
 //! | | |
 //! |---|---|
-//! | [`Guard`] | the supervisor's side of both: what to guard, and what is said of it; `member.rs`: one of them, replaced when it is gone; `standing_in.rs`: the one that guards meanwhile |
-//! | [`send_handles`], [`receive_handles`] | how the supervisor of a process gets what it registers there |
-//! | [`watch`] | the rules by which a process counts as lost, and what follows: values without a clock, a thread or a descriptor |
-//! | [`make_safe`] | what it writes, for the supervisor of a thread that is lost |
+//! | [`Guard`] | the supervisor's side of both: registrations and events; `member.rs`: one of them, replaced when it exits; `standing_in.rs`: the one that guards meanwhile |
+//! | [`send_handles`], [`receive_handles`] | transfer of handles to the supervisor of a process, which registers them there |
+//! | [`watch`] | the rules by which a process counts as lost, and the consequences: values without a clock, a thread or a descriptor |
+//! | [`make_safe`] | the writes of the guard, for the supervisor of a lost thread |
 //! | [`run`], [`serve`](serve::serve) | the guard process: one thread, one loop; `serve.rs`, `wards.rs`, `ward.rs` and `watch.rs` are all of it |
 //!
-//! The guard is no certified safety function: it shares processor, memory and operating system with what it guards. It knows the safe
-//! handles of crate `device` and the processes of crate `process_kit`; no kernel, verb or driver.
+//! The guard is not a certified safety function: it shares processor, memory and operating system with the guarded processes. It depends
+//! on the safe handles of crate `device` and the processes of crate `process_kit`, but not on kernels, verbs or drivers.
 pub mod canary;
 mod guard;
 mod guard_event;

@@ -46,11 +46,11 @@ struct State {
     /// Guard process; `None` if a previous supervisor started it.
     child: Option<Arc<Child>>,
     registry: Registry,
-    /// The thread that waits for a change of the child.
+    /// Thread that waits for changes of the child.
     waiting: Option<ChildWait>,
-    /// The guard that stands in for the child.
+    /// Guard that stands in for the child.
     stand_in: Option<StandIn>,
-    /// Limit on standing in: a guard that is stopped again and again.
+    /// Limit on starting stand-ins, for a guard that is stopped repeatedly.
     stands: Restarts,
     next_request: u64,
     /// Pending requests, and those that have an answer.
@@ -166,7 +166,7 @@ impl Member {
         self.shared.state().child.as_ref().map(|child| child.pid())
     }
 
-    /// Returns the number of the process that stands in for it.
+    /// Returns the process ID of the guard that stands in for this one.
     pub fn stand_in(&self) -> Option<i32> {
         self.shared.state().stand_in.as_ref().map(|stand_in| stand_in.child.pid())
     }
@@ -217,8 +217,8 @@ impl MemberState {
         self.state.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Waits for the changes of the guard process in a thread, if it is a child of this one. Another one is replaced when it is seen to
-    /// be gone.
+    /// Starts a thread that waits for changes of the guard process, if it is a child of this one. A guard that is not a child is replaced
+    /// when its loss is detected.
     fn wait_for_child(self: &Arc<Self>) {
         let member = Arc::downgrade(self);
         let changed = move |change, is_over: &AtomicBool| member.upgrade().map(|member| member.child_changed(change, is_over)).is_some();
@@ -226,7 +226,7 @@ impl MemberState {
         state.waiting = state.child.as_ref().and_then(|child| ChildWait::start(child, changed));
     }
 
-    /// Starts a guard that stands in for the child, or ends it.
+    /// Starts or ends the stand-in after a change of the child.
     fn child_changed(&self, change: ChildChange, is_over: &AtomicBool) {
         let mut state = self.state();
         let is_needed = match change {
@@ -235,7 +235,7 @@ impl MemberState {
             ChildChange::Ended => true,
         };
         if is_needed && state.stand_in.is_none() && !state.is_closing {
-            // Where none can be started, whoever replaces the guard tries again, and says why it cannot.
+            // If no stand-in can be started, the replacement of the guard tries again and reports the reason.
             state.stand_in = StandIn::start(&self.command, &self.watcher.hearts, &state.registry).ok();
         }
         let needless = if is_needed { None } else { state.stand_in.take() };
@@ -245,7 +245,7 @@ impl MemberState {
         needless.into_iter().for_each(StandIn::end);
     }
 
-    /// Returns the state when the thread that waits for the guard process, which has ended, has started another one.
+    /// Returns the state as soon as the waiting thread has handled the end of the guard process, after `GRACE` at the latest.
     fn state_when_waited(&self) -> MutexGuard<'_, State> {
         let waits = |state: &mut State| state.waiting.as_ref().is_some_and(|waiting| !waiting.is_over());
         self.answered.wait_timeout_while(self.state(), GRACE, waits).unwrap_or_else(PoisonError::into_inner).0
@@ -356,9 +356,8 @@ impl MemberState {
         (self.tell)(GuardEvent::Restarted { how, refused });
     }
 
-    /// Puts another guard in the place of the one that is gone, which has been told everything that is registered. False: this side is
-    /// closing, or
-    /// there can be none.
+    /// Replaces a guard that has exited with one that has been sent all registrations. Returns false if this side is closing, or no guard
+    /// can be started.
     fn restore(self: &Arc<Self>) -> bool {
         let mut state = self.state();
         if state.is_closing {
@@ -400,7 +399,8 @@ impl MemberState {
         }
     }
 
-    /// Returns how many answers the new guard owes: its greeting, and one for each thing that it was told.
+    /// Lets the stand-in lead, or a new guard if there is none. Returns the number of answers that it owes: its greeting, and one for
+    /// each request sent to it.
     fn start_again(&self, state: &mut State) -> Result<usize, String> {
         let stand_in = state.stand_in.take();
         if !state.restarts.allow(now_ns()) {

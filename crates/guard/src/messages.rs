@@ -24,7 +24,7 @@ pub(crate) enum Ask {
     Release { ward: u64, device: String },
     /// The process ends in an orderly way, or its loss has been handled: it is forgotten, with its handles.
     Forget { ward: u64 },
-    /// Beat, and listen at the path: the guard that it has stood in for is gone.
+    /// Request to beat, and to listen at the path: the guard that it stood in for has exited.
     Lead,
     /// Request of a returning supervisor: send everything that is guarded, including descriptors, then answer.
     Adopt,

@@ -17,7 +17,7 @@ use std::time::Duration;
 
 /// Environment variable with the path at which a returning supervisor finds the guard.
 pub(crate) const PATH: &str = "OPENGPAC_GUARD_PATH";
-/// The environment variable of a guard that stands in for another one.
+/// Environment variable that marks a guard as a stand-in for another one.
 pub(crate) const STANDS_IN: &str = "OPENGPAC_GUARD_STANDS_IN";
 /// Name of the descriptor of the first link.
 pub(crate) const LINK: &str = "link";
@@ -44,12 +44,11 @@ pub fn run() -> Result<(), String> {
     serve(link, hearts, path.as_deref().map(Path::new), leads).map_err(|error| format!("the guard cannot serve: {error}"))
 }
 
-/// Guards for every supervisor that talks over `link`, or connects to `path`. It beats and listens at the path if it `leads`, or when it
-/// is asked
-/// to lead, or when its supervisor is gone. Takes over the process: scheduling, signals, memory.
+/// Guards for every supervisor that is connected by `link` or connects to `path`. The guard beats and listens at the path if it `leads`,
+/// or when it is asked to lead, or when its supervisor has exited. Takes over the process: scheduling, signals, memory.
 ///
 /// # Errors
-/// `AddrInUse` where another guard listens at `path`; else what the operating system refuses.
+/// Fails with `AddrInUse` if another guard listens at `path`, otherwise with the error of the operating system.
 pub fn serve(link: UnixLink, hearts: Hearts, path: Option<&Path>, leads: bool) -> io::Result<()> {
     let path = path.map(Path::to_owned);
     let listener = path.as_deref().filter(|_| leads).map(Listener::listen).transpose()?;
@@ -104,7 +103,7 @@ impl Supervisor {
 
 struct Guarding {
     hearts: Hearts,
-    /// It does not stand in for another one, whose heart and path these are.
+    /// False while this guard stands in for another one, to which the heart and the path belong.
     leads: bool,
     path: Option<PathBuf>,
     listener: Option<Listener>,
@@ -122,7 +121,7 @@ impl Guarding {
 
     fn beat(&mut self) {
         if self.links.is_empty() && !self.leads {
-            // Nobody is left who would ask it to. Where another guard listens at the path, that one is found there.
+            // No supervisor is left to request it. If another guard listens at the path, clients find that one.
             let _listens = self.lead();
         }
         if self.leads {
@@ -130,7 +129,7 @@ impl Guarding {
         }
     }
 
-    /// Takes the heart and the path of the guard that it stood in for.
+    /// Takes over the heart and the path of the guard that it stood in for.
     fn lead(&mut self) -> Result<(), String> {
         self.leads = true;
         if let (None, Some(path)) = (&self.listener, &self.path) {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-//! A guard that stands in for another one. The operating system tells the parent of a guard at once that it was stopped or has ended;
-//! until it is
-//! certain that it will not go on, which takes 0.1 s, another process guards in its place. One that goes on is kept, and its stand-in ends.
+//! A guard that stands in for another one. The operating system immediately notifies the parent of a guard that was stopped or has ended.
+//! Until it is certain that the guard will not continue, which takes 0.1 s, another process guards in its place. A guard that continues
+//! is kept, and its stand-in is ended.
 use crate::guard_event::GuardCommand;
 use crate::messages::{Ask, HANDED_OVER};
 use crate::registry::Registry;
@@ -14,19 +14,20 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread::JoinHandle;
 
-/// Above every ordinary thread, so that no load delays the start of another guard; below every kernel.
+/// Real-time priority of the waiting thread: above every ordinary thread, so that no load delays the start of another guard; below every
+/// kernel.
 const PRIORITY: i32 = 1;
 
-/// Guard process that guards as every other one does, but does not beat and cannot be found until it is asked to lead.
+/// Guard process that guards like any other, but does not beat and cannot be found until it is asked to lead.
 pub(crate) struct StandIn {
     pub link: UnixLink,
     pub child: Child,
-    /// Answers that it owes, its greeting among them. They wait in its link.
+    /// Number of answers that it owes, including its greeting. They stay queued in its link.
     pub awaited: usize,
 }
 
 impl StandIn {
-    /// Starts one and tells it everything that is registered. Errors: it cannot be started, in words.
+    /// Starts a stand-in and sends it all registrations. Fails with a human-readable reason if it cannot be started.
     pub fn start(command: &GuardCommand, hearts: &Hearts, registry: &Registry) -> Result<StandIn, String> {
         let (link, child) = launch(command, hearts, true).map_err(|error| error.0)?;
         let mut stand_in = StandIn { link, child, awaited: 1 };
@@ -39,29 +40,27 @@ impl StandIn {
         send(&self.link, HANDED_OVER, ask, descriptors)
     }
 
-    /// Tells it one thing more. One that is gone by then is found to be gone by who hears it.
+    /// Sends it one more request. If it has exited by then, the receiver of its messages detects that.
     pub fn tell(&mut self, ask: Ask, descriptors: &[OwnedFd]) {
         let _gone = self.send(ask, descriptors);
     }
 
-    /// Ends it: nobody needs it.
+    /// Ends the stand-in, which is no longer needed.
     pub fn end(self) {
         self.child.kill();
     }
 }
 
-/// Thread that waits for the changes of a guard process.
+/// Thread that waits for changes of a guard process.
 pub(crate) struct ChildWait {
     thread: JoinHandle<()>,
     is_over: Arc<AtomicBool>,
 }
 
 impl ChildWait {
-    /// Starts it for a child of this process: of another one only its parent is told. `changed`: does what follows from a change, and
-    /// stores whether
-    /// that was the last one, with the lock that who asks [`ChildWait::is_over`] has; false where nobody has the guard. Without a thread
-    /// or a
-    /// descriptor there is none.
+    /// Starts the thread for a child of this process: only the parent is notified of changes. `changed` handles a change and stores
+    /// whether it was the last one, under the lock that callers of [`ChildWait::is_over`] hold; it returns false if the guard no longer
+    /// has an owner. Returns `None` if no thread or descriptor can be made.
     pub fn start(child: &Child, changed: impl Fn(ChildChange, &AtomicBool) -> bool + Send + 'static) -> Option<ChildWait> {
         let process = child.descriptor().ok()?;
         let is_over = Arc::new(AtomicBool::new(false));
@@ -79,19 +78,19 @@ impl ChildWait {
         Some(ChildWait { thread: std::thread::Builder::new().name("waits-guard".into()).spawn(body).ok()?, is_over })
     }
 
-    /// Returns whether it has dealt with the end of its process.
+    /// Returns true if the end of the process has been handled.
     pub fn is_over(&self) -> bool {
         self.is_over.load(Ordering::Acquire)
     }
 
-    /// Waits until it ends, which it does with its process.
+    /// Waits until the thread ends, which it does when its process has ended.
     pub fn join(self) {
-        // One that panicked has said so.
+        // A panic of the thread has been printed already.
         let _ended = self.thread.join();
     }
 }
 
-/// Takes real-time priority where it is given, and passes it on to what is started here.
+/// Takes real-time priority if that is permitted; processes started by this thread inherit it.
 fn prioritise() {
     let parameter = libc::sched_param { sched_priority: PRIORITY };
     if process_kit::limit_real_time() {

@@ -19,9 +19,8 @@ pub(crate) fn send(link: &UnixLink, request: u64, ask: Ask, descriptors: &[Owned
     link.send_with(&encode(&GuardRequest { request, ask }), &borrowed, Some(ANSWER))
 }
 
-/// Starts a guard process. `stands_in`: it guards as every other one does, but beats and listens only when it is asked to
-/// [lead](Ask::Lead);
-/// it is started at the priority of the calling thread.
+/// Starts a guard process. With `stands_in`, it guards like any other, but beats and listens only when it is asked to [lead](Ask::Lead),
+/// and it is started at the priority of the calling thread.
 pub(crate) fn launch(command: &GuardCommand, hearts: &Hearts, stands_in: bool) -> Result<(UnixLink, Child), GuardError> {
     let (link, theirs) = UnixLink::pair().map_err(|error| GuardError(format!("no link to a guard can be made: {error}")))?;
     let [heart, supervisor] = hearts.descriptors().map_err(|error| GuardError(format!("no descriptor can be made for a guard: {error}")))?;

@@ -195,7 +195,7 @@ impl Watcher {
 /// Requests real-time priority; without it, the watcher is only less punctual.
 fn prioritise() {
     let parameter = libc::sched_param { sched_priority: PRIORITY };
-    // Nothing of this process runs at a real-time priority without the limit.
+    // No thread of this process runs at a real-time priority without the limit.
     let is_limited = process_kit::limit_real_time();
     // SAFETY: this thread's own scheduling and timers.
     unsafe {

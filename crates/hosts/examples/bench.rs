@@ -1,13 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Latency of a value from one host to another, compared with bare zenoh with the same bytes, alternating in one run. Each row is one
+//! Latency of a value from one host to another, compared with the same bytes over bare zenoh, alternating in one run. Each row is one
 //! JSON line.
 //!
 //!     bench ROUNDS
 //!
-//! There are two processes: this one listens, a second one echoes. Over loopback both are plain; over a veth pair into a network
-//! namespace, which needs the privilege to make one, both use TLS with certificates. A latency is half a round trip at 200 Hz. The path
-//! from a thread of one process to a thread of the other is measured: a value (a row) wakes its reader; a group is found by a reader that
-//! polls every 20 µs.
+//! This process listens, and a second one echoes. Over loopback both carriers are plain; over a veth pair into a network namespace, which
+//! needs the privilege to create one, both use TLS with certificates. A latency is half a round trip at 200 Hz, from a thread of one
+//! process to a thread of the other: a value (a row) wakes its reader; a group is found by a reader that polls every 20 µs.
 #[path = "../tests/common/authority.rs"]
 mod authority;
 use authority::Authority;
@@ -38,11 +37,11 @@ fn main() {
     }
 }
 
-/// Endpoint of both sides, and their credentials.
+/// Endpoints for our connections and for bare zenoh, and their credentials.
 struct Way {
     at: String,
     bare: String,
-    /// Authority, certificate and key.
+    /// Paths of the authority, certificate and key.
     files: Vec<String>,
 }
 
@@ -77,15 +76,15 @@ impl Way {
     }
 }
 
-/// One direction: sends bytes, and waits for some.
+/// One end of a path: sends bytes, and takes those that arrive.
 trait Carries {
-    /// Returns false if there is no space: the other side has not read for a while, as on a busy machine.
+    /// Sends bytes; returns false if there is no space because the other side has not read for a while, as on a busy machine.
     fn send(&mut self, bytes: &[u8]) -> bool;
-    /// Returns true if something has arrived.
+    /// Takes an arrival; returns true if there was one.
     fn take(&mut self) -> bool;
 }
 
-/// Our rows or groups.
+/// One end of our rows or groups.
 struct Ours {
     sender: Box<dyn Sender>,
     receiver: Box<dyn Receiver>,
@@ -120,7 +119,7 @@ impl Carries for Ours {
     }
 }
 
-/// The same, with zenoh alone.
+/// One end of the same path with zenoh alone.
 struct Bare {
     publisher: zenoh::pubsub::Publisher<'static>,
     came: Arc<Mutex<Option<Vec<u8>>>>,
@@ -153,7 +152,7 @@ impl Carries for Bare {
     }
 }
 
-/// Length, whether the reader is woken, whether it is ours, the carrier, and the waiting thread.
+/// Length, whether the reader is woken, whether the path is ours, the carrier, and the waiting thread.
 type WayUnderTest = (usize, bool, bool, Box<dyn Carries + Send>, Arc<OnceLock<Thread>>);
 
 /// Returns all paths of one side: ours and bare alternating, by length, woken or polling.
@@ -171,7 +170,7 @@ fn ways(hosts: &Hosts, session: &zenoh::Session, near: bool) -> Vec<WayUnderTest
     ways
 }
 
-/// Waits until something has arrived: woken, or polling every 20 µs. Returns false on timeout.
+/// Waits until bytes have arrived: woken, or polling every 20 µs. Returns false on timeout.
 fn await_one(way: &mut dyn Carries, woken: bool, limit: Duration) -> bool {
     let until = Instant::now() + limit;
     while !way.take() {
@@ -186,7 +185,7 @@ fn await_one(way: &mut dyn Carries, woken: bool, limit: Duration) -> bool {
 fn send_back(way: &Way) {
     let hosts = Hosts::join(way.options("far")).expect("the near side listens");
     let session = way.bare(false);
-    // Only the measured one may poll, and only during its measurement: the others would take processor time from the next measurement.
+    // Only the measured path may poll, and only during its measurement: the others would take processor time from the next measurement.
     let looks: Arc<Mutex<usize>> = Arc::default();
     for (at, (len, woken, _, mut way, wakes)) in ways(&hosts, &session, false).into_iter().enumerate() {
         let looks = looks.clone();
@@ -196,7 +195,7 @@ fn send_back(way: &Way) {
                 if !woken && *looks.lock().expect("no holder panics") != at {
                     std::thread::park_timeout(PAUSE);
                 } else if await_one(way.as_mut(), woken, if woken { LOST } else { PAUSE }) {
-                    // A round without space is counted as lost by the other side.
+                    // If there is no space, the other side counts the round as lost.
                     let _has_room = way.send(&vec![1; len]);
                 }
             }
@@ -228,7 +227,7 @@ fn measure(rounds: usize) {
     compare("namespaces, TLS", &way, echo, rounds);
 }
 
-/// The echo process, which ends with this value.
+/// The echo process, which is killed when this value is dropped.
 struct Echo(Child);
 
 impl Drop for Echo {

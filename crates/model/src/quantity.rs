@@ -166,10 +166,12 @@ pub fn number_in(text: &str, target: &str) -> Result<f64, Refusal> {
     }
 }
 
-/// Returns a duration in whole nanoseconds: `"20 ms"`, `"1.5 s"`, `"2 min"`, or the period of a rate, `"1 kHz"`. `what` names it in a message.
+/// Returns a duration in whole nanoseconds: `"20 ms"`, `"1.5 s"`, `"2 min"`, or the period of a rate, `"1 kHz"`. `what` names the value
+/// in messages.
 ///
 /// # Errors
-/// `ValueRefused`: no unit, not a number. `OutOfRange`: beyond 292 years. `UnitMismatch`: not a time.
+/// Fails with `ValueRefused` if the unit is missing or the text is not a number, with `OutOfRange` beyond 292 years,
+/// and with `UnitMismatch` if the quantity is not a time.
 pub fn duration_ns(text: &str, what: &str) -> Result<i64, Refusal> {
     let refused = |class, is: &str| Refusal::new(class, format!("{what} '{text}' {is}")).remedy("write for example '20 ms'");
     let (_, symbol) = split(text).map_err(|_| refused(Class::ValueRefused, "is not a quantity"))?;

@@ -20,11 +20,11 @@ unsafe extern "C" {
 /// First number of a passed descriptor, after the standard streams.
 const FIRST: RawFd = 3;
 
-/// A process to start: its command line, what it inherits, its limits.
+/// A process to start: its command line, inherited descriptors, environment and limits.
 ///
-/// It gets a process group of its own, so that Ctrl-C at the terminal does not reach it, no input, our outputs, and the processor
-/// cores of our main thread, no matter which thread starts it; ordinary priority, unless it is started [urgently](Launch::urgently). It
-/// survives us.
+/// It gets a process group of its own, so that Ctrl-C at the terminal does not reach it. It has no input, writes to our outputs, and runs
+/// on the processor cores of our main thread, no matter which thread starts it. Its priority is ordinary unless it is started
+/// [urgently](Launch::urgently). It survives us.
 #[derive(Debug)]
 pub struct Launch {
     command: Vec<OsString>,
@@ -66,8 +66,8 @@ impl Launch {
         self
     }
 
-    /// Starts it at the priority of the calling thread, which waits until the program is in place: at a real-time priority, no load holds
-    /// either up. It keeps that priority until it takes another one.
+    /// Requests that the process starts at the priority of the calling thread, which waits until the program is in place: at a real-time
+    /// priority, no load delays either of them. The process keeps this priority until it sets another one.
     pub fn urgently(mut self) -> Launch {
         self.is_urgent = true;
         self
@@ -154,7 +154,8 @@ fn spawn(arguments: &[CString], variables: &[CString], descriptors: &[RawFd], is
     Ok(pid)
 }
 
-/// Group of its own, ordinary scheduling (that of this thread if it `is_urgent`), no signal blocked or ignored.
+/// Returns the attributes of the spawn: a process group of its own, ordinary scheduling (that of this thread if `is_urgent`), no signal
+/// blocked or ignored.
 fn plan(is_urgent: bool) -> io::Result<Plan> {
     // SAFETY: all zeroes is storage that the two calls initialise.
     let mut plan: Plan = unsafe {

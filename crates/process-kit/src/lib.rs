@@ -4,15 +4,15 @@
 //! | | |
 //! |---|---|
 //! | [`Launch`], [`Child`], [`Status`] | a process that is started with named descriptors, ended, and reaped |
-//! | [`has_ended`], [`ended`], [`signal`], [`pid_of`], [`this_process`] | any process, held by a descriptor of it |
+//! | [`has_ended`], [`ended`], [`signal`], [`pid_of`], [`this_process`] | any process, through a descriptor of it |
 //! | [`UnixLink`], [`Listener`], [`connect`] | frames and descriptors between two processes |
 //! | [`SharedMemory`], [`Heartbeat`] | memory that processes share and that nobody has to clean up |
-//! | [`Silence`] | time since the last word of another side, as far as this side was there |
-//! | [`Restarts`] | how often a lost process may be started again |
-//! | [`ChildChange`], [`next_change`] | a child that is stopped, goes on or ends |
-//! | [`may_lock_all`], [`limit_real_time`], [`stand_back`] | a right that a process asks the operating system for, a limit, and a right that it gives up |
+//! | [`Silence`] | time since the last message of the other side, without standstills of this side |
+//! | [`Restarts`] | limit on restarting a lost process |
+//! | [`ChildChange`], [`next_change`] | stop, continuation or end of a child |
+//! | [`may_lock_all`], [`limit_real_time`], [`stand_back`] | a right that a process requests from the operating system, a limit, and a right that it gives up |
 //!
-//! Nothing here knows a device, a kernel or a text format.
+//! This crate does not depend on devices, kernels or text formats.
 mod child;
 mod clock;
 mod heartbeat;

@@ -61,20 +61,20 @@ pub fn ended(process: BorrowedFd<'_>, limit: Duration) -> bool {
     }
 }
 
-/// Change of a child of this process that the operating system tells its parent.
+/// State change of a child of this process, reported by the operating system to the parent.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ChildChange {
-    /// A signal (SIGSTOP) has stopped it.
+    /// The child was stopped by a signal (SIGSTOP).
     Stopped,
-    /// It was stopped and goes on.
+    /// The stopped child has continued.
     Continued,
-    /// It has ended.
+    /// The child has ended.
     Ended,
 }
 
-/// Waits for the next change of a child, which is not reaped: its end, and [`ChildChange::Continued`] if it `is_stopped`, else
-/// [`ChildChange::Stopped`]. A debugger that holds it is not seen. A process that is no child of this one, or has been reaped, counts as
-/// ended.
+/// Waits for the next state change of a child without reaping it: its end, or [`ChildChange::Continued`] if it `is_stopped`, else
+/// [`ChildChange::Stopped`]. A stop by a debugger is not reported. A process that is not a child of this one, or has been reaped, counts
+/// as ended.
 pub fn next_change(child: BorrowedFd<'_>, is_stopped: bool) -> ChildChange {
     let change = if is_stopped { libc::WCONTINUED } else { libc::WSTOPPED };
     loop {

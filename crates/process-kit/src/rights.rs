@@ -12,11 +12,11 @@ pub fn stand_back() {
     }
 }
 
-/// Processor time that a real-time thread may use without sleeping before the operating system signals it: a barrier of its own
-/// against a runaway block, behind the time budget of blocks and with the same end (SIGXCPU is taken as a spent budget).
+/// Processor time that a real-time thread may use without sleeping before the operating system signals it: an independent barrier against
+/// a runaway block, behind the time budget of blocks and with the same result (SIGXCPU counts as an exhausted budget).
 const REAL_TIME_US_MAX: u64 = 5_000_000;
 
-/// Sets the limit without which nothing runs at a real-time priority. Returns false if it cannot be set.
+/// Sets the limit that is required before a thread runs at a real-time priority. Returns false if it cannot be set.
 pub fn limit_real_time() -> bool {
     // SAFETY: reads and lowers a limit of this process.
     unsafe {

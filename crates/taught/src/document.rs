@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-//! A points file as a document: format 2 has a line for each point, format 1 a table. Both are read and changed as they are; a point in
-//! space makes a file of format 2.
+//! A points file as a document: format 2 has a line for each point, format 1 a table. Changes keep the layout of the file; adding a pose
+//! sets its format to 2.
 use crate::{JOINTS, NamedFrame, TaughtPoint, TaughtPoints, WORLD, refuse};
 use model::hints;
 use model::refusal::{Class, Refusals};
@@ -9,23 +9,23 @@ use supervisor::PointFile;
 use toml_edit::{Array, DocumentMut, InlineTable, Item, Table, TableLike, Value, value};
 
 const FORMAT: i64 = 2;
-/// Power of ten to which numbers of a file are rounded, as the package does.
+/// Factor by which numbers of a file are rounded (nine decimal places), as the package does.
 const DIGITS: f64 = 1e9;
-/// The largest number of a file.
+/// Exclusive limit of the magnitude of numbers in a file.
 const NUMBER_MAX: f64 = 1e300;
 const NEW: &str = "# Taught points, one a line. You may edit this file: comments and order stay.\nformat = 2\n";
 
-/// A points file that can be used.
+/// A valid points file.
 pub struct PointDocument {
     document: DocumentMut,
     path: PathBuf,
     joints: Vec<String>,
-    /// rad or m of each unit of the file.
+    /// Value in rad or m of the file's unit of each joint.
     factors: Vec<f64>,
 }
 
 impl PointDocument {
-    /// Reads the text of a file, or makes that of a new one. Errors: it cannot be understood, or is of another arm.
+    /// Parses the text of a file, or creates a new document. Fails if the text cannot be understood or belongs to another arm.
     pub fn of(text: Option<String>, file: &PointFile) -> Result<Self, Refusals> {
         let wrong = |why: String| {
             refuse(Class::InvalidState, format!("the points file '{}' cannot be used: {why}", file.path.display()), "mend it; nothing was changed")
@@ -76,7 +76,7 @@ impl PointDocument {
         }
     }
 
-    /// Enters a point, in the place of that of its name, or behind all others.
+    /// Adds a point at the end, or replaces the point of the same name in its position.
     pub fn put(&mut self, point: &TaughtPoint) -> Result<(), Refusals> {
         self.fits(point)?;
         let in_lines = self.is_in_lines();
@@ -106,7 +106,7 @@ impl PointDocument {
         Ok(())
     }
 
-    /// Gives a point another name, in its place.
+    /// Renames a point, which keeps its position.
     pub fn rename(&mut self, name: &str, to: &str) -> Result<(), Refusals> {
         named(to)?;
         self.known(name)?;
@@ -115,7 +115,7 @@ impl PointDocument {
         }
         let points = self.points_mut();
         let names: Vec<String> = points.iter().map(|(key, _)| key.to_owned()).collect();
-        // A key cannot be altered in its place: this one and all behind it are entered again, with what stands before and behind them.
+        // A key cannot be renamed in place: it and all later ones are inserted again, with the decor before and after them.
         for key in names.iter().skip_while(|key| *key != name) {
             let decor = points.key(key).map(|key| (key.leaf_decor().clone(), key.dotted_decor().clone()));
             let entry = points.remove(key).expect("it is one of the keys");
@@ -129,7 +129,7 @@ impl PointDocument {
         Ok(())
     }
 
-    /// Removes a point, and returns it.
+    /// Removes and returns a point.
     pub fn remove(&mut self, name: &str) -> Result<TaughtPoint, Refusals> {
         let point = self.known(name)?;
         self.points_mut().remove(name);
@@ -180,7 +180,7 @@ impl PointDocument {
         }
     }
 
-    /// Returns what is wrong with the entries.
+    /// Checks the entries; fails with the first fault.
     fn check(&self) -> Result<(), String> {
         for section in ["frames", "tools"] {
             for (name, entry) in self.table(section).into_iter().flat_map(TableLike::iter) {
@@ -194,7 +194,7 @@ impl PointDocument {
         Ok(())
     }
 
-    /// Reads an entry; None where it has no number for each joint, or an item of another type.
+    /// Reads an entry; returns `None` if it lacks a number for a joint, or if an item has the wrong type.
     fn point(&self, name: &str, entry: &Item) -> Option<TaughtPoint> {
         let entry = entry.as_table_like()?;
         let of = entry.get("joints")?;
@@ -237,7 +237,7 @@ impl PointDocument {
         self.document.get_mut("points").and_then(Item::as_table_like_mut).expect("it was checked to be a table")
     }
 
-    /// Returns whether points are lines, not tables.
+    /// Returns whether points are written as lines instead of tables.
     fn is_in_lines(&self) -> bool {
         let format = self.document.get("format").and_then(Item::as_integer);
         let points = self.table("points").into_iter().flat_map(TableLike::iter).map(|(_, entry)| entry.is_inline_table()).collect::<Vec<_>>();
@@ -245,7 +245,7 @@ impl PointDocument {
     }
 }
 
-/// Says in a document of which arm it is.
+/// Enters the arm in a document.
 fn enter_arm(document: &mut DocumentMut, file: &PointFile) {
     let mut arm = Table::new();
     arm.insert("name", value(&file.arm));
@@ -258,7 +258,7 @@ fn enter_arm(document: &mut DocumentMut, file: &PointFile) {
     }
 }
 
-/// Returns rad or m of a unit; an angle or a length alone has one, and a number without a unit is as it is.
+/// Returns the value of a unit in rad or m; `None` if it is neither an angle nor a length. The value of an empty unit is 1.
 fn factor(unit: &str) -> Option<f64> {
     if unit.is_empty() {
         return Some(1.0);
@@ -309,7 +309,7 @@ fn by_names(names: &[String], values: &[f64]) -> Value {
     Value::InlineTable(table)
 }
 
-/// Sets an item of an entry where it is another, and removes it for None.
+/// Sets an item of an entry if it differs; removes it for `None`.
 fn keep(entry: &mut dyn TableLike, key: &str, to: Option<Value>) {
     let Some(to) = to else {
         entry.remove(key);

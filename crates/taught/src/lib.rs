@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Taught points of arms, in the text files that programs named for them. People, programs and pages change one file at a time: a change reads
-//! what is there, alters one entry and writes the file whole or not at all, so that comments, order and the points of others stay.
+//! Taught points of arms, in the text files that programs name for them. People, programs and pages change one file at a time: a change
+//! reads the file, alters one entry and writes the file whole or not at all, so that comments, order and other points are preserved.
 mod document;
 mod store;
 
@@ -9,7 +9,7 @@ use model::refusal::{Class, Refusal, Refusals};
 use serde::{Deserialize, Serialize};
 use supervisor::PointFile;
 
-/// Frame of a point that is joint positions.
+/// Frame of a point that consists of joint positions.
 pub const JOINTS: &str = "joints";
 /// Frame in which the poses of the arm are given.
 pub const WORLD: &str = "world";
@@ -20,30 +20,30 @@ pub const WORLD: &str = "world";
 #[serde(deny_unknown_fields)]
 pub struct TaughtPoint {
     pub name: String,
-    /// Positions of the joints when it was taught, in the order of the arm, rad or m.
+    /// Joint positions at the time of teaching, in the order of the arm, rad or m.
     pub joints: Vec<f64>,
-    /// `joints` of joint positions; `world` or the name of a work frame of a pose.
+    /// `joints` for joint positions; `world` or the name of a work frame for a pose.
     #[serde(default = "joints")]
     pub frame: String,
-    /// Frame of `tools` whose pose it is; null: the tool that the arm has.
+    /// Frame of `tools` that the pose is for; null for the tool of the arm.
     #[serde(default)]
     pub tool: Option<String>,
-    /// Place in its frame, m.
+    /// Position in its frame, m.
     #[serde(default)]
     pub position: Option<[f64; 3]>,
     /// Roll, pitch and yaw in its frame, degrees.
     #[serde(default)]
     pub rpy_deg: Option<[f64; 3]>,
-    /// Signs of shoulder, elbow and wrist, where the arm has such configurations.
+    /// Signs of shoulder, elbow and wrist, if the arm has such configurations.
     #[serde(default)]
     pub configuration: Option<String>,
     /// Turns of the joints in that configuration.
     #[serde(default)]
     pub turns: Vec<i64>,
-    /// Words for people.
+    /// Note for people.
     #[serde(default)]
     pub note: String,
-    /// Time at which it was taught, RFC 3339.
+    /// Time of teaching, RFC 3339.
     #[serde(default)]
     pub taught: Option<String>,
 }
@@ -71,29 +71,31 @@ pub struct TaughtPoints {
     pub file: String,
     /// Joints of the arm, by their short names.
     pub joints: Vec<String>,
-    /// In the order of the file.
+    /// Points, in the order of the file.
     pub points: Vec<TaughtPoint>,
     pub frames: Vec<NamedFrame>,
     pub tools: Vec<NamedFrame>,
 }
 
-/// Returns the points of a file; none where there is no file yet. Errors: it cannot be read or understood, or is of another arm.
+/// Returns the points of a file; empty if the file does not exist yet. Fails if it cannot be read or understood, or belongs to another
+/// arm.
 pub fn read(file: &PointFile) -> Result<TaughtPoints, Refusals> {
     let document = PointDocument::of(store::read(&file.path)?, file)?;
     Ok(document.points())
 }
 
-/// Enters a point, in the place of the one of that name. Errors: as of [`read`]; it is not one of this arm; the file cannot be written.
+/// Adds a point, or replaces the point of the same name in its position. Fails as [`read`] does, if the point is not one of this arm, or
+/// if the file cannot be written.
 pub fn teach(file: &PointFile, point: &TaughtPoint) -> Result<(), Refusals> {
     change(file, |document| document.put(point))
 }
 
-/// Gives a point another name; it keeps its place. Errors: there is none, or one of the new name.
+/// Renames a point, which keeps its position. Fails if the point does not exist, or if the new name is already used.
 pub fn rename(file: &PointFile, name: &str, to: &str) -> Result<(), Refusals> {
     change(file, |document| document.rename(name, to))
 }
 
-/// Removes a point, and returns it. Errors: there is none.
+/// Removes and returns a point. Fails if the point does not exist.
 pub fn delete(file: &PointFile, name: &str) -> Result<TaughtPoint, Refusals> {
     change(file, |document| document.remove(name))
 }

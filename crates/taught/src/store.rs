@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The text of a file: read, locked against other programs, and written whole or not at all. The lock is that of the package: on the folder,
-//! which leaves nothing behind and holds for a file that is not there yet.
+//! The text of a file: read, locked against other programs, and written whole or not at all. The lock is the same as in the package: it
+//! is on the folder, leaves no file behind, and also works for a file that does not exist yet.
 use crate::refuse;
 use model::refusal::{Class, Refusals};
 use rustix::fs::{FlockOperation, Mode, OFlags, flock, open};
@@ -10,14 +10,14 @@ use std::os::fd::OwnedFd;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
-/// Time for which a change waits for that of another program.
+/// Maximum time for which a change waits for that of another program.
 const WAIT_MAX: Duration = Duration::from_secs(2);
-/// Time after which it looks again.
+/// Interval between attempts to take the lock.
 const LOOK: Duration = Duration::from_millis(5);
-/// Bytes of a file: ten thousand points.
+/// Maximum size of a file, bytes: ten thousand points.
 const BYTES_MAX: u64 = 4 << 20;
 
-/// Returns the text of a file; None if there is none.
+/// Returns the text of a file; `None` if the file does not exist.
 pub fn read(path: &Path) -> Result<Option<String>, Refusals> {
     let cannot = |why: String| {
         refuse(Class::InvalidState, format!("cannot read the points file '{}': {why}", path.display()), "is it a text file that the system may read?")
@@ -33,9 +33,10 @@ pub fn read(path: &Path) -> Result<Option<String>, Refusals> {
     }
 }
 
-/// Keeps other programs from changing files of the folder until what is returned is dropped. Errors: another one does for too long.
+/// Keeps other programs from changing files in the folder until the returned lock is dropped. Fails if another program holds it for too
+/// long.
 pub fn lock(path: &Path) -> Result<Option<OwnedFd>, Refusals> {
-    // A folder that is not there or knows no locks is not locked: the write says what is wrong with it.
+    // A folder that does not exist or does not support locks is not locked: the write reports the fault.
     let Ok(folder) = open(folder_of(&real(path)), OFlags::RDONLY | OFlags::CLOEXEC, Mode::empty()) else { return Ok(None) };
     let until = Instant::now() + WAIT_MAX;
     loop {
@@ -51,7 +52,8 @@ pub fn lock(path: &Path) -> Result<Option<OwnedFd>, Refusals> {
     }
 }
 
-/// Puts a text in the place of the file in one step. Errors: it cannot be written; the file is as it was.
+/// Replaces the file with a text in one step. Fails if the text cannot be written; the file is then unchanged, unless only the sync of
+/// its folder failed.
 pub fn write(path: &Path, text: &str) -> Result<(), Refusals> {
     let path = real(path);
     put(&path, text).map_err(|why| {
@@ -62,14 +64,14 @@ pub fn write(path: &Path, text: &str) -> Result<(), Refusals> {
 
 fn put(path: &Path, text: &str) -> std::io::Result<()> {
     let name = path.file_name().ok_or(ErrorKind::InvalidInput)?.to_string_lossy();
-    // The lock of the folder is held: no other thread of this process writes one of this name.
+    // The lock of the folder is held, so no other thread of this process writes a file of this name.
     let new = path.with_file_name(format!(".{name}.{}.new", std::process::id()));
     let written = write_new(&new, path, text).and_then(|()| fs::rename(&new, path));
     if written.is_err() {
         let _left = fs::remove_file(&new);
     }
     written?;
-    // The new name is to be on the disk too.
+    // The new name must reach the disk too.
     File::open(folder_of(path))?.sync_all()
 }
 
@@ -82,7 +84,7 @@ fn write_new(new: &Path, path: &Path, text: &str) -> std::io::Result<()> {
     file.sync_all()
 }
 
-/// Returns the file that a path leads to: a link stays a link.
+/// Returns the file that a path resolves to, so that a link stays a link.
 fn real(path: &Path) -> PathBuf {
     fs::canonicalize(path).unwrap_or_else(|_| path.to_path_buf())
 }

@@ -62,7 +62,7 @@ class Points(MutableMapping[str, Point]):
         self._unwritten: list[Callable[[str], str]] = []
         self._refresh()
         if self._arm is not None and hasattr(self._arm, "kinematics"):
-            # A page of the system teaches and goes to the points of this file.
+            # A page of the system teaches the points of this file and moves to them.
             self._arm.system._point_files[self._arm.name] = self.path, any_model
             offered_motions.offer_for(self._arm)
 

@@ -67,7 +67,8 @@ def _name_points(arm: Arm, teaches: bool) -> None:
 
 
 def _file_of_user(arm: Arm) -> Path | None:
-    """Returns the file for points of an arm for which no program has named one; None where the user has no folder for data."""
+    """Returns the points file of an arm for which no program has named one; None if the user has no data folder, or a program is only
+    being checked."""
     if checking.active():
         return None
     try:
@@ -75,13 +76,13 @@ def _file_of_user(arm: Arm) -> Path | None:
         folder.mkdir(parents=True, exist_ok=True)
     except (OSError, RuntimeError):
         return None
-    # Another model of that name has points of its own.
+    # Another model under the same name has points of its own.
     digest = hashlib.sha256(model_of(arm).encode()).hexdigest()[:8]
     return folder / f"{re.sub(r'[^A-Za-z0-9._-]', '_', arm.name)}-{digest}.toml"
 
 
 def _described(arm: Arm) -> dict[str, Any]:
-    """Returns an arm as the call `describe_arm` takes it, with its geometry or the reason why that is not known."""
+    """Returns an arm in the form of the call `describe_arm`, with its geometry or the reason why it is unknown."""
     said: dict[str, Any] = {"name": arm.name, "joints": [joint.name for joint in arm]}
     if len(arm) > JOINTS_MAX:
         return {**said, "missing": f"it has {len(arm)} joints, and a motion takes at most {JOINTS_MAX}"}

@@ -75,7 +75,7 @@ def name_of(name: Any, what: str) -> str:
 
 
 def whole(value: Any, what: str, least: int, most: int) -> int:
-    """Returns a whole number from `least` to `most`. Refused: `OutOfRange` for another one, `CallError` for what is none."""
+    """Returns a whole number from `least` to `most`. Raises `OutOfRange` for other whole numbers, and `CallError` for other values."""
     value = number(value)
     if not _is_whole(value) or not least <= value <= most:
         kind = OutOfRange if _is_whole(value) else CallError

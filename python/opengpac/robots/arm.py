@@ -91,9 +91,9 @@ class Arm(Group[Joint]):
         self._kinematics_of: Callable[[list[str]], Kinematics] | None = None
         """Returns the geometry of some of its joints, by their names in the model."""
         self._dynamics_of: Callable[[Kinematics], Dynamics] | None = None
-        """Reads the masses of the links of such a geometry."""
+        """Reads the masses of the links of a geometry."""
         self._scene: Path | None = None
-        """Simulated MJCF model, including the Simulated MJCF model including the arm's surroundings, or None for a real arm."""
+        """Simulated MJCF model, including the arm's surroundings, or None for a real arm."""
         self._payload = Payload(0.0)
         self._carrying: VerbInstance[Any] | None = None
 
@@ -124,7 +124,7 @@ class Arm(Group[Joint]):
         return part
 
     def _offer(self) -> None:
-        """Lets a page of the system move its tool, now or once there is one."""
+        """Offers motions of its tool to pages of the system, present and future."""
         self.system._arms[self.name] = self
         offered_motions.offer_for(self)
 
@@ -162,9 +162,9 @@ class Arm(Group[Joint]):
 
     @functools.cached_property
     def dynamics(self) -> Dynamics:
-        """The masses of its links, without its payload, read from its model when they are first used.
+        """The masses of its links, without its payload, read from its model on first use.
 
-        Raises `DefinitionError` for an arm whose model is not known here.
+        Raises `DefinitionError` for an arm whose model is unknown here.
         """
         if self._dynamics_of is None:
             refuse(DefinitionError, f"the masses of '{self.name}' are not known here", "load its URDF or MJCF file with the same driver")

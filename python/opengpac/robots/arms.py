@@ -325,7 +325,7 @@ class _Model:
         return _kept(self.whole or self.own, self.arm)
 
     def dynamics(self, kinematics: Kinematics) -> Dynamics:
-        """Returns the masses of a chain of its joints; those of its tool belong to the last of them."""
+        """Returns the masses of a chain of its joints; the masses of the tool belong to the last joint."""
         return Dynamics.of_mjcf(self.simulated, kinematics.joints, kinematics=kinematics)
 
     def kinematics(self, joints: list[str]) -> Kinematics:

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The masses of an arm, and the joint efforts that its motions take.
+"""Masses of an arm, and the joint efforts of its motions.
 
-The numbers are computed by the library's block `inverse_dynamics`, here as on the real-time system; this module reads the masses from
-the model and hands them to it.
+The efforts are computed by the library's block `inverse_dynamics`, here as on the real-time system; this module reads the masses from
+the model and passes them to the block.
 """
 
 from __future__ import annotations
@@ -24,15 +24,15 @@ if TYPE_CHECKING:
     from .arm import Payload
 
 GRAVITY = (0.0, 0.0, -9.81)
-"""Gravity of a model that does not state its own, m/s²."""
+"""Gravity of a model that does not define its own, m/s²."""
 
 
 @dataclass(frozen=True)
 class Link:
-    """Masses that move with a joint, as one rigid body, in the frame of the arm's base where every joint is at 0.
+    """Masses that move with a joint, as one rigid body, in the frame of the arm's base with every joint at 0.
 
-    `mass` is in kg, `centre` the centre of mass in m, `inertia` about that centre in kg m², as xx, yy, zz, xy, xz, yz. `armature` is the
-    inertia of the joint's motor as the joint feels it, kg m², or kg of a sliding joint.
+    `mass` is in kg, `centre` the centre of mass in m, `inertia` about that centre in kg m², as xx, yy, zz, xy, xz, yz. `armature` is
+    the inertia of the joint's motor, reflected to the joint, in kg m², or kg for a sliding joint.
     """
 
     mass: float = 0.0
@@ -41,8 +41,7 @@ class Link:
     armature: float = 0.0
 
     def joined(self, other: Link) -> Link:
-        """Returns both as one rigid body, with the armature of this one.
-
+        """Returns both links as one rigid body, with the armature of this one.
         >>> Link(1.0, (0.0, 0.0, 0.0)).joined(Link(1.0, (2.0, 0.0, 0.0))).centre
         (1.0, 0.0, 0.0)
         """
@@ -63,9 +62,9 @@ class Link:
 class Dynamics:
     """A chain of joints with the masses of its links: `arm.dynamics`, or `Dynamics.of_mjcf(path, joints)`.
 
-    `links` has one link for each joint of `kinematics`: all that moves with it and not with the next one. What hangs on joints that do
-    not move the tool, such as fingers, counts as rigid, with these joints at 0. `gravity` is in m/s², in the frame of the model's world.
-    Friction and damping of the joints are not part of it.
+    `links` has one link for each joint of `kinematics`: the bodies that move with it but not with the next one. Parts attached to
+    joints that do not move the tool, such as fingers, count as rigid, with these joints at 0. `gravity` is in m/s², in the frame of
+    the model's world. Friction and damping of the joints are not modelled.
     """
 
     kinematics: Kinematics
@@ -125,9 +124,10 @@ class Dynamics:
 
     @classmethod
     def of_mjcf(cls, path: Any, joints: Sequence[str], *, site: str | None = None, kinematics: Kinematics | None = None) -> Dynamics:
-        """Reads the dynamics of an MJCF arm through MuJoCo. `joints` are the driven ones, in order; `site` is the flange.
+        """Reads the dynamics of an MJCF arm through MuJoCo. `joints` are the driven joints, in order; `site` is the flange.
 
-        `kinematics` is the geometry of these joints, if it is known already; else it is read as `Kinematics.of_mjcf` does, with its errors.
+        `kinematics` is the geometry of these joints, if it is already known; otherwise it is read as by `Kinematics.of_mjcf`, with
+        the same errors.
         """
         chain = Kinematics.of_mjcf(path, joints, site=site) if kinematics is None else kinematics
         mujoco = importlib.import_module("mujoco")
@@ -145,7 +145,7 @@ def _listed(value: Any) -> Any:
 
 
 def _links(mujoco: Any, model: Any, chain: Kinematics) -> tuple[Link, ...]:
-    """Returns the link of each joint of a chain: the bodies that it is the last of them to move."""
+    """Returns a link for each joint of a chain: the bodies for which it is the last joint that moves them."""
     data = mujoco.MjData(model)
     known = {model.joint(j).name or f"joint_{j}": j for j in range(model.njnt)}
     ids = {known[axis.name]: i for i, axis in enumerate(chain.axes) if axis.kind != NONE}
@@ -161,7 +161,7 @@ def _links(mujoco: Any, model: Any, chain: Kinematics) -> tuple[Link, ...]:
 
 
 def _last_of(model: Any, body: int, ids: dict[int, int]) -> int | None:
-    """Returns the last joint of the chain that moves a body, by its index there."""
+    """Returns the last joint of the chain that moves a body, as its index in the chain; None if no joint does."""
     while body:
         first = model.body_jntadr[body]
         for j in reversed(range(first, first + model.body_jntnum[body])):
@@ -172,7 +172,7 @@ def _last_of(model: Any, body: int, ids: dict[int, int]) -> int | None:
 
 
 def _body(model: Any, data: Any, body: int) -> Link:
-    """Returns the mass of a body where the model stands, in the world's frame."""
+    """Returns the mass of a body at the present position of the model, in the world's frame."""
     axes = data.ximat[body].reshape(3, 3)
     inertia = axes @ np.diag(model.body_inertia[body]) @ axes.T
     xx, yy, zz, xy, xz, yz = (float(inertia[i, j]) for i, j in ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2)))

@@ -130,7 +130,7 @@ def _why(error: OSError | UnicodeDecodeError) -> str:
 
 
 XML_ERRORS = (ElementTree.ParseError, LookupError, ValueError)
-"""Errors of ElementTree for a file that is no XML; one in an encoding that expat leaves to Python is one of the last two."""
+"""Errors of ElementTree for a file that is not XML; an encoding that expat leaves to Python causes one of the last two."""
 
 XML_DEPTH_MAX = 200
 """Maximum nesting depth of the elements of a model."""

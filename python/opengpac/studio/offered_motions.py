@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Motions that a page offers without a line of program: where a system has joints and arms, the library's verbs for them are entered there.
+"""Motions that a page offers without any program: the library's verbs for joints and arms are registered in a system that has them.
 
-Systems and devices stand below the motions, so the package, which stands above both, says here where the motions are.
+Systems and devices are layered below the motions, so the package, which is layered above both, registers the motions here.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ _loaders: list[Callable[[], Callable[[Any, bool], None]]] = []
 
 
 def enters_with(load: Callable[[], Callable[[Any, bool], None]]) -> None:
-    """Registers what loads the function that enters the motions for a device or an arm; it is called when a page offers motions."""
+    """Registers a loader of the function that enters the motions for a device or an arm; it is called when a page offers motions."""
     _loaders.append(load)
 
 

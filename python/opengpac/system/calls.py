@@ -169,32 +169,32 @@ class Calls(CallTransport):
         return self._ask("set_device_parameter", {"name": name, "parameter": parameter, "value": value})
 
     def describe_arm(self, arm: Mapping[str, Any]) -> None:
-        """Enters an arm, in the place of the one of that name: its joints, and the geometry that joins them
-        or the reason why it is not known."""
+        """Registers an arm, replacing the one of that name: its joints, and the geometry that connects them
+        or the reason why it is unknown."""
         return self._ask_of("describe_arm", arm)
 
     def arms(self) -> list[Any]:
-        """Returns the arms whose joints are there."""
+        """Returns the arms whose joints are all present."""
         return self._ask("arms")
 
     def name_points(self, arm: str, path: str, model: str, joints: list[str], units: list[str], any_model: bool | None = None) -> None:
-        """Says in which file the taught points of an arm are kept; the first point makes it."""
+        """Sets the file in which the taught points of an arm are kept; the first point creates it."""
         return self._ask("name_points", {"arm": arm, "path": path, "model": model, "joints": joints, "units": units, "any_model": any_model})
 
     def points(self, arm: str) -> Any:
-        """Returns the taught points of an arm as its file has them now, with its frames and tools."""
+        """Reads the taught points of an arm from its file, with its frames and tools."""
         return self._ask("points", {"arm": arm})
 
     def teach_point(self, arm: str, point: Any) -> None:
-        """Enters a taught point into the file of an arm, in the place of the one of that name."""
+        """Stores a taught point in the file of an arm, replacing the one of that name."""
         return self._ask("teach_point", {"arm": arm, "point": point})
 
     def rename_point(self, arm: str, name: str, to: str) -> None:
-        """Gives a taught point another name; it keeps its place."""
+        """Renames a taught point; its place in the file is kept."""
         return self._ask("rename_point", {"arm": arm, "name": name, "to": to})
 
     def delete_point(self, arm: str, name: str) -> Any:
-        """Removes a taught point, and returns it."""
+        """Removes a taught point and returns it."""
         return self._ask("delete_point", {"arm": arm, "name": name})
 
     def check(self, application: Mapping[str, Any]) -> Any:

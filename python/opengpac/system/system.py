@@ -156,9 +156,9 @@ class System(SystemCommands, SystemTime, DeclaredNames):
         self._page_role: str | None = None
         """Role of the page that is served, for which devices and arms enter what it needs."""
         self._arms: dict[str, Any] = {}
-        """Arms of its joints, for a page that moves their tools."""
+        """Arms by name, for a page that moves their tools."""
         self._point_files: dict[str, tuple[Path, bool]] = {}
-        """By the name of an arm the file of its taught points, and whether those of another model count."""
+        """File of taught points of each arm by name, and whether points of other models are accepted."""
         forks.known(self)
 
     # ---- configuration ----

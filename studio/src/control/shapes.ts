@@ -157,9 +157,9 @@ export interface ArmDescription {
   name: string;
   /** Logical devices of its joints, in the order of the chain. */
   joints: string[];
-  /** Geometry that joins them; null where it is not known. */
+  /** Geometry that connects the joints; null if it is unknown. */
   chain: ChainDescription | null;
-  /** Reason why the geometry is not known, for people; empty where it is. */
+  /** Human-readable reason why the geometry is unknown; empty if it is known. */
   missing: string;
 }
 
@@ -168,9 +168,9 @@ export interface ArmDescriptionRequest {
   name: string;
   /** Logical devices of its joints, in the order of the chain. */
   joints: string[];
-  /** Geometry that joins them; null where it is not known. */
+  /** Geometry that connects the joints; null if it is unknown. */
   chain?: ChainDescription | null;
-  /** Reason why the geometry is not known, for people; empty where it is. */
+  /** Human-readable reason why the geometry is unknown; empty if it is known. */
   missing?: string;
 }
 
@@ -297,15 +297,15 @@ export type CellKind = "svv" | "private" | "constant" | "channel";
 export interface ChainDescription {
   /** Number of joints. */
   joints: number;
-  /** Of each of 16 joints: 0 does not move the tool, 1 turns, 2 slides. */
+  /** Kind of each of 16 joints: 0 does not move the tool, 1 turns, 2 slides. */
   kind: number[];
   /** Base of the arm in the frame in which poses are given. */
   base: number[];
-  /** Flange in the frame of the base where every joint is at 0. */
+  /** Flange in the frame of the base with every joint at 0. */
   home: number[];
   /** Tool in the frame of the flange. */
   tool: number[];
-  /** Unit vector along the axis of each of 16 joints, in the frame of the base, where every joint is at 0. */
+  /** Unit vector along the axis of each of 16 joints, in the frame of the base, with every joint at 0. */
   axis: number[][];
   /** Point on each of these axes, m. */
   anchor: number[][];
@@ -2397,46 +2397,46 @@ export interface TakenOver {
 /** A taught point: joint positions, or a pose in a frame with the joints at which it was taught. */
 export interface TaughtPoint {
   name: string;
-  /** Positions of the joints when it was taught, in the order of the arm, rad or m. */
+  /** Joint positions at the time of teaching, in the order of the arm, rad or m. */
   joints: number[];
-  /** `joints` of joint positions; `world` or the name of a work frame of a pose. */
+  /** `joints` for joint positions; `world` or the name of a work frame for a pose. */
   frame: string;
-  /** Frame of `tools` whose pose it is; null: the tool that the arm has. */
+  /** Frame of `tools` that the pose is for; null for the tool of the arm. */
   tool: string | null;
-  /** Place in its frame, m. */
+  /** Position in its frame, m. */
   position: [number, number, number] | null;
   /** Roll, pitch and yaw in its frame, degrees. */
   rpy_deg: [number, number, number] | null;
-  /** Signs of shoulder, elbow and wrist, where the arm has such configurations. */
+  /** Signs of shoulder, elbow and wrist, if the arm has such configurations. */
   configuration: string | null;
   /** Turns of the joints in that configuration. */
   turns: number[];
-  /** Words for people. */
+  /** Note for people. */
   note: string;
-  /** Time at which it was taught, RFC 3339. */
+  /** Time of teaching, RFC 3339. */
   taught: string | null;
 }
 
 /** A taught point: joint positions, or a pose in a frame with the joints at which it was taught. */
 export interface TaughtPointRequest {
   name: string;
-  /** Positions of the joints when it was taught, in the order of the arm, rad or m. */
+  /** Joint positions at the time of teaching, in the order of the arm, rad or m. */
   joints: number[];
-  /** `joints` of joint positions; `world` or the name of a work frame of a pose. */
+  /** `joints` for joint positions; `world` or the name of a work frame for a pose. */
   frame?: string;
-  /** Frame of `tools` whose pose it is; null: the tool that the arm has. */
+  /** Frame of `tools` that the pose is for; null for the tool of the arm. */
   tool?: string | null;
-  /** Place in its frame, m. */
+  /** Position in its frame, m. */
   position?: [number, number, number] | null;
   /** Roll, pitch and yaw in its frame, degrees. */
   rpy_deg?: [number, number, number] | null;
-  /** Signs of shoulder, elbow and wrist, where the arm has such configurations. */
+  /** Signs of shoulder, elbow and wrist, if the arm has such configurations. */
   configuration?: string | null;
   /** Turns of the joints in that configuration. */
   turns?: number[];
-  /** Words for people. */
+  /** Note for people. */
   note?: string;
-  /** Time at which it was taught, RFC 3339. */
+  /** Time of teaching, RFC 3339. */
   taught?: string | null;
 }
 
@@ -2446,7 +2446,7 @@ export interface TaughtPoints {
   file: string;
   /** Joints of the arm, by their short names. */
   joints: string[];
-  /** In the order of the file. */
+  /** Points, in the order of the file. */
   points: TaughtPoint[];
   frames: NamedFrame[];
   tools: NamedFrame[];
@@ -3122,19 +3122,19 @@ export interface Calls {
     };
     result: null;
   };
-  /** Enters an arm, in the place of the one of that name: its joints, and the geometry that joins them or the reason why it is not known. */
+  /** Registers an arm, replacing the one of that name: its joints, and the geometry that connects them or the reason why it is unknown. */
   describe_arm: {
     role: "configure";
     arguments: ArmDescriptionRequest;
     result: null;
   };
-  /** Returns the arms whose joints are there. */
+  /** Returns the arms whose joints are all present. */
   arms: {
     role: "observe";
     arguments: Record<string, never>;
     result: ArmDescription[];
   };
-  /** Returns the taught points of an arm as its file has them now, with its frames and tools. */
+  /** Reads the taught points of an arm from its file, with its frames and tools. */
   points: {
     role: "observe";
     arguments: {
@@ -3142,7 +3142,7 @@ export interface Calls {
     };
     result: TaughtPoints;
   };
-  /** Enters a taught point into the file of an arm, in the place of the one of that name. */
+  /** Stores a taught point in the file of an arm, replacing the one of that name. */
   teach_point: {
     role: "operate";
     arguments: {
@@ -3151,7 +3151,7 @@ export interface Calls {
     };
     result: null;
   };
-  /** Gives a taught point another name; it keeps its place. */
+  /** Renames a taught point; its place in the file is kept. */
   rename_point: {
     role: "operate";
     arguments: {
@@ -3161,7 +3161,7 @@ export interface Calls {
     };
     result: null;
   };
-  /** Removes a taught point, and returns it. */
+  /** Removes a taught point and returns it. */
   delete_point: {
     role: "operate";
     arguments: {

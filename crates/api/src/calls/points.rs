@@ -5,32 +5,32 @@ use supervisor::PointFile;
 use taught::{TaughtPoint, TaughtPoints};
 
 crate::calls! {
-    /// Taught points, in the files that programs named.
+    /// Taught points, in files named by programs.
     pub(super) const POINTS about "taught points" = [
-        /// Says in which file the taught points of an arm are kept; the first point makes it.
+        /// Sets the file in which the taught points of an arm are kept; the first point creates it.
         Configure name_points(
             must arm: String,
             must path: PathBuf,
-            /// Identifier of the mechanics of the arm, which the file says.
+            /// Identifier of the mechanics of the arm, as stored in the file.
             must model: String,
-            /// Joints by their short names.
+            /// Short names of the joints.
             must joints: Vec<String>,
-            /// Unit of each of them in a file that is made.
+            /// Unit of each joint, for a file that is created.
             must units: Vec<String>,
-            /// true: the points of another model count too.
+            /// true: points of other models are accepted too.
             may any_model: bool,
         ) -> (): commands("arm"), local, unjournalled
             => |system| system.name_points(PointFile { arm, path, model, joints, units, any_model });
-        /// Returns the taught points of an arm as its file has them now, with its frames and tools.
+        /// Reads the taught points of an arm from its file, with its frames and tools.
         Observe points(must arm: String) -> TaughtPoints: costs
             => |system| taught::read(&system.point_file(&arm)?);
-        /// Enters a taught point into the file of an arm, in the place of the one of that name.
+        /// Stores a taught point in the file of an arm, replacing the one of that name.
         Operate teach_point(must arm: String, must point: TaughtPoint) -> (): commands("arm"), told
             => |system| taught::teach(&system.point_file(&arm)?, &point);
-        /// Gives a taught point another name; it keeps its place.
+        /// Renames a taught point; its place in the file is kept.
         Operate rename_point(must arm: String, must name: String, must to: String) -> (): commands("arm"), told
             => |system| taught::rename(&system.point_file(&arm)?, &name, &to);
-        /// Removes a taught point, and returns it.
+        /// Removes a taught point and returns it.
         Operate delete_point(must arm: String, must name: String) -> TaughtPoint: commands("arm"), told
             => |system| taught::delete(&system.point_file(&arm)?, &name);
     ];

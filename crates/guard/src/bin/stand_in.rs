@@ -55,9 +55,8 @@ fn supervisor() {
     panic!("the test ends the supervisor by SIGKILL");
 }
 
-/// Stores 1, 2, 3, … to its output and beats, guarded itself; says what its guards say, and their numbers and those of their stand-ins
-/// to each that asks. What makes it safe
-/// latches.
+/// Stores 1, 2, 3, … to its output and beats, guarded itself. Forwards the events of its guards, and on request sends the process IDs of
+/// its guards and their stand-ins. Its safe handle latches.
 fn program() {
     let link = std::sync::Arc::new(link());
     let output = SharedMemory::received(inherited("output").expect("passed"), 16).expect("memory");

@@ -83,7 +83,8 @@ pub struct Posture {
     anchor: [[f64; 3]; JOINTS_MAX],
 }
 
-/// A joint at a position, in the frame in which poses are given, and the frame of the link that it moves: the base's where every joint is at 0.
+/// A joint at a given position, in the frame of the poses, and the frame of the link that it moves, which is the base's with every joint
+/// at 0.
 #[derive(Clone, Copy, Debug)]
 pub struct PlacedJoint {
     pub axis: [f64; 3],
@@ -108,12 +109,12 @@ impl Arm<'_> {
         self.chain.kind[joint] != NONE
     }
 
-    /// Returns what a joint is: `NONE`, `HINGE` or `SLIDE`.
+    /// Returns the kind of a joint: `NONE`, `HINGE` or `SLIDE`.
     pub fn kind(&self, joint: usize) -> i32 {
         self.chain.kind[joint]
     }
 
-    /// Returns a joint at position `q` (rad or m), on the link before it.
+    /// Returns a joint at position `q` (rad or m), on the previous link, `before`.
     pub fn placed(&self, before: &Pose, joint: usize, q: f64) -> PlacedJoint {
         let own = self.chain.anchor[joint];
         let (axis, anchor, mut link) = (rotate(before.quaternion, self.chain.axis[joint]), before.point(own), *before);

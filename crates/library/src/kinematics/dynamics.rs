@@ -1,16 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The efforts that a motion of an arm takes, by the recursive equations of Newton and Euler.
+//! Joint efforts of a motion of an arm, by the recursive Newton-Euler equations.
 //!
-//! Outward from the base each link gets its velocity and acceleration; inward from the tip each joint carries the forces of the links
-//! beyond it (Luh, Walker and Paul, *On-line computational scheme for mechanical manipulators*, 1980). Gravity enters as an acceleration
-//! of the base. The work grows with the number of joints, not with its square.
+//! The outward pass from the base computes the velocity and acceleration of each link; in the inward pass from the tip, each joint
+//! carries the forces of the links beyond it (Luh, Walker and Paul, *On-line computational scheme for mechanical manipulators*, 1980).
+//! Gravity enters as an acceleration of the base. The computation time grows with the number of joints, not with its square.
 use super::JOINTS_MAX;
 use super::chain::{Arm, HINGE, SLIDE};
 use super::pose::{add, conjugate, cross, rotate, scale, subtract};
 use opengpac::Type;
 
-/// Masses of the links of a chain, one link a joint: all that moves with it. Places and directions are in the base's frame, where every
-/// joint is at 0.
+/// Masses of the links of a chain; the link of a joint is everything that moves with it. Positions and directions are in the base's
+/// frame, with every joint at 0.
 #[derive(Clone, Copy, Debug, PartialEq, Type)]
 #[repr(C)]
 pub struct Links {
@@ -20,11 +20,11 @@ pub struct Links {
     pub centre: [[f64; 3]; JOINTS_MAX],
     /// Inertia of each link about its centre of mass, kg m²: xx, yy, zz, xy, xz, yz.
     pub inertia: [[f64; 6]; JOINTS_MAX],
-    /// Inertia of each joint's motor, as the joint feels it, kg m² or kg.
+    /// Inertia of each joint's motor, reflected to the joint, kg m² or kg.
     pub armature: [f64; JOINTS_MAX],
 }
 
-/// Positions, velocities and accelerations of the joints: an element a joint.
+/// Positions, velocities and accelerations of the joints, one element for each joint.
 #[derive(Clone, Copy, Debug)]
 pub struct JointMotion<'a> {
     pub q: &'a [f64],
@@ -32,7 +32,7 @@ pub struct JointMotion<'a> {
     pub acceleration: &'a [f64],
 }
 
-/// Force on a link, and its moment about the centre of mass; the way from the joint's anchor to that centre.
+/// Force on a link, its moment about the centre of mass, and the displacement of that centre from the joint's anchor.
 #[derive(Clone, Copy, Debug, Default)]
 struct Load {
     force: [f64; 3],
@@ -44,7 +44,7 @@ impl Links {
     /// Links without mass.
     pub const MASSLESS: Links = Links { mass: [0.0; JOINTS_MAX], centre: [[0.0; 3]; JOINTS_MAX], inertia: [[0.0; 6]; JOINTS_MAX], armature: [0.0; JOINTS_MAX] };
 
-    /// Returns true if the first `n` are links: no mass or motor's inertia is negative, and every number is finite.
+    /// Returns true if the first `n` links are valid: no mass or motor inertia is negative, and every number is finite.
     pub fn are_sound(&self, n: usize) -> bool {
         (0..n).all(|i| {
             let numbers = [&self.centre[i][..], &self.inertia[i], &[self.mass[i], self.armature[i]]];
@@ -53,12 +53,12 @@ impl Links {
     }
 }
 
-/// Returns the effort of each joint, N m or N, that makes an arm move so. `gravity` is in the frame in which poses are given, m/s².
+/// Returns the effort of each joint, N m or N, for a motion of an arm. `gravity` is in the frame of the poses, m/s².
 pub fn efforts(arm: &Arm, links: &Links, gravity: [f64; 3], motion: &JointMotion) -> [f64; JOINTS_MAX] {
     let n = arm.joints();
     let (mut axes, mut anchors, mut loads) = ([[0.0; 3]; JOINTS_MAX], [[0.0; 3]; JOINTS_MAX], [Load::default(); JOINTS_MAX]);
     let mut link = *arm.base();
-    // Angular velocity and acceleration of the link, and the acceleration of the point `at` of it.
+    // Angular velocity and acceleration of the link, and the acceleration of its point `at`.
     let (mut spin, mut spin_up, mut rise, mut at) = ([0.0; 3], [0.0; 3], scale(gravity, -1.0), link.position);
     for i in 0..n {
         let joint = arm.placed(&link, i, motion.q[i]);
@@ -95,12 +95,12 @@ pub fn efforts(arm: &Arm, links: &Links, gravity: [f64; 3], motion: &JointMotion
     efforts
 }
 
-/// Acceleration of a point of a turning body relative to another one, `way` from it.
+/// Returns the acceleration of a point of a rotating body relative to another point, `way` being the displacement between them.
 fn swept(spin: [f64; 3], spin_up: [f64; 3], way: [f64; 3]) -> [f64; 3] {
     add(cross(spin_up, way), cross(spin, cross(spin, way)))
 }
 
-/// A symmetric matrix, as xx, yy, zz, xy, xz, yz, times a vector.
+/// Returns the product of a symmetric matrix (xx, yy, zz, xy, xz, yz) and a vector.
 fn times([xx, yy, zz, xy, xz, yz]: &[f64; 6], [x, y, z]: [f64; 3]) -> [f64; 3] {
     [xx * x + xy * y + xz * z, xy * x + yy * y + yz * z, xz * x + yz * y + zz * z]
 }
@@ -116,7 +116,7 @@ mod tests {
     use crate::kinematics::chain::samples::planar;
     use crate::kinematics::chain::{Chain, NONE};
 
-    /// Two links of 1 m and 0.5 m: 3 kg at 0.4 m with 0.2 kg m² about z, and 2 kg at 0.3 m with 0.1 kg m².
+    /// Returns two links of 1 m and 0.5 m: 3 kg at 0.4 m with 0.2 kg m² about z, and 2 kg at 0.3 m with 0.1 kg m².
     fn links() -> Links {
         let mut links = Links::MASSLESS;
         links.mass[..2].copy_from_slice(&[3.0, 2.0]);

@@ -24,5 +24,5 @@ pub const BAD_POSE: u32 = 2;
 pub const BAD_LIMIT: u32 = 3;
 /// There is no planned line: the planner has not run, or has not found one.
 pub const NO_PLAN: u32 = 4;
-/// A link has a negative mass, or a number of it is not finite.
+/// A link's mass or its motor's inertia is negative, or a number of it is not finite.
 pub const BAD_LINKS: u32 = 3;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Banks: what 64 gains side by side cost beside the firing that they are in, run by the bank entries of both languages.
+//! Banks: cost of 64 gains side by side, in addition to the firing that they are in, run by the bank entries of both languages.
 use crate::Bench;
 use crate::blocks::Gain;
 use crate::dispatch::{Shape, table, wiring};
@@ -25,7 +25,7 @@ pub fn rows(bench: &Bench) {
             rest(1_000_000);
         }
     }
-    // The least of each: no program is ever too fast.
+    // The minimum of each: disturbances only ever slow a program down.
     let [without, banked, in_c] = taken.map(least);
     let each = |firing: f64| (firing - without) / BLOCKS as f64;
     Line {

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Function blocks in Rust: what the rows run, and what takes their times.
+//! Function blocks in Rust: those that the rows measure, and those that take the times.
 use opengpac::{Condition, FunctionBlock, Invocation, Outcome, Step};
 use std::sync::atomic::{AtomicI64, AtomicU64, Ordering};
 
 /// CLOCK_MONOTONIC.
 pub fn now_ns() -> i64 {
     let mut time = libc::timespec { tv_sec: 0, tv_nsec: 0 };
-    // SAFETY: fills in a time of our own.
+    // SAFETY: fills in a local struct.
     unsafe { libc::clock_gettime(libc::CLOCK_MONOTONIC, &mut time) };
     time.tv_sec * 1_000_000_000 + time.tv_nsec
 }
@@ -41,25 +41,25 @@ pub struct Pid {
     /// effort
     #[output]
     y: f64,
-    /// wanted position
+    /// desired position
     #[param(default = 0.5)]
     setpoint: f64,
     /// proportional gain
     #[param(default = 0.7)]
     kp: f64,
-    /// integral gain, an invocation
+    /// integral gain per invocation
     #[param(default = 0.01)]
     ki: f64,
-    /// derivative gain, invocations
+    /// derivative gain, in invocations
     #[param(default = 0.1)]
     kd: f64,
-    /// maximum effort either way
+    /// maximum effort in either direction
     #[param(default = 10.0)]
     limit: f64,
     /// sum of ki e
     #[state]
     integral: f64,
-    /// e of the invocation before
+    /// e of the previous invocation
     #[state]
     before: f64,
 }
@@ -79,15 +79,15 @@ impl Step for Pid {
     }
 }
 
-/// Invocations of the stopwatch that are still to come in this burst, when the first was and when the last.
+/// Invocations of the stopwatch that remain in this burst, and the times of its first and its last one.
 pub static LEFT: AtomicU64 = AtomicU64::new(0);
 pub static FIRST_NS: AtomicI64 = AtomicI64::new(0);
 pub static LAST_NS: AtomicI64 = AtomicI64::new(0);
 
-/// Says when its first and its last invocation of a burst were; the last step of a table.
+/// Records the times of its first and its last invocation of a burst; the last step of a table.
 #[derive(FunctionBlock)]
 pub struct Stopwatch {
-    /// 0 before the first
+    /// 0 before the first invocation of a burst
     #[state]
     running: u32,
 }
@@ -108,12 +108,12 @@ impl Step for Stopwatch {
     }
 }
 
-/// Times that markers took, in the order in which they came: (which, ns).
+/// Recorded times, ns, in the order in which they were recorded.
 pub static MARKS: [AtomicI64; MARKS_MAX] = [const { AtomicI64::new(0) }; MARKS_MAX];
 pub static MARKED: AtomicU64 = AtomicU64::new(0);
 pub const MARKS_MAX: usize = 1 << 16;
 
-/// Keeps a time, ns, as the next one.
+/// Records a time, ns, as the next one.
 fn keep(time_ns: i64) {
     let place = MARKED.load(Ordering::Relaxed);
     if let Some(mark) = MARKS.get(place as usize) {
@@ -122,7 +122,7 @@ fn keep(time_ns: i64) {
     MARKED.store(place + 1, Ordering::Release);
 }
 
-/// Keeps the time of each of its invocations.
+/// Records the time of each of its invocations.
 #[derive(FunctionBlock)]
 pub struct Marker {
     /// 0
@@ -137,7 +137,7 @@ impl Step for Marker {
     }
 }
 
-/// Gain with a condition that never comes: y = k u.
+/// Gain with a condition that is never met: y = k u.
 #[derive(FunctionBlock)]
 pub struct WatchedGain {
     /// input
@@ -149,7 +149,7 @@ pub struct WatchedGain {
     /// factor
     #[param(default = 1.0)]
     k: f64,
-    /// the output is not finite
+    /// the magnitude of the output exceeds 1e300
     #[condition]
     broken: Condition,
 }
@@ -170,7 +170,7 @@ pub struct Every {
     /// n
     #[param(default = 4)]
     n: u64,
-    /// it is the nth
+    /// this invocation is an nth one
     #[condition]
     reached: Condition,
 }
@@ -199,7 +199,7 @@ impl Step for Stamp {
     }
 }
 
-/// Keeps how old its input is.
+/// Records the age of its input.
 #[derive(FunctionBlock)]
 pub struct InputAge {
     /// time at which it was written, ns
@@ -214,10 +214,10 @@ impl Step for InputAge {
     }
 }
 
-/// CLOCK_MONOTONIC at time 0 of the host's clock.
+/// Value of CLOCK_MONOTONIC at time 0 of the host's clock.
 pub static LATE_FROM_NS: AtomicI64 = AtomicI64::new(0);
 
-/// Keeps how late each of its invocations is behind its release.
+/// Records the lateness of each of its invocations after its release.
 #[derive(FunctionBlock)]
 pub struct Lateness {
     /// 0

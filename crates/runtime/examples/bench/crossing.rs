@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-//! A value from a source on one core to a source on another that it wakes: from the writer's body to the reader's body, against
-//! a bare word and a futex between two threads.
+//! A value from a source on one core to a source on another that it wakes, timed from the writer's body to the reader's body and compared
+//! with a bare word and a futex between two threads.
 use crate::Bench;
 use crate::blocks::{InputAge, MARKED, MARKS, Stamp, now_ns};
 use crate::report::{Line, median, time};
@@ -12,7 +12,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicI64, AtomicU32, Ordering};
 
 const VALUES: usize = 200;
-/// Between two values: the reader has gone to sleep.
+/// Pause between two values, during which the reader goes to sleep.
 const PAUSE_NS: i64 = 200_000;
 const PRIORITY: u8 = 60;
 
@@ -75,7 +75,7 @@ fn by_kernel() -> f64 {
     median((0..VALUES).map(|place| MARKS[place].load(Ordering::Relaxed) as f64))
 }
 
-/// Word that a careful person would write by hand: a word with the value, a counter, a futex on it.
+/// Channel as a careful person would write it by hand: a word with the value, a counter, and a futex on it.
 #[derive(Default)]
 struct Word {
     sent_ns: AtomicI64,
@@ -85,7 +85,7 @@ struct Word {
 }
 
 fn futex(word: &AtomicU32, operation: i32, value: u32) {
-    // SAFETY: waits on, or wakes, a word that lives through the call.
+    // SAFETY: waits on, or wakes, a word that outlives the call.
     unsafe { libc::syscall(libc::SYS_futex, word.as_ptr(), operation | libc::FUTEX_PRIVATE_FLAG, value, std::ptr::null::<libc::timespec>()) };
 }
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Dispatch: what one block in a cycle costs, against the same work as a hand-written C loop.
+//! Dispatch: cost of one block in a cycle, compared with the same work in a hand-written C loop.
 use crate::Bench;
 use crate::blocks::{Gain, Pid, Stopwatch};
 use crate::loaded::{Loop, Peer};
@@ -11,8 +11,8 @@ use opengpac::abi::Descriptor;
 use std::sync::Arc;
 
 const SIZES: [usize; 5] = [10, 100, 1_000, 10_000, 100_000];
-/// Invocations of blocks in one burst, and bursts in a round. A burst is short: what the other thread of the core does, in this machine or
-/// in one beside it, takes up to a quarter of it; among many short ones some are alone.
+/// Invocations of blocks in one burst, and bursts in a round. Bursts are short because the other hardware thread of the core, used by
+/// this machine or by a neighbouring one, takes up to a quarter of a burst; among many short ones some run undisturbed.
 const WORK: usize = 250_000;
 const BURSTS: usize = 4;
 const KINDS: [&str; 4] = ["gain", "pid", "lowpass", "limit"];
@@ -20,22 +20,22 @@ const KINDS: [&str; 4] = ["gain", "pid", "lowpass", "limit"];
 /// Shape of the bindings between blocks.
 #[derive(Clone, Copy, PartialEq)]
 pub enum Shape {
-    /// Each reads what the one before it writes.
+    /// Each block reads the output of the previous one.
     Chain,
-    /// Each has values of its own.
+    /// Each block has its own values.
     Independent,
 }
 
-/// Program that is measured.
+/// A measured program.
 struct Program<'a> {
     name: &'a str,
     shape: Shape,
-    /// The kind of block `index`.
+    /// Kind of the block at an index.
     kind: fn(usize) -> usize,
     rust: bool,
 }
 
-/// Kinds in an order without a pattern.
+/// Returns kinds in an order without a pattern.
 fn mixed(index: usize) -> usize {
     ((index as u64 ^ 0x55).wrapping_mul(0x9e37_79b9_7f4a_7c15) >> 61) as usize % KINDS.len()
 }
@@ -77,8 +77,8 @@ fn descriptor(bench: &Bench, program: &Program, index: usize) -> &'static Descri
     }
 }
 
-/// A table of these blocks, as the supervisor makes it of a graph, with a stopwatch behind them and one connection to another
-/// source (its group: the last value). Gives what switches it on.
+/// Builds a table of these blocks, as the supervisor makes it from a graph, with a stopwatch after them and one connection to another
+/// source (its group: the last value). Returns the operations that install and activate it.
 pub fn table(rig: &Rig, image: &Image, shape: Shape, rows: Option<Rows>) -> Vec<Op> {
     let (process, first) = (Process::new(1, 1), interval());
     let driven = Activation::new(Due::Driven { by: vec![(first.clone(), 1)] }, None);
@@ -96,7 +96,7 @@ pub fn table(rig: &Rig, image: &Image, shape: Shape, rows: Option<Rows>) -> Vec<
     vec![Op::Table(Box::new(table)), Op::StartClock(process), Op::On(first, 1), Op::On(driven, 1)]
 }
 
-/// ns a firing and ns a cycle of each loop, in turns.
+/// Measures, in turns, ns per firing and ns per cycle of each loop.
 fn turns(bench: &Bench, rig: &Rig, peer: &Peer, n: usize) -> Vec<[f64; 4]> {
     let firings = (WORK / n).max(10);
     let mut turns = Vec::new();
@@ -104,7 +104,7 @@ fn turns(bench: &Bench, rig: &Rig, peer: &Peer, n: usize) -> Vec<[f64; 4]> {
         let ours = rig.burst(firings) / firings as f64;
         let theirs = [Loop::Calls, Loop::Checked, Loop::Inlined].map(|by| peer.run(by, firings) / firings as f64);
         rest(1_000_000);
-        // The first turn warms caches and predictors up.
+        // The first turn warms up caches and predictors.
         if round > 0 {
             turns.push([ours, theirs[0], theirs[1], theirs[2]]);
         }
@@ -120,7 +120,7 @@ fn measure(bench: &Bench, rig: &Rig, program: &Program, n: usize) {
     let peer = bench.loaded.peer(&kinds, &reads, &writes, values);
     rig.carry_out(rig.source, table(rig, &image, program.shape, None));
     let turns = turns(bench, rig, &peer, n);
-    // The least of each: no program is ever too fast.
+    // The minimum of each: disturbances only ever slow a program down.
     let of = |column: usize| least(turns.iter().map(|turn| turn[column]));
     let ratio = |column: usize| of(0) / of(column);
     let chained = program.shape == Shape::Chain;
@@ -134,7 +134,7 @@ fn measure(bench: &Bench, rig: &Rig, program: &Program, n: usize) {
         peer: format!("C loop, {}: {}", peers[by], time(of(by) / n as f64)),
         value: ratio(by),
         shown: format!("{:.2} ×", ratio(by)),
-        // Below a thousand blocks the firing itself is what is measured: shown, not judged.
+        // Below a thousand blocks the firing itself dominates: the ratio is shown, not judged.
         bar: (n >= 1_000).then_some(bar),
         bar_text: match (n >= 1_000, chained) {
             (true, true) => "≤ 1.1 ×",
@@ -146,7 +146,7 @@ fn measure(bench: &Bench, rig: &Rig, program: &Program, n: usize) {
     .print();
 }
 
-/// A firing without blocks: what it costs to be released, guarded, published and timed, beside the two clock reads of a bare cycle.
+/// Measures a firing without blocks (release, guard, publication and timing), compared with the two clock reads of a bare cycle.
 fn empty(bench: &Bench, rig: &Rig) {
     let image = image(&[], &[], &[], 1);
     let peer = bench.loaded.peer(&[], &[], &[], 1);
@@ -166,7 +166,7 @@ fn empty(bench: &Bench, rig: &Rig) {
     .print();
 }
 
-/// The same with every output copied into a row of the ring that the programming system and the recorder read.
+/// Measures a chain with every output copied into a row of the ring that the programming system and the recorder read.
 fn recorded(bench: &Bench, rig: &Rig) {
     for n in [1_000, 10_000, 100_000] {
         let (reads, writes, values) = wiring(Shape::Chain, n);
@@ -202,7 +202,7 @@ fn recorded(bench: &Bench, rig: &Rig) {
     }
 }
 
-/// The same while somebody looks at how long blocks take: the probe visits one block a firing.
+/// Measures a chain while the run times of blocks are inspected: the probe visits one block per firing.
 fn probed(bench: &Bench, rig: &Rig) {
     const LOOK_NS: u64 = 100_000_000;
     for n in [1_000, 10_000, 100_000] {

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Fused blocks: what 100 gains behind each other cost beside the firing that they are in, fused, one by one, and written out in one C function.
+//! Fused blocks: cost of 100 chained gains, in addition to the firing that they are in: fused, one by one, and written out in one C
+//! function.
 use crate::Bench;
 use crate::dispatch::{Shape, table, wiring};
 use crate::loaded::Loop;
@@ -42,7 +43,7 @@ pub fn rows(bench: &Bench) {
     ours(0, table(&rig, &empty, Shape::Chain, None), &mut taken);
     ours(1, fused, &mut taken);
     ours(2, table(&rig, &chain, Shape::Chain, None), &mut taken);
-    // The least of each: no program is ever too fast.
+    // The minimum of each: disturbances only ever slow a program down.
     let [without, fused, single, clocks, written] = taken.map(least);
     let each = |firing: f64, beside: f64| (firing - beside) / BLOCKS as f64;
     let (fused, single, written) = (each(fused, without), each(single, without), each(written, clocks));

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Installing blocks of known types into a running system, to their first cycle: memory, addresses, a new table with what ran
-//! before and what comes, its swap, its first firing.
+//! Installation of blocks of known types into a running system, up to their first cycle: memory, addresses, a new table with the running
+//! and the new blocks, its swap, and its first firing.
 use crate::Bench;
 use crate::blocks::{MARKED, MARKS, Marker, now_ns};
 use crate::report::{Line, median, thousands, time};
@@ -12,7 +12,7 @@ use std::sync::atomic::Ordering;
 
 /// Priority of the thread that installs.
 const PRIORITY: i32 = 50;
-/// Blocks that run already.
+/// Number of blocks that already run.
 const RUNNING: usize = 100;
 
 pub fn rows(bench: &Bench) {
@@ -37,7 +37,7 @@ pub fn rows(bench: &Bench) {
 
 fn once(bench: &Bench, n: usize) -> f64 {
     let rig = Rig::new();
-    // Below the source: what is handed over is taken at once, as a supervisor on another core would see it.
+    // Below the priority of the source: a submitted script is taken at once, as a supervisor on another core would see it.
     pin(core(), PRIORITY);
     let gain = bench.loaded.block("gain");
     let chain = |n: usize| -> (Vec<u32>, Vec<u32>) { ((0..n as u32).collect(), (1..=n as u32).collect()) };

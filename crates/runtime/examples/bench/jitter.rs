@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Release jitter at 1 kHz beside `cyclictest`: from the release to the first block of the firing, against from the end of the
-//! sleep that was asked for to the return from it. The same core, priority and number of releases, in turns.
+//! Release jitter at 1 kHz, compared with `cyclictest`: from the release to the first block of the firing, against from the requested end
+//! of a sleep to its return. Both use the same core, priority and number of releases, in turns.
 use crate::Bench;
 use crate::blocks::{LATE_FROM_NS, Lateness, MARKED, MARKS, MARKS_MAX, now_ns};
 use crate::report::{Line, median, time};
@@ -31,7 +31,7 @@ pub fn rows(bench: &Bench) {
             peer: format!("cyclictest: {}", time(median(turns.iter().map(|turn| turn.1[which])))),
             value: ratio,
             shown: format!("{ratio:.2} ×"),
-            // The greatest of some thousand is the machine's, not ours: shown, not judged.
+            // The maximum of some thousand samples depends on the machine, not on us: it is shown, not judged.
             bar: (which < 2).then_some(1.0),
             bar_text: if which < 2 { "≤ 1 ×" } else { "" },
             note: format!("{} rounds of {RELEASES} releases, to the body of the first block", turns.len()),
@@ -70,7 +70,7 @@ fn by_kernel() -> Vec<f64> {
     let timer = rig.host.add_source(spec).expect("a thread can be made");
     let (process, on) = (Process::new(1, 1), interval());
     let table = Table::new(vec![step(Arc::new(single(1, Lateness::descriptor())), &on, &process, vec![])], vec![], vec![], vec![], None);
-    // Where the host's clock began, as exactly as two reads side by side say it.
+    // Start of the host's clock, as exactly as two consecutive reads can tell.
     let epoch_ns = (0..100).map(|_| now_ns() - rig.host.now_ns()).max().expect("there are a hundred");
     LATE_FROM_NS.store(epoch_ns, Ordering::Release);
     MARKED.store(0, Ordering::Release);
@@ -81,7 +81,8 @@ fn by_kernel() -> Vec<f64> {
     (0..RELEASES.min(MARKS_MAX)).map(|place| MARKS[place].load(Ordering::Relaxed) as f64).collect()
 }
 
-/// One line a sample: `task: cycle: ns`. It must not keep the processor from sleeping, which the kernel does not either.
+/// Runs `cyclictest`, which prints one line per sample: `task: cycle: ns`. It must not keep the processor from sleeping, because the
+/// kernel does not either.
 fn by_cyclictest() -> Option<Vec<f64>> {
     let number = |n: usize| n.to_string();
     let output = Command::new("cyclictest")

@@ -8,7 +8,7 @@ use std::ffi::{CStr, CString, c_char, c_long, c_uchar, c_void};
 type New = unsafe extern "C" fn(c_long, *const c_uchar, *const u32, *const u32, c_long) -> *mut c_void;
 type Cycles = unsafe extern "C" fn(*mut c_void, c_long) -> i64;
 
-/// Result of the load.
+/// The loaded C side.
 pub struct LoadResult {
     new: New,
     free: unsafe extern "C" fn(*mut c_void),
@@ -19,21 +19,21 @@ pub struct LoadResult {
 /// The hand-written loops.
 #[derive(Clone, Copy)]
 pub enum Loop {
-    /// Through function pointers.
+    /// Calls through function pointers.
     Calls = 0,
-    /// The same with a look at the outputs.
+    /// Calls through function pointers, with a check of the outputs.
     Checked = 1,
     /// Everything in one function.
     Inlined = 2,
-    /// 100 gains behind each other, written out.
+    /// 100 chained gains, written out.
     WrittenOut = 3,
 }
 
 impl LoadResult {
-    /// Loads both. Panics, saying why, where one cannot be loaded: this is a program for people who build it.
+    /// Loads both libraries. Panics with the reason if one cannot be loaded: this program is for people who build it.
     pub fn open(peer: &str, blocks: &str) -> LoadResult {
         let (peer, module) = (library(peer), library(blocks));
-        // SAFETY: the symbols have these types in `bench/c/peer.c`; a module exports `opengpac_module` as the ABI says.
+        // SAFETY: the symbols have these types in `bench/c/peer.c`; a module exports `opengpac_module` as the ABI specifies.
         unsafe {
             let list: unsafe extern "C" fn() -> *const Module = std::mem::transmute(symbol(module, c"opengpac_module"));
             let list = &*list();
@@ -51,21 +51,21 @@ impl LoadResult {
         }
     }
 
-    /// The block of the C module with this name.
+    /// Returns the block of the C module with this name.
     pub fn block(&self, name: &str) -> &'static Descriptor {
         self.blocks.get(name).copied().expect("the names here are those of bench/c/blocks.c")
     }
 
-    /// The same work by hand: block i of `kinds` reads value `reads[i]` and writes value `writes[i]`.
+    /// Creates the same work written by hand: block i of `kinds` reads value `reads[i]` and writes value `writes[i]`.
     pub fn peer(&self, kinds: &[u8], reads: &[u32], writes: &[u32], values: usize) -> Peer<'_> {
         let kinds: Box<[u8]> = kinds.into();
-        // SAFETY: the arrays have one entry a block, and `kinds` is kept as long as the peer.
+        // SAFETY: the arrays have one entry per block, and `kinds` is kept as long as the peer.
         let peer = unsafe { (self.new)(kinds.len() as c_long, kinds.as_ptr(), reads.as_ptr(), writes.as_ptr(), values as c_long) };
         Peer { loaded: self, peer, _kinds: kinds }
     }
 }
 
-/// One such program.
+/// A hand-written program in C.
 pub struct Peer<'a> {
     loaded: &'a LoadResult,
     peer: *mut c_void,
@@ -73,16 +73,16 @@ pub struct Peer<'a> {
 }
 
 impl Peer<'_> {
-    /// ns that `cycles` cycles took.
+    /// Runs `cycles` cycles and returns their duration, ns.
     pub fn run(&self, by: Loop, cycles: usize) -> f64 {
-        // SAFETY: made by `peer_new`.
+        // SAFETY: the peer was made by `peer_new`.
         unsafe { self.loaded.loops[by as usize](self.peer, cycles as c_long) as f64 }
     }
 }
 
 impl Drop for Peer<'_> {
     fn drop(&mut self) {
-        // SAFETY: made by `peer_new`, freed once.
+        // SAFETY: the peer was made by `peer_new`, and is freed once.
         unsafe { (self.loaded.free)(self.peer) };
     }
 }
@@ -96,7 +96,7 @@ fn library(path: &str) -> *mut c_void {
 }
 
 fn symbol(library: *mut c_void, name: &CStr) -> *mut c_void {
-    // SAFETY: a library that is loaded and stays.
+    // SAFETY: the library is loaded and stays loaded.
     let found = unsafe { libc::dlsym(library, name.as_ptr()) };
     assert!(!found.is_null(), "there is no {name:?}");
     found

@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The kernel's benchmark rows, as JSON lines: `bench/run.py` compiles the C side, runs this, and prints the table.
+//! The kernel's benchmark rows, as JSON lines: `bench/run.py` compiles the C side, runs this program, and prints the table.
 //!
 //!     bench PEER.so BLOCKS.so ROUNDS [ROW…]
 //!
-//! A row is measured as the kernel really does it: a host with real threads, sources pinned to one core at real-time priorities
-//! where the rights are given, tables installed by scripts. What it is compared with runs on the same core at the same kind of
-//! priority, in turns with it.
+//! Rows run the real kernel: a host with real threads, sources pinned to one core, at real-time priorities if permitted, and tables
+//! installed by scripts. Peers run on the same core at the same kind of priority, in turns with the kernel.
 mod bank;
 mod blocks;
 mod crossing;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-//! One preempting reader against none: a reader of higher priority on the writer's core latches 64 of its values, 10,000 times
-//! a second, in the middle of its firings.
+//! A preempting reader, compared with none: a reader of higher priority on the writer's core latches 64 of its values, 10,000 times a
+//! second, in the middle of its firings.
 use crate::Bench;
 use crate::blocks::{Gain, Stopwatch};
 use crate::report::{Line, median, time};
@@ -14,7 +14,7 @@ const BLOCKS: usize = 1_000;
 const VALUES: usize = 64;
 const FIRINGS: usize = 2_000;
 const PERIOD_NS: u64 = 100_000;
-/// Above the measured source, below the measuring thread.
+/// Priority above the measured source and below the measuring thread.
 const PRIORITY: u8 = 65;
 
 pub fn rows(bench: &Bench) {
@@ -35,7 +35,7 @@ pub fn rows(bench: &Bench) {
     .print();
 }
 
-/// ns a firing without and with the reader, and ns of the core that one firing of the reader takes.
+/// Returns ns per firing without and with the reader, and ns of the core per firing of the reader.
 fn turn() -> [f64; 3] {
     let rig = Rig::new();
     let chain: Vec<u32> = (0..BLOCKS as u32).collect();

@@ -3,17 +3,17 @@
 
 /// A line of the table, printed as JSON.
 pub struct Line<'a> {
-    /// Its group, as `--only` names it.
+    /// Group of the line, as `--only` names it.
     pub row: &'a str,
     pub what: String,
     /// Time of the kernel, in words with a unit.
     pub ours: String,
-    /// Peer, and its time; empty for none.
+    /// Peer and its time; empty if there is no peer.
     pub peer: String,
-    /// The figure that the bar is for, and how it is shown.
+    /// Figure that the bar applies to, and its text.
     pub value: f64,
     pub shown: String,
-    /// Maximum that is allowed; none if `DESIGN.md` has no bar.
+    /// Allowed maximum; `None` if `DESIGN.md` has no bar.
     pub bar: Option<f64>,
     pub bar_text: &'a str,
     pub note: String,
@@ -37,12 +37,12 @@ impl Line<'_> {
     }
 }
 
-/// The least value.
+/// Returns the minimum.
 pub fn least(values: impl IntoIterator<Item = f64>) -> f64 {
     values.into_iter().fold(f64::INFINITY, f64::min)
 }
 
-/// The middle value.
+/// Returns the median.
 pub fn median(values: impl IntoIterator<Item = f64>) -> f64 {
     let mut values: Vec<f64> = values.into_iter().collect();
     assert!(!values.is_empty(), "a median is of something");
@@ -51,7 +51,7 @@ pub fn median(values: impl IntoIterator<Item = f64>) -> f64 {
     if values.len() % 2 == 1 { values[middle] } else { (values[middle - 1] + values[middle]) / 2.0 }
 }
 
-/// ns, µs or ms with three digits.
+/// Formats a time as ns, µs or ms with three digits.
 pub fn time(ns: f64) -> String {
     match ns {
         _ if ns < 1e3 => format!("{} ns", digits(ns)),

@@ -11,16 +11,16 @@ use std::sync::atomic::Ordering;
 const PRIORITY: i32 = 70;
 /// Priority of the sources.
 const SOURCE_PRIORITY: u8 = 60;
-/// As the kernel sets it itself: nothing runs at a real-time priority without it.
+/// Limit of real-time computation, µs, as the kernel sets it: no thread runs at a real-time priority without it.
 const RTTIME_MAX_US: u64 = 5_000_000;
 
-/// Longer than most bursts take.
+/// Time that is longer than most bursts, ns.
 pub const BURST_NS: i64 = 8_000_000;
 
-/// The last core that this process may use.
+/// Returns the last core that this process may use.
 pub fn core() -> usize {
     static CORE: std::sync::OnceLock<usize> = std::sync::OnceLock::new();
-    // SAFETY: reads a set of our own.
+    // SAFETY: fills in a local set.
     *CORE.get_or_init(|| unsafe {
         let mut cores: libc::cpu_set_t = std::mem::zeroed();
         libc::sched_getaffinity(0, size_of::<libc::cpu_set_t>(), &mut cores);
@@ -28,9 +28,9 @@ pub fn core() -> usize {
     })
 }
 
-/// Pins this thread to `core`, and gives it a real-time priority if that is allowed. False where it is not.
+/// Pins this thread to `core`, and gives it a real-time priority if permitted. Returns false if it is not.
 pub fn pin(core: usize, priority: i32) -> bool {
-    // SAFETY: this thread's own affinity, limit and scheduling.
+    // SAFETY: passes local structs; affects the affinity and scheduling of this thread and a limit of this process.
     unsafe {
         let mut cores: libc::cpu_set_t = std::mem::zeroed();
         libc::CPU_SET(core, &mut cores);
@@ -59,7 +59,7 @@ impl Rig {
         Rig { host, source }
     }
 
-    /// Hands over a script and waits until it was carried out.
+    /// Submits a script and waits until it has been carried out.
     pub fn carry_out(&self, source: SourceId, ops: Vec<Op>) {
         self.host.submit(source, Box::new(Script { id: 1, ops }));
         loop {
@@ -71,13 +71,13 @@ impl Rig {
         }
     }
 
-    /// ns that `firings` firings took: from the stopwatch of one to that of the last, the first not counted.
+    /// Returns the duration of `firings` firings, ns: from the stopwatch of an additional first firing to that of the last.
     pub fn burst(&self, firings: usize) -> f64 {
         LEFT.store(firings as u64 + 1, Ordering::Release);
         for _ in 0..=firings {
             self.host.request(self.source);
         }
-        // A look at it takes the core from the source: there is none before it should be over.
+        // Checking takes the core from the source, so the sleep is longer than most bursts.
         while LEFT.load(Ordering::Acquire) > 0 {
             rest(BURST_NS);
         }
@@ -86,10 +86,10 @@ impl Rig {
     }
 }
 
-/// Sleeps, so that everybody else has a turn.
+/// Sleeps, so that other threads can run.
 pub fn rest(ns: i64) {
     let time = libc::timespec { tv_sec: 0, tv_nsec: ns };
-    // SAFETY: a time of our own.
+    // SAFETY: reads a local struct.
     unsafe { libc::nanosleep(&time, std::ptr::null_mut()) };
 }
 
@@ -97,13 +97,13 @@ pub fn software(name: &str, core: usize, priority: u8) -> SourceSpec {
     SourceSpec { rtp: 0, name: name.into(), kind: SourceKind::Software, priority, core: Some(core), virtual_cost_ns: 0 }
 }
 
-/// Items of a block.
+/// Returns the items of a block.
 fn items(descriptor: &'static Descriptor) -> &'static [Item] {
     // SAFETY: a descriptor's table has `item_count` items.
     unsafe { std::slice::from_raw_parts(descriptor.items, descriptor.item_count as usize) }
 }
 
-/// Blocks in one extent, side by side behind `values` cells of a double, as the supervisor lays out a verb instance.
+/// Blocks in one extent, side by side after `values` cells of a double, as the supervisor lays out a verb instance.
 pub struct Image {
     pub values: Vec<Cell>,
     pub blocks: Vec<Arc<Block>>,
@@ -140,7 +140,7 @@ pub fn image(kinds: &[&'static Descriptor], reads: &[u32], writes: &[u32], value
     Image { values, blocks }
 }
 
-/// A block that is bound to nothing.
+/// Returns a block without bindings.
 pub fn single(id: u32, descriptor: &'static Descriptor) -> Block {
     let size = descriptor.instance_size as usize;
     Block::install(BlockId(id), "single", descriptor, Arc::new(()), Extent::new(size).cell(0, size))

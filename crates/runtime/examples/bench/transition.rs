@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-//! A transition: the time from the last step of the firing that met the condition to the first step of the next one, in which
-//! the new process runs. The next firing is requested beforehand, so nothing lies between but publication, the transition, the
-//! event to the supervisor, and the start of a firing.
+//! A transition, timed from the last step of the firing that met the condition to the first step of the next one, in which the new
+//! process runs. The next firing is requested beforehand, so only publication, the transition, the event to the supervisor, and the start
+//! of a firing lie between them.
 use crate::Bench;
 use crate::blocks::{Every, MARKED, MARKS, Marker, WatchedGain};
 use crate::report::{Line, median, thousands, time};
@@ -11,10 +11,10 @@ use opengpac::FunctionBlock;
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
 
-/// Firings in a burst; a transition on each fourth.
+/// Firings in a burst, and firings per transition.
 const FIRINGS: usize = 400;
 const PERIOD: usize = 4;
-/// Index of the condition of `WatchedGain`, and of `Every`.
+/// Indices of the conditions of `WatchedGain` and of `Every`.
 const BROKEN: u8 = 3;
 const REACHED: u8 = 1;
 const CONDITIONS: usize = 100;
@@ -26,7 +26,7 @@ pub fn rows(bench: &Bench) {
     }
 }
 
-/// `n` blocks out and `n` in, each activated by a command of its own (`apart`) or all as one graph.
+/// Measures a transition of `n` blocks out and `n` in, each activated by a command of its own (`apart`) or all as one graph.
 fn measure(bench: &Bench, n: usize, apart: bool) {
     let rig = Rig::new();
     let (reads, writes): (Vec<u32>, Vec<u32>) = ((0..2 * n as u32).collect(), (2 * n as u32..4 * n as u32).collect());
@@ -63,7 +63,7 @@ fn measure(bench: &Bench, n: usize, apart: bool) {
     .print();
 }
 
-/// The watches of one stage: 99 conditions that do not come, then the one that does.
+/// Returns the watches of one stage: 99 conditions that are never met, then the one that is.
 fn stage(image: &Image, activations: &[Vec<Arc<Activation>>], n: usize, from: usize) -> Stage {
     let of_blocks = (0..CONDITIONS - 1).map(|index| Watch {
         block: Some(image.blocks[from * n + index % n].id()),
@@ -80,7 +80,7 @@ fn stage(image: &Image, activations: &[Vec<Arc<Activation>>], n: usize, from: us
     Stage { watches: of_blocks.chain([reached]).collect() }
 }
 
-/// A marker, the blocks of both lists, what reports, a marker.
+/// Builds a table of a marker, the blocks of both lists, the reporting block, and a second marker.
 fn table(image: &Image, activations: &[Vec<Arc<Activation>>], always: &Arc<Activation>, process: &Arc<Process>, n: usize) -> Table {
     let every = Arc::new(single(EVERY, Every::descriptor()));
     let marker = |id| step(Arc::new(single(id, Marker::descriptor())), always, process, vec![]);
@@ -93,7 +93,7 @@ fn table(image: &Image, activations: &[Vec<Arc<Activation>>], always: &Arc<Activ
     Table::new(steps, vec![], vec![], vec![], None)
 }
 
-/// The gaps behind firings with a transition, and behind those without.
+/// Runs a burst and returns the gaps after firings with a transition, and those after firings without one.
 fn burst(rig: &Rig) -> (Vec<f64>, Vec<f64>) {
     MARKED.store(0, Ordering::Release);
     for _ in 0..FIRINGS {

@@ -1,19 +1,19 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The far side: it answers bursts, and sleeps between them.
+//! The far side, which answers bursts and sleeps between them.
 use crate::place::{core, pin};
 use crate::wires::Wire;
 use std::io::{BufRead, BufReader, Write, stdin, stdout};
 use std::process::{Child, ChildStdout, Command, Stdio};
 use std::sync::mpsc::{Receiver, Sender, channel};
 
-/// Commands of this side to the far one.
+/// Far side as seen from this one: a process or a thread.
 pub enum Far {
     Process(Child, BufReader<ChildStdout>),
     Thread(Sender<u64>, Receiver<()>),
 }
 
 impl Far {
-    /// A process of this program.
+    /// Starts the far side as a process of this program.
     pub fn process(kind: &str, len: usize, run: u64) -> Self {
         let program = std::env::current_exe().expect("this program");
         let mut command = Command::new(program);
@@ -25,7 +25,7 @@ impl Far {
         far
     }
 
-    /// A thread.
+    /// Starts the far side as a thread.
     pub fn thread(mut wire: impl Wire + Send + 'static, len: usize) -> Self {
         let ((tell, told), (say, said)) = (channel(), channel());
         std::thread::spawn(move || {
@@ -38,7 +38,7 @@ impl Far {
         Far::Thread(tell, said)
     }
 
-    /// Returns when the far side answers the next `count` groups, or does what else it is for.
+    /// Makes the far side answer the next `count` groups, or perform its other task; returns when it is ready.
     pub fn tell(&mut self, count: u64) {
         match self {
             Far::Process(child, _) => {
@@ -71,7 +71,7 @@ impl Drop for Far {
     }
 }
 
-/// Answers `count` groups, each with an equal one.
+/// Answers `count` groups, each with an equal group.
 fn answer(wire: &mut impl Wire, len: usize, count: u64) {
     let mut values = vec![0; len];
     for _ in 0..count {
@@ -85,12 +85,12 @@ fn answer(wire: &mut impl Wire, len: usize, count: u64) {
     }
 }
 
-/// The far process of a wire: answers bursts until its input ends.
+/// Runs the far process of a wire, which answers bursts until its input ends.
 pub fn bursts(mut wire: impl Wire, len: usize) {
     commands(|count| answer(&mut wire, len, count));
 }
 
-/// Says that it is ready, before the first command and at each, and carries it out.
+/// Reports that it is ready, before the first command and at each, and carries out each command.
 pub fn commands(mut carry_out: impl FnMut(u64)) {
     let ready = || {
         println!("ready");

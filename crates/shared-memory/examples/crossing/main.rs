@@ -3,9 +3,10 @@
 //!
 //!     crossing ROUNDS [threads] [processes]
 //!
-//! Polled: a group goes there and an equal one comes back, half of that; both copy all values in and out. Waking: from before the push to the call that
-//! raises the reader. Each is measured in turns with what it is compared with, on the same two cores, at real-time priority where the rights
-//! are given: a bare word in memory with the values behind it, a bare futex, and the publish-subscribe and event services of iceoryx2.
+//! A polled time is half a round trip of a group and an equal one that returns; both sides copy all values in and out. A waking time
+//! lasts from before the push to the call that raises the reader. Each is measured in turns with its peers, on the same two cores, at
+//! real-time priority if permitted: a bare word in memory followed by the values, a bare futex, and the publish-subscribe and event
+//! services of iceoryx2.
 mod far;
 mod place;
 mod polled;
@@ -17,7 +18,7 @@ mod wires;
 use report::Line;
 use wires::{Connections, PublishSubscribe, Word};
 
-/// Values of a double in a group.
+/// Numbers of doubles in a group.
 const SIZES: [usize; 4] = [1, 8, 100, 1_000];
 
 fn main() {
@@ -50,7 +51,7 @@ fn main() {
     }
 }
 
-/// The far process: serves until its input ends.
+/// Runs the far process until its input ends.
 fn serve(kind: &str, len: usize, run: u64) {
     match kind {
         "connections" => far::bursts(Connections::shared(1, len, run), len),
@@ -75,7 +76,7 @@ fn not_taken() {
     .print();
 }
 
-/// A line that compares medians taken in turns: of each turn the ratio, of the ratios the median.
+/// Prints a line that compares times taken in turns: the median of each side, and the median of the ratios of all turns.
 fn compare(row: &str, what: &str, beside: &str, turns: &[(f64, f64)], bar: Option<(f64, &str)>, note: &str) {
     let ratio = report::median(turns.iter().map(|(ours, theirs)| ours / theirs));
     let median = |of: fn(&(f64, f64)) -> f64| report::time(report::median(turns.iter().map(of)));

@@ -7,10 +7,10 @@ use std::sync::OnceLock;
 const RTTIME_MAX_US: u64 = 5_000_000;
 pub const PRIORITY: i32 = 60;
 
-/// The last core that this process may use when it starts: the far side's. This side has the one before.
+/// Returns the last core that this process may use when it starts, which is the core of the far side. This side uses the core below it.
 pub fn core() -> usize {
     static CORE: OnceLock<usize> = OnceLock::new();
-    // SAFETY: reads a set of our own.
+    // SAFETY: fills in a local set.
     *CORE.get_or_init(|| unsafe {
         let mut cores: libc::cpu_set_t = std::mem::zeroed();
         libc::sched_getaffinity(0, size_of::<libc::cpu_set_t>(), &mut cores);
@@ -18,9 +18,9 @@ pub fn core() -> usize {
     })
 }
 
-/// Puts this thread, and those that it starts, on a core, at a real-time priority where the rights are given.
+/// Pins this thread, and the threads that it starts, to a core, at a real-time priority if permitted.
 pub fn pin(core: usize) {
-    // SAFETY: this thread's own affinity, limit and scheduling.
+    // SAFETY: passes local structs; affects the affinity and scheduling of this thread and a limit of this process.
     unsafe {
         let mut cores: libc::cpu_set_t = std::mem::zeroed();
         libc::CPU_SET(core, &mut cores);
@@ -37,37 +37,37 @@ pub fn pin(core: usize) {
 
 pub fn now_ns() -> i64 {
     let mut time = libc::timespec { tv_sec: 0, tv_nsec: 0 };
-    // SAFETY: fills in a time of our own.
+    // SAFETY: fills in a local struct.
     unsafe { libc::clock_gettime(libc::CLOCK_MONOTONIC, &mut time) };
     time.tv_sec * 1_000_000_000 + time.tv_nsec
 }
 
-/// Lets time pass asleep.
+/// Sleeps for a time.
 pub fn rest(ns: i64) {
     let time = libc::timespec { tv_sec: 0, tv_nsec: ns };
-    // SAFETY: a time of our own.
+    // SAFETY: reads a local struct.
     unsafe { libc::nanosleep(&time, std::ptr::null_mut()) };
 }
 
-/// A folder of this measurement, which [`clear`] removes.
+/// Creates the folder of this measurement, which [`clear`] removes.
 pub fn folder(run: u64) -> PathBuf {
     let folder = PathBuf::from(format!("/dev/shm/crossing-{run:x}"));
     std::fs::create_dir_all(&folder).expect("there is shared memory");
     folder
 }
 
-/// The run of this process and of those that it starts.
+/// Returns the run of this process and of the processes that it starts.
 pub fn run() -> u64 {
     static RUN: OnceLock<u64> = OnceLock::new();
     *RUN.get_or_init(shared_memory::new_run)
 }
 
-/// Prefix of the files that iceoryx2 makes beside the folder.
+/// Returns the prefix of the files that iceoryx2 creates next to the folder.
 pub fn prefix(run: u64) -> String {
     format!("crossing-{run:x}-")
 }
 
-/// Removes what this measurement made.
+/// Removes all files of this measurement.
 pub fn clear() {
     std::fs::remove_dir_all(folder(run())).expect("it is ours");
     for entry in std::fs::read_dir("/dev/shm").expect("there is shared memory").flatten() {
@@ -77,13 +77,14 @@ pub fn clear() {
     }
 }
 
-/// Zeros that every process which asks for the same name and run sees, for as long as it lives.
+/// Returns memory, initially zero, that is shared by every process that requests the same name and run, and stays mapped as long as the
+/// process lives.
 pub fn bare(name: &str, len: usize, run: u64) -> NonNull<u8> {
     let path = folder(run).join(name);
     let file = std::fs::OpenOptions::new().read(true).write(true).create(true).truncate(false).open(path).expect("there is shared memory");
     file.set_len(len as u64).expect("there is room");
     let (access, flags) = (libc::PROT_READ | libc::PROT_WRITE, libc::MAP_SHARED | libc::MAP_POPULATE);
-    // SAFETY: a new mapping at an address of the system's choice.
+    // SAFETY: creates a new mapping at an address of the system's choice.
     let base = unsafe { libc::mmap(std::ptr::null_mut(), len, access, flags, std::os::fd::AsRawFd::as_raw_fd(&file), 0) };
     assert_ne!(base, libc::MAP_FAILED);
     NonNull::new(base.cast()).expect("nothing is mapped at address 0")

@@ -6,16 +6,16 @@ use crate::place::{core, now_ns, pin, run};
 use crate::report::thousands;
 use crate::wires::{Connections, PublishSubscribe, Wire, Word};
 
-/// Groups in a burst, and in one before that is not counted.
+/// Groups in a burst, and in the warm-up before it, which is not counted.
 const BURST: u64 = 2_000;
 const WARM_UP: u64 = 200;
 
-/// The bar for one value: a shared cache line is less than a group needs, which goes without one.
+/// Returns the bar for one value. A group has no bar, because it needs more than one shared cache line.
 fn svv_bar(values: usize) -> Option<(f64, &'static str)> {
     (values == 1).then_some((2.0, "≤ 2 ×"))
 }
 
-/// One side of a way there and back.
+/// One side of a round trip.
 struct Side<W> {
     wire: W,
     far: Far,
@@ -28,7 +28,7 @@ impl<W: Wire> Side<W> {
         Side { wire, far, values: vec![1; len], number: 0 }
     }
 
-    /// ns of one way.
+    /// Runs a burst and returns the time in one direction, ns.
     fn burst(&mut self) -> f64 {
         self.far.tell(WARM_UP + BURST);
         self.there_and_back(WARM_UP);
@@ -65,7 +65,8 @@ pub fn between_threads(values: usize, rounds: usize) {
 pub fn between_processes(values: usize, rounds: usize) {
     pin(core() - 1);
     let (len, run) = (values * 8, run());
-    // The far side first: of iceoryx2, whose late subscriber waits for the next publication, and so in all.
+    // The far side starts first, because a late subscriber of iceoryx2 waits for the next publication; the order is the same for all
+    // peers.
     let far = |kind| Far::process(kind, len, run);
     let (ours, word, peer) = (far("connections"), far("word"), far("publish-subscribe"));
     let mut ours = Side::new(Connections::shared(0, len, run), ours, len);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Rows that wake the reader's process: until the call that raises the reader.
+//! Rows that wake the reader's process, timed until the call that raises the reader.
 use crate::compare;
 use crate::far::{Far, commands};
 use crate::place::{bare, core, now_ns, pin, rest, run};
@@ -13,13 +13,13 @@ use std::sync::atomic::{AtomicI64, AtomicU32, Ordering};
 use std::sync::{Arc, Mutex};
 
 const ROWS: usize = 200;
-/// Between two rows: the reader has gone to sleep.
+/// Pause between two rows, during which the reader goes to sleep.
 const PAUSE_NS: i64 = 200_000;
 const SPEC: ConnectionSpec = ConnectionSpec { writer: 0, reader: 1, asynchronous_len: 0, queue_row_len: 8, queue_depth: 4 };
-/// Not the number of a connection of `polled`.
+/// Number of the connection, distinct from those of `polled`.
 const CONNECTION: u64 = 9;
 
-/// Memory in which the far side says when it was woken.
+/// Memory in which the far side records when it was woken.
 struct Woken {
     at_ns: AtomicI64,
     count: AtomicU32,
@@ -28,7 +28,7 @@ struct Woken {
 }
 
 fn woken(kind: &str, run: u64) -> &'static Woken {
-    // SAFETY: mapped for good, and made of atomic words, of which any bytes are a value.
+    // SAFETY: mapped permanently, and made of atomic words, for which any bytes are valid.
     unsafe { bare(&format!("woken-{kind}"), 64, run).cast().as_ref() }
 }
 
@@ -39,12 +39,12 @@ impl Woken {
     }
 
     fn futex(&self, operation: i32, value: u32) {
-        // SAFETY: waits on, or wakes, a word that lives through the call.
+        // SAFETY: waits on, or wakes, a word that outlives the call.
         unsafe { libc::syscall(libc::SYS_futex, self.rings.as_ptr(), operation, value, std::ptr::null::<libc::timespec>()) };
     }
 }
 
-/// Wakes the far side again and again; the median.
+/// Wakes the far side repeatedly and returns the median latency, ns.
 fn burst(far: &mut Far, woken: &Woken, mut wake: impl FnMut()) -> f64 {
     far.tell(ROWS as u64);
     rest(10 * PAUSE_NS);
@@ -92,7 +92,7 @@ pub fn between_processes(rounds: usize) {
     compare("processes", what, "bare futex", &beside(|turn| turn.2), Some((1.5, "≤ 1.5 ×")), note);
 }
 
-/// The far side of one kind.
+/// Runs the far side of one kind.
 pub fn serve(kind: &str, run: u64) {
     let woken = woken(kind, run);
     match kind {
@@ -107,7 +107,7 @@ pub fn serve(kind: &str, run: u64) {
             let receiver = ends.receiver(CONNECTION, &SPEC, Box::new(raise)).expect("the end is free");
             *reading.lock().expect("nobody panics with it") = Some(receiver);
             commands(|_| ());
-            // Taken out before it is dropped: the thread that raises may be waiting for the lock.
+            // Taken out before it is dropped, because the thread that raises may be waiting for the lock.
             let receiver = reading.lock().expect("nobody panics with it").take();
             drop(receiver);
         }

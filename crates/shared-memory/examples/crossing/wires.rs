@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The wires of the round trips: connections of ours, bare memory, iceoryx2.
+//! Wires of the round trips: our connections, bare memory, and iceoryx2.
 use crate::place::bare;
 use iceoryx2::port::publisher::Publisher;
 use iceoryx2::port::subscriber::Subscriber;
@@ -9,14 +9,14 @@ use shared_memory::SharedMemory;
 use std::ptr::NonNull;
 use std::sync::atomic::{AtomicU64, Ordering};
 
-/// Both directions, as one side has them.
+/// Both directions, as seen from one side.
 pub trait Wire {
     fn send(&mut self, number: u64, values: &[u8]);
-    /// The number of what is new, once; its values are copied out.
+    /// Returns the number of a new group once, and copies its values out.
     fn poll(&mut self, values: &mut [u8]) -> Option<u64>;
 }
 
-/// Two connections of ours.
+/// A pair of our connections, one per direction.
 pub struct Connections {
     sender: Box<dyn Sender>,
     receiver: Box<dyn Receiver>,
@@ -27,13 +27,13 @@ fn spec(len: usize) -> ConnectionSpec {
 }
 
 impl Connections {
-    /// Of both sides, in memory.
+    /// Creates both sides, in memory.
     pub fn in_memory(len: usize) -> (Self, Self) {
         let ((to, at), (from, back)) = (Memory.connect(&spec(len)), Memory.connect(&spec(len)));
         (Connections { sender: to, receiver: back }, Connections { sender: from, receiver: at })
     }
 
-    /// Of one side, in shared memory: `side` is 0 or 1.
+    /// Creates one side, in shared memory: `side` is 0 or 1.
     pub fn shared(side: u64, len: usize, run: u64) -> Self {
         let mut ends = SharedMemory::new("crossing", run).expect("there is shared memory");
         let sender = ends.sender(side, &spec(len)).expect("the end is free");
@@ -54,22 +54,22 @@ impl Wire for Connections {
     }
 }
 
-/// A word and the values behind it, in each direction: right only as long as nobody writes before the other has read.
+/// A word followed by the values, in each direction. It is correct only if neither side writes before the other has read.
 pub struct Word {
     to: NonNull<u8>,
     from: NonNull<u8>,
     seen: u64,
 }
 
-// SAFETY: addresses of memory that stays mapped.
+// SAFETY: the addresses lie in memory that stays mapped.
 unsafe impl Send for Word {}
 
 impl Word {
-    /// `within` is what both sides belong to.
+    /// Maps the words of one side; `within` names the pair and is the same on both sides.
     pub fn new(within: &str, side: u64, len: usize, run: u64) -> Self {
         let half = (8 + len).next_multiple_of(128);
         let base = bare(&format!("word-{within}-{len}"), 2 * half, run);
-        // SAFETY: inside the mapping.
+        // SAFETY: the address lies inside the mapping.
         let at = |side: u64| unsafe { base.add(side as usize * half) };
         Word { to: at(side), from: at(1 - side), seen: 0 }
     }
@@ -77,7 +77,7 @@ impl Word {
 
 impl Wire for Word {
     fn send(&mut self, number: u64, values: &[u8]) {
-        // SAFETY: the word and the bytes behind it lie inside the mapping, and the other side reads them only after the store.
+        // SAFETY: the word and the bytes after it lie inside the mapping, and the other side reads them only after the store.
         unsafe {
             self.to.add(8).as_ptr().copy_from_nonoverlapping(values.as_ptr(), values.len());
             self.to.cast::<AtomicU64>().as_ref().store(number, Ordering::Release);
@@ -103,7 +103,7 @@ pub struct PublishSubscribe {
     subscriber: Subscriber<ipc::Service, [u8], ()>,
 }
 
-/// A participant of iceoryx2 whose files lie in the measurement's folder.
+/// Creates a participant of iceoryx2 whose files lie in the folder of the measurement.
 pub fn participant(run: u64) -> Node<ipc::Service> {
     set_log_level(LogLevel::Error);
     let mut config = Config::global_config().clone();
@@ -136,7 +136,7 @@ impl Wire for PublishSubscribe {
         let payload = sample.payload_mut();
         payload[..8].write_copy_of_slice(&number.to_ne_bytes());
         payload[8..].write_copy_of_slice(values);
-        // SAFETY: all of it was written above.
+        // SAFETY: the whole payload was written above.
         unsafe { sample.assume_init() }.send().expect("it is delivered");
     }
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Arms of a system, as programs describe them: which devices move one tool, and the geometry that joins them.
+//! Arms of a system, as programs describe them: the devices that move one tool, and the geometry that connects them.
 use crate::refuse::{refuse, unknown};
 use indexmap::IndexMap;
 use library::kinematics::JOINTS_MAX;
@@ -8,7 +8,7 @@ use model::refusal::{Class, Refusals};
 use serde::{Deserialize, Serialize};
 use std::path::PathBuf;
 
-/// Arms of a system.
+/// Maximum number of arms of a system.
 pub const ARMS_MAX: usize = 64;
 
 /// An arm: joints that move one tool.
@@ -19,10 +19,10 @@ pub struct ArmDescription {
     pub name: String,
     /// Logical devices of its joints, in the order of the chain.
     pub joints: Vec<String>,
-    /// Geometry that joins them; null where it is not known.
+    /// Geometry that connects the joints; null if it is unknown.
     #[serde(default)]
     pub chain: Option<ChainDescription>,
-    /// Reason why the geometry is not known, for people; empty where it is.
+    /// Human-readable reason why the geometry is unknown; empty if it is known.
     #[serde(default)]
     pub missing: String,
 }
@@ -34,22 +34,22 @@ pub struct ArmDescription {
 pub struct ChainDescription {
     /// Number of joints.
     pub joints: usize,
-    /// Of each of 16 joints: 0 does not move the tool, 1 turns, 2 slides.
+    /// Kind of each of 16 joints: 0 does not move the tool, 1 turns, 2 slides.
     pub kind: Vec<i32>,
     /// Base of the arm in the frame in which poses are given.
     pub base: Vec<f64>,
-    /// Flange in the frame of the base where every joint is at 0.
+    /// Flange in the frame of the base with every joint at 0.
     pub home: Vec<f64>,
     /// Tool in the frame of the flange.
     pub tool: Vec<f64>,
-    /// Unit vector along the axis of each of 16 joints, in the frame of the base, where every joint is at 0.
+    /// Unit vector along the axis of each of 16 joints, in the frame of the base, with every joint at 0.
     pub axis: Vec<Vec<f64>>,
     /// Point on each of these axes, m.
     pub anchor: Vec<Vec<f64>>,
 }
 
 impl ChainDescription {
-    /// Returns the chain that the blocks would be given; None where its lists have other lengths.
+    /// Returns the chain in the form of the blocks; `None` if its lists have other lengths.
     fn chain(&self) -> Option<Chain> {
         Some(Chain {
             joints: i32::try_from(self.joints).ok()?,
@@ -68,22 +68,22 @@ fn vectors(of: &[Vec<f64>]) -> Option<[[f64; 3]; JOINTS_MAX]> {
     read?.try_into().ok()
 }
 
-/// File in which the taught points of an arm are kept, as the program named it. The supervisor reads no file.
+/// File in which the taught points of an arm are kept, as named by the program. The supervisor does not read it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PointFile {
     /// Name of the arm.
     pub arm: String,
     pub path: PathBuf,
-    /// Identifier of the mechanics of the arm, which the file says.
+    /// Identifier of the mechanics of the arm, as stored in the file.
     pub model: String,
-    /// Joints by their short names, and the unit of each.
+    /// Short names of the joints, and the unit of each.
     pub joints: Vec<String>,
     pub units: Vec<String>,
-    /// The points of another model count too.
+    /// Points of other models are accepted too.
     pub any_model: bool,
 }
 
-/// Arms by their names.
+/// Arms by name.
 #[derive(Default)]
 pub(crate) struct Arms {
     by_name: IndexMap<String, ArmDescription>,
@@ -91,7 +91,7 @@ pub(crate) struct Arms {
 }
 
 impl Arms {
-    /// Enters an arm, in the place of the one of that name. Errors: its chain is not one of its joints; there are too many arms.
+    /// Registers an arm, replacing the one of that name. Fails if its chain does not fit its joints, or there are too many arms.
     pub fn enter(&mut self, arm: ArmDescription) -> Result<(), Refusals> {
         let name = &arm.name;
         if name.is_empty() || arm.joints.is_empty() {
@@ -109,17 +109,17 @@ impl Arms {
         Ok(())
     }
 
-    /// Enters the file of the taught points of an arm, in the place of the one before.
+    /// Sets the file of the taught points of an arm, replacing the previous one.
     pub fn enter_points(&mut self, file: PointFile) {
         self.point_files.insert(file.arm.clone(), file);
     }
 
-    /// Returns the file of the taught points of an arm. Errors: no program has named one.
+    /// Returns the file of the taught points of an arm. Fails if no program has named one.
     pub fn points(&self, arm: &str) -> Result<&PointFile, Refusals> {
         self.point_files.get(arm).ok_or_else(|| unknown("file of taught points for arm", arm, self.point_files.keys().map(String::as_str)))
     }
 
-    /// Returns the arms whose joints are all there, in the order in which they were described.
+    /// Returns the arms whose joints are all present, in the order in which they were described.
     pub fn present(&self, is_there: impl Fn(&str) -> bool) -> Vec<ArmDescription> {
         self.by_name.values().filter(|arm| arm.joints.iter().all(|joint| is_there(joint))).cloned().collect()
     }

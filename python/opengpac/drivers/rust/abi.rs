@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The bytes that a driver in C and this system share, as `opengpac_driver.h` describes them; a test compares both.
+//! Memory layout that a driver in C and this system share, as `opengpac_driver.h` declares it; a test compares both.
 use std::ffi::{c_char, c_void};
 
-/// The version of everything here.
+/// Version of this layout.
 pub const ABI: u32 = 1;
-/// The function that a file of drivers exports.
+/// Name of the function that a file of drivers exports.
 pub const SYMBOL: &str = "opengpac_driver_file";
 
-/// Kinds of an item of a declaration.
+/// Kinds of items of a declaration.
 pub mod what {
     pub const OPTION: u32 = 1;
     pub const CLASS: u32 = 2;
@@ -19,7 +19,7 @@ pub mod what {
     pub const SERVICE: u32 = 8;
 }
 
-/// Kinds of a value.
+/// Kinds of values.
 pub mod kind {
     pub const NOTHING: u32 = 0;
     pub const NUMBER: u32 = 1;
@@ -36,7 +36,7 @@ pub mod class {
     pub const WORKER: u32 = 1;
 }
 
-/// Agents that bring about its safe state.
+/// Agents that bring about the safe state of a driver.
 pub mod by {
     pub const DRIVER: u32 = 1;
     pub const GUARD: u32 = 2;
@@ -44,7 +44,7 @@ pub mod by {
     pub const END: u32 = 8;
 }
 
-/// A function that gives a cause; null: all is well.
+/// Cause of a failure; null on success.
 pub type Cause = *const c_char;
 
 #[derive(Clone, Copy)]
@@ -149,7 +149,7 @@ pub struct Driver {
     pub handles: Option<unsafe extern "C" fn(*mut c_void, *mut Host) -> Cause>,
     pub service: Option<unsafe extern "C" fn(*mut c_void, *mut Host, *const c_char) -> Cause>,
     pub scan: Option<unsafe extern "C" fn(*mut Host) -> Cause>,
-    /// Drivers that were built before end in front of it. `i64::MIN`: with the read.
+    /// Drivers built before this field existed end in front of it. `i64::MIN` stands for the time of the read.
     pub taken: Option<unsafe extern "C" fn(*mut c_void) -> i64>,
 }
 
@@ -164,14 +164,14 @@ pub struct Module {
     pub compiler: *const c_char,
 }
 
-/// Returns the text at an address; empty where there is none.
+/// Returns the text at an address; empty if the address is null.
 ///
 /// # Safety
-/// It is null or ends with a 0.
+/// The address is null, or its text ends with a 0.
 pub unsafe fn text(at: *const c_char) -> String {
     if at.is_null() {
         return String::new();
     }
-    // SAFETY: as said above.
+    // SAFETY: the address is not null, and the caller guarantees that its text ends with a 0.
     unsafe { std::ffi::CStr::from_ptr(at) }.to_string_lossy().into_owned()
 }

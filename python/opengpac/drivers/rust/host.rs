@@ -9,12 +9,12 @@ pub struct Host(pub(crate) *mut abi::Host);
 
 impl Host {
     pub fn number(&mut self, name: &CStr) -> f64 {
-        // SAFETY: a host lives as long as the call that has it, here and below.
+        // SAFETY: a host is valid throughout the call that receives it, here and below.
         unsafe { ((*self.0).number)(self.0, name.as_ptr()) }
     }
 
     pub fn text(&mut self, name: &CStr) -> String {
-        // SAFETY: as above; what is given is a text.
+        // SAFETY: as above; the host returns a text.
         unsafe { abi::text(((*self.0).text)(self.0, name.as_ptr())) }
     }
 
@@ -27,9 +27,9 @@ impl Host {
         self.whole(name) != 0
     }
 
-    /// Returns any option as JSON; a list or a table.
+    /// Returns an option of any kind as JSON, for example a list or a table.
     pub fn json(&mut self, name: &CStr) -> String {
-        // SAFETY: as above; what is given is a text.
+        // SAFETY: as above; the host returns a text.
         unsafe { abi::text(((*self.0).json)(self.0, name.as_ptr())) }
     }
 
@@ -39,25 +39,25 @@ impl Host {
         unsafe { ((*self.0).length)(self.0, name.as_ptr()) }
     }
 
-    /// Returns a number of a list, counted from 0.
+    /// Returns the number at an index of a list, counted from 0.
     pub fn number_at(&mut self, name: &CStr, index: i64) -> f64 {
         // SAFETY: as above.
         unsafe { ((*self.0).number_at)(self.0, name.as_ptr(), index) }
     }
 
-    /// Returns a text of a list, counted from 0.
+    /// Returns the text at an index of a list, counted from 0.
     pub fn text_at(&mut self, name: &CStr, index: i64) -> String {
-        // SAFETY: as above; what is given is a text.
+        // SAFETY: as above; the host returns a text.
         unsafe { abi::text(((*self.0).text_at)(self.0, name.as_ptr(), index)) }
     }
 
-    /// Returns the counter of a declared name, in `make`.
+    /// Returns the counter of a declared name; called in `make`.
     pub fn counter(&mut self, name: &CStr) -> Counter {
         // SAFETY: as above.
         Counter(unsafe { ((*self.0).counter)(self.0, name.as_ptr()) }.cast())
     }
 
-    /// Adds a channel that is read: `"part.channel"`, of a type of C.
+    /// Adds a channel that is read, named `"part.channel"`, of a type of C.
     pub fn reads(&mut self, of: &CStr, name: &CStr, doc: &CStr, unit: &CStr) -> Slot {
         self.channel(0, of, name, doc, unit, 0.0)
     }
@@ -74,7 +74,7 @@ impl Host {
         unsafe { ((*self.0).channel)(self.0, &channel) }
     }
 
-    /// Makes four channels a joint: its position, velocity and bias, and the effort that moves it.
+    /// Makes a joint of four channels: its position, velocity and bias, and the effort that moves it.
     pub fn joint(&mut self, name: &CStr, kp: f64, kd: f64) {
         self.part(name, Part { kp, kd, ..Part::HINGE });
     }
@@ -86,14 +86,14 @@ impl Host {
         unsafe { ((*self.0).part)(self.0, &part) };
     }
 
-    /// Sets, in `make`, the time without a command after which the device goes to its safe state by itself.
+    /// Sets the time without a command after which the device enters its safe state by itself; called in `make`.
     pub fn watchdog(&mut self, ns: i64) {
         // SAFETY: as above.
         unsafe { ((*self.0).watchdog)(self.0, ns) };
     }
 
-    /// Adds, in `handles`, what is written to a descriptor when this process is gone. `latches`: it stays in force until a driver opens the device
-    /// again.
+    /// Adds bytes that are written to a descriptor after this process has exited; called in `handles`. With `latches`, they stay in force
+    /// until a driver opens the device again.
     pub fn safe_handle(&mut self, descriptor: i32, offset: u64, bytes: &[u8], latches: bool) {
         let (size, length) = (size_of::<Handle>() as u32, bytes.len() as u32);
         let handle = Handle { size, latches: latches.into(), descriptor, length, offset, bytes: bytes.as_ptr().cast() };
@@ -101,14 +101,14 @@ impl Host {
         unsafe { ((*self.0).handle)(self.0, &handle) };
     }
 
-    /// Sets, in a service, what is answered, as JSON.
+    /// Sets the answer of a service, as JSON.
     pub fn answer(&mut self, json: &str) {
         let json = c_text(json);
         // SAFETY: as above; the host copies it.
         unsafe { ((*self.0).answer)(self.0, json.as_ptr()) };
     }
 
-    /// Adds, in `scan`, a device, and the options that open it, as JSON.
+    /// Reports a device that `scan` has found, with the options that open it, as JSON.
     pub fn found(&mut self, what: &str, options_json: &str) {
         let (what, options) = (c_text(what), c_text(options_json));
         // SAFETY: as above; the host copies them.
@@ -136,7 +136,7 @@ impl Part {
     pub const SLIDE: Part = Part { is_slide: 1, ..Part::HINGE };
 }
 
-/// Returns a text as C has it.
+/// Returns a text as a C string.
 pub(crate) fn c_text(text: &str) -> CString {
     CString::new(text.replace('\0', " ")).unwrap_or_default()
 }
@@ -145,7 +145,7 @@ pub(crate) fn c_text(text: &str) -> CString {
 #[derive(Clone, Copy)]
 pub struct Counter(*const AtomicU64);
 
-// SAFETY: it is an atomic number that lives as long as the driver.
+// SAFETY: the pointer leads to an atomic number that lives as long as the driver.
 unsafe impl Send for Counter {}
 
 impl Counter {
@@ -160,27 +160,27 @@ pub struct Readings(pub(crate) *mut u8);
 
 impl Readings {
     pub fn set(&self, slot: Slot, value: f64) {
-        // SAFETY: the host has given the slot.
+        // SAFETY: the slot was issued by the host.
         unsafe { self.0.add(slot.offset as usize).cast::<f64>().write_unaligned(value) };
     }
 
-    /// Stores a value of another type than double: as many bytes as it has.
+    /// Stores the bytes of a value of a type other than `double`.
     pub fn set_bytes(&self, slot: Slot, value: &[u8]) {
         // SAFETY: as above; the channel was declared with a type of this length.
         unsafe { self.0.add(slot.offset as usize).copy_from_nonoverlapping(value.as_ptr(), value.len()) };
     }
 }
 
-/// Commands, and which of them a running verb gives.
+/// Commands, and flags of those that a running verb gives.
 pub struct Commands(pub(crate) *const u8, pub(crate) *const u8);
 
 impl Commands {
     pub fn get(&self, slot: Slot) -> f64 {
-        // SAFETY: the host has given the slot, here and below.
+        // SAFETY: the slot was issued by the host, here and below.
         unsafe { self.0.add(slot.offset as usize).cast::<f64>().read_unaligned() }
     }
 
-    /// Returns a value of another type than double, of so many bytes.
+    /// Returns the `N` bytes of a value of a type other than `double`.
     pub fn get_bytes<const N: usize>(&self, slot: Slot) -> [u8; N] {
         // SAFETY: as above; the channel was declared with a type of this length.
         unsafe { self.0.add(slot.offset as usize).cast::<[u8; N]>().read_unaligned() }

@@ -1,4 +1,4 @@
-//! One axis that follows its effort, x' = gain u: change it to yours. The other files of this folder stay as they are.
+//! One axis that follows its effort, x' = gain u: adapt it to your machine. Leave the other files of this folder unchanged.
 #[allow(dead_code)]
 mod abi;
 mod opengpac_driver;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-//! A driver in Rust, as `opengpac_driver.h` has it in C: a struct with the trait [`Driver`], and [`export`] once in its crate. What it promises is
-//! what that header says: `read` and `write` are bounded and neither allocate, lock nor wait, unless its items have `worker()`.
+//! A driver in Rust, the counterpart of `opengpac_driver.h` in C: a struct with the trait [`Driver`], and one [`export`] in its crate.
+//! Its contract is that of the header: `read` and `write` are bounded and neither allocate, lock nor wait, unless its items contain
+//! `worker()`.
 #![allow(dead_code, unused_imports, clippy::missing_safety_doc)]
 use crate::abi::{self, Cause, Module};
 use host::c_text;
@@ -17,60 +18,60 @@ pub use crate::abi::{Item, Part, Slot};
 pub use host::{Commands, Counter, Host, Readings};
 pub use items::*;
 
-/// Result of a driver's function: nothing, or the cause for people.
+/// Result of a driver's function; the error is the cause, for people.
 pub type Done = Result<(), String>;
 
 pub trait Driver: Sized + Send {
     const NAME: &'static CStr;
     const DOC: &'static CStr;
-    /// Its manual: options, safe state, counters, services.
+    /// Manual of the driver: options, safe state, counters, services.
     const ITEMS: &'static [Item];
-    /// True if it looks for devices, by [`Driver::scan`].
+    /// True if the driver looks for devices, with [`Driver::scan`].
     const SCANS: bool = false;
 
-    /// Channels and parts, from the options. Nothing of the machine is touched.
+    /// Creates the driver, its channels and its parts from the options. Does not access the machine.
     fn make(host: &mut Host) -> Result<Self, String>;
     /// Connects to the machine, once before the first exchange.
     fn open(&mut self, _now_ns: i64) -> Done {
         Ok(())
     }
-    /// Reads, at the start of each firing. An error means that the device is lost.
+    /// Reads from the machine at the start of each firing. An error means that the device is lost.
     fn read(&mut self, release_ns: i64, readings: Readings) -> Done;
-    /// Returns, after each `read`, when the machine took its readings, on the clock of `release_ns`. One that has heard nothing new answers the time
-    /// from
-    /// before, and the channel `age` of its device grows. Left out: with the read.
+    /// Returns the time at which the machine took its readings, on the clock of `release_ns`; called after each `read`. If nothing new
+    /// has arrived, it returns the previous time, and the channel `age` of its device grows. `None`, the default, stands for the time of
+    /// the read.
     fn taken_ns(&self) -> Option<i64> {
         None
     }
-    /// Writes, at the end of each firing.
+    /// Writes to the machine at the end of each firing.
     fn write(&mut self, release_ns: i64, commands: Commands) -> Done;
     /// Brings all outputs to their safe state now.
     fn safe_state(&mut self);
-    /// Declares, once behind `open`, what the guard writes when this process is gone, by `host.safe_handle`.
+    /// Declares, with `host.safe_handle`, the bytes that the guard writes after this process has exited; called once after `open`.
     fn handles(&mut self, _host: &mut Host) -> Done {
         Ok(())
     }
-    /// Returns, once behind `make`, what carries out the services of its items.
+    /// Returns the object that carries out the services of the items; called once after `make`.
     fn services(&self) -> Option<Arc<dyn Services>> {
         None
     }
-    /// Looks for devices that its options could open, and moves nothing: `host.found`.
+    /// Looks for devices that the options could open, without moving anything, and reports them with `host.found`.
     fn scan(_host: &mut Host) -> Done {
         Ok(())
     }
 }
 
-/// Services of a driver, called from another thread while the driver exchanges. What it shares with the driver is atomic, or locked where `read` and
-/// `write` only try.
+/// Services of a driver, called from another thread while the driver exchanges. State shared with the driver is atomic, or behind a lock
+/// that `read` and `write` only try to take.
 pub trait Services: Send + Sync {
-    /// Carries out a service; its arguments are asked for as options are, and its answer is `host.answer`.
+    /// Carries out a service. Its arguments are read like options, and its answer is set with `host.answer`.
     fn serve(&self, service: &str, host: &mut Host) -> Done;
 }
 
-/// The memory of a driver; all 0 before it is made. The cycle has one half, the threads of services the other.
+/// Memory of a driver, all 0 before it is made. One half belongs to the cycle, the other to the threads of services.
 struct Place<T> {
     cycle: Cycle<T>,
-    /// Null, or what carries out services.
+    /// Null, or the object that carries out services.
     services: *mut Arc<dyn Services>,
 }
 
@@ -80,23 +81,23 @@ struct Cycle<T> {
 }
 
 thread_local! {
-    /// The cause of a service or a scan, which is read before its thread calls another.
+    /// Cause of a failed service or scan, read before its thread makes another call.
     static TOLD: RefCell<CString> = RefCell::default();
 }
 
 impl<T: Driver> Cycle<T> {
     unsafe fn at<'a>(memory: *mut c_void) -> &'a mut Cycle<T> {
-        // SAFETY: the host gives memory of the size that was declared; but for services, to one call at a time.
+        // SAFETY: the host passes memory of the declared size, and to one call at a time except for services.
         unsafe { &mut (*memory.cast::<Place<T>>()).cycle }
     }
 
-    /// Returns the driver; none: it was not made, or is closed.
+    /// Returns the driver; `None` if it was not made or is closed.
     fn driver(&mut self) -> Option<&mut T> {
-        // SAFETY: null, or from `make`.
+        // SAFETY: the pointer is null or from `make`.
         unsafe { self.driver.as_mut() }
     }
 
-    /// Returns the cause, which stays until the next one.
+    /// Returns the cause, which is valid until the next one.
     fn cause(&mut self, done: Done) -> Cause {
         let Err(why) = done else { return std::ptr::null() };
         self.forget();
@@ -106,13 +107,13 @@ impl<T: Driver> Cycle<T> {
 
     fn forget(&mut self) {
         if !self.cause.is_null() {
-            // SAFETY: it is from `cause`.
+            // SAFETY: the pointer is from `cause`.
             drop(unsafe { CString::from_raw(std::mem::replace(&mut self.cause, std::ptr::null_mut())) });
         }
     }
 }
 
-/// Returns the cause of what is not the cycle's.
+/// Returns the cause of a call outside the cycle.
 fn told(done: Done) -> Cause {
     let Err(why) = done else { return std::ptr::null() };
     TOLD.with_borrow_mut(|told| {
@@ -122,7 +123,7 @@ fn told(done: Done) -> Cause {
 }
 
 unsafe extern "C" fn make<T: Driver>(memory: *mut c_void, host: *mut abi::Host) -> Cause {
-    // SAFETY: see `Cycle::at`, here and below; no service is called before it is made.
+    // SAFETY: see `Cycle::at`, here and below; no service is called before the driver is made.
     let (place, services) = unsafe { (Cycle::<T>::at(memory), &raw mut (*memory.cast::<Place<T>>()).services) };
     let made = T::make(&mut Host(host)).map(|driver| {
         if let Some(beside) = driver.services() {
@@ -166,11 +167,11 @@ unsafe extern "C" fn safe_state<T: Driver>(memory: *mut c_void) {
 unsafe extern "C" fn close<T: Driver>(memory: *mut c_void) {
     let place = unsafe { Cycle::<T>::at(memory) };
     if !place.driver.is_null() {
-        // SAFETY: it is from `make`, and taken once.
+        // SAFETY: the pointer is from `make`, and is taken once.
         drop(unsafe { Box::from_raw(std::mem::replace(&mut place.driver, std::ptr::null_mut())) });
     }
     place.forget();
-    // SAFETY: the host calls no service any more, and what is not null is from `make`.
+    // SAFETY: the host no longer calls services, and a pointer that is not null is from `make`.
     unsafe {
         let services = std::mem::replace(&mut (*memory.cast::<Place<T>>()).services, std::ptr::null_mut());
         if !services.is_null() {
@@ -186,9 +187,9 @@ unsafe extern "C" fn handles<T: Driver>(memory: *mut c_void, host: *mut abi::Hos
 }
 
 unsafe extern "C" fn serve<T: Driver>(memory: *mut c_void, host: *mut abi::Host, name: *const c_char) -> Cause {
-    // SAFETY: only `make` and `close` write it, and neither is called beside a service.
+    // SAFETY: only `make` and `close` write the pointer, and neither is called concurrently with a service.
     let services = unsafe { (*memory.cast::<Place<T>>()).services.as_ref() };
-    // SAFETY: a name is a text.
+    // SAFETY: the host passes a text.
     let name = unsafe { abi::text(name) };
     told(services.map_or_else(|| Err(format!("it carries out no service '{name}'")), |services| services.serve(&name, &mut Host(host))))
 }
@@ -228,7 +229,7 @@ pub fn file<T: Driver>() -> *const Module {
     Box::leak(Box::new(Module { abi: abi::ABI, size, drivers: drivers.as_ptr(), count: 1, reserved: 0, target: c"".as_ptr(), compiler: c"rustc".as_ptr() }))
 }
 
-/// Makes the crate a file of a driver: `export!(Axis);`.
+/// Exports a driver from its crate: `export!(Axis);`.
 #[macro_export]
 macro_rules! export {
     ($driver:ty) => {

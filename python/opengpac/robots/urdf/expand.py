@@ -16,13 +16,13 @@ from pathlib import Path
 from typing import Any
 
 REFUSED = 3
-"""Exit code where the file cannot be expanded."""
+"""Exit code if the file cannot be expanded."""
 BYTES_MAX = 2 << 30
-"""Memory that an expansion may take."""
+"""Maximum memory of an expansion, bytes."""
 
 
 def main(file: str, roots: list[str]) -> int:
-    """Returns the exit code."""
+    """Prints the expanded file or the reason why it cannot be expanded, and returns the exit code."""
     xacro: Any = importlib.import_module("xacro")
     _answer_find(_packages().Packages(Path(file), map(Path, roots)))
     try:
@@ -35,7 +35,7 @@ def main(file: str, roots: list[str]) -> int:
 
 
 def _answer_find(packages: Any) -> None:
-    """Has xacro find packages where the meshes of a URDF file are looked for: it asks a module of ROS."""
+    """Makes xacro search for packages in the same folders as for the meshes of a URDF file, by replacing the ROS module that it queries."""
 
     def get_package_share_directory(name: str) -> str:
         if (folder := packages.folder(name)) is None:
@@ -48,7 +48,7 @@ def _answer_find(packages: Any) -> None:
 
 
 def _packages() -> Any:
-    """Loads the module `packages` next to this one. Its folder is not on the path, where it would hide modules of Python."""
+    """Loads the module `packages` next to this one. Its folder is not on the path, since it would hide modules of Python."""
     spec = importlib.util.spec_from_file_location("packages", Path(__file__).with_name("packages.py"))
     assert spec is not None and spec.loader is not None
     module = importlib.util.module_from_spec(spec)
@@ -57,7 +57,7 @@ def _packages() -> Any:
 
 
 def _sentence(error: Exception, file: str, stack: list[str | None]) -> str:
-    """Returns the message of an error in one line, with the included file in which it occurred."""
+    """Returns the message of an error on one line, with the included file in which it occurred."""
     lines = [line.strip() for line in str(error).splitlines() if line.strip()]
     cause = getattr(error, "exc", None) or error
     if not str(cause):

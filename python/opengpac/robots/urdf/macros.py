@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Macros of xacro in robot files: found, and expanded in a process of its own."""
+"""Macros of xacro in robot files: finds them, and expands them in a separate process."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ def _is_macro(element: ElementTree.Element) -> bool:
 
 
 def expanded(file: Path, packages: Packages, line: int) -> bytes:
-    """Returns the XML of a file whose first macro is in that line. Raises `DeviceFailed` where it cannot be expanded."""
+    """Returns the expanded XML of a file whose first macro is on `line`. Raises `DeviceFailed` if it cannot be expanded."""
     if importlib.util.find_spec("xacro") is None:
         missing = f"'{file}' has macros of xacro, the first in line {line}, and xacro is not installed"
         refuse(DeviceFailed, missing, "pip install xacro, or expand it before: xacro FILE > arm.urdf")

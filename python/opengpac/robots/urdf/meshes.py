@@ -20,9 +20,9 @@ _STL_HEAD, _STL_FACE = 84, 50
 
 
 def place(source: Source, packages: Packages) -> None:
-    """Gives every mesh its whole path; one that is not there or cannot be read is left out, with a note.
+    """Sets the full path of every mesh; removes meshes that do not exist or cannot be read, with a note.
 
-    Shapes that are only seen are left out before, as MuJoCo does unless the file asks it not to: reading their meshes takes seconds.
+    Purely visual shapes are removed first, as MuJoCo does unless the file prevents it: reading their meshes takes seconds.
     """
     compiler = _compiler(source.root)
     if compiler.get("discardvisual", "true") != "false":

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Locations of the files that a URDF names by `package://PACKAGE/PATH`.
 
-The program `expand.py` uses it, too: it imports nothing of OpenGPAC.
+The program `expand.py` uses this module too, so it imports nothing of OpenGPAC.
 """
 
 from __future__ import annotations
@@ -43,7 +43,7 @@ class Packages:
         return next((found for found in candidates if found.is_file()), None)
 
     def folder(self, package: str) -> Path | None:
-        """The folder of a package."""
+        """Returns the folder of a package; None if it was not found."""
         return next(self._folders(package), None)
 
     def _folders(self, package: str) -> Iterator[Path]:

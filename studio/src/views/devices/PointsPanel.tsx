@@ -13,7 +13,7 @@ import { useVerb } from "./useVerb";
 
 const NO_FILE = "No program has named a file of taught points for this arm: gpac.Points(path, arm) does.";
 
-/** Taught points of an arm, in the file that its program shares: teach, go there, rename, delete. */
+/** Taught points of an arm, in the file that its program also uses: teaches, approaches, renames and deletes them. */
 export function PointsPanel(props: { of: ArmDescription; chain: ChainDescription; now: Statistics }) {
   const { of: arm, chain, now } = props;
   const control = useControl();
@@ -43,7 +43,7 @@ export function PointsPanel(props: { of: ArmDescription; chain: ChainDescription
   );
 }
 
-/** The points, one a row. As high whatever is in it, so that nothing below it moves when another program teaches. */
+/** Table of the points, one in each row. Its height is fixed, so that nothing below it moves when another program teaches. */
 function PointList(props: {
   of: TaughtPoints;
   chain: ChainDescription;
@@ -155,7 +155,7 @@ function PointTools(props: {
       const { values } = await control.look("read", { names });
       const q = names.map((one) => Number(values[one]?.value));
       const taught = taughtAt(points, chain, q, name.trim(), frame, tool === "" ? null : tool);
-      // Under the virtual clock the time on the wall says nothing.
+      // Under the virtual clock, wall-clock time is meaningless.
       const time = control.version.clock === "virtual" ? {} : { taught: `${new Date().toISOString().slice(0, 19)}Z` };
       await control.order("teach_point", { arm: arm.name, point: { ...taught, ...time } });
       choose(name.trim());

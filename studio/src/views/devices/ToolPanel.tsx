@@ -26,7 +26,7 @@ import { HeldButton, useHeld } from "./useHeld";
 
 const DEGREES = 180 / Math.PI;
 
-/** Tool of an arm: its pose, live, and jogging it along and about axes. */
+/** Tool of an arm: its live pose, and controls to jog it along and about axes. */
 export function ToolPanel(props: { of: ArmDescription; now: Statistics }) {
   const { of: arm, now } = props;
   const control = useControl();
@@ -54,7 +54,7 @@ function sensedOf(arm: ArmDescription): string[] {
   return arm.joints.map((joint) => `${joint}.sensed`);
 }
 
-/** Pose of the tool in figures, mm and degrees, written into the page without React. */
+/** Pose of the tool as numbers, mm and degrees, written into the page without React. */
 function PoseFigures(props: { of: ArmDescription; chain: ChainDescription }) {
   const control = useControl();
   const place = useRef<HTMLDListElement>(null);
@@ -74,7 +74,7 @@ function PoseFigures(props: { of: ArmDescription; chain: ChainDescription }) {
       const figures = pose ? [...pose.place.map((x) => 1000 * x), ...rollPitchYaw(pose).map((angle) => DEGREES * angle)] : [];
       for (const [index, axis] of TOOL_AXES.entries()) {
         const shown = place.current?.querySelector(`[data-pose="${axis}"]`);
-        // Rounded so that no figure is shown as -0.
+        // Adding 0 after rounding turns -0 into 0.
         if (shown) shown.textContent = figures[index] === undefined ? "–" : (Math.round(figures[index] * 100) / 100 + 0).toFixed(2);
       }
     };
@@ -82,7 +82,7 @@ function PoseFigures(props: { of: ArmDescription; chain: ChainDescription }) {
       control.values.watch(name, (reading) => {
         if (reading && isStored(reading) && typeof reading.value === "number") q.set(joint, reading.value);
         else q.delete(joint);
-        // All joints of a moment are told one after the other.
+        // Readings of all joints at one time are delivered one after the other, and shown once.
         if (!isDue) queueMicrotask(show);
         isDue = true;
       }),
@@ -189,7 +189,7 @@ function labelOf(axis: ToolAxis, direction: 1 | -1, step: Step): string {
   return step === 0 ? `Jog the tool ${way} while held` : `Step the tool ${way} by ${step} ${isTurn(axis) ? "degrees" : "mm"}`;
 }
 
-/** One of a few, all in sight. */
+/** Choice of one of a few options, all of which are visible. */
 function Segments(props: { label: string; value: string; put: (value: string) => void; of: [string, string][]; unit?: string }) {
   const name = useId();
   return (

@@ -3,10 +3,10 @@ import { useEffect, useState } from "react";
 import type { ArmDescription } from "../../control/shapes";
 import { useControl } from "../../shell/context";
 
-/** Period at which the page asks for the arms again, ms: a program may give one another tool. */
+/** Period at which the page queries the arms, ms: a program may change the tool of an arm. */
 const LOOK_MS = 1000;
 
-/** The arms of the system, as its programs describe them now; null: not known yet. A recording has none. */
+/** Returns the arms of the system, as its programs currently describe them; null while unknown, and for a recording. */
 export function useArms(): ArmDescription[] | null {
   const control = useControl();
   const [arms, setArms] = useState<ArmDescription[] | null>(null);
@@ -22,7 +22,7 @@ export function useArms(): ArmDescription[] | null {
           if (!over && now !== said) setArms(found);
           said = now;
         })
-        // Where the system does not answer, the page says so at its top.
+        // If the system does not answer, the page reports that at its top.
         .catch(() => undefined)
         .finally(() => {
           if (!over) again = setTimeout(look, LOOK_MS);

@@ -6,9 +6,9 @@ import { RefusalError } from "../../control/refusals";
 import type { Report, Value } from "../../control/shapes";
 import type { PressTime, Source } from "../../control/source";
 
-/** The verb that moves joints as long as its heartbeat changes: `gpac.motion.jog`. */
+/** Verb that moves joints as long as its heartbeat changes: `gpac.motion.jog`. */
 export const JOG = "jog";
-/** The verb that moves the tool of an arm so: `gpac.motion.jog_linear`. */
+/** Verb that moves the tool of an arm in the same way: `gpac.motion.jog_linear`. */
 export const JOG_TOOL = "jog_linear";
 /** SVV to which the page writes its heartbeat while the button is held. */
 export const BEAT = "studio.heartbeat";
@@ -18,13 +18,13 @@ const BEAT_MS = 60;
 /** Instances whose start was refused because it came late, by verb and devices: the next press starts them at once. */
 const KEPT = new WeakMap<Source, Map<string, number>>();
 
-/** Motion of one press. */
+/** Motion caused by one press. */
 export interface JogMotion {
   verb: string;
-  /** Logical devices of its object `arm`. */
+  /** Logical devices of the verb's argument `arm`. */
   devices: string[];
   values: Record<string, Value>;
-  /** Ends by itself: the button need not be held for it. */
+  /** True for a motion that ends by itself, so that the button need not be held. */
   isStep?: boolean;
 }
 
@@ -35,7 +35,9 @@ export class Press {
   /** Time of the press of a step, which its start must not exceed by 0.5 s, because the button may be released by then. */
   readonly #pressed: PressTime | undefined;
   readonly motion: JogMotion;
-  /** Over: the joints stand, and the instance is gone. The report of a motion that ended by itself, else null. */
+  /**
+   * Settles when the joints are at rest and the instance has been deleted: with the report of a motion that ended by itself, else null.
+   */
   readonly done: Promise<Report | null>;
 
   /** `before` is the `done` of the previous press, whose halt it waits for. */
@@ -49,12 +51,12 @@ export class Press {
     );
   }
 
-  /** The button is let go: a motion that is held ends, a step goes on. */
+  /** Releases the button: a held motion ends, a step continues. */
   release(): void {
     if (!this.motion.isStep) this.#held = false;
   }
 
-  /** The page is hidden or left, or its connection lost: whatever it is ends. */
+  /** Ends any motion, even a step, because the page is hidden or left, or its connection was lost. */
   leave(): void {
     this.#held = false;
   }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Taught points: the position of one with the present frames and tool, and a new one from the present pose of the arm.
+// Taught points: the pose of a point with the present frames and tool, and a new point from the present pose of the arm.
 import type { Refusal } from "../../control/refusals";
 import type {
   ArmDescription,
@@ -14,22 +14,22 @@ import type {
 import { SPEED_MAX, TURN_MAX } from "./toolJog";
 import { apart, composed, inverse, numbersOf, type Pose, poseOf, poseOfTurns, rollPitchYaw, toolPose, type Vector } from "./toolPose";
 
-/** Frame of a point that is joint positions, and the frame of the arm's poses. */
+/** Frame of a point that consists of joint positions, and the frame of the arm's poses. */
 export const JOINTS = "joints";
 export const WORLD = "world";
-/** Distance (m) and angle (rad) within which the joints of the teaching bring the tool to the point. */
+/** Tolerance (m, rad) between the tool's pose at the taught joints and the pose of the point; within it, the taught joints are used. */
 const SAME = 1e-8;
 const DEGREES = 180 / Math.PI;
 const NOWHERE: Pose = poseOf([0, 0, 0, 1, 0, 0, 0]);
 
 export interface PointGoal {
-  /** Pose of the tool that the arm has, in the frame of its poses. */
+  /** Pose of the present tool of the arm, in the frame of the arm's poses. */
   pose: Pose;
-  /** Joint positions; null: its frame or tool is another one than at the teaching, and they would have to be computed. */
+  /** Joint positions; null if the frame or tool has changed since the teaching, so that they would have to be computed. */
   joints: number[] | null;
 }
 
-/** Goal of a point with the frames and the tool of now; null: it is of a frame or a tool that is not there. */
+/** Returns the goal of a point with the present frames and tools; null if its frame or tool does not exist. */
 export function goalOf(points: TaughtPoints, point: TaughtPoint, chain: ChainDescription): PointGoal | null {
   const there = toolPose(chain, point.joints);
   if (point.position === null) return { pose: there, joints: point.joints };
@@ -42,7 +42,10 @@ export function goalOf(points: TaughtPoints, point: TaughtPoint, chain: ChainDes
   return { pose, joints: distance < SAME && angle < SAME ? point.joints : null };
 }
 
-/** A point at the joint positions `q`, to be taught. `frame`: `joints`, `world` or a work frame; `tool`: one of the file, or null for that of the arm. */
+/**
+ * Returns a point to teach at the joint positions `q`. `frame`: `joints`, `world` or a work frame; `tool`: a tool of the file, or null
+ * for the arm's tool.
+ */
 export function taughtAt(
   points: TaughtPoints,
   chain: ChainDescription,
@@ -73,7 +76,10 @@ function radians(degrees: readonly number[]): Vector {
 
 export type Way = "joints" | "line";
 
-/** Verb and inputs of a motion to a point, `share` % of the highest speed; null: joints are not known. */
+/**
+ * Returns the verb and the inputs of a motion to a point, at `share` % of the maximum speed; null if it needs joint positions that are
+ * unknown.
+ */
 export function motionTo(
   goal: PointGoal,
   way: Way,
@@ -85,7 +91,7 @@ export function motionTo(
   return { verb: "move_linear", values: { pose: numbersOf(goal.pose), ...speeds, chain: { ...chain } } };
 }
 
-/** Says how a motion to a point ended, where it is not there; null: it is. */
+/** Returns a message about a motion that did not reach its point; null if it arrived. */
 export function toldOfMotion(arm: ArmDescription, name: string, report: Report): Refusal | null {
   const { condition, value } = report;
   const refused = (message: string, remedy: string): Refusal => ({ class: condition, message, remedy });

@@ -5,24 +5,24 @@ import type { ArmDescription, ChainDescription, Report } from "../../control/sha
 import { JOG_TOOL, type JogMotion } from "./jogging";
 import { movingJoints } from "./toolPose";
 
-/** Highest speeds of the tool: m/s along an axis, rad/s about one. They are those of the verb. */
+/** Maximum speeds of the tool: m/s along an axis, rad/s about an axis. They equal those of the verb. */
 export const SPEED_MAX = 0.25;
 export const TURN_MAX = 1;
-/** Number of joints with which a tool can be moved along and about all axes. */
+/** Number of joints required to move a tool along and about all axes. */
 const AXES = 6;
 
-/** Axes of the tool, as they are written on its buttons: along them, then about them. */
+/** Axes of the tool, as labelled on its buttons: translations, then rotations. */
 export const TOOL_AXES = ["X", "Y", "Z", "RX", "RY", "RZ"] as const;
 export type ToolAxis = (typeof TOOL_AXES)[number];
 
-/** Lengths of a step, mm or degrees; 0: no step, it moves while the button is held. */
+/** Lengths of a step, mm or degrees; 0: no step, the tool moves while the button is held. */
 export const STEPS = [0, 0.1, 1, 10] as const;
 export type Step = (typeof STEPS)[number];
 
 export interface ToolJog {
   axis: ToolAxis;
   direction: 1 | -1;
-  /** Part of the highest speed, %. */
+  /** Fraction of the maximum speed, %. */
   share: number;
   inTool: boolean;
   step: Step;
@@ -32,7 +32,7 @@ export function isTurn(axis: ToolAxis): boolean {
   return axis.startsWith("R");
 }
 
-/** Reason why the tool of an arm cannot be jogged, in words; null: it can. */
+/** Returns the reason why the tool of an arm cannot be jogged, as text; null if it can. */
 export function whyNot(arm: ArmDescription): string | null {
   if (arm.chain === null)
     return `The geometry of this arm is not known here: ${arm.missing || "no program has told it"}. Its joints can be jogged.`;
@@ -42,7 +42,7 @@ export function whyNot(arm: ArmDescription): string | null {
   return null;
 }
 
-/** Motion of one press. `chain`: the geometry of the arm now, with the tool that it has. */
+/** Returns the motion of one press. `chain`: the present geometry of the arm, with its present tool. */
 export function toolMotion(arm: ArmDescription, chain: ChainDescription, jog: ToolJog): JogMotion {
   const turns = isTurn(jog.axis);
   const speeds = (of: boolean, most: number) =>
@@ -62,13 +62,13 @@ export function toolMotion(arm: ArmDescription, chain: ChainDescription, jog: To
   };
 }
 
-/** Says that joints are not enabled, once for all of them. */
+/** Returns a single message for all joints that are not enabled. */
 export function notEnabled(joints: readonly string[]): Refusal {
   const which = joints.length === 1 ? `Joint '${joints[0]}' is` : `${joints.length} joints of this arm are`;
   return { class: "NotEnabled", message: `${which} not enabled: nothing has moved.`, remedy: "press Enable all above" };
 }
 
-/** Says how a motion of the tool ended by itself, where a person has to know it; null: it ended as it should. */
+/** Returns a message about a motion of the tool that ended by itself, if a person has to know it; null if it ended as intended. */
 export function toldOfEnd(arm: ArmDescription, report: Report): Refusal | null {
   const { condition } = report;
   if (condition === "arrived") return null;
@@ -86,7 +86,7 @@ export function toldOfEnd(arm: ArmDescription, report: Report): Refusal | null {
           remedy: "jog back, or move that joint by itself",
         };
   }
-  // The verb stopped the tool, since the heartbeat of the page stayed away.
+  // The verb stopped the tool because the page's heartbeat was missing.
   if (condition === "stopped")
     return { class: "Released", message: "The tool was stopped: the system heard nothing of this page for 0.25 s.", remedy: "press again" };
   return { class: condition, message: report.message || "The motion ended.", remedy: "see the view Log" };

@@ -6,7 +6,7 @@ import { movingJoints, poseOf, rollPitchYaw, toolPose } from "./toolPose";
 
 const STANDS = [0, 0, 0, 1, 0, 0, 0];
 
-/** Geometry of the UR5e of the package with a tool that is turned, as `arm.chain` gives it. */
+/** Geometry of the package's UR5e with a rotated tool, as returned by `arm.chain`. */
 const UR5E: ChainDescription = {
   joints: 6,
   kind: [1, 1, 1, 1, 1, 1],
@@ -38,7 +38,7 @@ function close(found: readonly number[], wanted: readonly number[]): void {
 }
 
 test("the tool stands where the block forward_kinematics has it", () => {
-  // What `arm.forward(q)` of the package gives for these joints.
+  // Result of the package's `arm.forward(q)` for these joints.
   const pose = toolPose(UR5E, [0.3, -1.2, 1.4, -1.8, -1.5, 0.2]);
   close(pose.place, [-0.5527857513249698, -0.3207043494041576, 0.2636108058525193]);
   close(rollPitchYaw(pose), [-2.952447791713231, 0.0751694259170138, 1.6723800425477078]);

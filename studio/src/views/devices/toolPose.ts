@@ -6,7 +6,7 @@ export type Vector = [number, number, number];
 /** Rotation matrix, row by row. */
 type Turn = [Vector, Vector, Vector];
 
-/** Place (m) and orientation of something in a frame. */
+/** Position (m) and orientation in a frame. */
 export interface Pose {
   place: Vector;
   turn: Turn;
@@ -15,15 +15,15 @@ export interface Pose {
 /** Kinds of joints in a chain. */
 const HINGE = 1;
 const SLIDE = 2;
-/** Sine of the least distance from a pitch of 90 degrees at which roll and yaw can be told apart. */
+/** Sine of the minimum distance from a pitch of 90 degrees at which roll and yaw can be distinguished. */
 const UPRIGHT = 1e-9;
 
-/** Number of the joints that move the tool. */
+/** Returns the number of joints that move the tool. */
 export function movingJoints(chain: ChainDescription): number {
   return chain.kind.slice(0, chain.joints).filter((kind) => kind === HINGE || kind === SLIDE).length;
 }
 
-/** Pose of the tool, in the frame in which poses of the arm are given. `q`: positions of the joints, rad or m, in the order of the chain. */
+/** Returns the pose of the tool, in the frame of the arm's poses. `q`: joint positions, rad or m, in the order of the chain. */
 export function toolPose(chain: ChainDescription, q: readonly number[]): Pose {
   let pose = poseOf(chain.base);
   for (let joint = 0; joint < chain.joints; joint += 1) {
@@ -40,7 +40,7 @@ function displacement(kind: number | undefined, axis: Vector, anchor: Vector, q:
   return { place: subtract(anchor, applied(turn, anchor)), turn };
 }
 
-/** Pose of seven numbers: x y z (m), then the unit quaternion w x y z. */
+/** Converts seven numbers to a pose: x y z (m), then the unit quaternion w x y z. */
 export function poseOf(numbers: readonly number[]): Pose {
   const [x = 0, y = 0, z = 0, w = 1, i = 0, j = 0, k = 0] = numbers;
   return {
@@ -53,14 +53,14 @@ export function poseOf(numbers: readonly number[]): Pose {
   };
 }
 
-/** Pose of something given in the frame `outer`, in the frame in which `outer` is given. */
+/** Transforms the pose `inner`, which is relative to `outer`, to the frame in which `outer` is expressed. */
 export function composed(outer: Pose, inner: Pose): Pose {
   const columns = [0, 1, 2].map((column) => applied(outer.turn, inner.turn.map((row) => row[column]) as Vector));
   const turn = [0, 1, 2].map((row) => columns.map((column) => column[row])) as Turn;
   return { place: add(outer.place, applied(outer.turn, inner.place)), turn };
 }
 
-/** Roll, pitch and yaw: turns about the fixed x, then y, then z axis, rad. Yaw is 0 where the pitch is 90 degrees. */
+/** Returns roll, pitch and yaw: rotations about the fixed x, then y, then z axis, rad. Yaw is 0 if the pitch is 90 degrees. */
 export function rollPitchYaw({ turn: [x, y, z] }: Pose): Vector {
   const across = Math.hypot(x[0], y[0]);
   const pitch = Math.atan2(-z[0], across);
@@ -68,22 +68,22 @@ export function rollPitchYaw({ turn: [x, y, z] }: Pose): Vector {
   return [Math.atan2(z[1], z[2]), pitch, Math.atan2(y[0], x[0])];
 }
 
-/** Pose of a place (m) that is turned by roll, pitch and yaw, rad. */
+/** Returns the pose at a position (m), rotated by roll, pitch and yaw, rad. */
 export function poseOfTurns(place: Vector, [roll, pitch, yaw]: Vector): Pose {
   const [x, y, z] = [rotation([1, 0, 0], roll), rotation([0, 1, 0], pitch), rotation([0, 0, 1], yaw)];
   const about = (turn: Turn): Pose => ({ place: [0, 0, 0], turn });
   return { place, turn: composed(about(z), composed(about(y), about(x))).turn };
 }
 
-/** The frame in which a pose is given, seen from that pose. */
+/** Returns the inverse of a pose: its reference frame, as seen from the pose. */
 export function inverse({ place, turn }: Pose): Pose {
   const back = [0, 1, 2].map((column) => turn.map((row) => row[column])) as Turn;
   return { place: scaled(applied(back, place), -1), turn: back };
 }
 
-/** A pose as seven numbers: x y z (m), then the unit quaternion w x y z. */
+/** Converts a pose to seven numbers: x y z (m), then the unit quaternion w x y z. */
 export function numbersOf({ place, turn: [x, y, z] }: Pose): number[] {
-  // Each component from the sum that is largest, so that no root is of a rounding.
+  // Each component is computed from the largest sum, so that no root is taken of a rounding error.
   const squares = [x[0] + y[1] + z[2], x[0] - y[1] - z[2], y[1] - x[0] - z[2], z[2] - x[0] - y[1]];
   const largest = squares.indexOf(Math.max(...squares));
   const r = Math.sqrt(1 + (squares[largest] ?? 0));
@@ -98,16 +98,16 @@ export function numbersOf({ place, turn: [x, y, z] }: Pose): number[] {
   return [...place, ...parts.map((part) => part / (2 * r))];
 }
 
-/** Distance of two places, m, and the angle between two orientations, rad. */
+/** Returns the distance between two positions, m, and the angle between two orientations, rad. */
 export function apart(one: Pose, other: Pose): [number, number] {
   const { turn } = composed(inverse(one), other);
-  // Near 0 the sine tells a small angle that the cosine has lost.
+  // Near 0 the sine resolves a small angle that the cosine has lost.
   const sine = Math.hypot(turn[2][1] - turn[1][2], turn[0][2] - turn[2][0], turn[1][0] - turn[0][1]) / 2;
   const cosine = (turn[0][0] + turn[1][1] + turn[2][2] - 1) / 2;
   return [Math.hypot(...subtract(other.place, one.place)), Math.atan2(sine, cosine)];
 }
 
-/** Rotation about a unit vector by an angle, by the formula of Rodrigues. */
+/** Returns the rotation about a unit vector by an angle, by Rodrigues' formula. */
 function rotation([x, y, z]: Vector, angle: number): Turn {
   const [s, c] = [Math.sin(angle), Math.cos(angle)];
   const d = 1 - c;

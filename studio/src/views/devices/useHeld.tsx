@@ -6,20 +6,20 @@ import type { Source } from "../../control/source";
 import { useControl } from "../../shell/context";
 import { type JogMotion, Press } from "./jogging";
 
-/** The last press of each system: the next one waits for its halt, whichever button it is of. */
+/** Last press of each system: the next press waits for its halt, even if it is of another button. */
 const LAST = new WeakMap<Source, Promise<unknown>>();
 
 export interface HeldMotion {
-  /** Motion that is under way; null: none. */
+  /** Motion in progress; null if there is none. */
   under: JogMotion | null;
   refusals: Refusal[];
-  /** Begins a motion, unless one is under way whose button is still held, or which is a step. */
+  /** Starts a motion, unless one is in progress whose button is still held, or which is a step. */
   press: (motion: JogMotion) => void;
-  /** The button is let go. */
+  /** Releases the button. */
   release: () => void;
 }
 
-/** Moves something while a button is held, or by a step. `told`: is given the report of a motion that ended by itself. */
+/** Moves something while a button is held, or by a step. `told` receives the report of a motion that ended by itself. */
 export function useHeld(told: (report: Report) => void = () => undefined): HeldMotion {
   const control = useControl();
   const [refusals, setRefusals] = useState<Refusal[]>([]);
@@ -34,7 +34,7 @@ export function useHeld(told: (report: Report) => void = () => undefined): HeldM
     pressed.current?.release();
     if (!pressed.current?.motion.isStep) pressed.current = null;
   }, []);
-  // A button whose page is hidden or left is held no longer, nor is one whose connection is lost.
+  // A button is no longer held if its page is hidden or left, or its connection is lost.
   useEffect(() => {
     const end = control.stream.connection.watch(leave);
     window.addEventListener("blur", leave);
@@ -69,7 +69,7 @@ export function useHeld(told: (report: Report) => void = () => undefined): HeldM
 
 /** A button that moves something while it is held, with the mouse, a finger, or the space bar. */
 export function HeldButton(props: { label: string; press: () => void; release: () => void; isBusy?: boolean; children: ReactNode }) {
-  // The focus leaves the button that was pressed before only after this one was pressed: that is no release of this one.
+  // The previously pressed button loses the focus only after this one was pressed, which must not release this one.
   const isPressed = useRef(false);
   const press = () => {
     isPressed.current = true;
@@ -85,7 +85,7 @@ export function HeldButton(props: { label: string; press: () => void; release: (
       aria-label={props.label}
       aria-disabled={props.isBusy}
       onPointerDown={(event) => {
-        // The main button alone: the right one opens a menu, and its release may never come.
+        // Main button only: the secondary one opens a menu, and its release may never arrive.
         if (event.button !== 0 || !event.isPrimary) return;
         event.currentTarget.setPointerCapture(event.pointerId);
         press();

@@ -4,7 +4,7 @@ import { type Refusal, RefusalError } from "../../control/refusals";
 import type { TaughtPoints } from "../../control/shapes";
 import { useControl } from "../../shell/context";
 
-/** Period at which the file is read again, ms: programs and people change it too. */
+/** Period at which the file is read again, ms: programs and people also change it. */
 const LOOK_MS = 2000;
 
 export interface PointsOfArm {
@@ -14,7 +14,7 @@ export interface PointsOfArm {
   look: () => Promise<void>;
 }
 
-/** The taught points of an arm, as its file has them now. */
+/** Returns the taught points of an arm, as currently stored in its file. */
 export function usePoints(arm: string): PointsOfArm {
   const control = useControl();
   const [points, setPoints] = useState<TaughtPoints | null>(null);
@@ -28,7 +28,7 @@ export function usePoints(arm: string): PointsOfArm {
       said.current = now;
       setTrouble((before) => (before.length > 0 ? [] : before));
     } catch (why) {
-      // Where the system does not answer, the page says so at its top.
+      // If the system does not answer, the page reports that at its top.
       if (!(why instanceof RefusalError) || why.status === 0) return;
       const now = JSON.stringify(why.refusals);
       if (now !== said.current) setTrouble(why.refusals);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The visible ones of many rows of equal height.
+// Visible rows among many rows of equal height.
 
 /** Visible part of the rows, px: its top and its height. */
 export interface Sight {

@@ -4,14 +4,14 @@ use crate::kinematics::dynamics::{JointMotion, Links, efforts};
 use crate::kinematics::{BAD_CHAIN, BAD_LINKS, BAD_POSE, JOINTS_MAX};
 use opengpac::{FunctionBlock, Invocation, Outcome, Step};
 
-/// Inverse dynamics: effort = M(q) q'' + C(q, q') q' + g(q), what the joints need for a motion, by Newton and Euler's equations.
+/// Inverse dynamics: effort = M(q) q'' + C(q, q') q' + g(q), the joint efforts of a motion, by the Newton-Euler equations.
 ///
-/// `gravity_effort` is g(q) alone, what holds the arm still. With `velocity` and `acceleration` not connected both are the same, so the
-/// block compensates gravity. Friction and damping are not in it. `gpac.robots.load(...).dynamics.items` are chain, links and gravity of
-/// an arm; what hangs on joints that do not move the tool counts as rigid. Source: Luh, Walker and Paul, Journal of Dynamic Systems,
-/// Measurement, and Control 102(2), 1980; Featherstone, *Rigid Body Dynamics Algorithms*, 2008, section 5.3.
-/// Faults: 1 the chain is not one for n joints; 2 a position, velocity or acceleration is not finite, or gravity is not; 3 a link's mass
-/// or its motor's inertia is negative, or a number of it is not finite.
+/// `gravity_effort` is g(q) alone, which holds the arm still. If `velocity` and `acceleration` are not connected, both outputs are equal,
+/// so the block compensates gravity. Friction and damping are not modelled. `gpac.robots.load(...).dynamics.parameters` are chain, links
+/// and gravity of an arm; parts attached to joints that do not move the tool count as rigid. Source: Luh, Walker and Paul, Journal of
+/// Dynamic Systems, Measurement, and Control 102(2), 1980; Featherstone, *Rigid Body Dynamics Algorithms*, 2008, section 5.3. Faults: 1
+/// the chain is not one for n joints; 2 a position, velocity or acceleration is not finite, or gravity is not; 3 a link's mass or its
+/// motor's inertia is negative, or a number of it is not finite.
 #[derive(FunctionBlock)]
 pub struct InverseDynamics {
     /// number of joints
@@ -35,10 +35,10 @@ pub struct InverseDynamics {
     /// the arm
     #[param(default = Chain::NOTHING)]
     chain: Chain,
-    /// the masses of its links
+    /// masses of its links
     #[param(default = Links::MASSLESS)]
     links: Links,
-    /// gravity in the frame in which poses are given, m/s^2
+    /// gravity in the frame of the poses, m/s^2
     #[param(default = [0.0, 0.0, -9.81], range = "[-1000, 1000]")]
     gravity: [f64; 3],
 }

@@ -12,7 +12,7 @@ export function placed(draft: Draft): boolean {
   return labels.length === 0 || labels.some((label) => Object.hasOwn(draft.of.layout, label));
 }
 
-/** Returns the positions of all boxes; boxes without one stand in a row to the right of the others. */
+/** Returns the positions of all boxes; boxes without a position are placed in a row to the right of the others. */
 export function placesOf(boxes: { id: string }[], draft: Draft): Map<string, Place> {
   const free = freePlace(draft);
   let next = 0;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Changes some values of a TOML text: only their lines change; comments, order and spaces stay.
+// Changes some values of a TOML text: only their lines change; comments, order and spaces are kept.
 import { parse, stringify } from "smol-toml";
 import { type Map_, mapOf, pathKey, type Spot } from "./tomlText";
 
