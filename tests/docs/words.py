@@ -51,6 +51,12 @@ BANNED = {
     r"errands?": "request, service call",
     r"(?<!time )(?<!code )stretch(es)?(?! (goal|of time))": "segment",
     r"an? (one|other one) (that|who|which)": "name the thing",
+    r"begins? again|comes? again": "restarts, recurs, retries",
+    r"(that|which) (is|are|was|were) there": "existing, present, connected",
+    r"looks? whether": "checks whether",
+    r"hangs? (on|at)": "is attached to",
+    r"(none|nothing|null) where": "None if",
+    r"is over": "has ended, has elapsed",
     r"thereof|therein|whereof|wherein|hereby|hither|thither": "say it in plain words",
 }
 WORDS = [(re.compile(rf"\b({pattern})\b", re.IGNORECASE), better) for pattern, better in BANNED.items()]
@@ -62,10 +68,10 @@ VERBS = frozenset(
     "paid put ran rang read rose said sat saw sent set shut slept sold spent split spoke stood stuck swung taught thought threw told "
     "took went won wore wrote won't don't can't doesn't isn't aren't didn't i.e "
     "add allow answer apply ask become begin belong bring call carry change check close come command compare contain convert copy count "
-    "create cut decide delete depend describe drop end enter equal fail fall follow form get give go grow hold join keep know last lead leave "
-    "lie live look lose make mean meet move name note open own pass pause point prefer press print publish push raise reach refer refuse "
-    "remain report rest return ring run say see send serve share show sleep stand start stay stop store take tell think throw touch try "
-    "turn use wait want work write".split()
+    "create cut decide delete depend describe drop end enter equal fail fall follow form get give go grow hold join keep know last lead "
+    "leave lie live look lose make mean meet move name note open own pass pause point prefer press print publish push raise reach refer "
+    "refuse remain report rest return ring run say see send serve share show sleep stand start stay stop store take tell think throw "
+    "touch try turn use wait want work write".split()
 )
 # Notes that stand behind a sentence as they are.
 NOTES = re.compile(r"Idempotent\.|Real-time safe\.|(Not on|Not for|Off) the real-time path\.")

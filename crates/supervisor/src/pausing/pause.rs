@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Pause of a program: every action on devices is suspended, the devices' own verbs continue, and new starts are held back: they have
-//! their claims and inputs, and begin when the pause is over.
+//! their claims and inputs, and begin when the pause ends.
 //!
 //! A pause covers the whole system or some logical devices. An instance suspended by a pause resumes when no pause covers it; an instance
 //! suspended by a call stays suspended.

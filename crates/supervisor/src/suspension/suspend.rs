@@ -167,7 +167,7 @@ impl Course<'_> {
 }
 
 impl Course<'_> {
-    /// Resumes an instance suspended by a pause that is over; an instance still being suspended resumes as soon as it is.
+    /// Resumes an instance suspended by a pause that has ended; an instance still being suspended resumes as soon as it is.
     pub fn go_on_after_pause(&mut self) {
         let id = self.id;
         let Some(instance) = self.core.instances.get(&id) else { return };

@@ -81,7 +81,7 @@ def _compiled(spec: Any) -> tuple[Any, list[str]]:
 
 
 def _blamed(spec: Any, problem: str) -> Any:
-    """The mesh that a message of MuJoCo is about, by its name or its file; nothing where it is about something else."""
+    """Returns the mesh that a message of MuJoCo is about, by its name or its file; None if it is about something else."""
     if not re.search("mesh|vert|face|opening file", problem, re.IGNORECASE):
         return None
     named = re.findall(r"'([^']*)'", problem)

@@ -93,7 +93,7 @@ export function SetOutput(props: { device: string; type: string; state: DeviceSt
   );
 }
 
-/** Says that an output was not set, and why; nothing where it was written. */
+/** Returns the reason why an output was not set; an empty list if it was written. */
 function toldOfSetting(device: string, report: Report): Refusal[] {
   if (report.condition === "written") return [];
   return [{ class: report.condition, message: report.message || `'${device}' was not set.`, remedy: "see the view Log" }];

@@ -49,7 +49,7 @@ export class LivePath {
     this.#span_ns = span_ns;
   }
 
-  /** Adds the present position and returns the path. If time jumps back, the system was restarted, and the path begins again. */
+  /** Adds the present position and returns the path. If time jumps back, the system was restarted, and so is the path. */
   add(time_ns: number, at: Vector3): Place[] {
     const last = this.#places.at(-1);
     if (last && time_ns < last.time_ns) this.#places = [];
