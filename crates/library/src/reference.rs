@@ -74,6 +74,8 @@ pub struct Spline {
     catching_up: Option<CatchingUp>,
     /// Number of set-points whose change of speed is still kept within the acceleration, because they follow a braking servo.
     wary: u32,
+    /// Speed that the set-point declares, per invocation; 0 if it declares none.
+    declared: f64,
 }
 
 /// Motion of a reference that catches up with set-points that continued while its servo stood still: no faster than it moved and than the
@@ -109,6 +111,8 @@ pub fn is_bad_limit(limit: f64) -> bool {
 const THERE: f64 = 1e-13;
 /// Number of set-points after which a returning generator is treated like any other: those of the spline that the reference follows.
 const WARY: u32 = 3;
+/// Maximum share of the declared speed at which a late set-point is made up for.
+const MAKING_UP: f64 = 1.15;
 /// Tolerance for rounding when a set-point is compared with a bound, for the position and as a fraction of the maximum speed.
 const ROUNDING: f64 = 1e-9;
 
@@ -207,8 +211,10 @@ impl Spline {
             return even;
         }
         // A change that is held back now is left to the next set-points.
-        self.wary = if change > most { WARY } else { self.wary - 1 };
-        even.clamp(self.speed - most, self.speed + most)
+        let within = even.clamp(self.speed - most, self.speed + most);
+        let limit = if self.declared > 0.0 { (MAKING_UP * self.declared).max(self.speed.abs()) } else { f64::INFINITY };
+        self.wary = if change > most || within.abs() > limit { WARY } else { self.wary - 1 };
+        within.clamp(-limit, limit)
     }
 
     /// Moves the origin of positions: nothing moves, all positions increase by `by`.

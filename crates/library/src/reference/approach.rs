@@ -71,6 +71,7 @@ impl Approach {
         }
         let velocity = if span_s > 0.0 { self.spline.speed / span_s } else { 0.0 };
         let next = self.lead.next(&led, interpolation, passed.cycle_s(), velocity, invocation.now_ns);
+        self.spline.declared = if led.velocity.is_finite() { led.velocity.abs() * passed.cycle_s() } else { 0.0 };
         if next.is_late {
             self.spline.catch_up_with(led.velocity * passed.cycle_s());
         } else if next.is_return {

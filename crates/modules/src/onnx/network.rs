@@ -159,6 +159,9 @@ fn leave(graph: &Graph, values: &HashMap<String, Value>, program: &mut Program) 
     let mut outputs = Vec::new();
     for output in &graph.output {
         let value = values.get(&output.name).ok_or_else(|| format!("no node gives its output '{}': the file is damaged", output.name))?;
+        if value.len() == 0 {
+            return Err(format!("its output '{}' has no elements (shape {:?})", output.name, value.shape));
+        }
         let name = program.name(value)?;
         program.step(&[value], format!("memcpy(out{}, {name}, {});", outputs.len(), value.len() * 4));
         outputs.push((output.name.clone(), value.shape.clone()));
