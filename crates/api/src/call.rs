@@ -254,7 +254,7 @@ impl Call {
         Call { journal: JournalRule { goes_with: Some((deletes, by)), ..self.journal }, ..self }
     }
 
-    /// Declares that nothing is started if the replay of the call fails.
+    /// Declares that the daemon starts no verb instance if replaying this call from the journal fails, because a safeguard may be missing.
     pub const fn watches(self) -> Call {
         Call { journal: JournalRule { watches: true, ..self.journal }, ..self }
     }

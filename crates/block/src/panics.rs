@@ -9,7 +9,8 @@ use std::panic;
 use std::sync::Once;
 use std::sync::atomic::{AtomicPtr, Ordering};
 
-/// An entry whose panics are silent. The list only grows, by two for each block of the process.
+/// Entry point whose panics are not printed; an element of a linked list. The list never shrinks: each block of the process adds two
+/// elements.
 struct Entry {
     run: *const c_void,
     next: *const Entry,

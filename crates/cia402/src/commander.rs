@@ -150,7 +150,7 @@ impl Commander {
         (self.resets, self.awaited_s) = (true, 0.0);
     }
 
-    /// Starts homing. The axis is not engaged.
+    /// Starts homing. Called only while the axis is not engaged.
     pub fn home(&mut self) {
         (self.is_wanted, self.was_enabled, self.is_stopped, self.awaited_s) = (false, false, false, 0.0);
         (self.homing, self.homed) = (Some(Homing::default()), HomingState::GoingOn);

@@ -10,7 +10,7 @@ pub struct Failure {
     pub ground: Ground,
 }
 
-/// Ground of a refusal, if the class of the first reason is not specific enough.
+/// Cause of a failure, for cases that the class of its first refusal does not distinguish.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Ground {
     /// The class is specific enough.

@@ -12,7 +12,7 @@ pub type Loader = fn(&Path) -> Result<Vec<&'static Declaration>, DriverError>;
 /// Loaders, each with the extension of its files.
 static LOADERS: RwLock<Vec<(&'static str, Loader)>> = RwLock::new(Vec::new());
 
-/// Sets the loader of files with the extension `.ending` in this process. The first one for an extension stays.
+/// Registers the loader of files with the extension `ending` in this process. A later loader for the same extension is ignored.
 pub fn lend_loader(ending: &'static str, loader: Loader) {
     let mut loaders = LOADERS.write().unwrap_or_else(PoisonError::into_inner);
     if loaders.iter().all(|(known, _)| *known != ending) {

@@ -13,7 +13,7 @@ const TEXT_BYTES_MAX: usize = 1024;
 
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) enum Control {
-    /// Request of a host to join.
+    /// A host's request to join.
     Hello(Hello),
     /// The host is admitted by the host with this number. `proof` shows that it has the secret, if there is one.
     Welcome { id: u64, name: String, target: String, proof: [u8; PROOF_LEN] },

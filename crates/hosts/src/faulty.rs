@@ -24,7 +24,7 @@ impl WireFaults {
         WireFaults { drop: 0.1, repeat: 0.1, reorder: 0.1, corrupt: 0.1 }
     }
 
-    /// Returns a cut: nothing passes.
+    /// Returns the faults of a cut cable: every packet is lost.
     pub fn cut() -> Self {
         WireFaults { drop: 1.0, ..WireFaults::default() }
     }

@@ -16,7 +16,7 @@ pub type ClockWatch = Arc<dyn Fn(&ClockReport) + Send + Sync>;
 pub struct Options {
     /// Name of the real-time system: letters, digits, `-`, `_` and `.`, at most 64.
     pub system: String,
-    /// Name of this host, in the same characters; unique in the system.
+    /// Name of this host, with the same allowed characters as `system`; unique in the system.
     pub name: String,
     /// Endpoint at which this or the other host listens: `tcp/HOST:PORT` or `tls/HOST:PORT`.
     pub endpoint: String,

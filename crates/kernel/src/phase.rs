@@ -23,7 +23,7 @@ pub struct State {
     pub activated: u64,
     /// Number of invocations skipped with the releases before this firing.
     pub(crate) missed: u64,
-    /// For each queue member, the sequence of the last value that it had.
+    /// Sequence number of the last value taken from each queue member.
     pub(crate) had: Box<[u64]>,
     /// Index in the table in force.
     pub slot: u32,

@@ -33,7 +33,7 @@ impl EarlyEnd {
     }
 }
 
-/// Result of a step that a signal ended: an outcome that no entry returns, with the signal above it; 0 stands for an exceeded budget.
+/// Result of a step that a signal ended: an outcome that no entry returns, with the number of the signal above it; 0 for an exceeded budget.
 pub(crate) const SIGNAL: u64 = outcome::SIGNAL;
 
 /// Result if the floating-point control words had changed after the steps.

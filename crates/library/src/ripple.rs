@@ -123,7 +123,7 @@ mod tests {
         (0..ms).find_map(|k| ripple.look(value(k as f64 * 1e-3), HEIGHT, 5.0, true, k * 1_000_000))
     }
 
-    /// Returns numbers spread evenly from -1 to 1, the same in each run.
+    /// Returns a generator of uniform pseudo-random numbers from -1 to 1 with a fixed seed.
     fn noise() -> impl FnMut() -> f64 {
         let mut state = 0x9E37_79B9_7F4A_7C15_u64;
         move || {

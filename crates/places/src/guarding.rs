@@ -107,7 +107,7 @@ impl Drop for GuardedProcess {
 }
 
 impl Guarding {
-    /// Makes the guarding without a guard yet. `path`: where a later supervisor finds the guard started here.
+    /// Creates the guarding state; no guard is running yet. `path` is the place where a later supervisor finds the guard.
     pub fn new(path: Option<PathBuf>, telling: Telling) -> Guarding {
         Guarding { path, telling, ..Guarding::default() }
     }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Code, devices and connections to which scripts refer where they run.
+//! Code, devices and connections that scripts refer to, in the process that runs them.
 use crate::code::Code;
 use crate::service::Reaches;
 use crate::shared::{Devices, locked};

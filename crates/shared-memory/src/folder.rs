@@ -28,7 +28,7 @@ pub(crate) struct Folder {
     path: PathBuf,
     run: u64,
     members: File,
-    /// Excludes the other ends of the same membership, which locks on their shared file do not distinguish.
+    /// Serialises the ends of one membership: they share an open file, so file locks do not exclude them from each other.
     alone: Mutex<()>,
 }
 

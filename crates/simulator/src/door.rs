@@ -196,7 +196,7 @@ impl Door {
         send(self.router.clone(), self.panel.clone(), self.session.clone(), path.to_owned(), body).await
     }
 
-    /// Sends several requests of an observer at once, whose answers are read.
+    /// Sends `of.count` requests of one observer concurrently, and reads their responses in the background.
     fn ask(&mut self, of: Operation, call: &str, arguments: &Json) {
         for _ in 0..of.count {
             let sent = send(self.router.clone(), self.observers[of.who].clone(), String::new(), format!("/v1/call/{call}"), arguments.clone());

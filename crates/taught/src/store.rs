@@ -10,7 +10,7 @@ use std::os::fd::OwnedFd;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
-/// Maximum time for which a change waits for that of another program.
+/// Maximum time that a change waits for another program's change to finish.
 const WAIT_MAX: Duration = Duration::from_secs(2);
 /// Interval between attempts to take the lock.
 const LOOK: Duration = Duration::from_millis(5);

@@ -67,7 +67,7 @@ impl Bus {
         self.lose = frames;
     }
 
-    /// Shortens the next frames of nodes.
+    /// Truncates the next frames sent by nodes.
     pub fn spoil(&mut self, frames: u64) {
         self.spoil = frames;
     }

@@ -8,7 +8,8 @@ const OF_A_DRIVE: u16 = 0x800;
 
 /// Returns the name of an object that must not change while an emergency stop is latched; `None` for a setting, which may be written.
 ///
-/// By CiA 301, 401, 402 and ETG.1000. Objects of a vendor (0x2000 to 0x5FFF) count as settings here: only the vendor knows their effects.
+/// The objects are those of CiA 301, 401, 402 and ETG.1000. Manufacturer-specific objects (0x2000 to 0x5FFF) count as settings: only the
+/// manufacturer knows their effects.
 pub fn held(of: Entry) -> Option<&'static str> {
     match of.index {
         0x1016 | 0x1029 => Some("what it does without its controller"),

@@ -142,7 +142,7 @@ impl Rig {
         Ok(())
     }
 
-    /// Advances to the wall clock of this process, counted from the opening.
+    /// Sets the release time to the wall-clock time elapsed since the driver was opened.
     pub(crate) fn on_the_wall(&mut self) {
         self.release_ns = self.begun_ns + i64::try_from(self.begun.elapsed().as_nanos()).unwrap_or(i64::MAX);
     }

@@ -25,7 +25,7 @@ device::counters! {
     }
 }
 
-/// Bit pattern of a NaN that no service stores: the part stays where it is.
+/// Sentinel for a part without a set position: a NaN bit pattern that services never store.
 const STAYS: u64 = u64::MAX;
 
 /// Positions set by services since the last reading.

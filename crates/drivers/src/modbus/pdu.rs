@@ -167,7 +167,7 @@ impl Pdu {
         &self.bytes[..self.len]
     }
 
-    /// Appends bytes; those that do not fit are left out, which no request here reaches.
+    /// Appends bytes and drops those that do not fit; no request in this module is that long.
     pub(super) fn put(&mut self, more: &[u8]) {
         let end = (self.len + more.len()).min(PDU_MAX);
         self.bytes[self.len..end].copy_from_slice(&more[..end - self.len]);

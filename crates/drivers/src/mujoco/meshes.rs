@@ -47,7 +47,7 @@ fn count(rest: &mut &[u8]) -> Option<usize> {
     usize::try_from(u64::from_le_bytes(*count)).ok()
 }
 
-/// Returns three words for each of `rows`.
+/// Splits three 4-byte words per row off the front of `rest`; `None` if it is too short.
 fn words<'a>(rest: &mut &'a [u8], rows: usize) -> Option<impl Iterator<Item = [u8; 4]> + use<'a>> {
     let (words, after) = rest.split_at_checked(rows.checked_mul(12)?)?;
     *rest = after;

@@ -49,7 +49,7 @@ pub fn parse(body: &[u8], strings: &[String]) -> Vec<Pdo> {
     pdos
 }
 
-/// Writes a category of PDOs; `number` returns the number of a text in the table of strings.
+/// Encodes a PDO category; `number` returns the index of a string in the Strings category.
 pub fn write(pdos: &[Pdo], mut number: impl FnMut(&str) -> u8) -> Vec<u8> {
     let mut body = Vec::new();
     for pdo in pdos {

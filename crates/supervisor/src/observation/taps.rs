@@ -19,7 +19,7 @@ pub(crate) struct TappedChannel {
     pub stamps: u64,
 }
 
-/// A ring that is, or is about to be, in force.
+/// Ring of one source that is installed or about to be installed.
 pub(crate) struct Part {
     pub cells: Vec<Cell>,
     pub end: Arc<RowsEnd>,

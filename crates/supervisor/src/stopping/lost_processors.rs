@@ -55,7 +55,7 @@ pub(crate) fn next_answer(core: &Core) -> Option<i64> {
     awaited(core).map(|(_, at)| at).min()
 }
 
-/// Declares the sources lost that have not answered in time.
+/// Declares sources lost if they have not answered in time.
 pub(crate) fn look_for_lost(core: &mut Core) {
     let now_ns = core.host.now_ns();
     let Some(at) = next_answer(core).filter(|at| *at <= now_ns) else { return };

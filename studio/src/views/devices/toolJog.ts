@@ -42,7 +42,7 @@ export function whyNot(arm: ArmDescription): string | null {
   return null;
 }
 
-/** Returns the motion of one press. `chain`: the present geometry of the arm, with its present tool. */
+/** Returns the motion for one press of a jog button. `chain` is the arm's present geometry, including its tool. */
 export function toolMotion(arm: ArmDescription, chain: ChainDescription, jog: ToolJog): JogMotion {
   const turns = isTurn(jog.axis);
   const speeds = (of: boolean, most: number) =>

@@ -105,7 +105,10 @@ export function buffersOf(runs: readonly Run[]): Transferable[] {
   return runs.flatMap(({ times_ns, numbers, values }) => [times_ns.buffer, numbers.buffer, values.buffer] as Transferable[]);
 }
 
-/** Decodes the values of a part: base64 of (i64 time, u64 number) of all, then their components as f64, little endian. */
+/**
+ * Decodes a part of a recording: base64 of the (i64 time, u64 number) pairs of all samples, followed by their components as f64, all
+ * little-endian.
+ */
 export function runsOf(part: Pick<RecordedSpan, "channels">, channels: readonly StreamChannel[]): Run[] {
   return part.channels.map(({ samples }, channel) => {
     const bytes = Uint8Array.from(atob(samples), (letter) => letter.charCodeAt(0));

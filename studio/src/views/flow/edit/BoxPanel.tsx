@@ -26,7 +26,7 @@ export function BoxPanel(props: {
   offer: (from: WireStart) => void;
   /** Opens a nested graph. */
   enter: (label: string) => void;
-  /** Names of existing graphs, for naming a use's own copy. */
+  /** Names of existing graphs, so that a copy made for one use gets an unused name. */
   graphs: string[];
   /** Interrupt sources of the system, and the one on which the block is to run; null for the one given at the start. */
   sources: string[];

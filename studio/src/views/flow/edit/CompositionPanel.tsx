@@ -10,7 +10,7 @@ import { constantText, givenOf, words } from "./written";
 
 type Of = { draft: ComposedDefinition; change: (draft: ComposedDefinition) => void };
 
-/** The selected part: its verb, its label, and the names of its parameters, outputs and conditions in the whole. */
+/** Panel of the selected part: its verb, its label, and the names of its parameters, outputs and conditions in the composed verb. */
 export function PartPanel(props: Of & { label: string; choose: (label: string | null) => void }) {
   const { draft, label, change, choose } = props;
   const names = composed.namesOf(composed.partOf(draft, label), draft.made_of);

@@ -11,7 +11,7 @@ const PICTURE_MS = 40;
 const MEASURE_MS = 250;
 
 const acquisition = new Acquisition();
-/** Stores of values of recordings, by destination. */
+/** Value stores of recordings, by destination. */
 const stores: Record<Into, Acquisition> = {
   shown: acquisition,
   beside: new Acquisition(),
