@@ -8,6 +8,7 @@ use std::fs::{self, File};
 use std::io::{ErrorKind, Write};
 use std::os::fd::OwnedFd;
 use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::{Duration, Instant};
 
 /// Maximum time that a change waits for another program's change to finish.
@@ -16,6 +17,8 @@ const WAIT_MAX: Duration = Duration::from_secs(2);
 const LOOK: Duration = Duration::from_millis(5);
 /// Maximum size of a file, bytes: ten thousand points.
 const BYTES_MAX: u64 = 4 << 20;
+/// Number of files written by this process, for the names of temporary files.
+static WRITES: AtomicU64 = AtomicU64::new(0);
 
 /// Returns the text of a file; `None` if the file does not exist.
 pub fn read(path: &Path) -> Result<Option<String>, Refusals> {
@@ -52,27 +55,28 @@ pub fn lock(path: &Path) -> Result<Option<OwnedFd>, Refusals> {
     }
 }
 
-/// Replaces the file with a text in one step. Fails if the text cannot be written; the file is then unchanged, unless only the sync of
-/// its folder failed.
+/// Replaces the file with a text in one step. Fails if the text cannot be written, and the file is then unchanged; or if only the sync of its
+/// folder failed, and the file is then replaced, which a power failure may undo.
 pub fn write(path: &Path, text: &str) -> Result<(), Refusals> {
     let path = real(path);
-    put(&path, text).map_err(|why| {
-        let message = format!("cannot write the points file '{}': {why}", path.display());
-        refuse(Class::InvalidState, message, "the file is as it was; is there room, and may the system write there?")
-    })
+    let failed = |what: &'static str, remedy: &'static str| {
+        let path = path.clone();
+        move |why: std::io::Error| refuse(Class::InvalidState, format!("cannot {what} the points file '{}': {why}", path.display()), remedy)
+    };
+    put(&path, text).map_err(failed("write", "the file is as it was; is there room, and may the system write there?"))?;
+    // The new name must reach the disk too.
+    File::open(folder_of(&path)).and_then(|folder| folder.sync_all()).map_err(failed("sync", "the file has the change, which a power failure may undo"))
 }
 
 fn put(path: &Path, text: &str) -> std::io::Result<()> {
     let name = path.file_name().ok_or(ErrorKind::InvalidInput)?.to_string_lossy();
-    // The lock of the folder is held, so no other thread of this process writes a file of this name.
-    let new = path.with_file_name(format!(".{name}.{}.new", std::process::id()));
+    // A folder that supports no locks lets several threads of this process write at once.
+    let new = path.with_file_name(format!(".{name}.{}.{}.new", std::process::id(), WRITES.fetch_add(1, Ordering::Relaxed)));
     let written = write_new(&new, path, text).and_then(|()| fs::rename(&new, path));
     if written.is_err() {
         let _left = fs::remove_file(&new);
     }
-    written?;
-    // The new name must reach the disk too.
-    File::open(folder_of(path))?.sync_all()
+    written
 }
 
 fn write_new(new: &Path, path: &Path, text: &str) -> std::io::Result<()> {
