@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Third level, sequence: the order of the verbs. Written by the product's engineer: it refers to verbs, never to blocks."""
+"""Third level, sequence: the order of the verbs. Written by the product's engineer: it names verbs only."""
 
 from __future__ import annotations
 

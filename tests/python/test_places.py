@@ -93,7 +93,7 @@ def test_several_errors_have_a_place_each() -> None:
         (lambda cell: setattr(cell.svv("level"), "value", None), "the value for SVV 'level' is None, which is not a value"),
         (lambda cell: library.gain.run(u=[1.0], k=float("nan")), "'k' nan is not a finite number"),
         (lambda cell: library.gain.run(u=None), "input 'u' is None, which is not a value"),
-        (lambda cell: cell.processor("p").timer("t", period="-1 ms"), "the period of timer 't' is -0.001 s"),
+        (lambda cell: cell.processor("p").timer("t", period="-1 ms"), "the period of timer 't' cannot be -1 ms: its range is at least 0 s"),
         (lambda cell: cell.processor("p").timer("t", period="1 us"), "the period of source 'p.t' is 0.001 ms, shorter than 10 us"),
     ],
 )

@@ -21,10 +21,10 @@ pub struct InverseDynamics {
     #[input(sized)]
     q: [f64; 16],
     /// joint velocities, rad/s or m/s
-    #[input(default = [0.0; 16], sized)]
+    #[input(default = [0.0; 16], sized, range = "[-inf, inf)")]
     velocity: [f64; 16],
     /// joint accelerations, rad/s^2 or m/s^2
-    #[input(default = [0.0; 16], sized)]
+    #[input(default = [0.0; 16], sized, range = "[-inf, inf)")]
     acceleration: [f64; 16],
     /// efforts of the motion, N.m or N
     #[output(sized)]
