@@ -60,12 +60,12 @@ class Adapter:
         return self
 
     def __exit__(self, *_: object) -> None:
-        os.close(self._end)
+        os.write(self._end, b"x")
         for thread in self._threads:
             thread.join()
         self._bus.shutdown()
         self.network.disconnect()
-        for file in (self._master, self._slave, self._ends):
+        for file in (self._master, self._slave, self._ends, self._end):
             os.close(file)
 
     def _from_line(self) -> None:

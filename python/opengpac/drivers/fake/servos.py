@@ -294,8 +294,10 @@ class _Line:
 
     def close(self) -> None:
         """Ends the thread, then the terminal: a program that has it open sees it disconnect."""
-        os.close(self._end)
+        # A process that was forked meanwhile may keep the other end open: closing it alone would wake nobody.
+        os.write(self._end, b"x")
         self._thread.join()
+        os.close(self._end)
         for file in (self._slave, self._master, self._ends):
             os.close(file)
 
