@@ -375,6 +375,10 @@ impl MemberState {
             }
             None => "is gone".to_owned(),
         };
+        // It may have begun to close while the old guard was ending: its link is closed, and that of another guard would stay open.
+        if state.is_closing {
+            return false;
+        }
         let how = if stood_still { "stood still, and was ended".to_owned() } else { how };
         self.watcher.hearts.guard.begin();
         match self.start_again(&mut state) {

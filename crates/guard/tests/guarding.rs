@@ -209,6 +209,24 @@ fn what_the_guard_does_not_see_the_supervisor_sees() {
 }
 
 #[test]
+fn closing_while_a_stopped_guard_is_replaced_comes_to_its_end() {
+    for _ in 0..5 {
+        let (guard, _) = guard(None);
+        let stopped = pid(&guard);
+        signal(stopped, libc::SIGSTOP);
+        until("it is stopped", || state_of(stopped) == Some('T'));
+        until("it is being ended", || state_of(stopped) != Some('T'));
+        drop(guard);
+    }
+}
+
+/// Returns the state of a process as `/proc` has it: T for one that is stopped, none for one that has been reaped.
+fn state_of(pid: i32) -> Option<char> {
+    let line = std::fs::read_to_string(format!("/proc/{pid}/stat")).ok()?;
+    line.rsplit_once(") ")?.1.chars().next()
+}
+
+#[test]
 fn a_stopped_guard_with_nothing_to_guard_does_not_stay() {
     let (guard, _) = guard(None);
     let pids = guard.pids();
