@@ -99,9 +99,15 @@ fn signal(pid: i32, signal: i32) {
     unsafe { libc::kill(pid, signal) };
 }
 
+/// Returns the state of a process as `/proc` has it: T for one that is stopped, none for one that has been reaped.
+fn state_of(pid: i32) -> Option<char> {
+    let line = std::fs::read_to_string(format!("/proc/{pid}/stat")).ok()?;
+    line.rsplit_once(") ")?.1.chars().next()
+}
+
 /// Returns true if no process has that ID, or only one that has not been reaped.
 fn is_gone(pid: i32) -> bool {
-    std::fs::read_to_string(format!("/proc/{pid}/stat")).map_or(true, |stat| stat.contains(") Z "))
+    state_of(pid).is_none_or(|state| state == 'Z')
 }
 
 /// Returns the median and the 99th percentile, µs.
@@ -218,12 +224,6 @@ fn closing_while_a_stopped_guard_is_replaced_comes_to_its_end() {
         until("it is being ended", || state_of(stopped) != Some('T'));
         drop(guard);
     }
-}
-
-/// Returns the state of a process as `/proc` has it: T for one that is stopped, none for one that has been reaped.
-fn state_of(pid: i32) -> Option<char> {
-    let line = std::fs::read_to_string(format!("/proc/{pid}/stat")).ok()?;
-    line.rsplit_once(") ")?.1.chars().next()
 }
 
 #[test]

@@ -85,7 +85,7 @@ impl Program {
     }
 
     /// Checks that both guards still guard: the program is made safe.
-    fn is_guarded(&mut self) {
+    fn assert_guarded(&mut self) {
         assert!(!self.is_safe());
         self.program.kill();
         until("it is safe", || self.is_safe());
@@ -130,7 +130,7 @@ fn guards_that_go_on_are_not_replaced() {
         let mut program = Program::start();
         let counts = (0..5).all(|_| program.pauses(|_, _| {}));
         if counts {
-            program.is_guarded();
+            program.assert_guarded();
         }
         counts
     });
@@ -142,7 +142,7 @@ fn guards_that_go_on_when_others_stand_in_are_not_replaced() {
         let mut program = Program::start();
         let counts = program.pauses(|program, _| until("others stand in", || program.guards().1.len() == 2));
         if counts {
-            program.is_guarded();
+            program.assert_guarded();
         }
         counts
     });
@@ -167,7 +167,7 @@ fn guards_that_a_debugger_looks_at_are_not_replaced() {
         if is_short {
             until("those that stood in have ended", || program.guards().1.is_empty());
             assert_eq!(program.guards().0, guards);
-            program.is_guarded();
+            program.assert_guarded();
         }
         is_short
     });
@@ -193,6 +193,6 @@ fn guards_are_not_replaced_under_load() {
         let (now, stand_ins) = program.guards();
         ends.store(true, Ordering::Relaxed);
         assert_eq!((now, stand_ins), (guards, vec![]));
-        program.is_guarded();
+        program.assert_guarded();
     });
 }

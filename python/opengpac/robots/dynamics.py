@@ -18,7 +18,7 @@ import numpy as np
 from .. import library as lib
 from ..errors import CallError, DefinitionError, refuse
 from ..values.frames import Pose
-from .kinematics import JOINTS_MAX, NONE, Kinematics
+from .kinematics import JOINTS_MAX, NONE, Kinematics, at_zero, joint_numbers, joints_before
 
 if TYPE_CHECKING:
     from .arm import Payload
@@ -78,7 +78,7 @@ class Dynamics:
         links = [*self.links, *[Link()] * unused]
         return {
             "chain": {**self.kinematics.chain, "base": list(Pose())},
-            "links": {name: [_listed(getattr(link, name)) for link in links] for name in ("mass", "centre", "inertia", "armature")},
+            "links": {name: [getattr(link, name) for link in links] for name in ("mass", "centre", "inertia", "armature")},
             "gravity": list(self.gravity),
         }
 
@@ -140,35 +140,19 @@ def _three(given: Iterable[float]) -> tuple[float, float, float]:
     return x, y, z
 
 
-def _listed(value: Any) -> Any:
-    return list(value) if isinstance(value, tuple) else value
-
-
 def _links(mujoco: Any, model: Any, chain: Kinematics) -> tuple[Link, ...]:
     """Returns a link for each joint of a chain: the bodies for which it is the last joint that moves them."""
-    data = mujoco.MjData(model)
-    known = {model.joint(j).name or f"joint_{j}": j for j in range(model.njnt)}
+    known = joint_numbers(model)
     ids = {known[axis.name]: i for i, axis in enumerate(chain.axes) if axis.kind != NONE}
-    for name in chain.joints:
-        data.qpos[model.jnt_qposadr[known[name]]] = 0.0
-    mujoco.mj_kinematics(model, data)
+    data = at_zero(mujoco, model, (known[name] for name in chain.joints))
     links = [Link(armature=float(model.dof_armature[model.jnt_dofadr[known[axis.name]]])) for axis in chain.axes]
     for body in range(1, model.nbody):
-        joint = _last_of(model, body, ids)
-        if joint is not None:
-            links[joint] = links[joint].joined(_body(model, data, body))
+        # MuJoCo numbers joints outward from the base.
+        moving = joints_before(model, body) & ids.keys()
+        if moving:
+            last = ids[max(moving)]
+            links[last] = links[last].joined(_body(model, data, body))
     return tuple(links)
-
-
-def _last_of(model: Any, body: int, ids: dict[int, int]) -> int | None:
-    """Returns the last joint of the chain that moves a body, as its index in the chain; None if no joint does."""
-    while body:
-        first = model.body_jntadr[body]
-        for j in reversed(range(first, first + model.body_jntnum[body])):
-            if j in ids:
-                return ids[j]
-        body = int(model.body_parentid[body])
-    return None
 
 
 def _body(model: Any, data: Any, body: int) -> Link:

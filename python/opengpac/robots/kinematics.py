@@ -300,8 +300,7 @@ def _names(joints: Any) -> list[str]:
 
 
 def _read(mujoco: Any, model: Any, names: list[str], named: str | None) -> Kinematics:
-    data = mujoco.MjData(model)
-    known = {model.joint(j).name or f"joint_{j}": j for j in range(model.njnt)}
+    known = joint_numbers(model)
     for name in names:
         if name not in known:
             refuse(UnknownName, f"the model has no joint '{name}'", did_you_mean(str(name), known))
@@ -309,11 +308,9 @@ def _read(mujoco: Any, model: Any, names: list[str], named: str | None) -> Kinem
     if named is not None and named not in sites:
         refuse(UnknownName, f"the model has no site '{named}'", did_you_mean(named, sites))
     ids = [known[name] for name in names]
-    for j in ids:
-        data.qpos[model.jnt_qposadr[j]] = 0.0
-    mujoco.mj_kinematics(model, data)
+    data = at_zero(mujoco, model, ids)
     body, home = _flange(mujoco, model, data, ids, named)
-    on_the_way = _joints_before(model, body)
+    on_the_way = joints_before(model, body)
     for j in on_the_way - set(ids):
         name = model.joint(j).name or f"joint_{j}"
         refuse(DefinitionError, f"joint '{name}' moves the tool but is not driven", "drive it, or weld it in the model")
@@ -327,7 +324,21 @@ def _read(mujoco: Any, model: Any, names: list[str], named: str | None) -> Kinem
     return Kinematics(axes, home)
 
 
-def _joints_before(model: Any, body: int) -> set[int]:
+def joint_numbers(model: Any) -> dict[str, int]:
+    """Returns the numbers of a model's joints by their names; a joint without a name is called `joint_N`."""
+    return {model.joint(j).name or f"joint_{j}": j for j in range(model.njnt)}
+
+
+def at_zero(mujoco: Any, model: Any, joints: Iterable[int]) -> Any:
+    """Returns the data of a model with these joints at 0 and the others at their reference positions."""
+    data = mujoco.MjData(model)
+    for j in joints:
+        data.qpos[model.jnt_qposadr[j]] = 0.0
+    mujoco.mj_kinematics(model, data)
+    return data
+
+
+def joints_before(model: Any, body: int) -> set[int]:
     """Returns the joints that move a body."""
     found: set[int] = set()
     while body:
@@ -364,13 +375,13 @@ def _tool_site(mujoco: Any, model: Any, ids: list[int], named: str | None) -> in
         return len(_TOOL_SITES) + 1 if site in forces else None
 
     def moved(site: int) -> int:
-        return len(_joints_before(model, int(model.site_bodyid[site])) & set(ids))
+        return len(joints_before(model, int(model.site_bodyid[site])) & set(ids))
 
     def is_of_another(site: int) -> bool:
         """Returns whether a site is the tool of another arm on the same trunk: it is moved by further joints, and not by all of these."""
-        return moved(site) < deepest and bool(_joints_before(model, int(model.site_bodyid[site])) - set(ids))
+        return moved(site) < deepest and bool(joints_before(model, int(model.site_bodyid[site])) - set(ids))
 
-    deepest = max(len(_joints_before(model, int(model.jnt_bodyid[j])) & set(ids)) for j in ids)
+    deepest = max(len(joints_before(model, int(model.jnt_bodyid[j])) & set(ids)) for j in ids)
     ranked = [
         (-moved(site), of, site)
         for site in range(model.nsite)
