@@ -131,7 +131,7 @@ pub mod flag {
 /// Marks an absent address or report value (offset 0 is the header, but an explicit marker is clearer).
 pub const NONE: u32 = u32::MAX;
 
-/// One item of an interface. Strings are UTF-8, NUL-terminated, and live as long as the module.
+/// Item of an interface. Strings are UTF-8, NUL-terminated, and live as long as the module.
 #[repr(C)]
 #[derive(Clone, Copy)]
 pub struct Item {

@@ -9,7 +9,7 @@ use core::ffi::c_void;
 use std::collections::HashMap;
 use std::sync::RwLock;
 
-/// One call of the step loop: 24 bytes, also read by the kernel's `containment.c`. The first word of each instance tells whether it may
+/// Call of the step loop: 24 bytes, also read by the kernel's `containment.c`. The first word of each instance tells whether it may
 /// be ended: `abi::RUNNING`.
 #[repr(C)]
 #[derive(Clone, Copy)]

@@ -233,7 +233,7 @@ impl Stream {
     }
 }
 
-/// One subscription: its topic and its progress.
+/// Subscription: its topic and its progress.
 struct Subscription {
     id: String,
     topic: Topic,

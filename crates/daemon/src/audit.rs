@@ -19,7 +19,7 @@ pub(crate) const FILE_MAX: u64 = 64 << 20;
 /// Number of earlier files kept: `FILE.1` to `FILE.4`, the oldest last.
 const OLD_MAX: usize = 4;
 
-/// One line of the file.
+/// Line of the file.
 #[derive(Serialize)]
 struct Line<'a> {
     /// Time, s since 1970.

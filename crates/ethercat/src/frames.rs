@@ -41,7 +41,7 @@ pub enum Command {
     LogicalRead = 10,
     LogicalWrite = 11,
     LogicalReadWrite = 12,
-    /// One subdevice reads, the following ones write.
+    /// A subdevice reads, and those after it write.
     PositionReadRestWrite = 13,
     StationReadRestWrite = 14,
 }

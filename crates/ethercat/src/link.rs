@@ -11,7 +11,7 @@ use std::mem::{size_of, zeroed};
 use std::os::fd::{AsRawFd, FromRawFd, OwnedFd};
 use std::time::Duration;
 
-/// One end of a line. It never waits unless [`Link::wait`] is called, and never allocates after it has been opened.
+/// End of a line. It never waits unless [`Link::wait`] is called, and never allocates after it has been opened.
 pub struct Link {
     socket: Device<OwnedFd>,
     name: String,

@@ -27,14 +27,14 @@ pub enum GuardEvent {
     GoesOn(String),
     /// Rights that the operating system did not grant to the guard, one line each; reported once for each guard process that lacks any.
     Missing(Vec<String>),
-    /// One of the two guards had exited; another one has taken over its registrations, and now guards.
+    /// A guard had exited, and another one has taken over its registrations and now guards.
     Restarted {
         /// Cause of the previous one's end: "was killed by SIGKILL".
         how: String,
         /// Registrations that the new one could not take, human-readable.
         refused: Vec<String>,
     },
-    /// One of the two guards has exited permanently, with the reason; the other one guards alone.
+    /// A guard has exited permanently, with the reason; the other one guards alone.
     Alone(String),
     /// The guard has exited, with the reason: processes that die leave their outputs as they are.
     Gone(String),

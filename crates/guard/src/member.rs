@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! One of the two guard processes, as the supervisor sees it: started, sent its registrations, and replaced by another one with all of
+//! A guard process as the supervisor sees it: started, sent its registrations, and replaced by another one with all of
 //! them when it exits.
 use crate::guard_event::{GuardCommand, GuardError, GuardEvent};
 use crate::messages::{Ask, HANDED_OVER, Loss, Tell};

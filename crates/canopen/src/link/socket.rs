@@ -14,7 +14,7 @@ const SETTLES: Duration = Duration::from_secs(10);
 /// Size of the socket's receive buffer, bytes.
 const ROOM: libc::c_int = 1 << 20;
 
-/// One end of a bus on a socket.
+/// End of a bus on a socket.
 pub struct Socket {
     socket: Device<OwnedFd>,
     is_local: bool,

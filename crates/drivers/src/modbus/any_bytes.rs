@@ -11,7 +11,7 @@ use std::sync::LazyLock;
 /// Length in bytes of the channels of [`PLACES`].
 const READINGS: usize = 128;
 
-/// One channel of each form.
+/// Channels, one of each form.
 static PLACES: LazyLock<Vec<MappedChannel>> = LazyLock::new(|| {
     let channels = json!({
         "a": { "holding": 0, "type": "double", "order": "CDAB" }, "b": { "holding": 4, "type": "int32", "raw": true }, "c": { "holding": 6, "bit": 15 },

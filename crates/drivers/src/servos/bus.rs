@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! One request at a time on a shared line: requests, expected answers, time limits, repetitions.
+//! Exchange on a shared line, one request at a time: requests, expected answers, time limits, repetitions.
 use super::frame::{Answer, Ask, FRAME_MAX, Frame, FrameScan};
 use super::protocol::Protocol;
 use super::registers::{Register, whole};
