@@ -26,7 +26,7 @@ def made() -> dict[str, str]:
     rows = [f"| `{name}` | {(entry.make.__doc__ or '').strip()} | {computed(name)} |" for name, entry in GRAPHS.items()]
     return {
         "suite": f"{table()}\n\nIn real time: {', '.join(f'`{name}`' for name in in_real_time())}.",
-        "graphs": "\n".join(["| graph | what it is | computed apart |", "|---|---|---|", *rows]),
+        "graphs": "\n".join(["| graph | content | agreement with an independent computation |", "|---|---|---|", *rows]),
     }
 
 

@@ -13,7 +13,7 @@ from opengpac import library as lib
 
 @graph(lambda: {"y": [[3.0 * row[i] for i in range(4)] for row in zip(*(scattered(n) for n in range(4)), strict=True)]})
 def gather_of_one_source(stage: Stage) -> Graph:
-    """Four SVVs of one source form one array of a block elsewhere."""
+    """Four SVVs of one source form one array of a block on another processor."""
     return Graph(
         blocks={**{f"wave{n}": stage.code.scatter(seed=n) for n in range(4)}, "times": stage.code.times(k=3.0, n=4)},
         cells={},
@@ -50,7 +50,7 @@ def _four(stage: Stage) -> dict[str, object]:
 
 @graph(lambda: {f"y{n}": [10.0 * (k + n / 8) for k in range(200)] for n in range(4)})
 def scatter_to_four_processors(stage: Stage) -> Graph:
-    """The elements of one array are four SVVs, each read on a processor of its own."""
+    """The elements of one array are four SVVs, each read on its own processor."""
     single = [stage.svv(f"v{n}") for n in range(4)]
     return Graph(
         blocks={"vector": stage.code.vector, **{f"gain{n}": lib.block("gain")(k=10.0) for n in range(4)}},
@@ -65,7 +65,7 @@ def scatter_to_four_processors(stage: Stage) -> Graph:
 
 @graph(lambda: {"y": [[3.0 * row[i] for i in range(4)] for row in zip(*(scattered(n) for n in range(4)), strict=True)]})
 def elements_of_two_processors_in_cells(stage: Stage) -> Graph:
-    """Outputs of blocks on two processors reach the elements of one array port on a third, by cells."""
+    """Outputs of blocks on two processors are elements of one array port on a third, by cells."""
     return Graph(
         blocks={**{f"wave{n}": stage.code.scatter(seed=n) for n in range(4)}, "times": stage.code.times(k=3.0)},
         cells={f"u{n}": [f"wave{n}.y", f"times.u[{n}]"] for n in range(4)},
@@ -131,7 +131,7 @@ def _chain() -> object:
 
 @graph()
 def pose_of_an_arm_elsewhere(stage: Stage) -> Graph:
-    """Joint positions on one processor, the pose of the tool on another."""
+    """Joint positions on one processor and the pose of the tool on another."""
     return Graph(
         blocks={"joints": stage.code.six_joints, "pose": lib.block("forward_kinematics")(n=6)},
         cells={"q": ["joints.q", "pose.q"]},

@@ -20,7 +20,7 @@ def _chain_model() -> Model:
 
 @graph(_chain_model)
 def chain_over_three(stage: Stage) -> Graph:
-    """Scattered values, a gain on the next processor, a filter on the one after it."""
+    """Scattered values with a gain on the next processor and a filter on the one after it."""
     return Graph(
         blocks={"wave": stage.code.scatter, "gain": lib.block("gain")(k=1.5), "low": lib.block("lowpass")(alpha=0.25)},
         cells={"a": ["wave.y", "gain.u"], "b": ["gain.y", "low.u"]},
@@ -32,7 +32,7 @@ def chain_over_three(stage: Stage) -> Graph:
 
 @graph(lambda: {"y": [1.5 * u + 0.25 for u in scattered()]})
 def chain_there_and_back(stage: Stage) -> Graph:
-    """Values to another processor and back to a software source of the first."""
+    """Values sent to another processor and back to a software source of the first."""
     return Graph(
         blocks={"wave": stage.code.scatter, "gain": lib.block("gain")(k=1.5), "bias": lib.block("bias")(b=0.25)},
         cells={"a": ["wave.y", "gain.u"], "b": ["gain.y", "bias.u"]},
@@ -44,7 +44,7 @@ def chain_there_and_back(stage: Stage) -> Graph:
 
 @graph(lambda: {"y": [u * 2.0**-8 + 0.0 for u in scattered()]})
 def chain_of_eight(stage: Stage) -> Graph:
-    """Eight hops between two processors, back and forth on two software sources each."""
+    """Eight hops back and forth between two processors, on two software sources each."""
     labels = [f"half{n}" for n in range(8)]
     where = ["1.soft", "0.soft", "1.low", "0.low"]
     return Graph(
@@ -58,7 +58,7 @@ def chain_of_eight(stage: Stage) -> Graph:
 
 @graph(lambda: {"y": [float(k) + 4.0 for k in range(200)]})
 def ring_of_four(stage: Stage) -> Graph:
-    """Once around four processors, back to the first."""
+    """Values sent once around four processors, back to the first."""
     labels = [f"one{n}" for n in range(4)]
     return Graph(
         blocks={"ramp": stage.code.ramp, **{label: lib.block("bias")(b=1.0) for label in labels}},
@@ -71,7 +71,7 @@ def ring_of_four(stage: Stage) -> Graph:
 
 @graph(lambda: {"a": [2.0 * u for u in scattered(5)], "b": [u + 3.0 for u in scattered(5)], "c": [abs(u) for u in scattered(5)]})
 def fan_to_three(stage: Stage) -> Graph:
-    """One value for three processors, each of which computes something different from it."""
+    """One value read by three processors, each of which computes a different result from it."""
     return Graph(
         blocks={
             "wave": stage.code.scatter(seed=5),
@@ -88,7 +88,7 @@ def fan_to_three(stage: Stage) -> Graph:
 
 @graph()
 def fan_on_two_sources_of_one(stage: Stage) -> Graph:
-    """Two readers on different sources of one processor, and one beside the writer."""
+    """Two readers on different sources of one processor, and one on the writer's source."""
     return Graph(
         blocks={
             "wave": stage.code.scatter,
@@ -109,7 +109,7 @@ def _sums(values: list[float]) -> list[float]:
 
 @graph(lambda: {"y": _sums(scattered())})
 def echo_against_the_order(stage: Stage) -> Graph:
-    """A value fed back against the order of its firing is that of the previous invocation: an accumulator."""
+    """An accumulator: a value fed back against the firing order is that of the previous invocation."""
     return Graph(
         blocks={"wave": stage.code.scatter, "echo": stage.code.echo(g=1.0), "pass": lib.block("gain")(k=1.0)},
         cells={"u": ["wave.y", "echo.u"], "y": ["echo.y", "pass.u"], "back": ["pass.y", "echo.back"]},
@@ -121,7 +121,7 @@ def echo_against_the_order(stage: Stage) -> Graph:
 
 @graph()
 def echo_within_a_software_source(stage: Stage) -> Graph:
-    """The same delay with the loop on a processor that another one drives."""
+    """The same delay, with the loop on a processor driven by another one."""
     return Graph(
         blocks={"wave": stage.code.scatter(seed=9), "echo": stage.code.echo(g=0.75), "pass": lib.block("gain")(k=-1.0)},
         cells={"u": ["wave.y", "echo.u"], "y": ["echo.y", "pass.u"], "back": ["pass.y", "echo.back"]},
@@ -133,7 +133,7 @@ def echo_within_a_software_source(stage: Stage) -> Graph:
 
 @graph(lambda: {f"y{n}": [(n + 1.0) * u for u in scattered(n)] for n in range(8)})
 def eight_chains_beside_each_other(stage: Stage) -> Graph:
-    """Eight writers of one source and their readers on another processor: one publication carries all their values."""
+    """Eight writers on one source with readers on another processor: one publication carries all their values."""
     numbers = range(8)
     return Graph(
         blocks={

@@ -34,7 +34,7 @@ def join_of_three_processors(stage: Stage) -> Graph:
 
 @graph(lambda: {"y": [2.0 * u + 3.0 * u for u in scattered(11)]})
 def diamond(stage: Stage) -> Graph:
-    """One value takes two paths, over two processors, and meets itself where it began."""
+    """One value takes two paths, over two processors, which join on the processor where it started."""
     return Graph(
         blocks={
             "wave": stage.code.scatter(seed=11),
@@ -51,7 +51,7 @@ def diamond(stage: Stage) -> Graph:
 
 @graph(lambda: {"y": [u + 8.0 * u for u in scattered(12)]})
 def diamond_with_a_long_side(stage: Stage) -> Graph:
-    """One path is direct, the other has three hops: values meet by their order, not by their time."""
+    """One path is direct, the other has three hops: values are joined by order, not by time."""
     gains = {f"twice{n}": lib.block("gain")(k=2.0) for n in range(3)}
     return Graph(
         blocks={"wave": stage.code.scatter(seed=12), **gains, "add": stage.code.add},
@@ -69,7 +69,7 @@ def diamond_with_a_long_side(stage: Stage) -> Graph:
 
 @graph()
 def join_here_and_there(stage: Stage) -> Graph:
-    """One input is driven in the firing of a processor, the other comes from another processor."""
+    """One input is driven in the firing of its own processor, the other by another processor."""
     return Graph(
         blocks={
             "wave": stage.code.scatter(seed=13),
@@ -91,7 +91,7 @@ def join_here_and_there(stage: Stage) -> Graph:
     }
 )
 def tree_of_joins(stage: Stage) -> Graph:
-    """Joins of joins: four writers on two processors, two joins on a third, the last on the first."""
+    """Nested joins: four writers on two processors, two joins on a third, the last join on the first."""
     code = stage.code
     return Graph(
         blocks={
@@ -122,7 +122,7 @@ def tree_of_joins(stage: Stage) -> Graph:
 
 @graph()
 def three_readers_of_a_join(stage: Stage) -> Graph:
-    """The output of a join goes to both processors that its inputs came from."""
+    """The output of a join goes to both processors that supply its inputs."""
     return Graph(
         blocks={
             "wave": stage.code.scatter(seed=21),

@@ -40,7 +40,7 @@ def _of_both_lists() -> Model:
 
 @graph(_of_both_lists, left_by_count=True)
 def transition_within_a_source(stage: Stage) -> Graph:
-    """A condition of one source starts blocks of the same source; the readers are elsewhere."""
+    """A condition of one source starts blocks of the same source; the readers are on other processors."""
     return _two_lists(stage, "0.fast")
 
 
@@ -65,7 +65,7 @@ def fault_that_leads_on(stage: Stage) -> Graph:
 
 @graph(lambda: {"y": [2.0 * u for u in scattered(length=LENGTH)]})
 def two_hundred_executions(stage: Stage) -> Graph:
-    """A list of 200 `execute`: each is one invocation, and drives one elsewhere; a wait of 2 ms follows each."""
+    """A list of 200 `execute` commands, each followed by a wait of 2 ms: each runs one invocation, which drives one elsewhere."""
     return Graph(
         blocks={"wave": stage.code.scatter, "gain": lib.block("gain")(k=2.0)},
         cells={"u": ["wave.y", "gain.u"]},
@@ -77,7 +77,7 @@ def two_hundred_executions(stage: Stage) -> Graph:
 
 @graph(lambda: {"a": [float(k) for k in range(LENGTH)], "b": scattered(72)})
 def one_after_the_other(stage: Stage) -> Graph:
-    """A list that waits for one writer's count, stops it, and starts another on the next processor."""
+    """A list waits for one writer's count, stops the writer, and starts another on the next processor."""
     return Graph(
         blocks={
             "count": stage.code.counted,
@@ -103,7 +103,7 @@ def one_after_the_other(stage: Stage) -> Graph:
 
 @graph(lambda: {"y": scattered(73)})
 def ending_list_elsewhere(stage: Stage) -> Graph:
-    """At its end, an ending list counts to three on another processor; the recorded values stay."""
+    """When the verb ends, an ending list counts to three on another processor; the recorded values persist."""
     return Graph(
         blocks={"wave": stage.code.scatter(seed=73), "last": stage.code.counted, "pass": lib.block("gain")(k=1.0)},
         cells={"u": ["wave.y", "pass.u"]},
@@ -121,7 +121,7 @@ def ending_list_elsewhere(stage: Stage) -> Graph:
 
 @graph(lambda: {"y": [u + 1.0 for u in scattered(74)]})
 def suspended_and_resumed(stage: Stage) -> Graph:
-    """The programming system suspends and resumes it three times: values in transit arrive, none is lost or duplicated."""
+    """The programming system suspends and resumes the verb three times: values in transit arrive, and none is lost or duplicated."""
 
     def pause(instance: gpac.VerbInstance[Any]) -> None:
         for _ in range(3):
@@ -141,7 +141,7 @@ def suspended_and_resumed(stage: Stage) -> Graph:
 
 @graph(lambda: {"y": [2.0 * u for u in scattered(75)]})
 def writer_in_another_verb(stage: Stage) -> Graph:
-    """Its writer is a separate verb, which is started later, on another processor."""
+    """The writer is a separate verb, started later, on another processor."""
     shared, begun = stage.svv("shared"), stage.svv("begun")
     writing = gpac.Verb(
         "writing",
@@ -186,7 +186,7 @@ def values_of_the_start(stage: Stage) -> Graph:
 
 @graph()
 def relaxed_mode(stage: Stage) -> Graph:
-    """An input made asynchronous by its use reads the value that stays; the other one drives."""
+    """An input made asynchronous by its use reads a constant value; the other input drives."""
     return Graph(
         blocks={"wave": stage.code.scatter(seed=77), "add": stage.code.add},
         cells={"u": ["wave.y", "add.a"]},

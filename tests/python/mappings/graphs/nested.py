@@ -30,7 +30,7 @@ def _low(values: list[float], k: float, alpha: float) -> list[float]:
 
 @graph(lambda: {"y": _low(scattered(), 2.0, 0.5)})
 def graph_on_two_processors(stage: Stage) -> Graph:
-    """The gain of a graph on one processor, its filter on another."""
+    """The gain of a graph runs on one processor, its filter on another."""
     return Graph(
         blocks={"wave": stage.code.scatter, "law": _smooth()},
         cells={"u": ["wave.y", "law.u"]},
@@ -46,7 +46,7 @@ def _twice_model() -> Model:
 
 @graph(_twice_model)
 def graph_in_a_graph(stage: Stage) -> Graph:
-    """Two graphs in one; all four blocks on different sources of three processors."""
+    """Two graphs in one; all four blocks run on different sources of three processors."""
     twice = gpac.Graph(
         "twice",
         blocks={"first": _smooth(), "second": _smooth("again", 0.5, 0.25)},
@@ -68,7 +68,7 @@ def graph_in_a_graph(stage: Stage) -> Graph:
 
 @graph()
 def graph_that_begins_and_ends_itself(stage: Stage) -> Graph:
-    """A graph with its own stimuli on two processors, three levels deep."""
+    """A graph with its own stimuli on two processors, nested three levels deep."""
     inner = gpac.Graph(
         "sources",
         blocks={"a": stage.code.scatter(seed=41), "b": stage.code.ramp(step=0.01)},
@@ -103,7 +103,7 @@ def graph_that_begins_and_ends_itself(stage: Stage) -> Graph:
 
 @graph()
 def one_graph_twice(stage: Stage) -> Graph:
-    """Two uses of one graph, placed differently, with one stimulus."""
+    """Two uses of one graph with the same stimulus, placed differently."""
     return Graph(
         blocks={"wave": stage.code.scatter(seed=43), "a": _smooth(), "b": _smooth()},
         cells={"u": ["wave.y", "a.u", "b.u"]},
@@ -118,7 +118,7 @@ def one_graph_twice(stage: Stage) -> Graph:
 
 @graph()
 def graph_with_a_filter_inserted(stage: Stage) -> Graph:
-    """An edited graph: a limit between its gain and its filter, on a processor of its own."""
+    """An edited graph with a limit between its gain and its filter, on its own processor."""
     careful = _smooth().insert("limit", lib.block("limit")(low=-0.5, high=0.5), between=("gain.y", "low.u"))
     return Graph(
         blocks={"wave": stage.code.scatter(seed=44), "law": careful},

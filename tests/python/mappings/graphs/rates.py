@@ -27,7 +27,7 @@ def _means(values: list[float]) -> list[float]:
 
 @graph(lambda: {"y": _means(scattered(length=4 * LENGTH))})
 def ratio_output_to_another_processor(stage: Stage) -> Graph:
-    """Every fourth invocation outputs a mean, and only that drives the reader elsewhere."""
+    """Every fourth invocation outputs a mean; only the mean drives the reader on another processor."""
     return Graph(
         blocks={"wave": stage.code.scatter, "mean": stage.code.mean_of_four, "pass": lib.block("gain")(k=1.0)},
         cells={"u": ["wave.y", "mean.u"], "m": ["mean.y", "pass.u"]},
@@ -43,7 +43,7 @@ def _pairs(values: list[float]) -> list[float]:
 
 @graph(lambda: {"y": _pairs(_pairs(scattered(length=4 * LENGTH)))})
 def decimation_in_two_steps(stage: Stage) -> Graph:
-    """Sums of two, then sums of two of these, on two processors."""
+    """Sums of two values, then sums of two of these sums, on two processors."""
     return Graph(
         blocks={"wave": stage.code.scatter, "first": stage.code.pair_sum, "second": stage.code.pair_sum},
         cells={"u": ["wave.y", "first.u"], "v": ["first.y", "second.u"]},
@@ -87,7 +87,7 @@ def _read_by_number(found: Found) -> bool:
 
 @graph(lambda: {"y": [1e6 * max(0, j // 5 - 1) + j for j in range(LENGTH)]}, skipping=_read_by_number, begins_later=True)
 def ratio_input_from_another_timer(stage: Stage) -> Graph:
-    """Values of a slow processor, by number, in a fast one: invocation j has value j // 5 - 1."""
+    """Values of a slow processor, read by number in a fast one: invocation j has value j // 5 - 1."""
     return Graph(
         blocks={"ramp": stage.code.number, "held": stage.code.held},
         cells={"u": ["ramp.y", "held.u"]},
@@ -105,7 +105,7 @@ def _slow_beside_fast(found: Found) -> bool:
 
 @graph(skipping=_slow_beside_fast)
 def ratio_input_beside_a_synchronous_one(stage: Stage) -> Graph:
-    """A slow value from elsewhere together with one of the own source, and a reader on a third processor."""
+    """A slow value from another processor and a value of the block's own source, with a reader on a third processor."""
     return Graph(
         blocks={
             "slow": stage.code.number,
@@ -122,7 +122,7 @@ def ratio_input_beside_a_synchronous_one(stage: Stage) -> Graph:
 
 @graph()
 def divided_graph(stage: Stage) -> Graph:
-    """In one graph a block runs once per five invocations of the others; both results go elsewhere."""
+    """In one graph a block runs once per five invocations of the others; both results go to another processor."""
     law = gpac.Graph(
         "law",
         blocks={"quick": stage.code.ramp, "slow": stage.code.ramp(step=100.0)},
@@ -140,7 +140,7 @@ def divided_graph(stage: Stage) -> Graph:
 
 @graph(lambda: {"fast": scattered(31), "slow": scattered(32)})
 def two_rates_beside_each_other(stage: Stage) -> Graph:
-    """Two timers of different periods feed one software source, each its own reader."""
+    """Two timers of different periods feed one software source, each with its own reader."""
     return Graph(
         blocks={
             "fast": stage.code.scatter(seed=31),
@@ -157,7 +157,7 @@ def two_rates_beside_each_other(stage: Stage) -> Graph:
 
 @graph()
 def interval_that_changes(stage: Stage) -> Graph:
-    """The interval changes while it runs: the values come faster or slower, and stay the same."""
+    """The interval changes during the run: the values arrive faster or slower, and stay the same."""
 
     def change(instance: gpac.VerbInstance[Any]) -> None:
         for every in ("4 ms", "2 ms"):
@@ -194,7 +194,7 @@ def history_of_the_own_source(stage: Stage) -> Graph:
 
 @graph()
 def history_then_a_filter_elsewhere(stage: Stage) -> Graph:
-    """The slope of the last three values, filtered on another processor."""
+    """The slope of the last three values, then a filter on another processor."""
     return Graph(
         blocks={"wave": stage.code.scatter, "slope": stage.code.steepness, "low": lib.block("lowpass")(alpha=0.5)},
         cells={"u": ["wave.y", "slope.u"], "v": ["slope.y", "low.u"]},

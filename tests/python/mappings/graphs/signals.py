@@ -90,7 +90,7 @@ def comparator_with_hysteresis(stage: Stage) -> Graph:
 
 @graph(lambda: {"y": [0.5 * k for k in range(LENGTH)]})
 def trigger_that_a_counter_raises(stage: Stage) -> Graph:
-    """A light blinks through a device; each time it turns on it raises a trigger of another processor, which steps a ramp."""
+    """A light blinks through a device; each time it turns on it raises a trigger of another processor, which runs one step of a ramp."""
     panel = stage.processor(0).physical_device(stage.name("panel"), gpac.drivers.loopback("lamp"), exchange=stage.source("0.fast"))
     channel = panel["lamp"]
     channel.velocity.raises(stage.source("1.trigger"))

@@ -30,7 +30,7 @@ def struct_over_three_processors(stage: Stage) -> Graph:
 
 @graph()
 def struct_of_structs(stage: Stage) -> Graph:
-    """Two positions created separately form one leg on a third processor, and numbers on the first."""
+    """Two positions created separately form one leg on a third processor, and become numbers on the first."""
     code = stage.code
     return Graph(
         blocks={
@@ -63,7 +63,7 @@ def _widths() -> Model:
 
 @graph(_widths)
 def every_width_of_numbers(stage: Stage) -> Graph:
-    """Integers of 8, 16 and 64 bits and a float, each of which keeps its bits in transit."""
+    """Integers of 8, 16 and 64 bits and a float keep their bits in transit."""
     names = ("i8", "u16", "i64", "f")
     return Graph(
         blocks={"widths": stage.code.widths, "gather": stage.code.gather_widths},
@@ -84,7 +84,7 @@ def _digests() -> Model:
 
 @graph(_digests)
 def digest_of_integers(stage: Stage) -> Graph:
-    """A digest permanently shows a single value that was lost, duplicated or changed."""
+    """A digest shows permanently if a single value was lost, duplicated or changed."""
     return Graph(
         blocks={"widths": stage.code.widths, "digest": stage.code.digest},
         cells={"u": ["widths.i64", "digest.u"]},
@@ -97,7 +97,7 @@ def digest_of_integers(stage: Stage) -> Graph:
 
 @graph()
 def truth_values(stage: Stage) -> Graph:
-    """Two square waves on two processors, and logic on them on a third."""
+    """Two square waves on two processors, and logic that combines them on a third."""
     code = stage.code
     u = [stage.svv(f"u{n}", "bool") for n in range(2)]
     return Graph(
