@@ -52,13 +52,13 @@ def test_front_page_names_each_page() -> None:
 @pytest.mark.parametrize(
     ("asked", "page"),
     [
-        ("to install it", "install.md"),
+        ("install OpenGPAC", "install.md"),
         ("first motion", "first-motion.md"),
-        ("block of your own", "blocks.md"),
-        ("driver of your own", "drivers/writing.md"),
+        ("write a block", "blocks.md"),
+        ("write a driver", "drivers/writing.md"),
         ("port mode", "blocks.md#modes-of-ports"),
-        ("fault does", "guard.md"),
-        ("record a run and to replay", "replay.md"),
+        ("effect of a fault", "guard.md"),
+        ("record a run and replay", "replay.md"),
         ("connect a UR", "drivers/ur.md"),
         ("as a service", "install.md#as-a-service"),
         ("error at a start", "errors.md#which-error-comes-when"),
