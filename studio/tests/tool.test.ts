@@ -37,7 +37,7 @@ let operator: Opened;
 let watch: Commander;
 
 beforeAll(async () => {
-  [running, browser] = await Promise.all([run(join(import.meta.dirname, "bare_arm.py")), browse(false)]);
+  [running, browser] = await Promise.all([run(join(import.meta.dirname, "bare_arm.py"), "--role", "configure"), browse(false)]);
   const url = new URL(running.url);
   link = await Link.to(Number(url.port));
   url.port = String(link.port);
@@ -207,6 +207,25 @@ test("a link that is lost ends the jog within the time that the verb declares", 
   const at = await watch.now_ms();
   await expect.poll(async () => (await watch.now_ms()) - at).toBeGreaterThan(STANDS_MS);
   expect(await moving()).toBe(stands);
+  link.thaw();
+  await page.mouse.up();
+  await page.getByText("live", { exact: true }).waitFor();
+  await expect.poll(jogs).toBe(0);
+});
+
+test("another session's heartbeat does not keep the jog of a page going that has fallen silent", async () => {
+  const { page } = operator;
+  await press(page, "Jog the tool along +Z while held");
+  await expect.poll(jogs).toBe(1);
+  link.freeze();
+  // As a second page does that takes command and holds a button of its own.
+  const other = await Commander.open(running.url, true);
+  const state = async () => (await watch.instances()).find((one) => one.verb === "jog_linear" && one.state !== "created")?.state;
+  const until_ms = (await watch.now_ms()) + SILENT_MS + STANDS_MS;
+  for (let beat = 0; (await watch.now_ms()) < until_ms; beat++)
+    await other.call("write", { name: "studio.heartbeat", value: 2 ** 20 + beat });
+  expect(await state()).not.toBe("running");
+  await other.close();
   link.thaw();
   await page.mouse.up();
   await page.getByText("live", { exact: true }).waitFor();

@@ -80,7 +80,7 @@ fn the_names_of_the_interface_stay() {
             "master start start_velocity last_velocity last_acceleration last_time braking ratio speed acceleration deceleration jerk position_min position_max gap_max \
              setpoint velocity setpoint_velocity setpoint_acceleration setpoint_time lost engaged lead in_gear at_limit too_fast gap",
         ),
-        ("heartbeat", "beat lost age limit late"),
+        ("heartbeat", "beat lost age limit client late"),
         ("capture", "n level u captured on off"),
         ("set_position", "n captured position offset commanded new_offset new_commanded homed shift"),
         ("offset", "u offset y"),

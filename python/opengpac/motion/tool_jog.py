@@ -70,6 +70,7 @@ class JogBlocked(Terminated):
         "in_tool": "generator.in_tool",
         "distance": "generator.distance",
         "acceleration": "generator.acceleration",
+        "client": "watch.client",
         "chain": input("generator.chain", member="arm.chain"),
         "arm.jog_speed": "generator.speed_max",
         "arm.max_acceleration": "generator.acceleration_max",
@@ -106,14 +107,15 @@ def jog_linear(
     in_tool: bool = False,
     distance: float = 0.0,
     acceleration: float = 0.5,
+    client: int = 0,
 ) -> Stopped:
     """Moves the tool straight along and about the axes of the arm's base while a button is held, which is as long as `heartbeat`
     changes.
 
-    heartbeat: that of `jog`; velocity: m/s along x, y and z, at most 0.25; angular_velocity: rad/s about them, at most 1; both can be
-    set while it runs; in_tool: the axes are those of the tool at the start; distance: m, or rad if the tool only turns, after which
-    it ends with `arrived`, 0 for unlimited; acceleration: m/s², and five times as many rad/s². No joint exceeds its `jog_speed`. At
-    the end of a range, and near a singularity, the tool slows down, comes to rest on its line, and `JogBlocked` is raised; it can be
-    moved back.
+    heartbeat, client: those of `jog`; velocity: m/s along x, y and z, at most 0.25; angular_velocity: rad/s about them, at most 1; both
+    can be set while it runs; in_tool: the axes are those of the tool at the start; distance: m, or rad if the tool only turns, after
+    which it ends with `arrived`, 0 for unlimited; acceleration: m/s², and five times as many rad/s². No joint exceeds its `jog_speed`.
+    At the end of a range, and near a singularity, the tool slows down, comes to rest on its line, and `JogBlocked` is raised; it can
+    be moved back.
     """
     ...

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -30,8 +31,9 @@ class Stopped(Report):
     position: np.ndarray
 
 
-def _at(most: str, **more: str) -> dict[str, Any]:
-    """Returns the mappings of a motion at a velocity, up to `most` of each joint; `more` instantiation parameters."""
+def _at(most: str, *, inputs: Mapping[str, str] | None = None, **more: str) -> dict[str, Any]:
+    """Returns the mappings of a motion at a velocity, up to `most` of each joint; `inputs` and `more` are further inputs and
+    instantiation parameters."""
     return {
         "objects": {"arm": each(Joint)},
         "instantiation_parameters": {**bound("generator", "brake", overridden=["generator"]), **more},
@@ -39,6 +41,7 @@ def _at(most: str, **more: str) -> dict[str, Any]:
             "velocity": input("generator.velocity", within=(f"-arm.{most}", f"arm.{most}"), tunable=True),
             "acceleration": share(["generator.acceleration", "brake.acceleration"], "max_acceleration"),
             **limited("generator", "brake"),
+            **(inputs or {}),
         },
         "output_values": {"position": "brake.setpoint"},
     }
@@ -77,7 +80,7 @@ def move_velocity(arm: Group[Joint] | Joint, /, velocity: Values, acceleration: 
 @verb(
     name="jog",
     manual=True,
-    **_at("jog_speed", heartbeat="watch.beat"),
+    **_at("jog_speed", inputs={"client": "watch.client"}, heartbeat="watch.beat"),
     blocks={"generator": lib.block("velocity_generator"), "brake": brake(), "watch": lib.block("heartbeat")},
     command_lists={"start": [activate("watch", every=PERIOD), activate("generator", every=PERIOD)], "stop": STOP},
     initial="start",
@@ -95,12 +98,13 @@ def move_velocity(arm: Group[Joint] | Joint, /, velocity: Values, acceleration: 
     },
     suspend=suspended("generator", "brake"),
 )
-def jog(arm: Group[Joint] | Joint, heartbeat: SVV[int], /, velocity: Values, acceleration: Values = "50 %") -> Stopped:
+def jog(arm: Group[Joint] | Joint, heartbeat: SVV[int], /, velocity: Values, acceleration: Values = "50 %", client: int = 0) -> Stopped:
     """Moves joints at a reduced velocity while a button is held, which is as long as `heartbeat` changes.
 
     heartbeat: an SVV of type int that must be set to a new number at intervals of less than 0.25 s, otherwise the joints stop and the
-    verb ends. velocity: rad/s (m/s), within plus and minus `jog_speed`, can be set while it runs. A joint stops at the end of its
-    range, and can be moved back.
+    verb ends. velocity: rad/s (m/s), within plus and minus `jog_speed`, can be set while it runs. client: if several clients write to
+    `heartbeat`, the number of the one that holds the button, 1 to 2^31 - 1; only its numbers count, client * 2^20 and the 2^20 - 1 after
+    it. A joint stops at the end of its range, and can be moved back.
     """
     ...
 

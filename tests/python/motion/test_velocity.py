@@ -59,6 +59,27 @@ def test_jog_stops_when_nobody_holds_the_button(axes: gpac.Group[Joint]) -> None
         motion.jog(axes, button, velocity=0.5)
 
 
+def test_beats_of_another_client_do_not_keep_a_jog_going(axes: gpac.Group[Joint]) -> None:
+    watch = Watch(axes)
+    button = axes.system.svv("button", int)
+    button.value = 7 << 20
+    jogging = motion.jog.asynch(axes[0], button, velocity=0.2, client=7)
+    other = motion.jog.asynch(axes[1], button, velocity=0.2, client=8)
+    for beat in range(1, 11):
+        for client in (7, 8):
+            button.value = (client << 20) + beat
+            watch.run(40)
+    assert not jogging.done and not other.done
+    # The first client has gone; the second one still writes.
+    for beat in range(11, 21):
+        button.value = (8 << 20) + beat
+        watch.run(40)
+    assert jogging.wait().condition == "stopped" and axes[0].commanded_velocity.value == 0.0
+    assert not other.done
+    other.halt()
+    watch.run(400).smooth()
+
+
 def test_stop_is_a_verb_that_ends_at_rest(axes: gpac.Group[Joint]) -> None:
     report = motion.stop(axes, deceleration="50 %")
     assert report.condition == "stopped" and list(report.position) == [0.0, 0.0]

@@ -2,22 +2,33 @@
 import { expect, test } from "vitest";
 import { RefusalError } from "../../control/refusals";
 import type { Source } from "../../control/source";
-import { JOG_TOOL, type JogMotion, Press } from "./jogging";
+import { BEAT, JOG_TOOL, type JogMotion, Press } from "./jogging";
 
 /** A system whose calls are listed, with the time of the press that each was made for. */
 class Rig {
   now = 1000;
   readonly calls: [string, number | undefined][] = [];
+  /** Values written as heartbeats, and the inputs of each start. */
+  readonly beats: number[] = [];
+  readonly starts: { client?: number }[] = [];
+  inputs = ["velocity", "client"];
+  /** States that an instance has in turn, before it has ended. */
+  states: string[] = [];
   refusesStart = false;
   readonly source = {
     pressed: () => this.now,
-    order: async (name: string, _args: object, _signal?: AbortSignal, pressed?: number) => {
+    order: async (name: string, args: { name?: string; value?: number; values?: object }, _signal?: AbortSignal, pressed?: number) => {
       this.calls.push([name, pressed]);
+      if (name === "write" && args.name === BEAT) this.beats.push(args.value ?? 0);
+      if (name === "start") this.starts.push(args.values ?? {});
       if (name === "start" && this.refusesStart)
         throw new RefusalError([{ class: "InvalidState", message: "'start' came 900 ms after it was given" }], 409);
       return 7;
     },
-    look: async (name: string) => (name === "state" ? "ended" : { condition: "arrived" }),
+    look: async (name: string) => {
+      if (name === "verb_form") return { inputs: this.inputs.map((input) => ({ name: input })) };
+      return name === "state" ? (this.states.shift() ?? "ended") : { condition: "arrived" };
+    },
     stop: async () => undefined,
   } as unknown as Source;
 
@@ -62,4 +73,24 @@ test("an instance whose step came late is started by the next press, and not mad
   await new Press(rig.source, MOTION).done;
   expect(rig.times("create").length).toBe(1);
   expect(rig.times("delete").length).toBe(1);
+});
+
+test("each press beats as a client of its own, which its motion alone counts", async () => {
+  const rig = new Rig();
+  for (const _press of [1, 2]) {
+    rig.states = ["running", "running"];
+    await new Press(rig.source, { ...MOTION, isStep: false }).done;
+  }
+  const clients = rig.starts.map((start) => start.client ?? 0);
+  expect(new Set(clients).size).toBe(2);
+  expect(clients.every((client) => client >= 1 && client < 2 ** 31)).toBe(true);
+  expect(rig.beats.map((beat) => Math.floor(beat / 2 ** 20))).toEqual(clients.flatMap((client) => [client, client, client, client]));
+  expect(new Set(rig.beats).size).toBe(rig.beats.length);
+});
+
+test("a verb of a program that knows no clients is started without one", async () => {
+  const rig = new Rig();
+  rig.inputs = ["velocity"];
+  await new Press(rig.source, MOTION).done;
+  expect(rig.starts).toEqual([{}]);
 });

@@ -14,6 +14,16 @@ export const JOG_TOOL = "jog_linear";
 export const BEAT = "studio.heartbeat";
 /** Period of the heartbeat, ms. The joints stop when it is older than 250 ms. */
 const BEAT_MS = 60;
+/** Number of heartbeats of one client, after which its numbers repeat: `BEATS` of the block `heartbeat`. */
+const BEATS = 2 ** 20;
+/** Maximum number of a client. */
+const CLIENT_MAX = 2 ** 31 - 1;
+
+/** Returns a new client number. Each press has its own, so that no other press, of this or another page, keeps its motion going. */
+function newClient(): number {
+  const [random = 0] = crypto.getRandomValues(new Uint32Array(1));
+  return 1 + (random % CLIENT_MAX);
+}
 
 /** Instances whose start was refused because it came late, by verb and devices: the next press starts them at once. */
 const KEPT = new WeakMap<Source, Map<string, number>>();
@@ -66,9 +76,12 @@ export class Press {
     if (!this.#held) return null;
     const control = this.#control;
     const { verb, devices, values } = this.motion;
-    let beat = (Math.floor(Date.now() / BEAT_MS) % 1_000_000) + 1;
-    const say = () => control.order("write", { name: BEAT, value: beat++ });
-    await say();
+    const client = newClient();
+    let beat = 0;
+    const say = () => control.order("write", { name: BEAT, value: client * BEATS + (beat++ % BEATS) });
+    const [form] = await Promise.all([control.look("verb_form", { name: verb }), say()]);
+    // A program may have defined a verb of this name that knows no clients.
+    const inputs = form.inputs.some((input) => input.name === "client") ? { ...values, client } : values;
     // A held button commands each call at the time of that call.
     const kept = KEPT.get(control) ?? new Map<string, number>();
     KEPT.set(control, kept);
@@ -81,7 +94,7 @@ export class Press {
       // The button was released meanwhile, or the connection was lost.
       if (!this.#held) return null;
       isStarted = true;
-      await control.order("start", { instance, values }, undefined, this.#pressed).catch((why) => {
+      await control.order("start", { instance, values: inputs }, undefined, this.#pressed).catch((why) => {
         if (this.#pressed !== undefined && isLate(control, this.#pressed)) kept.set(key, instance);
         throw why;
       });

@@ -1,10 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 use opengpac::{Condition, FunctionBlock, Invocation, Outcome, Step};
 
+/// Number of beats of one client, after which its numbers repeat.
+const BEATS: i64 = 1 << 20;
+
 /// Heartbeat: lost = (time since `beat` changed) > limit, reported as `late` from the first invocation at which it is.
 ///
-/// The client that holds the button writes a new number into `beat` periodically. The heartbeat counts as alive at the start, and again
-/// after the next change. Time is that of the clock: it also passes while the verb is suspended.
+/// The client that holds the button writes a new number into `beat` periodically. If several clients write to the same `beat`, each has
+/// a number of its own, `client`, and writes numbers from client · 2^20 to client · 2^20 + 2^20 − 1: those of others do not count. The
+/// heartbeat counts as alive at the start, and again after the next change. Time is that of the clock: it also passes while the verb is
+/// suspended.
 #[derive(FunctionBlock)]
 pub struct Heartbeat {
     /// number that changes with each beat
@@ -19,6 +24,9 @@ pub struct Heartbeat {
     /// maximum age
     #[param(default = 0.25, unit = "s", range = "(0, inf)")]
     limit: f64,
+    /// number of the client that holds the button; 0: every change counts
+    #[param(default = 0, range = "[0, 2147483647]")]
+    client: i64,
     /// the last change is too old
     #[condition]
     late: Condition,
@@ -32,7 +40,8 @@ pub struct Heartbeat {
 
 impl Step for Heartbeat {
     fn step(&mut self, invocation: &Invocation) -> Outcome {
-        if self.changed_ns < 0 || self.beat != self.before {
+        let counts = self.client == 0 || self.beat.div_euclid(BEATS) == self.client;
+        if self.changed_ns < 0 || (counts && self.beat != self.before) {
             (self.before, self.changed_ns) = (self.beat, invocation.now_ns);
         }
         self.age = (invocation.now_ns - self.changed_ns) as f64 * 1e-9;
@@ -51,7 +60,7 @@ mod tests {
 
     #[test]
     fn it_is_lost_when_it_is_too_old_and_comes_back() {
-        let mut heart = Heartbeat { beat: 7, lost: false, age: 0.0, limit: 0.1, late: Condition::new(), before: 0, changed_ns: -1 };
+        let mut heart = Heartbeat { beat: 7, lost: false, age: 0.0, limit: 0.1, client: 0, late: Condition::new(), before: 0, changed_ns: -1 };
         let mut lost = Vec::new();
         for k in 0..30i64 {
             heart.beat = if k >= 20 { 8 } else { 7 };
@@ -63,5 +72,19 @@ mod tests {
             }
         }
         assert_eq!(lost, (6..20).chain(26..30).collect::<Vec<_>>());
+    }
+
+    #[test]
+    fn beats_of_another_client_do_not_count() {
+        let mut heart = Heartbeat { beat: 3 * BEATS, lost: false, age: 0.0, limit: 0.1, client: 3, late: Condition::new(), before: 0, changed_ns: -1 };
+        let mut late = None;
+        for k in 0..30i64 {
+            // Both clients beat until the tenth invocation, in turn; then only the other one does.
+            heart.beat = if k < 10 && k % 2 == 0 { 3 * BEATS + k } else { 4 * BEATS + k };
+            heart.late = Condition::new();
+            assert_eq!(heart.step(&Invocation { number: k as u64, time_ns: 0, now_ns: k * 20_000_000 }), Outcome::Done);
+            late = late.or(heart.late.is_reported().then_some(k));
+        }
+        assert_eq!(late, Some(14), "the last own beat was at 8");
     }
 }
