@@ -38,7 +38,7 @@ class Efforts:
         device = self.system.physical_devices[arm.name]
         for joint in arm:
             part = device[joint.name.removeprefix(f"{arm.name}.")]
-            effort = self.system.svv(f"effort of {joint.short_name}", unit="N" if joint.sensed.unit == "m" else "N.m", history=HISTORY)
+            effort = self.system.svv(f"effort of {joint.name}", unit="N" if joint.sensed.unit == "m" else "N.m", history=HISTORY)
             _watch.on(device.source).asynch(part["motor_effort"], effort)
             # A servo without coupling is critically damped: kd^2 = 4 kp J.
             gains = part.about["decoupled"]

@@ -97,7 +97,7 @@ def write_page(files: list[tuple[str, str, str, str]]) -> None:
     rows = [(f"{package} {version}", file, last.get(f"{package} {version}/{file}")) for package, version, _, file in files]
     missing = [name for name in KNOWN if name not in last] + [f"{package}/{file}" for package, file, found in rows if found is None]
     if missing:
-        print(f"{PAGE.relative_to(TOP)} is as it was: not tried are {', '.join(missing)}")
+        print(f"{PAGE.relative_to(TOP)} is unchanged; not tried: {', '.join(missing)}")
         return
     PICTURES.mkdir(exist_ok=True)
     for arm in KNOWN.values():
@@ -135,7 +135,7 @@ def places_of(arm: NamedArm) -> str:
 
 
 def tried(file: Path | str, packages: str | None = None, drawn: Path | str = "") -> dict[str, Any]:
-    """Tries a file, or an arm's name with the folders of its packages; again where the machine had no time for it."""
+    """Tries a file, or an arm's name with the folders of its packages; and tries again if the machine had no time for it."""
     for _ in range(AGAIN):
         found = once(file, packages, drawn)
         if not any(word in found["why"] for word in STARVED):
@@ -145,7 +145,7 @@ def tried(file: Path | str, packages: str | None = None, drawn: Path | str = "")
 
 def once(file: Path | str, packages: str | None = None, drawn: Path | str = "") -> dict[str, Any]:
     """Runs `one.py` on a file, or on an arm's name with the folders of its packages, in a process of its own."""
-    nothing = {"joints": 0, "ripple": None, "missed": [], "why": ""}
+    nothing = {"joints": 0, "ripple": None, "reversals": None, "missed": [], "why": ""}
     try:
         command = [sys.executable, HERE / "one.py", file, drawn]
         environment = {"MUJOCO_GL": "egl", **os.environ, **({} if packages is None else {"PYTHONPATH": packages})}
@@ -154,13 +154,13 @@ def once(file: Path | str, packages: str | None = None, drawn: Path | str = "") 
         return {**nothing, "why": f"not done after {SECONDS} s"}
     lines = [line for line in run.stdout.splitlines() if line.startswith("{")]
     if not lines:
-        return {**nothing, "why": (run.stderr.strip().splitlines() or ["it said nothing"])[-1][:200]}
+        return {**nothing, "why": (run.stderr.strip().splitlines() or ["no output"])[-1][:200]}
     found: dict[str, Any] = json.loads(lines[-1])
     found["why"] = found["why"].replace(str(Path(file).absolute().parent) + "/", "").replace(str(TOP) + "/", "")[:300]
     return found
 
 
-def told(limits: list[float | None]) -> str:
+def limits_text(limits: list[float | None]) -> str:
     """Returns the minimum and maximum limit of an arm's joints, as text."""
     known = [limit for limit in limits if limit is not None]
     if not known:
@@ -180,49 +180,55 @@ def page(named: list[tuple[NamedArm, dict[str, Any]]], rows: list[tuple[str, str
         "## Arms by name",
         "",
         '`gpac.robots.load("panda")` loads an arm whose model is in another package; `ur5e` comes with OpenGPAC.',
-        "`pip install 'opengpac[robots]'` brings",
-        "airo-models, example-robot-data and rtb-data. Other packages depend on much that an arm does not need, so their files alone are",
-        "installed: an arm that is missing is refused with the line that installs it. Each has a home, where the simulation begins, and a",
-        "tool, the body at whose frame poses are given; speeds and efforts are those of the file. Where it has none, or those that are",
-        "written by who knows none (1,000 and 1,000,000 N.m for all joints alike), a joint is faster or stronger than the real one: its",
-        "speed is 3.14 rad/s. Joints of a gripper in the file are parts of the machine, not of the arm. *Reach* is from the shoulder to",
-        "the tool. `opengpac robots` lists them and which are installed, `opengpac robots panda` shows one. The pictures show each at its",
-        "home: joints with their axes, and the frame of the tool.",
+        "`pip install 'opengpac[robots]'` installs airo-models, example-robot-data and rtb-data. The other packages have many",
+        "dependencies that an arm does not need, so only their files are used: if an arm is missing, the refusal contains the command",
+        "that installs it.",
+        "",
+        "Each arm has a home, at which the simulation begins, and a tool, the body at whose frame poses are given. Speeds and efforts are",
+        "those of the file. If the file has none, or only placeholders (1,000 or 1,000,000 N.m for all joints alike), a joint may be",
+        "faster or stronger than the real one: its speed is 3.14 rad/s. Joints of a gripper in the file are parts of the machine, not of",
+        "the arm. *Reach* is measured from the shoulder to the tool. `opengpac robots` lists the arms and states which are installed;",
+        "`opengpac robots panda` shows one. The pictures show each arm at its home, with the axes of its joints and the frame of its",
+        "tool.",
         "",
         "| name | at home | joints | reach, m | speed, rad/s | effort, N.m | tool | package | licence | file | |",
         "|---|---|---|---|---|---|---|---|---|---|---|",
         *(
             f"| `{arm.name}` | ![{arm.name}](robots/{arm.name}.svg) | {len(arm.home)} | {arm.reach:.2f} "
-            f"| {told(found['speeds'])} | {told(found['efforts'])} | `{arm.tool}` | {arm.package.name} {arm.package.version} "
+            f"| {limits_text(found['speeds'])} | {limits_text(found['efforts'])} | `{arm.tool}` | {arm.package.name} {arm.package.version} "
             f"| {arm.package.licence} | `{arm.path}` | {found['why'].replace('|', '/') or 'arrives'} |"
             for arm, found in named
         ),
         "",
-        "They are tried as the files below. Of these no package has the model; they are refused with the place where it is published:",
+        "They were tried in the same way as the files below. No package has the models of the following arms; the refusal states where",
+        "they are published:",
         "",
         *(f"- `{name}`: {place.replace(chr(39), '`')}" for name, place in ELSEWHERE.items()),
         "",
         "## Files",
         "",
         f"{len(rows)} files from {packages} packages of the Python registry, loaded as they are by `gpac.robots.load(FILE)`:",
-        f"{loaded} load, and in {arrive} every joint arrives. `make robots` writes this page anew (`tests/robots`).",
+        f"{loaded} load, and in {arrive} every joint arrives. `make robots` writes this page (`tests/robots`).",
         "",
-        "Each arm is held at its home for 2 s, each joint is moved by a tenth of its range and back, then all at once (16 at a time: a",
-        "motion takes no more), under gravity, by `move_absolute` at its default speed, to the side where nothing is in its way if",
-        "there is one. A joint arrives if it is within 1 mrad or 0.1 mm of its goal 1 s after the move. *Ripple* is how far a joint moves",
-        "at rest, over 0.5 s. *Put right* counts what `arm.notes` tells ([files of arms](urdf.md#mjcf-files)). Links that touch where an",
-        "arm has come to a stop are named as MuJoCo sees them: it collides the convex hulls of meshes. The pictures show shapes that",
-        "collide of URDF files, and all shapes of MJCF files.",
+        "Each arm is held at its home for 2 s. Then each joint is moved by a tenth of its range and back, and finally all joints together",
+        "(at most 16 at a time, the maximum of a motion). All moves are made under gravity by `move_absolute` at its default speed,",
+        "towards the side that is free of obstacles if there is one. A joint arrives if it is within 1 mrad or 0.1 mm of its goal 1 s",
+        "after the move. *Ripple* is the distance by which a joint moves at rest within 0.5 s. *Reversals* is the highest rate at which a",
+        "motor's effort alternated. *Notes* counts the corrections and warnings in `arm.notes` ([files of arms](urdf.md#mjcf-files)). If",
+        "an arm was stopped by contact, the result names the links in contact as MuJoCo reports them, for the convex hulls of meshes. The",
+        "pictures show the collision shapes of URDF files, and all shapes of MJCF files.",
         "",
-        "| package | file | at home | joints | put right | ripple, mrad or mm | |",
-        "|---|---|---|---|---|---|---|",
+        "| package | file | at home | joints | notes | ripple, mrad or mm | reversals, Hz | |",
+        "|---|---|---|---|---|---|---|---|",
     ]
     for package, file, found in rows:
         ripple = "" if found["ripple"] is None else f"{found['ripple'] * 1e3:.3f}"
+        reversals = "" if found["reversals"] is None else f"{found['reversals']:.0f}"
         why = found["why"].replace("|", "/") or "arrives"
         drawn = picture(package.partition(" ")[0], file)
         shown = f"![{Path(file).stem}]({drawn.relative_to(PAGE.parent)})" if drawn.exists() else ""
-        lines.append(f"| {package} | `{file}` | {shown} | {found['joints'] or ''} | {found.get('notes', '') or ''} | {ripple} | {why} |")
+        counts = f"{found['joints'] or ''} | {found.get('notes', '') or ''} | {ripple} | {reversals}"
+        lines.append(f"| {package} | `{file}` | {shown} | {counts} | {why} |")
     return "\n".join(lines) + "\n"
 
 
