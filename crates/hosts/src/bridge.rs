@@ -132,6 +132,7 @@ impl Core {
                 self.act_on(heard);
             }
             Some(Control::Pong { from, left_ns, left_wall_ns, answered_ns, answered_wall_ns }) => {
+                self.wire.answered();
                 let ping = Ping { left_ns, came_ns: now_ns, left_wall_ns, answered_ns, answered_wall_ns };
                 let heard = {
                     let mut peers = self.peers();

@@ -63,6 +63,10 @@ impl Network for Faulty {
     fn subscribe(&self, key: &str, came: Arrival) -> Result<Subscription, NetworkError> {
         self.wire.subscribe(key, came)
     }
+
+    fn answered(&self) {
+        self.wire.answered();
+    }
 }
 
 struct FaultyOutlet {

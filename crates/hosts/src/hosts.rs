@@ -237,7 +237,10 @@ fn knock(options: &Options, wire: &dyn Network, (id, port): (u64, u16), until: I
                     message: "the program that listens there does not have the secret: it is not the system, or another user's".to_owned(),
                 });
             }
-            Ok(control) => return Ok(Some(control)),
+            Ok(control) => {
+                wire.answered();
+                return Ok(Some(control));
+            }
             Err(_) => {}
         }
     }

@@ -18,6 +18,10 @@ pub trait Network: Send + Sync {
     /// # Errors
     /// Fails if the connection can no longer be used.
     fn subscribe(&self, key: &str, came: Arrival) -> Result<Subscription, NetworkError>;
+
+    /// Notes that the listening side has answered a packet of this one, so that packets pass in both directions. A carrier that is told
+    /// nothing for seconds may connect anew.
+    fn answered(&self) {}
 }
 
 /// Function that is called with each packet.

@@ -1,27 +1,34 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The zenoh wire, on a session that is replaced if it has lost its connection permanently. A joining session normally reconnects by
-//! itself, unless the new connection breaks at the instant at which it is made: zenoh (1.10) has not yet noted its owner by then, and
-//! stops trying. From outside that looks like a long cut, so every long cut is ended with a new session.
+//! The zenoh wire, on a session that is replaced if the listening side does not answer over it.
+//!
+//! A joining session normally reconnects by itself, but zenoh (1.10) has two ways to fail permanently. A connection that breaks at the
+//! instant at which it is made has no owner yet, and nobody makes another. One that is opened or accepted more slowly than the time limit
+//! (on a busy machine) may remain without its reader: both sides count as connected and exchange signs of life, one of them hears
+//! nothing, and no second connection of the same session is accepted. So the session's own word is not asked: only answers of the
+//! listening side count, and every long silence is ended with a new session.
 use crate::endpoint::Endpoint;
 use crate::network::{Arrival, Network, NetworkError, Outlet, Subscription, Urgency};
 use crate::options::Options;
 use crate::refused::JoinError;
 use crate::session::{self, Side};
 use crate::threads;
+use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::mpsc::{self, RecvTimeoutError};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError, RwLock, Weak};
 use std::thread::JoinHandle;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 use zenoh::pubsub::{Publisher, Subscriber};
 use zenoh::qos::{CongestionControl, Priority};
 use zenoh::{Session, Wait};
 
-/// Period at which the connection is checked.
+/// Period at which answers are looked for.
 const LOOK: Duration = Duration::from_secs(1);
-/// Number of consecutive failed checks after which the session is replaced: longer than a session takes to reconnect by itself if it can.
-const LOOKS_MAX: u32 = 5;
-/// Time limit for a new session to connect. Closing the host may have to wait as long.
-const RENEWAL: Duration = Duration::from_secs(2);
+/// Number of consecutive periods without an answer after which the session is replaced: longer than a session takes to reconnect by
+/// itself if it can, which is 2 s for the lease and less than 1 s for the new connection, and shorter than the silence of 5 s after which
+/// a host is lost.
+const LOOKS_MAX: u32 = 3;
+/// Time limit for a session to connect, after which another one is tried. Closing the host may have to wait as long.
+const OPENING: Duration = Duration::from_secs(2);
 
 /// A connection between hosts over zenoh.
 pub(crate) struct ZenohWire {
@@ -32,6 +39,8 @@ pub(crate) struct ZenohWire {
 
 struct SharedSession {
     open: RwLock<Open>,
+    /// Number of answers of the listening side.
+    answers: AtomicU64,
     /// Subscribers to packets of a key.
     subscribed: Mutex<Vec<Weak<SubscribedKey>>>,
 }
@@ -40,6 +49,22 @@ struct SharedSession {
 struct Open {
     session: Session,
     renewals: u64,
+}
+
+/// Number of consecutive looks without an answer.
+#[derive(Default)]
+struct Silence {
+    looks: u32,
+    answers: u64,
+}
+
+impl Silence {
+    /// Returns true if the number of answers is the same as at the last looks, for too long.
+    fn lasts(&mut self, answers: u64) -> bool {
+        let is_answered = std::mem::replace(&mut self.answers, answers) != answers;
+        self.looks = if is_answered { 0 } else { self.looks + 1 };
+        self.looks >= LOOKS_MAX
+    }
 }
 
 struct SubscribedKey {
@@ -66,14 +91,15 @@ fn no_way(error: impl ToString) -> NetworkError {
 
 impl ZenohWire {
     pub(crate) fn open(options: &Options, endpoint: &Endpoint, side: Side) -> Result<Self, JoinError> {
-        let session = session::open(options, endpoint, side)?;
-        let shared = Arc::new(SharedSession { open: RwLock::new(Open { session, renewals: 0 }), subscribed: Mutex::default() });
         if side == Side::Listens {
-            return Ok(ZenohWire { shared, watching: None });
+            return Ok(ZenohWire { shared: SharedSession::new(session::open(options, endpoint, side)?), watching: None });
         }
+        let (short, to) = (Options { join_max: OPENING.min(options.join_max), ..options.clone() }, endpoint.clone());
+        let open = move || session::open(&short, &to, side);
+        let shared = SharedSession::new(until(Instant::now() + options.join_max, &open)?);
         let (alive, ended) = mpsc::channel();
-        let (watched, options, to) = (shared.clone(), Options { join_max: RENEWAL, ..options.clone() }, endpoint.clone());
-        let thread = std::thread::Builder::new().name("hosts-way".to_owned()).spawn(move || watched.watch(&ended, || session::open(&options, &to, side)));
+        let watched = shared.clone();
+        let thread = std::thread::Builder::new().name("hosts-way".to_owned()).spawn(move || watched.watch(&ended, LOOK, open));
         let no_thread = |error| JoinError::NoWay { endpoint: endpoint.to_string(), reason: format!("no thread for the way: {error}") };
         let thread = thread.map_err(no_thread)?;
         Ok(ZenohWire { shared, watching: Some((alive, thread)) })
@@ -92,7 +118,22 @@ impl Drop for ZenohWire {
     }
 }
 
+/// Opens sessions until one is connected; returns the last error if none is before `limit`, or one that is not a lack of time.
+fn until<E>(limit: Instant, open: impl Fn() -> Result<Session, E>) -> Result<Session, E> {
+    loop {
+        let begun = Instant::now();
+        match open() {
+            Err(_) if begun.elapsed() >= OPENING && Instant::now() < limit => {}
+            opened => return opened,
+        }
+    }
+}
+
 impl SharedSession {
+    fn new(session: Session) -> Arc<Self> {
+        Arc::new(SharedSession { open: RwLock::new(Open { session, renewals: 0 }), answers: AtomicU64::new(0), subscribed: Mutex::default() })
+    }
+
     fn session(&self) -> Session {
         self.open.read().unwrap_or_else(PoisonError::into_inner).session.clone()
     }
@@ -102,22 +143,22 @@ impl SharedSession {
     }
 
     /// Watches the connection until `ended` is signalled.
-    fn watch(&self, ended: &mpsc::Receiver<()>, open: impl Fn() -> Result<Session, JoinError>) {
-        let mut looks = 0;
-        while ended.recv_timeout(LOOK) == Err(RecvTimeoutError::Timeout) {
-            looks = if self.session().info().routers_zid().wait().next().is_some() { 0 } else { looks + 1 };
-            if looks >= LOOKS_MAX {
-                // If no new session can be opened, the old one stays, because it may still reconnect.
-                if let Ok(session) = open() {
-                    self.renew(session);
-                }
-                looks = 0;
+    fn watch(&self, ended: &mpsc::Receiver<()>, look: Duration, open: impl Fn() -> Result<Session, JoinError>) {
+        let mut silence = Silence::default();
+        while ended.recv_timeout(look) == Err(RecvTimeoutError::Timeout) {
+            // If no new session can be opened, the old one stays, because it may still reconnect. If a subscriber could not be declared in
+            // the new one, it would hear nothing: the next look opens another.
+            if silence.lasts(self.answers.load(Ordering::Relaxed))
+                && let Ok(session) = open()
+                && self.renew(session)
+            {
+                silence.looks = 0;
             }
         }
     }
 
-    /// Replaces the session; all traffic moves to the new one.
-    fn renew(&self, session: Session) {
+    /// Replaces the session; all traffic moves to the new one. Returns false if a subscriber could not be declared in it.
+    fn renew(&self, session: Session) -> bool {
         let before = {
             let mut open = self.open.write().unwrap_or_else(PoisonError::into_inner);
             let before = std::mem::replace(&mut open.session, session.clone());
@@ -129,13 +170,15 @@ impl SharedSession {
             subscribed.retain(|one| one.strong_count() > 0);
             subscribed.iter().filter_map(Weak::upgrade).collect()
         };
+        let mut whole = true;
         for one in subscribed {
-            // A subscriber that cannot be declared is silent until the next renewal.
             let declared = one.declared(&session).ok();
+            whole &= declared.is_some();
             let earlier = std::mem::replace(&mut *locked(&one.declared), declared);
             drop(earlier);
         }
         let _ = before.close().wait();
+        whole
     }
 
     fn publisher(&self, key: &str, priority: Priority) -> Result<(u64, Publisher<'static>), NetworkError> {
@@ -182,6 +225,10 @@ impl Network for ZenohWire {
         drop(standing);
         Ok(Box::new(one))
     }
+
+    fn answered(&self) {
+        self.shared.answers.fetch_add(1, Ordering::Relaxed);
+    }
 }
 
 impl Outlet for ZenohOutlet {
@@ -201,35 +248,88 @@ impl Outlet for ZenohOutlet {
 mod tests {
     use super::*;
     use crate::options::Security;
-    use std::sync::atomic::{AtomicU64, Ordering};
 
-    #[test]
-    fn what_was_declared_goes_over_the_session_that_is_made_anew() {
+    /// Returns a wire that listens, the options of a host that joins it, and its endpoint.
+    fn listening() -> (ZenohWire, Options, Endpoint) {
         let port = std::net::TcpListener::bind("127.0.0.1:0").and_then(|listener| listener.local_addr()).expect("a port is free").port();
         let security = Security::Loopback { secret: "a-secret-of-the-tests".to_owned() };
         let options = |name: &str| Options { security: security.clone(), ..Options::new("renewed", name, &format!("tcp/127.0.0.1:{port}")) };
-        let (here, there) = (options("a"), options("b"));
-        let endpoint = here.check().expect("loopback");
-        let listening = ZenohWire::open(&here, &endpoint, Side::Listens).expect("the port is free");
+        let endpoint = options("a").check().expect("loopback");
+        (ZenohWire::open(&options("a"), &endpoint, Side::Listens).expect("the port is free"), options("b"), endpoint)
+    }
+
+    /// Returns a function for packets, and the first byte of the last one.
+    fn last_arrival() -> (Arrival, Arc<AtomicU64>) {
+        let last = Arc::new(AtomicU64::new(0));
+        let noted = last.clone();
+        (Arc::new(move |bytes| noted.store(u64::from(bytes[0]), Ordering::Release)), last)
+    }
+
+    fn send_until_it_arrives(outlet: &dyn Outlet, round: u8, last: &AtomicU64) {
+        let until = Instant::now() + Duration::from_secs(60);
+        while last.load(Ordering::Acquire) != u64::from(round) {
+            assert!(Instant::now() < until, "round {round}: nothing comes");
+            outlet.send(vec![round]);
+            std::thread::park_timeout(Duration::from_millis(1));
+        }
+    }
+
+    #[test]
+    fn what_was_declared_goes_over_the_session_that_is_made_anew() {
+        let (listening, there, endpoint) = listening();
         let joining = ZenohWire::open(&there, &endpoint, Side::Joins).expect("it listens");
-        let came = [AtomicU64::new(0), AtomicU64::new(0)].map(Arc::new);
-        let [forth, back] = came.clone().map(|last| -> Arrival { Arc::new(move |bytes| last.store(u64::from(bytes[0]), Ordering::Release)) });
+        let ((forth, came_forth), (back, came_back)) = (last_arrival(), last_arrival());
         let _kept = (listening.subscribe("forth", forth).expect("open"), joining.subscribe("back", back).expect("open"));
         let ended = joining.subscribe("back", Arc::new(|_: &[u8]| panic!("it has ended"))).expect("open");
         drop(ended);
-        let outlets = [joining.outlet("forth", Urgency::Values).expect("open"), listening.outlet("back", Urgency::Values).expect("open")];
+        let outlets = (joining.outlet("forth", Urgency::Values).expect("open"), listening.outlet("back", Urgency::Values).expect("open"));
         for round in 1..=3 {
-            let until = std::time::Instant::now() + Duration::from_secs(60);
-            for (outlet, last) in outlets.iter().zip(&came) {
-                while last.load(Ordering::Acquire) != round {
-                    assert!(std::time::Instant::now() < until, "round {round}: nothing comes");
-                    outlet.send(vec![round as u8]);
-                    std::thread::park_timeout(Duration::from_millis(1));
-                }
-            }
-            joining.shared.renew(session::open(&there, &endpoint, Side::Joins).expect("it listens"));
+            send_until_it_arrives(outlets.0.as_ref(), round, &came_forth);
+            send_until_it_arrives(outlets.1.as_ref(), round, &came_back);
+            assert!(joining.shared.renew(session::open(&there, &endpoint, Side::Joins).expect("it listens")));
         }
-        assert_eq!(joining.shared.renewals(), 3);
+        // Nothing is answered here, so that a slow run may have seen more of them.
+        assert!(joining.shared.renewals() >= 3);
         drop(outlets);
+    }
+
+    #[test]
+    fn a_session_that_counts_as_connected_and_hears_nothing_is_replaced_until_one_hears() {
+        let (listening, there, endpoint) = listening();
+        let open = || session::open(&there, &endpoint, Side::Joins);
+        let joining = ZenohWire { shared: SharedSession::new(open().expect("it listens")), watching: None };
+        let (back, came_back) = last_arrival();
+        let _kept = joining.subscribe("back", back).expect("open");
+        let outlet = listening.outlet("back", Urgency::Values).expect("open");
+        send_until_it_arrives(outlet.as_ref(), 1, &came_back);
+
+        // The first new session is closed before anything can be declared in it.
+        let opened = AtomicU64::new(0);
+        let open_closed_first = || -> Result<Session, JoinError> {
+            let session = open()?;
+            if opened.fetch_add(1, Ordering::Relaxed) == 0 {
+                session.close().wait().expect("it is open");
+            }
+            Ok(session)
+        };
+        locked(&joining.shared.subscribed)[0].upgrade().expect("it is kept").declared.lock().expect("no holder panics").take();
+        assert_eq!(joining.shared.session().info().routers_zid().wait().count(), 1, "zenoh calls it connected");
+        let ((alive, ended), shared) = (mpsc::channel::<()>(), joining.shared.clone());
+        std::thread::scope(|scope| {
+            scope.spawn(move || shared.watch(&ended, Duration::from_millis(10), open_closed_first));
+            send_until_it_arrives(outlet.as_ref(), 2, &came_back);
+            drop(alive);
+        });
+        assert!(opened.into_inner() >= 2);
+    }
+
+    #[test]
+    fn only_a_silence_of_several_looks_is_long() {
+        let mut silence = Silence::default();
+        for answers in 1..100 {
+            assert!((1..LOOKS_MAX).all(|_| !silence.lasts(answers)) && !silence.lasts(answers + 1));
+        }
+        assert!((1..LOOKS_MAX).all(|_| !silence.lasts(100)) && silence.lasts(100) && silence.lasts(100), "it lasts until there is an answer");
+        assert!(!silence.lasts(101));
     }
 }
