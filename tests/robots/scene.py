@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import importlib
+import itertools
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
@@ -18,6 +19,8 @@ SAMPLES = 20
 """Number of poses on a straight path in which links are checked."""
 SIZE, QUALITY, PAPER = 320, 70, 244
 """Width and height of a picture in pixels, its WebP quality, and the grey behind the arm."""
+AZIMUTH, ELEVATION, MARGIN = 130, -20, 1.03
+"""Direction of the camera, degrees, and the margin around the arm."""
 PLANE = 0
 """`mjtGeom` of a floor."""
 
@@ -63,7 +66,8 @@ class Scene:
         centres, reach = self.data.geom_xpos[shown], model.geom_rbound[shown, None]
         low, high = (centres - reach).min(axis=0), (centres + reach).max(axis=0)
         camera = mujoco.MjvCamera()
-        camera.lookat[:], camera.distance, camera.azimuth, camera.elevation = (low + high) / 2, 0.95 * np.linalg.norm(high - low), 130, -20
+        camera.lookat[:], camera.azimuth, camera.elevation = (low + high) / 2, AZIMUTH, ELEVATION
+        camera.distance = distance((high - low) / 2, float(model.vis.global_.fovy))
         with mujoco.Renderer(model, SIZE, SIZE) as renderer:
             renderer.update_scene(self.data, camera)
             pixels = renderer.render().copy()
@@ -81,3 +85,16 @@ class Scene:
         """Returns the name of a shape's link, or its own name if it belongs to no link."""
         body = self.model.geom_bodyid[geom]
         return self.model.body(body).name if body else self.model.geom(geom).name or "world"
+
+
+def distance(half: np.ndarray, field: float) -> float:
+    """Returns the distance from the centre of a box at which the camera sees all of its corners.
+
+    `half` has half the lengths of its edges, m; `field` is the vertical field of view, degrees, of a square picture.
+    """
+    across, up = np.radians(AZIMUTH), np.radians(ELEVATION)
+    forward = np.array([np.cos(up) * np.cos(across), np.cos(up) * np.sin(across), np.sin(up)])
+    right = np.array([np.sin(across), -np.cos(across), 0.0])
+    corners = half * np.array(list(itertools.product((-1.0, 1.0), repeat=3)))
+    aside = np.abs(np.stack([corners @ right, corners @ np.cross(right, forward)])).max(axis=0)
+    return float((MARGIN * aside / np.tan(np.radians(field / 2)) - corners @ forward).max())
