@@ -143,7 +143,7 @@ class InstallationErrors(Error):
     def __init__(self, errors: Sequence[Error]) -> None:
         self.errors = list(errors)
         lines = "".join(f"\n  {number}. {type(e).__name__}: {e}" for number, e in enumerate(self.errors, 1))
-        super().__init__(f"{len(self.errors)} things are wrong:{lines}")
+        super().__init__(f"{len(self.errors)} errors were found:{lines}")
 
     def __reduce__(self) -> tuple[Any, ...]:
         return (InstallationErrors if type(self) is InstallationErrors else several), (self.errors,)
@@ -302,21 +302,21 @@ class _Refusals:
             raise from_refusals(error.args[0]) from None
         if isinstance(error, TypeError | OverflowError | UnicodeError):
             # The binding rejects the argument before the call: it takes texts, integers of a certain size, and so on.
-            refuse(CallError, _unfit(error), "look at the call's description: help(...)")
+            refuse(CallError, _unfit(error), "read the description of the call: help(...)")
         if type(error).__name__ == "PanicException":
             # A panic is not an `Exception`: error handlers would miss it.
-            refuse(Error, f"a call failed through a fault of OpenGPAC itself: {error}", "please report it; the system may be unusable now")
+            refuse(Error, f"a call failed because of a bug in OpenGPAC: {error}", "report it, please; the system may be unusable now")
 
 
 refusals = _Refusals()
 
 _WORDS = {
-    "str": "a text",
-    "int": "a whole number",
+    "str": "a string",
+    "int": "an integer",
     "float": "a number",
     "bool": "True or False",
-    "PyString": "a text",
-    "PyInt": "a whole number",
+    "PyString": "a string",
+    "PyInt": "an integer",
 }
 
 
@@ -324,16 +324,16 @@ def _unfit(error: Exception) -> str:
     """Returns the reason, in words, that an argument does not fit a call of the real-time system."""
     text = str(error)
     if isinstance(error, OverflowError):
-        return "a number that is given is out of the range that the call takes"
+        return "a number is out of the range of the call"
     if isinstance(error, UnicodeError):
-        return "a text that is given is no valid Unicode: half of a surrogate pair cannot be written down"
+        return "a string is not valid Unicode: it contains an unpaired surrogate"
     found = re.search(r"Object of type (\w+) is not JSON serializable", text)
     if found:
-        return f"a value of type {found[1]} is given, which no real-time system could take"
+        return f"a value of type {found[1]} cannot be passed to a real-time system"
     found = re.search(r"'(\w+)' object (?:is not an instance of|cannot be \w+ (?:as|to)(?: an?)?) '?(\w+)", text)
     if found:
-        return f"a value of type {found[1]} is given where {_WORDS.get(found[2], found[2])} belongs"
-    return f"a value that is given is of a type that the call does not take ({text})"
+        return f"a value must be {_WORDS.get(found[2], found[2])}, not of type {found[1]}"
+    return f"a value has a type that the call does not accept ({text})"
 
 
 def did_you_mean(word: str, known: Iterable[str]) -> str:

@@ -141,7 +141,7 @@ ODD_GOALS: dict[str, tuple[Any, str]] = {
     "a table": ([{"rad": 1.0}, 0.0], "it takes a number, not a record"),
     "a masked array": (
         np.ma.array([0.1, 0.2], mask=[True, False]),
-        "'goal' is an array whose element 0 (from 0) is masked: there is no number; give every element a number: .filled(…)",
+        "'goal' is an array whose element 0 (from 0) is masked, which has no value; give every element a value: .filled(…)",
     ),
     "a number beyond all": (["1e400 deg", 0.0], "the number of '1e400 deg' is beyond the range of a double"),
 }

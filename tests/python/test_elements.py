@@ -176,7 +176,7 @@ WRONG: dict[str, tuple[dict[str, Any], str]] = {
         {"u0": ["a.y", "sum.u"], "u1": ["b.y", "sum.u"]},
         r"a port has one binding; name its elements: 'sum.u\[0\]', 'sum.u\[1\]'",
     ),
-    "a list in a list": ({"u": [["a.y", "b.y"], "sum.u"]}, r"stands in a list of names, and is no name; .* 'label.port\[0\]'"),
+    "a list in a list": ({"u": [["a.y", "b.y"], "sum.u"]}, r"an item of a list of names must be a string, not .*; .* 'label.port\[0\]'"),
 }
 
 

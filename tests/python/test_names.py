@@ -18,7 +18,7 @@ NO_NAMES = {
 
 @pytest.mark.parametrize("name", NO_NAMES)
 def test_what_is_no_name_is_refused_by_one_rule(cell: gpac.System, name: str) -> None:
-    with pytest.raises(gpac.CallError, match="the name that System.* " + NO_NAMES[name]):
+    with pytest.raises(gpac.CallError, match="the name passed to System.* " + NO_NAMES[name]):
         gpac.System(name, clock="virtual")
     request = {"name": name, "type_text": "double"}
     with pytest.raises(gpac.CallError, match="the name of an SVV " + NO_NAMES[name]), gpac.errors.refusals:

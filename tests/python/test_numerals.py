@@ -140,7 +140,7 @@ def test_behind_a_mask_there_is_no_number() -> None:
     assert encoding.plain(whole) == [1.0, 2.0] and encoding.plain(np.ma.array(3.0)) == 3.0
     for masked, said in {
         "element": (np.ma.array([1.0, 2.0, 3.0], mask=[False, True, False]), r"'goal' is an array whose element 1 \(from 0\) is masked"),
-        "whole": (np.ma.masked, r"'goal' is a masked value: there is no number; give every element a number"),
+        "whole": (np.ma.masked, r"'goal' is a masked value, which has no value; give every element a value"),
         "in a list": ([1.0, np.ma.masked], r"'goal' is a masked value"),
     }.values():
         with pytest.raises(gpac.ValueRefused, match=said):

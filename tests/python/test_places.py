@@ -88,11 +88,11 @@ def test_several_errors_have_a_place_each() -> None:
 @pytest.mark.parametrize(
     ("refused", "said"),
     [
-        (lambda cell: cell.svv("level", initial=float("nan")), "the initial value of SVV 'level' nan is not a finite number"),
-        (lambda cell: setattr(cell.svv("level"), "value", float("inf")), "the value for SVV 'level' inf is not a finite number"),
-        (lambda cell: setattr(cell.svv("level"), "value", None), "the value for SVV 'level' is None, which is not a value"),
-        (lambda cell: library.gain.run(u=[1.0], k=float("nan")), "'k' nan is not a finite number"),
-        (lambda cell: library.gain.run(u=None), "input 'u' is None, which is not a value"),
+        (lambda cell: cell.svv("level", initial=float("nan")), "the initial value of SVV 'level' must be finite, not nan"),
+        (lambda cell: setattr(cell.svv("level"), "value", float("inf")), "the value for SVV 'level' must be finite, not inf"),
+        (lambda cell: setattr(cell.svv("level"), "value", None), "the value for SVV 'level' must be a value, not None"),
+        (lambda cell: library.gain.run(u=[1.0], k=float("nan")), "'k' must be finite, not nan"),
+        (lambda cell: library.gain.run(u=None), "input 'u' must be a value, not None"),
         (lambda cell: cell.processor("p").timer("t", period="-1 ms"), "the period of timer 't' cannot be -1 ms: its range is at least 0 s"),
         (lambda cell: cell.processor("p").timer("t", period="1 us"), "the period of source 'p.t' is 0.001 ms, shorter than 10 us"),
     ],

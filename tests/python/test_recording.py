@@ -358,9 +358,9 @@ def test_files_follow_each_other_and_the_newest_stay(cell: gpac.System, tmp_path
         ({"keep": 3}, "at what size the next file begins"),
         ({"split": "10 kB"}, "give 1 MB or more"),
         ({"split": "1 MB", "keep": 1}, "give 2 or more"),
-        ({"split": "much"}, "split= 'much' is not a size; write for example '500 MB'"),
-        ({"split": "5 mb"}, "units of sizes are B, kB, MB"),
-        ({"split": -1}, "is not a size"),
+        ({"split": "much"}, "split= must be a size, not 'much'; write '500 MB'"),
+        ({"split": "5 mb"}, "write one of the units B, kB, MB"),
+        ({"split": -1}, "must be a size, not"),
         ({"split": "1 MB", "keep": -1}, "-1 files cannot be kept"),
     ],
 )

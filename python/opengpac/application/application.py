@@ -28,11 +28,11 @@ def system_for(verb: Verb[..., Any], arguments: Mapping[str, Any]) -> System:
             found[system] = None
     if len(found) > 1:
         names = ", ".join(f"'{system.name}'" for system in found)
-        refuse(CallError, f"the arguments of verb '{verb.name}' belong to several systems: {names}", "take all from one")
+        refuse(CallError, f"the arguments of verb '{verb.name}' belong to several systems: {names}", "take all of them from one system")
     if not found:
         refuse(
             CallError,
-            f"nothing says in which system verb '{verb.name}' runs",
+            f"the system in which verb '{verb.name}' runs is not specified",
             f"write {verb.name}.on(source)(…), or {verb.name}.on(system)(…)",
         )
     return next(iter(found))
@@ -98,7 +98,7 @@ def _over_present(name: str, given: Mapping[str, Any], group: Group[Any]) -> Any
         try:
             wanted[group[str(key)].name] = value
         except UnknownName as error:
-            said = f"'{name}' names '{key}', which is no member of group '{group.name}'"
+            said = f"'{name}' names '{key}', which is not a member of group '{group.name}'"
             refuse(UnknownName, said, error.remedy)
     return [wanted.get(device.name, present) for device, present in zip(group, group.values("sensed"), strict=True)]
 

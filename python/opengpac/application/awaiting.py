@@ -149,5 +149,5 @@ class _Advancing:
                 future.set_result(None)
             elif not moving[instance.system]:
                 future.set_exception(
-                    InvalidState(f"verb instance '{instance.name}' can never end: nothing is going to happen in its system")
+                    InvalidState(f"verb instance '{instance.name}' can never end: no further event is pending in its system")
                 )

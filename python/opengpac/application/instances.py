@@ -115,7 +115,7 @@ class VerbInstance(TableDisplay, DeclaredNames, Generic[R]):
         Deletes an instance made by `asynch`. Ctrl-C ends only the wait.
         """
         if self._deleted and self._report is None:
-            refuse(InvalidState, f"verb instance '{self._name}' is deleted", "make another: new_instance(...)")
+            refuse(InvalidState, f"verb instance '{self._name}' has been deleted", "create another one: new_instance(...)")
         text = None if self._deleted else waiting.wait(self, optional_ns(timeout, "the timeout"))
         return self._finish(text)
 
@@ -160,7 +160,7 @@ class VerbInstance(TableDisplay, DeclaredNames, Generic[R]):
         """
         every = values.pop("every", {}) if "every" not in self.verb.input_parameters else {}
         if not isinstance(every, Mapping):
-            refuse(CallError, f"every is {every!r}", "write vi.set(every={'generator': '10 ms'})")
+            refuse(CallError, f"every= must be a dictionary, not {every!r}", "write vi.set(every={'generator': '10 ms'})")
         intervals = {str(label): span_ns(time, f"the interval of '{label}'") for label, time in every.items()}
         with refusals:
             self._alive().set(self.identity, {name: plain(value, f"'{name}'") for name, value in values.items()}, intervals)
@@ -191,7 +191,7 @@ class VerbInstance(TableDisplay, DeclaredNames, Generic[R]):
 
     def _alive(self) -> Any:
         if self._deleted:
-            refuse(InvalidState, f"verb instance '{self._name}' is deleted", "make another: new_instance(...)")
+            refuse(InvalidState, f"verb instance '{self._name}' has been deleted", "create another one: new_instance(...)")
         return self.system._native
 
     def _start(self, values: Mapping[str, Any], options: Mapping[str, Any]) -> None:

@@ -126,7 +126,7 @@ def terminated(report: Report, verb: Verb[..., Any], objects: Mapping[str, Any] 
     value = f" with value {report.value}" if report.value is not None else ""
     detail = f": {report.message}" if report.message else ""
     if report.way and report.way[-1].condition != report.condition:
-        detail = f"; '{report.way[-1].condition}' in '{report.way[-1].command_list}' had led there{detail}"
+        detail = f"; this followed '{report.way[-1].condition}' in list '{report.way[-1].command_list}'{detail}"
     error = kind(
         f"verb instance '{report.instance}' ended with '{report.condition}'{value}{where} after {report.time:.6g} s{block}{detail}",
         place=here() if packaged(verb.place) else verb.place,

@@ -56,8 +56,8 @@ def reported(native: Any, identity: int) -> str | None:
 def check_started(instance: VerbInstance[Any]) -> None:
     """Refuses to wait for an instance that was never started."""
     if instance.state == "created":
-        refuse(InvalidState, f"verb instance '{instance.name}' is not started", "call start() first")
+        refuse(InvalidState, f"verb instance '{instance.name}' has not been started", "call start() first")
 
 
 def _too_late(instance: VerbInstance[Any], timeout_ns: int | None) -> str:
-    raise TimeoutError(f"verb instance '{instance.name}' has not ended within {(timeout_ns or 0) * 1e-9:g} s; it is {instance.state}")
+    raise TimeoutError(f"verb instance '{instance.name}' did not end within {(timeout_ns or 0) * 1e-9:g} s and is {instance.state}")

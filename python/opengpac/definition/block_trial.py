@@ -89,7 +89,9 @@ def run(block: Block, steps: int | None, every: Quantity, given: Mapping[str, An
     short = next((name for name, length in lengths.items() if length != times), None)
     if short is not None:
         refuse(
-            CallError, f"input '{short}' has {lengths[short]} values for {times} invocations", "give one value for each, or one constant"
+            CallError,
+            f"input '{short}' has {lengths[short]} values, but the trial has {times} invocations",
+            "pass one value for each invocation, or one constant",
         )
     for name in inputs:
         if name not in lengths:
@@ -99,8 +101,8 @@ def run(block: Block, steps: int | None, every: Quantity, given: Mapping[str, An
     if period_ns < 0 or (times + 1) * period_ns >= 2**63:
         refuse(
             OutOfRange,
-            f"a trial of {times} invocations is to have the interval {every!r}",
-            "give 0 or more, and 292 years for all at most",
+            f"the interval of a trial of {times} invocations must be from 0 s to 292 years in total, not {every!r}",
+            "pass a shorter interval, for example every='1 ms'",
         )
     interpreted = not getattr(block, "native", True)
     with refusals:

@@ -61,7 +61,7 @@ class Item:
         with refusals:
             number = _native.number_in(given, self.unit) if isinstance(given, str) else given
             if isinstance(number, bool) or not isinstance(number, int | float):
-                refuse(ValueRefused, f"{what} is {value!r}", "give a number")
+                refuse(ValueRefused, f"{what} is {value!r}", "pass a number")
             _native.check_range(what, f"{self.unit} {self.range}", number)
 
     def __repr__(self) -> str:
@@ -102,7 +102,7 @@ class Block(TableDisplay, FunctionBlock):
         return f"block '{self.name.rpartition('.')[2]}' takes steps of"
 
     def _instead(self, name: str) -> str:
-        return f"give constants where it is used: {self.name.rpartition('.')[2]}({name}=…)" if name in self.items else ""
+        return f"pass constants where it is used: {self.name.rpartition('.')[2]}({name}=…)" if name in self.items else ""
 
     def _of(self, *kinds: str) -> dict[str, Item]:
         return {name: item for name, item in self.items.items() if item.kind in kinds}
@@ -280,8 +280,8 @@ def use_of(block: object, label: str) -> BlockUse:
         return BlockUse(cast("Block | Graph", block), {})
     refuse(
         DefinitionError,
-        f"block '{label}' is {block!r}, not a function block",
-        "give a block of gpac.library or of a code module, or a graph",
+        f"block '{label}' must be a function block, not {block!r}",
+        "pass a block of gpac.library or of a code module, or a graph",
     )
 
 
@@ -290,13 +290,17 @@ def uses_of(blocks: Any) -> dict[str, BlockUse]:
     if isinstance(blocks, Mapping):
         return {str(label): use_of(block, str(label)) for label, block in blocks.items()}
     if not isinstance(blocks, Iterable) or isinstance(blocks, str | bytes):
-        refuse(DefinitionError, f"blocks={blocks!r} has no blocks", "give a dictionary of labels and blocks")
+        refuse(DefinitionError, f"blocks= must be a dictionary of labels and blocks, not {blocks!r}", "write blocks={'pid': library.pid}")
     uses: dict[str, BlockUse] = {}
     for block in blocks:
         if not isinstance(block, Occurrence):
-            refuse(DefinitionError, f"{block!r} has no label", "give a dictionary, or lib.pid.labelled('pid')")
+            refuse(
+                DefinitionError,
+                f"an item of blocks= must be a labelled block, not {block!r}",
+                "pass a dictionary, or lib.pid.labelled('pid')",
+            )
         if str(block) in uses:
-            refuse(DefinitionError, f"two blocks are labelled '{block}'", "give each occurrence its own label")
+            refuse(DefinitionError, f"two blocks are labelled '{block}'", "give each block its own label")
         uses[str(block)] = block._use
     return uses
 
@@ -306,14 +310,18 @@ def names_of(names: Any) -> list[str]:
     if isinstance(names, str | Occurrence):
         return [str(names)]
     if not isinstance(names, Iterable) or isinstance(names, bytes):
-        refuse(DefinitionError, f"{names!r} is given where names belong", "give a name, 'label.port', or a list of names")
+        refuse(
+            DefinitionError,
+            f"names of ports must be a string or a list of strings, not {names!r}",
+            "write 'label.port', or a list of such names",
+        )
     given = list(names)
     wrong = next((name for name in given if not isinstance(name, str | Occurrence)), None)
     if wrong is not None:
         refuse(
             DefinitionError,
-            f"{wrong!r} stands in a list of names, and is no name",
-            "give names, 'label.port'; an element of an array port is 'label.port[0]'",
+            f"an item of a list of names must be a string, not {wrong!r}",
+            "write 'label.port', or 'label.port[0]' for an element of an array port",
         )
     return [str(name) for name in given]
 
@@ -321,7 +329,7 @@ def names_of(names: Any) -> list[str]:
 def mapping_of(mapping: Mapping[Any, Any] | None) -> dict[str, list[str]]:
     """Returns a mapping of names to sets of names: χ, ψ or ρ in the model's form."""
     if mapping is not None and not isinstance(mapping, Mapping):
-        refuse(DefinitionError, f"{mapping!r} is given where a mapping belongs", "give a dictionary, {'name': 'label.port'}")
+        refuse(DefinitionError, f"a mapping must be a dictionary, not {mapping!r}", "write {'name': 'label.port'}")
     return {str(name): names_of(targets) for name, targets in (mapping or {}).items()}
 
 

@@ -94,4 +94,8 @@ def checked(command: Any, where: str) -> Command:
     """Returns the command; refuses anything else."""
     if isinstance(command, dict) and "command" in command:
         return command
-    refuse(DefinitionError, f"{where} has {command!r}, which is not a command", "write execute('block'), activate('block', every='1 ms') …")
+    refuse(
+        DefinitionError,
+        f"{where} contains {command!r}, which is not a command",
+        "write execute('block'), activate('block', every='1 ms') …",
+    )

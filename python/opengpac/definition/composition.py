@@ -122,7 +122,11 @@ class ComposedVerb(Verb[..., Report]):
 
     def raising(self, exception: type[Terminated]) -> Verb[..., Report]:
         """Refuses any `exception`: exceptions of a composed verb belong to its parts."""
-        refuse(DefinitionError, f"'{self.name}' is composed, and raising() is of one verb", "let its parts raise: retract.raising(Jammed)")
+        refuse(
+            DefinitionError,
+            f"'{self.name}' is composed, but raising() applies to a single verb",
+            "call it on a part: retract.raising(Jammed)",
+        )
 
     def reported(self, key: str) -> str:
         """Returns the name in reports of the line `key` of the tables of conditions and outputs."""
@@ -292,7 +296,7 @@ def together(
     `preset`, `share` and `doc` are those of `compose`; the default name is that of the parts, `a_and_b`.
     """
     if until not in ("any", "all"):
-        refuse(DefinitionError, f"until is {until!r}", "say 'any' or 'all'")
+        refuse(DefinitionError, f"until= must be 'any' or 'all', not {until!r}", "write until='any' or until='all'")
     parts = verbs[0] if len(verbs) == 1 and isinstance(verbs[0], Mapping) else [v for v in verbs if not isinstance(v, Mapping)]
     labelled = _labelled(parts, name or "together")
     composition = Composition(name or "_and_".join(labelled), labelled, here(), together=True, until=until, doc=doc)
@@ -309,7 +313,7 @@ def then(verb: AnyVerb, condition: str | None, following: AnyVerb, label: str | 
     if isinstance(verb, ComposedVerb) and verb.composition.open:
         chain = verb.composition
     if label is not None and label in chain.parts:
-        refuse(DefinitionError, f"two parts of a chain are labelled '{label}'", "give each its own label")
+        refuse(DefinitionError, f"two parts of a chain are labelled '{label}'", "give each part its own label")
     label = _unique(label or following.name, chain.parts)
     step = _Step(tuple(chain.parts), condition, label, here())
     parts = {**chain.parts, label: following}
@@ -341,7 +345,7 @@ def _unique(label: str, known: Mapping[str, AnyVerb]) -> str:
 
 def _check_verb(verb: object, where: str) -> None:
     if not isinstance(verb, Verb):
-        refuse(DefinitionError, f"a part of {where} is {verb!r}, not a verb", "give verbs: {'approach': approach, 'grasp': grasp}")
+        refuse(DefinitionError, f"a part of {where} must be a verb, not {verb!r}", "pass verbs: {'approach': approach, 'grasp': grasp}")
 
 
 def _steps(transitions: Transitions, name: str) -> list[_Step]:
@@ -350,7 +354,7 @@ def _steps(transitions: Transitions, name: str) -> list[_Step]:
         if not (isinstance(key, tuple) and len(key) == 2 and isinstance(to, str)):
             refuse(
                 DefinitionError,
-                f"transition {key!r}: {to!r} of composition '{name}' has no part and condition",
+                f"transition {key!r}: {to!r} of composition '{name}' lacks a part or a condition",
                 "write ('part', 'condition'): 'part'",
             )
         origins, condition = key

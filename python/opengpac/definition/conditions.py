@@ -53,10 +53,12 @@ def on(
         raises = Terminated if raises else None
     elif not (isinstance(raises, type) and issubclass(raises, Terminated)):
         refuse(
-            DefinitionError, f"raises={raises!r} is not an exception class of a termination", "derive it: class Collision(gpac.Terminated)"
+            DefinitionError,
+            f"raises= must be a class derived from gpac.Terminated, not {raises!r}",
+            "define one: class Collision(gpac.Terminated)",
         )
     if alarm is not None and (not isinstance(alarm, str) or not alarm):
-        refuse(DefinitionError, f"alarm={alarm!r} is not the code of an alarm", "give its code: alarm='E101'")
+        refuse(DefinitionError, f"alarm= must be the code of an alarm, not {alarm!r}", "write alarm='E101', for example")
     return Termination(
         on=tuple(names_of(conditions)) if conditions is not None else (),
         returns=None if returns is None else tuple(names_of(returns)),
@@ -74,4 +76,4 @@ def termination_of(given: Any, name: str) -> Termination:
         return given
     if isinstance(given, str | list | tuple):
         return on(given)
-    refuse(DefinitionError, f"condition '{name}' is {given!r}", "write on('block.condition', returns=[…])")
+    refuse(DefinitionError, f"condition '{name}' must be made by on(...), not {given!r}", "write on('block.condition', returns=[…])")

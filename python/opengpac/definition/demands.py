@@ -23,7 +23,7 @@ def check_rates(uses: Mapping[str, BlockUse], lists: Mapping[str, Sequence[Mappi
         block = uses[label].block if label in uses else None
         if isinstance(block, Block) and block.period_ns is not None and every is not None and every != block.period_ns:
             own = _text(block.period_ns)
-            text = f"'{label}' is activated every {_text(every)}, {block._own_interval} {own}"
+            text = f"'{label}' is activated every {_text(every)}, but {block._own_interval} {own}"
             refuse(SchedulingError, text, f"write every='{own}'")
 
 
@@ -59,8 +59,8 @@ def check_names(taker: str, names: Sequence[str], giver: str, bound: Sequence[st
     """Refuses joint variables in an order other than that of `names`. Messages call the two ends `taker` and `giver`; `bound` are the
     variables."""
     if names and len(bound) == len(names) and _differ(bound, names):
-        text = f"{taker} takes {', '.join(names)} in this order, {giver} gives {', '.join(bound)}"
-        refuse(DefinitionError, text, "bind them in the policy's order")
+        text = f"{taker} expects the order {', '.join(names)}, but {giver} has {', '.join(bound)}"
+        refuse(DefinitionError, text, "bind them in the order of the policy")
 
 
 def _differ(bound: Sequence[str], names: Sequence[str]) -> bool:
@@ -85,7 +85,9 @@ def check_placed(verb: Verb[..., Any], system: System) -> None:
         there = system.sources.get(source or "")
         if there is None or there.processor.apart is not False or system.virtual:
             continue
-        text = f"block '{label}' of verb '{verb.name}' runs as Python ({block}), and '{there.name}' is a thread of this program"
+        text = (
+            f"block '{label}' of verb '{verb.name}' runs in a Python interpreter ({block}), but '{there.name}' is a thread of this program"
+        )
         remedy = f"place it on a source of cell.processor(…, process=True): .on({{'{label}': …}})"
         refuse(PlacementError, text, remedy)
 

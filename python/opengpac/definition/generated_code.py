@@ -21,9 +21,13 @@ from .entering import without_system
 def block_name(name: str) -> str:
     """Returns `name` if it is valid as the name of a block in C."""
     if not name.isidentifier() or not name.isascii():
-        refuse(DefinitionError, f"'{name}' is no name of a block", "give name= letters, digits and '_', a letter first")
+        refuse(
+            DefinitionError, f"'{name}' is not a valid name of a block", "pass name= with letters, digits and '_', starting with a letter"
+        )
     if _native.is_word_of_c(name):
-        refuse(DefinitionError, f"'{name}' is a word of C or of OpenGPAC, and no name of a block", f"give another one: name='{name}_block'")
+        refuse(
+            DefinitionError, f"'{name}' is reserved by C or OpenGPAC and cannot name a block", f"choose another name: name='{name}_block'"
+        )
     return name
 
 

@@ -29,7 +29,7 @@ def _order(graph: Graph) -> list[str]:
         ready = [label for label, before in after.items() if label not in ordered and before <= {*ordered}]
         if not ready:
             rest = ", ".join(f"'{label}'" for label in after if label not in ordered)
-            _refuse_trial(graph, f"its blocks {rest} read what they write themselves")
+            _refuse_trial(graph, f"its blocks {rest} form a loop")
         ordered += ready
     return ordered
 

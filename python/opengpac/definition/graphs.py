@@ -28,7 +28,11 @@ def mode_json(mode: Any) -> Any:
     """Returns a port mode in the model's form: `"synchronous"`, `"asynchronous"` or `gpac.ratio(5)`."""
     if (isinstance(mode, str) and mode in ("synchronous", "asynchronous")) or (isinstance(mode, dict) and list(mode) == ["ratio"]):
         return mode
-    refuse(DefinitionError, f"{mode!r} is not a port mode", "say 'synchronous', 'asynchronous' or gpac.ratio(n)")
+    refuse(
+        DefinitionError,
+        f"a port mode must be 'synchronous', 'asynchronous' or a ratio, not {mode!r}",
+        "write mode='asynchronous' or mode=gpac.ratio(10), for example",
+    )
 
 
 @taking
@@ -158,7 +162,7 @@ class Graph(PictureOwner, FunctionBlock):
         use = use_of(block, label)
         source, sink = str(between[0]), str(between[1])
         if label in self.blocks:
-            refuse(DefinitionError, f"graph '{self.name}' has a block '{label}' already", "choose another label")
+            refuse(DefinitionError, f"graph '{self.name}' already has a block '{label}'", "choose another label")
         taken, given = f"{label}.{input or _only(use, 'input')}", f"{label}.{output or _only(use, 'output')}"
         new = self._copy()
         for mapping in (new.cells, new.inputs, new.outputs):
@@ -169,7 +173,11 @@ class Graph(PictureOwner, FunctionBlock):
                     new.cells[_free(label, new)] = [given, sink]
                     new._check()
                     return new
-        refuse(UnknownName, f"graph '{self.name}' has no connection from '{source}' to '{sink}'", f"its connections: {self._connections()}")
+        refuse(
+            UnknownName,
+            f"graph '{self.name}' has no connection from '{source}' to '{sink}'",
+            f"choose one of its connections: {self._connections()}",
+        )
 
     def replace(self, label: str, block: Any) -> Graph:
         """Returns a new graph in which `block` replaces the one with this `label`, with the same bindings."""
@@ -230,8 +238,8 @@ class Graph(PictureOwner, FunctionBlock):
 
     def _instead(self, name: str) -> str:
         if name in self.inputs:
-            return f"give constants where it is used: {self.name}({name}=…)"
-        return "a graph is a value: insert, replace and remove give a new one" if name in vars(self) else ""
+            return f"pass constants where it is used: {self.name}({name}=…)"
+        return "use insert, replace or remove, which return a new graph" if name in vars(self) else ""
 
     def _is_output(self, cell: str, label: str) -> bool:
         block = self.blocks[label].block
@@ -262,7 +270,7 @@ def _only(use: BlockUse, kind: str) -> str:
         refuse(
             DefinitionError,
             f"block '{block.name}' has {len(names)} {kind} ports that must be bound: {', '.join(names)}",
-            f"say which with {kind}=",
+            f"name them with {kind}=",
         )
     return names[0]
 

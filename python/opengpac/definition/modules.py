@@ -107,6 +107,6 @@ def type_json(given: Any, what: str) -> tuple[str, dict[str, str]]:
         return PYTHON_TYPES[given], {}
     refuse(
         DefinitionError,
-        f"the type of {what} is {given!r}",
-        "give a C declaration, 'double[6]', a type of a code module, or float, int, bool",
+        f"the type of {what} must be a C type, not {given!r}",
+        "pass a C declaration, 'double[6]', a type of a code module, or float, int, bool",
     )

@@ -61,8 +61,8 @@ class InputParameter:
         except (AttributeError, KeyError):
             refuse(
                 CallError,
-                f"'{name}' is not given, and {objects.get(root, root)!r} has no '{rest}'",
-                f"give {name}=, or an object that has it: an arm made by gpac.robots.load has a chain",
+                f"'{name}' is missing, and {objects.get(root, root)!r} has no '{rest}' to replace it",
+                f"pass {name}=, or an object that has it: an arm made by gpac.robots.load has a chain",
             )
 
 
@@ -90,7 +90,7 @@ def input(
     argument into the value for the ports: a short list into a table of fixed size.
     """
     if form is not None and not callable(form):
-        refuse(CallError, f"form={form!r} is no function", "give one of the value and the objects")
+        refuse(CallError, f"form= must be a function, not {form!r}", "pass a function of the value and the objects")
     return InputParameter(tuple(names_of(targets)), default, tunable, unit, here(), within, counted_from, member, form)
 
 
@@ -116,7 +116,11 @@ def required(raises: type[Error], *, when: str | None = None, remedy: str = "") 
     name is true. The class is one of this package's refusals, `gpac.NotHomed` or `gpac.InvalidState` for example.
     """
     if not isinstance(raises, type) or raises not in REFUSALS:
-        refuse(DefinitionError, f"a requirement raises {raises!r}", f"give one of {', '.join(kind.__name__ for kind in REFUSALS)}")
+        refuse(
+            DefinitionError,
+            f"the class that a requirement raises must be a refusal of OpenGPAC, not {raises!r}",
+            f"pass one of {', '.join(kind.__name__ for kind in REFUSALS)}",
+        )
     return Requirement(raises, when, remedy, here())
 
 
@@ -126,7 +130,11 @@ def requirement_of(given: Any, name: str) -> Requirement:
         return given
     if isinstance(given, type) and issubclass(given, Error):
         return required(given)
-    refuse(DefinitionError, f"the requirement '{name}' is {given!r}", "give an exception class of gpac, or gpac.required(...)")
+    refuse(
+        DefinitionError,
+        f"requirement '{name}' must be an exception class or gpac.required(...), not {given!r}",
+        "pass gpac.NotHomed, for example",
+    )
 
 
 def input_of(given: Any) -> InputParameter:
@@ -150,7 +158,11 @@ class Object:
 def each(device_type: type[LogicalDevice]) -> Object:
     """Declares several logical devices of the class `device_type`: a group, or a sequence of devices."""
     if not (isinstance(device_type, type) and issubclass(device_type, LogicalDevice)):
-        refuse(DefinitionError, f"gpac.each() is given {device_type!r}", "give a class of logical devices")
+        refuse(
+            DefinitionError,
+            f"the argument of gpac.each() must be a class of logical devices, not {device_type!r}",
+            "pass gpac.robots.Joint, for example",
+        )
     return Object(device_type, True)
 
 
@@ -161,6 +173,10 @@ def objects_of(objects: Mapping[str, Any] | None) -> dict[str, Object]:
         if isinstance(given, type) and issubclass(given, LogicalDevice):
             given = Object(given)
         if not isinstance(given, Object):
-            refuse(DefinitionError, f"object '{name}' is {given!r}", "give a class of logical devices, or gpac.each(class)")
+            refuse(
+                DefinitionError,
+                f"object '{name}' must be a class of logical devices, not {given!r}",
+                "pass such a class, or gpac.each(class) for several devices",
+            )
         found[name] = given
     return found

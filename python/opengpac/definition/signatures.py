@@ -42,22 +42,20 @@ def call_signature(verb: Verb[..., Any], function: Any) -> Signature:
     try:
         declared = inspect.signature(function)
     except (TypeError, ValueError):
-        refuse(DefinitionError, f"verb '{verb.name}' is made from {function!r}, which is no function of yours", "leave out function=")
+        refuse(DefinitionError, f"verb '{verb.name}' is made from {function!r}, which is not a function of your program", "omit function=")
     known = [*given, *inputs(verb)]
     for name, parameter in declared.parameters.items():
         if name not in known:
             refuse(
                 DefinitionError,
-                f"function '{verb.name}' has the parameter '{name}', which the verb does not have",
+                f"function '{verb.name}' has a parameter '{name}', but its verb does not",
                 did_you_mean(name, known),
             )
         if name in verb.input_parameters and parameter.default is not Parameter.empty and not verb.input_parameters[name].has_default:
             verb.input_parameters[name] = dataclasses.replace(verb.input_parameters[name], default=parameter.default)
     missing = next((p.name for p in required if p.name not in declared.parameters), None)
     if missing is not None:
-        refuse(
-            DefinitionError, f"function '{verb.name}' lacks the parameter '{missing}' of its verb", "add it to the function's parameters"
-        )
+        refuse(DefinitionError, f"function '{verb.name}' lacks parameter '{missing}' of its verb", "add it to the function's parameters")
     more = [p.replace(kind=Parameter.KEYWORD_ONLY) for p in optional if p.name not in declared.parameters]
     return declared.replace(parameters=[*declared.parameters.values(), *more])
 

@@ -36,8 +36,8 @@ def holding(set: Names, until: Names) -> Holding:
     if not inputs or len(inputs) != len(conditions):
         refuse(
             DefinitionError,
-            f"gpac.holding is given {len(inputs)} names for what is set and {len(conditions)} for the conditions",
-            "give one of each, for example 'generator.holding' and 'generator.held', or lists of the same length",
+            f"gpac.holding() needs as many conditions as inputs, but has {len(inputs)} inputs and {len(conditions)} conditions",
+            "pass one of each, for example 'generator.holding' and 'generator.held', or lists of the same length",
         )
     return Holding(inputs, conditions)
 
@@ -49,7 +49,7 @@ def suspend_json(given: str | Holding, verb: str) -> Any:
     if not isinstance(given, str) or given not in ("idle", "hold", "hold_last", "safe"):
         refuse(
             DefinitionError,
-            f"verb '{verb}' has suspend={given!r}",
+            f"suspend= of verb '{verb}' must be a policy, not {given!r}",
             "write 'idle', 'hold', 'hold_last', 'safe' or gpac.holding('label.input', 'label.condition')",
         )
     return given
@@ -58,5 +58,5 @@ def suspend_json(given: str | Holding, verb: str) -> Any:
 def cut_off_json(given: str | None, verb: str) -> str | None:
     """Returns a value of `if_cut_off=` in the model's form."""
     if not isinstance(given, str | None) or given not in (None, "continue", "halt", "safe"):
-        refuse(DefinitionError, f"verb '{verb}' has if_cut_off={given!r}", "write 'continue', 'halt' or 'safe'")
+        refuse(DefinitionError, f"if_cut_off= of verb '{verb}' must be a policy, not {given!r}", "write 'continue', 'halt' or 'safe'")
     return given

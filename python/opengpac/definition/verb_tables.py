@@ -66,7 +66,7 @@ class VerbTables(PictureOwner):
     def _outcome(self, name: str, condition: str, never: Collection[tuple[str, str]]) -> str:
         if (name, condition) in self.transitions and (name, condition) not in never:
             to = f"→ {self.transitions[name, condition]}"
-            return f"{to}, where that runs on processors that are left" if condition == "processor_lost" else to
+            return f"{to} if it runs on a remaining processor" if condition == "processor_lost" else to
         termination = self.termination(condition, name)
         if termination is not None and termination.raises is None and termination.returns is not None:
             return f"ends, returns {', '.join(map(self.reported, termination.returns)) or 'nothing'}"

@@ -215,7 +215,11 @@ class Verb(VerbTables, DeclaredNames, Generic[P, R]):
         then raises `Jammed`, whose `report` contains the way and the outputs. `>>` is refused, since no normal end remains.
         """
         if not (isinstance(exception, type) and issubclass(exception, Terminated)):
-            refuse(DefinitionError, f"raising({exception!r}) has no class of a termination", "derive it: class Jammed(gpac.Terminated)")
+            refuse(
+                DefinitionError,
+                f"the argument of raising() must be a class derived from gpac.Terminated, not {exception!r}",
+                "define one: class Jammed(gpac.Terminated)",
+            )
         conditions = {"completed": on(), **self.conditions}
         normal = {name: t for name, t in conditions.items() if t.raises is None and (t.returns is not None or name == "completed")}
         new = self._with({"conditions": {**conditions, **{n: dataclasses.replace(t, raises=exception) for n, t in normal.items()}}})
@@ -268,7 +272,7 @@ class Verb(VerbTables, DeclaredNames, Generic[P, R]):
         """
         if Verb._chain is None:
             importlib.import_module(f"{__package__}.composition")
-        assert Verb._chain is not None, "composition gives it"
+        assert Verb._chain is not None, "composition returns it"
         return Verb._chain(self, condition, following, label)
 
     def __rshift__(self, following: Verb[..., Any]) -> ComposedVerb:
@@ -376,8 +380,8 @@ class Verb(VerbTables, DeclaredNames, Generic[P, R]):
 
     def _instead(self, name: str) -> str:
         if name in self.input_parameters:
-            return f"give it in a call: {self.name}(…, {name}=…)"
-        return "a definition does not change: make another" if name in vars(self) else ""
+            return f"pass it in a call: {self.name}(…, {name}=…)"
+        return "make another definition: this one cannot be changed" if name in vars(self) else ""
 
     def _called(self) -> str:
         return f"verb '{self.name}'"
@@ -389,13 +393,13 @@ class Verb(VerbTables, DeclaredNames, Generic[P, R]):
                 refuse(
                     DefinitionError,
                     f"output value '{name}' of verb '{self.name}' has {len(targets)} sources",
-                    "name exactly one: ω is a function",
+                    "name exactly one",
                 )
         for key in self.transitions:
             if not (isinstance(key, tuple) and len(key) == 2):
                 refuse(
                     DefinitionError,
-                    f"transition {key!r} of verb '{self.name}' has no list and condition",
+                    f"transition {key!r} of verb '{self.name}' lacks a list or a condition",
                     "write ('list', 'condition'): 'list'",
                 )
 
@@ -419,4 +423,6 @@ def eval_annotation(text: str, function: Any) -> Any:
 def _list(commands: Any, name: str) -> Sequence[Any]:
     if isinstance(commands, list | tuple):
         return commands
-    refuse(DefinitionError, f"command list '{name}' is {commands!r}", "write a list of commands")
+    refuse(
+        DefinitionError, f"command list '{name}' must be a list of commands, not {commands!r}", "write [activate('block', every='1 ms')]"
+    )

@@ -31,8 +31,8 @@ def _is_list(value: Any) -> bool:
 
 
 _KINDS: dict[str, tuple[Callable[[Any], bool], str]] = {
-    "str": (lambda value: isinstance(value, str), "a text"),
-    "int": (_is_whole, "a whole number"),
+    "str": (lambda value: isinstance(value, str), "a string"),
+    "int": (_is_whole, "an integer"),
     "float": (is_number, "a number"),
     "bool": (lambda value: isinstance(value, bool), "True or False"),
     "None": (lambda value: value is None, "None"),
@@ -68,7 +68,7 @@ def _parts(annotation: str) -> list[str]:
 def name_of(name: Any, what: str) -> str:
     """Returns the name if it is valid: a text that fits on a line of a log."""
     if not isinstance(name, str):
-        refuse(CallError, f"{what} is {_short(name)}", "give a name, for example 'cell'")
+        refuse(CallError, f"{what} must be a string, not {_short(name)}", "write a name such as 'cell'")
     with refusals:
         _native.check_name(what, name)
     return name
@@ -101,13 +101,11 @@ def _rule(name: str, parameter: inspect.Parameter) -> Callable[[Any, str, type[E
     def check(value: Any, call: str, kind: type[Error]) -> Any:
         value = number(value) if takes_numbers else value
         if not any(test(value) for test in tests):
-            refuse(kind, f"argument '{name}' of {call}() is {_short(value)}", f"give {wanted}")
+            refuse(kind, f"argument '{name}' of {call}() must be {wanted}, not {_short(value)}")
         if isinstance(value, str) and any(sign == "\0" or "\ud800" <= sign <= "\udfff" for sign in value):
-            refuse(
-                CallError, f"argument '{name}' of {call}() holds a NUL or half of a surrogate pair", "give a text that can be written down"
-            )
+            refuse(CallError, f"argument '{name}' of {call}() contains a NUL or an unpaired surrogate", "pass a string of valid characters")
         if name == "name" and value is not None:
-            name_of(value, f"the name that {call}() is given")
+            name_of(value, f"the name passed to {call}()")
         return value
 
     return check

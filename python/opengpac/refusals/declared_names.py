@@ -55,9 +55,9 @@ class DeclaredNames(metaclass=_Whole):
     def _refuse_assignment(self, name: str) -> None:
         what, found = self._called(), inspect.getattr_static(type(self), name, None)
         if inspect.isfunction(found):
-            refuse(CallError, f"'{name}' of {what} is a call, not a member", f"write {name}(…)")
+            refuse(CallError, f"'{name}' of {what} is a method and cannot be assigned", f"write {name}(…)")
         if found is not None or name in vars(self):
-            refuse(CallError, f"'{name}' of {what} can be read only", self._instead(name))
+            refuse(CallError, f"'{name}' of {what} is read-only", self._instead(name))
         meant = did_you_mean(name, [n for n in dict.fromkeys(dir(self)) if not n.startswith("_") and self._takes(n)])
         is_near, instead = meant.startswith("did you mean"), self._instead(name)
         # A similar name is more helpful than a list of members.

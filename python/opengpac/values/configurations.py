@@ -32,10 +32,10 @@ class Configuration:
         for name in ("shoulder", "elbow", "wrist"):
             sign = getattr(self, name)
             if isinstance(sign, bool) or not isinstance(sign, int) or sign not in (1, -1):
-                refuse(ValueRefused, f"the {name} of a configuration is {sign!r}", "give 1 or -1")
+                refuse(ValueRefused, f"the {name} of a configuration must be 1 or -1, not {sign!r}", "write 1 or -1")
         turns = self.turns if isinstance(self.turns, tuple | list) else (None,)
         if any(isinstance(turn, bool) or not isinstance(turn, int) or abs(turn) > TURNS_MAX for turn in turns):
-            refuse(ValueRefused, f"the turns of a configuration are {self.turns!r}", "give a whole number for each joint")
+            refuse(ValueRefused, f"the turns of a configuration must be integers, not {self.turns!r}", "write an integer for each joint")
 
     @classmethod
     def of(cls, given: Configuration | str, turns: tuple[int, ...] | list[int] = ()) -> Configuration:
@@ -44,7 +44,11 @@ class Configuration:
         if isinstance(given, Configuration):
             return given
         if not isinstance(given, str) or len(given) != _NUMBER or any(sign not in _SIGNS for sign in given):
-            refuse(ValueRefused, f"a configuration is {given!r}", "give the signs of shoulder, elbow and wrist, for example '+-+'")
+            refuse(
+                ValueRefused,
+                f"a configuration must be three signs, not {given!r}",
+                "write the signs of shoulder, elbow and wrist, for example '+-+'",
+            )
         shoulder, elbow, wrist = (_SIGNS[sign] for sign in given)
         return cls(shoulder, elbow, wrist, tuple(turns) if isinstance(turns, list) else turns)
 

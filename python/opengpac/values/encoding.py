@@ -80,13 +80,13 @@ def plain(value: Any, what: str = "the value") -> Any:
     if is_masked(value):
         first = int(np.flatnonzero(np.ma.getmaskarray(value))[0])
         masked = "a masked value" if np.ndim(value) == 0 else f"an array whose element {first} (from 0) is masked"
-        refuse(ValueRefused, f"{what} is {masked}: there is no number", "give every element a number: .filled(…)")
+        refuse(ValueRefused, f"{what} is {masked}, which has no value", "give every element a value: .filled(…)")
     value = number(value)
     if isinstance(value, bool | int | str):
         return value
     if isinstance(value, float):
         if not math.isfinite(value):
-            refuse(ValueRefused, f"{what} {value} is not a finite number")
+            refuse(ValueRefused, f"{what} must be finite, not {value}")
         return value
     if is_record(value):
         return {name: plain(value[name], f"{what}: '{name}'") for name in value.dtype.names or ()}
@@ -102,8 +102,8 @@ def plain(value: Any, what: str = "the value") -> Any:
         return {str(name): plain(v, f"{what}: '{name}'") for name, v in value.items()}
     if isinstance(value, Iterable):
         return [plain(v, what) for v in value]
-    remedy = "give numbers, text with a unit, sequences, dictionaries or NumPy arrays"
-    refuse(ValueRefused, f"{what} is {value!r}, which is not a value", remedy)
+    remedy = "pass numbers, strings with a unit, sequences, dictionaries or NumPy arrays"
+    refuse(ValueRefused, f"{what} must be a value, not {value!r}", remedy)
 
 
 def to_json(value: Any, what: str = "the value") -> str:

@@ -20,16 +20,16 @@ def _number(given: Any, unit: str, what: str) -> float:
             return _native.number_in(given, unit)
     given = number(given)
     if isinstance(given, bool) or not isinstance(given, int | float) or not math.isfinite(given):
-        refuse(ValueRefused, f"{what} is {given!r}", f"give a finite number{f' in {unit}, or text with a unit' if unit else ''}")
+        refuse(ValueRefused, f"{what} is {given!r}", f"write a finite number{f' in {unit}, or a string with a unit' if unit else ''}")
     return float(given)
 
 
 def _numbers(given: Any, unit: str, what: str, count: int) -> tuple[float, ...]:
     if isinstance(given, str) or not isinstance(given, Iterable):
-        refuse(ValueRefused, f"{what} is {given!r}", f"give {count} numbers")
+        refuse(ValueRefused, f"{what} is {given!r}", f"write {count} numbers")
     found = tuple(_number(x, unit, f"a number of {what}") for x in given)
     if len(found) != count:
-        refuse(ValueRefused, f"{what} has {len(found)} numbers", f"give {count}")
+        refuse(ValueRefused, f"{what} must have {count} numbers, not {len(found)}")
     return found
 
 
@@ -68,7 +68,7 @@ class Pose:
         quaternion: Iterable[float] | None = None,
     ) -> None:
         if rpy is not None and quaternion is not None:
-            refuse(ValueRefused, "a pose is given both rpy and a quaternion", "give one of them")
+            refuse(ValueRefused, "a pose cannot have both rpy and a quaternion", "pass one of them")
         place = _numbers(position, "m", "the position", 3)
         for coordinate in place:
             with refusals:
@@ -79,7 +79,11 @@ class Pose:
         turn = _numbers(quaternion, "", "the quaternion", 4)
         unit = _native.pose_of((*place, *turn))
         if unit is None:
-            refuse(ValueRefused, f"the quaternion {turn} has length {math.hypot(*turn):.6g}", "give one of length 1, w first")
+            refuse(
+                ValueRefused,
+                f"the quaternion {turn} must have length 1, not {math.hypot(*turn):.6g}",
+                "write it with w first, and divide it by its length",
+            )
         self._numbers = tuple(unit)
 
     @classmethod
@@ -113,12 +117,16 @@ class Pose:
         x, other = places[1] - places[0], places[2] - places[0]
         length = float(np.linalg.norm(x))
         if length < _APART:
-            refuse(ValueRefused, f"the place on x is {length:.3g} m from the origin", "give one further away: its error turns the frame")
+            refuse(
+                ValueRefused,
+                f"the place on x is too near to the origin: {length:.3g} m",
+                "choose one further away: its error turns the frame",
+            )
         x /= length
         y = other - (other @ x) * x
         beside = float(np.linalg.norm(y))
         if beside < _APART:
-            refuse(ValueRefused, f"the place in xy is {beside:.3g} m from the x axis", "give one beside the axis, further away")
+            refuse(ValueRefused, f"the place in xy is too near to the x axis: {beside:.3g} m", "choose one further away from the axis")
         y /= beside
         return cls(tuple(places[0]), quaternion=_quaternion(np.column_stack([x, y, np.cross(x, y)])))
 

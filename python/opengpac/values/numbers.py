@@ -72,8 +72,8 @@ def range_of(given: Any, what: str) -> str | list[float | str] | None:
     ends = [number(end) for end in listed] if isinstance(listed, list | tuple) else []
     if len(ends) == 2 and all(isinstance(end, str) or (is_number(end) and math.isfinite(end)) for end in ends):
         return [end if isinstance(end, str) else float(end) for end in ends]
-    remedy = 'give its two ends, finite numbers: within=(0, 1), or a text: within="[0, inf)"'
-    refuse(CallError, f"{what} is {repr(given)[:80]}", remedy)
+    remedy = 'pass finite numbers, within=(0, 1), or a string, within="[0, inf)"'
+    refuse(CallError, f"{what} must have two ends, not {repr(given)[:80]}", remedy)
 
 
 def is_number(value: Any) -> bool:

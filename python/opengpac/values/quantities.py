@@ -71,15 +71,15 @@ def size_bytes(size: int | str, what: str = "the size") -> int:
     >>> size_bytes("500 MB"), size_bytes("2 GiB"), size_bytes(1_000_000)
     (500000000, 2147483648, 1000000)
     """
-    remedy = "write for example '500 MB' or '2 GiB', or a number of bytes"
+    remedy = "write '500 MB' or '2 GiB', for example, or a number of bytes"
     found = re.fullmatch(r"\s*(\d+(?:\.\d*)?)\s*([A-Za-z]+)\s*", size) if isinstance(size, str) else None
     if found and found[2] in _SIZES:
         return round(float(found[1]) * _SIZES[found[2]])
     if found:
-        remedy = f"units of sizes are {', '.join(_SIZES)}"
+        remedy = f"write one of the units {', '.join(_SIZES)}"
     count = None if isinstance(size, str | bool) else number(size)
     if not isinstance(count, int) or isinstance(count, bool) or not 0 <= count < 2**63:
-        refuse(ValueRefused, f"{what} {size!r} is not a size", remedy)
+        refuse(ValueRefused, f"{what} must be a size, not {size!r}", remedy)
     return count
 
 
@@ -98,7 +98,7 @@ def unknown_unit(unit: str) -> str | None:
             if found["class"] == "ValueRefused":
                 return found["remedy"]
         except UnicodeEncodeError:
-            return "write a unit that is known"
+            return "write a known unit"
     return None
 
 
@@ -112,7 +112,7 @@ def deg(angles: Sequence[float] | float | np.ndarray) -> Any:
     try:
         radians = np.deg2rad(np.asarray(angles, dtype=float))
     except (TypeError, ValueError):
-        refuse(ValueRefused, f"gpac.deg() is given {str(angles)[:80]!r}", "give a number or a list of numbers")
+        refuse(ValueRefused, f"the angles of gpac.deg() must be numbers, not {str(angles)[:80]!r}", "pass a number or a list of numbers")
     return float(radians) if radians.ndim == 0 else radians
 
 

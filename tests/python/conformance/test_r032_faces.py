@@ -57,7 +57,7 @@ def test_r032_a_graph_that_needs_a_system_says_so(memory_rig: Rig) -> None:
         cells={"x": ["a.y", "b.u"], "y": ["b.y", "a.u"]},
         modes={"a.u": "asynchronous"},
     )
-    with pytest.raises(gpac.CallError, match="its blocks 'a', 'b' read what they write themselves; run it in a verb"):
+    with pytest.raises(gpac.CallError, match="its blocks 'a', 'b' form a loop; run it in a verb"):
         loop.run(steps=2)
 
 

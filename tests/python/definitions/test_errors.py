@@ -16,21 +16,21 @@ from opengpac import cli
 HEAD = 'format = "opengpac-definitions"\nversion = 1\n'
 
 FAULTS = {
-    "a word that is not TOML": ("graphs = \n", ["3: DefinitionError: the file is no TOML: invalid value; mend this line first"]),
+    "a word that is not TOML": ("graphs = \n", ["3: DefinitionError: the file is not valid TOML: invalid value; fix this line first"]),
     "an unknown key": (
         '[graphs.g]\nblocks = { a = "library.gain" }\ninput = { u = "a.u" }\n',
-        ["5: UnknownName: 'graphs.g' knows no 'input'; did you mean 'inputs'?"],
+        ["5: UnknownName: 'graphs.g' cannot have 'input'; did you mean 'inputs'?"],
     ),
     "an unknown command": (
         '[verbs.v]\nblocks.w = "library.chirp"\ncommand_lists.start = [\n  { actvate = "w", every = "1 ms" },\n]\n',
         [
-            "6: UnknownName: 'verbs.v.command_lists.start[0]' has none of command, install, execute, activate, deactivate, wait, ready; "
+            "6: UnknownName: 'verbs.v.command_lists.start[0]' must have one of command, install, execute, activate, deactivate, wait, ready; "
             "did you mean 'activate'?"
         ],
     ),
     "a misspelt word of a command": (
         '[verbs.v]\nblocks.w = "library.chirp"\ncommand_lists.start = [\n  { activate = "w", evry = "1 ms" },\n]\n',
-        ["6: UnknownName: 'verbs.v.command_lists.start[0]' knows no 'evry'; did you mean 'every'?"],
+        ["6: UnknownName: 'verbs.v.command_lists.start[0]' cannot have 'evry'; did you mean 'every'?"],
     ),
     "a time without a unit": (
         '[verbs.v]\nblocks.w = "library.chirp"\n[verbs.v.command_lists]\nstart = [\n  { activate = "w", every = "20" },\n]\n',
@@ -38,7 +38,7 @@ FAULTS = {
     ),
     "a number for a time": (
         '[verbs.v]\nblocks.w = "library.chirp"\ncommand_lists.start = [{ activate = "w", every = 20 }]\n',
-        ["5: DefinitionError: 'verbs.v.command_lists.start[0].every' is 20; give text"],
+        ["5: DefinitionError: 'verbs.v.command_lists.start[0].every' must be a string, not 20; write a string"],
     ),
     "an unknown block, port and constant": (
         '[graphs.g.blocks]\na = "library.gian"\nb = { block = "library.gain", constants = { kk = 1 } }\n[graphs.h]\n'
@@ -59,11 +59,11 @@ FAULTS = {
     ),
     "a graph that is not there": (
         '[graphs.g]\nblocks.a = "smoth"\n[graphs.smooth]\nblocks.f = "library.gain"\ninputs.u = "f.u"\n',
-        ["4: UnknownName: there is no graph 'smoth' in this file; did you mean 'smooth'?"],
+        ["4: UnknownName: this file has no graph 'smoth'; did you mean 'smooth'?"],
     ),
     "graphs in a circle": (
         '[graphs.g]\nblocks.a = "h"\n[graphs.h]\nblocks.a = "g"\n',
-        ["3: DefinitionError: definitions need one another in a circle: g → h → g; leave one of them out of the other"],
+        ["3: DefinitionError: definitions form a circle: g → h → g; remove one of these uses"],
     ),
     "an unknown list, condition and transition": (
         '[verbs.v]\nblocks.w = "library.chirp"\ninitial = "start"\ntransitions = [\n'
@@ -80,26 +80,26 @@ FAULTS = {
     "an exception class that is not given": (
         '[verbs.v]\nblocks.w = "library.chirp"\ncommand_lists.start = [{ activate = "w", every = "1 ms" }]\n'
         '[verbs.v.conditions]\nhalted = { raises = "os:system" }\n',
-        ["7: UnknownName: condition 'halted' raises 'os:system', which is not known; give it: gpac.load(…, raises={'os:system': …})"],
+        ["7: UnknownName: condition 'halted' raises the unknown class 'os:system'; pass it: gpac.load(…, raises={'os:system': …})"],
     ),
     "a device type that is not there": (
         '[verbs.v]\nblocks.w = "library.chirp"\nobjects.arm = "robot_jiont"\ncommand_lists.start = [{ activate = "w", every = "1 ms" }]\n',
         [
-            "5: UnknownName: there is no device type 'robot_jiont'; did you mean 'robot_joint'? or give it: "
+            "5: UnknownName: device type 'robot_jiont' is unknown; did you mean 'robot_joint'? or pass it: "
             "gpac.load(…, devices={'robot_jiont': …})"
         ],
     ),
     "a code module that is not loaded": (
         '[modules]\npress = "press.c"\n[graphs.g]\nblocks.a = "press.gauge"\n',
         [
-            "6: UnknownName: the code module 'press' is not loaded; say where it is to be downloaded, gpac.load(…, system=cell), "
-            "or give modules={'press': code}"
+            "6: UnknownName: code module 'press' is not loaded; specify a system to download it, gpac.load(…, system=cell), "
+            "or pass modules={'press': code}"
         ],
     ),
     "a name for two definitions": (
         '[graphs.g]\nblocks.f = "library.gain"\ninputs.u = "f.u"\n[verbs.g]\nblocks.w = "library.chirp"\n'
         'command_lists.start = [{ activate = "w", every = "1 ms" }]\n',
-        ["6: DefinitionError: 'g' is defined twice, in graphs and in verbs; give them two names"],
+        ["6: DefinitionError: 'g' is defined twice, in graphs and in verbs; give them different names"],
     ),
 }
 
@@ -134,21 +134,22 @@ def test_another_format_and_a_newer_version_are_refused_by_name(tmp_path: Path) 
     path = tmp_path / "file.toml"
     path.write_text("x = 1\n")
     assert said(path) == [
-        '1: DefinitionError: this is no file with definitions: it does not say its format; begin it with format = "opengpac-definitions"'
+        '1: DefinitionError: the file is not a file of definitions: it has no format; '
+        'write at its beginning: format = "opengpac-definitions"'
     ]
     path.write_text('format = "opengpac-definitions"\nversion = 2\nshapes = 1\n')
     assert said(path) == [
-        "2: DefinitionError: this OpenGPAC reads version 1 of the format, and its version is 2; "
-        "a newer OpenGPAC has written it: update this one"
+        "2: DefinitionError: this OpenGPAC reads version 1 of the format, but the file has version 2; "
+        "update OpenGPAC: a newer one wrote the file"
     ]
 
 
 def test_a_key_twice_in_json_is_refused(tmp_path: Path) -> None:
     path = tmp_path / "file.json"
     path.write_text('{"format": "opengpac-definitions", "format": 1}')
-    assert said(path) == ["1: DefinitionError: the file is no JSON: 'format' is there twice in one object; mend this line first"]
+    assert said(path) == ["1: DefinitionError: the file is not valid JSON: 'format' occurs twice in one object; fix this line first"]
     path.write_text('{\n  "format": "opengpac-definitions",\n  "version": 1\n  "graphs": {}\n}')
-    assert said(path) == ["4: DefinitionError: the file is no JSON: expecting ',' delimiter; mend this line first"]
+    assert said(path) == ["4: DefinitionError: the file is not valid JSON: expecting ',' delimiter; fix this line first"]
 
 
 def test_lines_of_json_are_found(tmp_path: Path) -> None:
@@ -172,7 +173,7 @@ def test_nothing_of_a_file_is_executed(tmp_path: Path) -> None:
             f'f = {{ targets = "w.amplitude", form = "{name}" }}\n'
         )
         found = said(path)
-        assert len(found) == 2 and all("is not known" in line for line in found), name
+        assert len(found) == 2 and all("unknown" in line for line in found), name
 
 
 def checked(path: Path) -> tuple[int, str]:

@@ -102,7 +102,7 @@ def test_a_driver_in_python_declares_ranges(tmp_path: Path) -> None:
         ({"watts": "2 kW"}, "cannot be 2000 W"),
         ({"settle": -0.5}, "option 'settle' of driver Heater cannot be -0.5 s: its range is at least 0 s"),
         ({"stages": 5}, "option 'stages' of driver Heater cannot be 5: its range is 1 to 4"),
-        ({"watts": math.nan}, "not a finite number"),
+        ({"watts": math.nan}, "must be finite, not nan"),
     ]:
         with pytest.raises(gpac.Error) as why:
             made(gpac.drivers.python(file, **options))

@@ -178,7 +178,7 @@ def test_joints_in_another_order_are_refused() -> None:
         task = tank(cell)
         return Task(ports=dict(task.ports) | {"q": [cell.svv(f"leg.{name}.sensed", unit="rad") for name in ("knee", "hip")]})
 
-    with pytest.raises(gpac.DefinitionError, match=r"takes hip, knee in this order, port 'q' gives leg\.knee\.sensed, leg\.hip\.sensed"):
+    with pytest.raises(gpac.DefinitionError, match=r"expects the order hip, knee, but port 'q' has leg\.knee\.sensed, leg\.hip\.sensed"):
         tanks(setup=setup, observations=gpac.Term("q", names=["hip", "knee"]))
 
 

@@ -106,7 +106,7 @@ def test_another_rate_than_that_of_training_is_a_fault(tmp_path: Path) -> None:
 
 def test_another_rate_is_refused_where_the_verb_is_made(tmp_path: Path) -> None:
     policy = gpac.policy(identity(tmp_path / "same.onnx", 2), every="20 ms")
-    with pytest.raises(gpac.SchedulingError, match="'walk' is activated every 10 ms, policy 'same' was trained for 20 ms"):
+    with pytest.raises(gpac.SchedulingError, match="'walk' is activated every 10 ms, but policy 'same' was trained for 20 ms"):
         gpac.Verb("go", blocks={"walk": policy}, command_lists={"start": [activate("walk", every="10 ms")]})
 
 
@@ -131,7 +131,7 @@ def test_joints_bound_in_another_order_are_refused(tmp_path: Path) -> None:
     )
     hip, knee, ankle = (cell.svv(f"leg.{joint}.sensed", unit="rad") for joint in JOINTS)
     with pytest.raises(
-        gpac.DefinitionError, match=r"'walk\.q' takes hip, knee, ankle in this order, 'q' gives leg\.knee\.sensed, leg\.hip"
+        gpac.DefinitionError, match=r"'walk\.q' expects the order hip, knee, ankle, but 'q' has leg\.knee\.sensed, leg\.hip"
     ):
         verb.on(source).asynch([knee, hip, ankle])
     verb.on(source).asynch([hip, knee, ankle]).halt()

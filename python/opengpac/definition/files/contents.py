@@ -28,7 +28,7 @@ class DefinitionFile(Mapping[str, Any]):
     def __getitem__(self, name: str) -> Any:
         if name not in self._made:
             raise UnknownName(
-                f"file '{self.path}' defines no '{name}'", remedy=did_you_mean(name, self._made), place=Place(str(self.path), 1)
+                f"file '{self.path}' does not define '{name}'", remedy=did_you_mean(name, self._made), place=Place(str(self.path), 1)
             )
         return self._made[name]
 

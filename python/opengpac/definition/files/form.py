@@ -44,9 +44,14 @@ def findings(tree: Any) -> list[Finding]:
     if isinstance(tree, dict):
         given = tree.get("format")
         if given != FORMAT:
-            what = f"the format is {given!r}" if given is not None else "it does not say its format"
+            what = f"its format is {given!r}" if given is not None else "it has no format"
             return [
-                Finding(DefinitionError, ("format",), f"this is no file with definitions: {what}", f'begin it with format = "{FORMAT}"')
+                Finding(
+                    DefinitionError,
+                    ("format",),
+                    f"the file is not a file of definitions: {what}",
+                    f'write at its beginning: format = "{FORMAT}"',
+                )
             ]
         if tree.get("version") != VERSION:
             return [_version(tree.get("version"))]
@@ -55,9 +60,9 @@ def findings(tree: Any) -> list[Finding]:
 
 def _version(given: Any) -> Finding:
     newer = isinstance(given, int) and not isinstance(given, bool) and given > VERSION
-    what = f"its version is {given}" if given is not None else "it does not say its version"
-    remedy = "a newer OpenGPAC has written it: update this one" if newer else f"write version = {VERSION}"
-    return Finding(DefinitionError, ("version",), f"this OpenGPAC reads version {VERSION} of the format, and {what}", remedy)
+    what = f"the file has version {given}" if given is not None else "the file has no version"
+    remedy = "update OpenGPAC: a newer one wrote the file" if newer else f"write version = {VERSION}"
+    return Finding(DefinitionError, ("version",), f"this OpenGPAC reads version {VERSION} of the format, but {what}", remedy)
 
 
 def _check(value: Any, of: Schema | bool, path: Path) -> Iterator[Finding]:
@@ -76,7 +81,7 @@ def _check(value: Any, of: Schema | bool, path: Path) -> Iterator[Finding]:
         yield _wrong_kind(value, kinds, path)
         return
     if "const" in of and value != of["const"]:
-        yield Finding(ValueRefused, path, f"{_at(path)} is {value!r}", f"write {of['const']!r}")
+        yield Finding(ValueRefused, path, f"{_at(path)} must be {of['const']!r}, not {value!r}", f"write {of['const']!r}")
     if "enum" in of and value not in of["enum"]:
         yield Finding(UnknownName, path, f"{_at(path)} is {value!r}", did_you_mean(str(value), [str(v) for v in of["enum"]]))
     if of.get("format") == "time-with-unit" and isinstance(value, str):
@@ -93,13 +98,13 @@ def _check_object(value: dict[str, Any], of: Schema, path: Path) -> Iterator[Fin
     known: Schema = of.get("properties", {})
     for name in of.get("required", []):
         if name not in value:
-            yield Finding(DefinitionError, path, f"{_at(path)} has no '{name}'", f"say its {name}")
+            yield Finding(DefinitionError, path, f"{_at(path)} lacks '{name}'", f"add its {name}")
     more = of.get("additionalProperties", True)
     for name, inner in value.items():
         if name in known:
             yield from _check(inner, known[name], (*path, name))
         elif more is False:
-            yield Finding(UnknownName, (*path, name), f"{_at(path)} knows no '{name}'", did_you_mean(name, [*known]))
+            yield Finding(UnknownName, (*path, name), f"{_at(path)} cannot have '{name}'", did_you_mean(name, [*known]))
         else:
             yield from _check(inner, more, (*path, name))
 
@@ -107,7 +112,9 @@ def _check_object(value: dict[str, Any], of: Schema, path: Path) -> Iterator[Fin
 def _check_list(value: list[Any], of: Schema, path: Path) -> Iterator[Finding]:
     fixed = of.get("prefixItems", [])
     if fixed and len(value) != len(fixed):
-        yield Finding(DefinitionError, path, f"{_at(path)} has {len(value)} elements", f"give {len(fixed)}")
+        yield Finding(
+            DefinitionError, path, f"{_at(path)} must have {len(fixed)} elements, not {len(value)}", f"write {len(fixed)} of them"
+        )
         return
     for number, inner in enumerate(value):
         yield from _check(inner, fixed[number] if number < len(fixed) else of.get("items", True), (*path, number))
@@ -115,16 +122,21 @@ def _check_list(value: list[Any], of: Schema, path: Path) -> Iterator[Finding]:
 
 def _check_number(value: float, of: Schema, path: Path) -> Iterator[Finding]:
     if isinstance(value, float) and not math.isfinite(value):
-        yield Finding(ValueRefused, path, f"{_at(path)} is {value}", "give a finite number")
+        yield Finding(ValueRefused, path, f"{_at(path)} must be finite, not {value}", "write a finite number")
     least, most = of.get("minimum", -math.inf), of.get("maximum", math.inf)
     if isinstance(value, int) and not isinstance(value, bool) and not max(least, -(2**63)) <= value <= min(most, 2**63 - 1):
-        yield Finding(ValueRefused, path, f"{_at(path)} is {value}", f"give {least} or more" if value < least else "give a smaller number")
+        yield Finding(
+            ValueRefused,
+            path,
+            f"{_at(path)} is out of range: {value}",
+            f"write {least} or more" if value < least else "write a smaller number",
+        )
 
 
 def _check_time(value: str, path: Path) -> Iterator[Finding]:
     try:
         if duration_ns(value, _at(path)) < 0:
-            yield Finding(ValueRefused, path, f"{_at(path)} is {value!r}, before it begins", "give a time of 0 or more")
+            yield Finding(ValueRefused, path, f"{_at(path)} must be at least 0 s, not {value!r}", "write a time of 0 or more")
     except Error as error:
         yield Finding(type(error), path, error.message, error.remedy)
 
@@ -151,7 +163,7 @@ def _check_one_of(value: Any, variants: list[Schema], path: Path) -> Iterator[Fi
         if not keyed[best][0] and len(fitting) > 1:
             names = list(dict.fromkeys(of["required"][0] for of in fitting if of.get("required")))
             wrong = next((name for name in value), "")
-            yield Finding(UnknownName, path, f"{_at(path)} has none of {', '.join(names)}", did_you_mean(wrong, names))
+            yield Finding(UnknownName, path, f"{_at(path)} must have one of {', '.join(names)}", did_you_mean(wrong, names))
             return
         yield from tried[best]
         return
@@ -180,7 +192,7 @@ def _tagged(value: dict[str, Any], of: Schema) -> bool:
 
 
 _WORDS = {
-    "object": "a table", "array": "a list", "string": "text", "number": "a number", "integer": "a whole number", "boolean": "true or false",
+    "object": "a table", "array": "a list", "string": "a string", "number": "a number", "integer": "an integer", "boolean": "true or false",
     "null": "nothing",
 }  # fmt: skip
 
@@ -218,7 +230,7 @@ def _fits_kind(value: Any, of: Schema) -> bool:
 def _wrong_kind(value: Any, kinds: list[str], path: Path) -> Finding:
     found = next((_WORDS[kind] for kind in ("object", "array", "boolean", "null") if _is(value, kind)), repr(value))
     wanted = " or ".join(_WORDS[kind] for kind in kinds if kind != "null")
-    return Finding(DefinitionError, path, f"{_at(path)} is {found}", f"give {wanted}")
+    return Finding(DefinitionError, path, f"{_at(path)} must be {wanted}, not {found}", f"write {wanted}")
 
 
 def _at(path: Path) -> str:

@@ -23,7 +23,11 @@ def name_of(of: Any, what: str) -> str:
         return of.__name__
     module, name = getattr(of, "__module__", ""), getattr(of, "__qualname__", "")
     if not module or not name or "<" in name:
-        refuse(DefinitionError, f"{what} is {of!r}, which has no name to write down", "give it a name of its own, at the top of a module")
+        refuse(
+            DefinitionError,
+            f"{what} is {of!r}, which has no name by which a file could refer to it",
+            "define it by name at the top level of a module",
+        )
     return f"{module}:{name}"
 
 
@@ -48,7 +52,7 @@ class Names:
     def remedy(self, name: str, argument: str) -> str:
         """Returns the remedy for an unknown name."""
         near = did_you_mean(name.rpartition(":")[2], [*self._known, *self._shown()])
-        give = f"give it: gpac.load(…, {argument}={{'{name}': …}})"
+        give = f"pass it: gpac.load(…, {argument}={{'{name}': …}})"
         return f"{near} or {give}" if near.startswith("did you mean") else give
 
     def _shown(self) -> list[str]:

@@ -19,9 +19,7 @@ from .positions import Path, line_at
 def is_toml(file: File) -> bool:
     """Returns whether the file's extension is that of TOML."""
     if file.suffix not in (".toml", ".json"):
-        raise FileFailed(
-            f"the file '{file}' is neither TOML nor JSON", remedy="give it the ending .toml or .json", place=Place(str(file), 1)
-        )
+        raise FileFailed(f"file '{file}' is neither TOML nor JSON", remedy="rename it to end in .toml or .json", place=Place(str(file), 1))
     return file.suffix == ".toml"
 
 
@@ -48,13 +46,13 @@ def parsed(file: File, text: str, toml: bool) -> Any:
         line, why = 1, str(error)
     what = "TOML" if toml else "JSON"
     raise DefinitionError(
-        f"the file is no {what}: {why[:1].lower()}{why[1:]}", remedy="mend this line first", place=Place(str(file), line)
+        f"the file is not valid {what}: {why[:1].lower()}{why[1:]}", remedy="fix this line first", place=Place(str(file), line)
     ) from None
 
 
 def _refuse_deep(file: File) -> NoReturn:
     message = f"tables and lists of the file are nested more than {DEPTH_MAX} deep"
-    remedy = "name graphs of the file as blocks in place of writing them within"
+    remedy = "define nested graphs by name and use these names as blocks"
     raise DefinitionError(message, remedy=remedy, place=Place(str(file), 1)) from None
 
 
@@ -72,8 +70,8 @@ def _check_extent(file: File, tree: Any) -> None:
             left.extend((inner, "", depth + 1) for inner in value)
     if blocks > BLOCKS_MAX:
         raise DefinitionError(
-            f"the definitions of the file have {blocks} blocks together, and {BLOCKS_MAX} are the most",
-            remedy="divide them between files, or make them in a program",
+            f"the definitions of the file have {blocks} blocks in total, more than {BLOCKS_MAX}",
+            remedy="split them over several files, or make them in a program",
             place=Place(str(file), 1),
         )
     _check_multiplied(file, tree)
@@ -101,9 +99,9 @@ def _check_multiplied(file: File, tree: Any) -> None:
             found = of_graph(name) if kind == "graphs" else count(definition)
             if found > BLOCKS_MAX:
                 raise DefinitionError(
-                    f"'{name}' has {found if found < 10**6 else 'more than a million'} blocks with those of the graphs within it, "
-                    f"and {BLOCKS_MAX} are the most",
-                    remedy="divide it into verbs of their own",
+                    f"'{name}' has {found if found < 10**6 else 'more than a million'} blocks, including those of its graphs, "
+                    f"more than {BLOCKS_MAX}",
+                    remedy="divide it into several verbs",
                     place=Place(str(file), 1),
                 )
 
@@ -121,13 +119,13 @@ def _once(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
     made: dict[str, Any] = {}
     for key, value in pairs:
         if key in made:
-            raise ValueError(f"'{key}' is there twice in one object")
+            raise ValueError(f"'{key}' occurs twice in one object")
         made[key] = value
     return made
 
 
 def _no_constant(text: str) -> Any:
-    raise ValueError(f"{text} is no number")
+    raise ValueError(f"{text} is not a number")
 
 
 def error_of(finding: Finding, file: File, lines: dict[Path, int]) -> Error:

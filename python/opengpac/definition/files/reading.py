@@ -84,7 +84,7 @@ def read_file(path: str | os.PathLike[str], *, stand_in: bool = False, **given: 
     file = File(path).expanduser()
     text = read(file, "the file of definitions")
     if text is None:
-        raise FileFailed(f"there is no file '{file}'", place=Place(str(file), 1))
+        raise FileFailed(f"file '{file}' does not exist", place=Place(str(file), 1))
     toml = is_toml(file)
     tree = parsed(file, text, toml)
     lines = lines_of(text, toml)
@@ -126,7 +126,10 @@ class _Reading:
             for key in self.trees[kind]:
                 if key in names:
                     self.refuse(
-                        DefinitionError, (kind, key), f"'{key}' is defined twice, in {names[key]} and in {kind}", "give them two names"
+                        DefinitionError,
+                        (kind, key),
+                        f"'{key}' is defined twice, in {names[key]} and in {kind}",
+                        "give them different names",
                     )
                     continue
                 names[key] = kind
@@ -154,7 +157,7 @@ class _Reading:
         if at not in self._found:
             if at in self._open:
                 names = " → ".join(name for _, name in [*self._open[self._open.index(at) :], at])
-                self.refuse(DefinitionError, at, f"definitions need one another in a circle: {names}", "leave one of them out of the other")
+                self.refuse(DefinitionError, at, f"definitions form a circle: {names}", "remove one of these uses")
                 raise _Skipped
             self._open.append(at)
             try:
@@ -219,9 +222,11 @@ class _Reading:
                 return self.of("graphs", name)
             known = [*self.trees["graphs"], *(f"library.{short}" for short in library.blocks())]
             near = (
-                did_you_mean(name, known) if did_you_mean(name, known).startswith("did") else "a block of a module has a dot: library.pid"
+                did_you_mean(name, known)
+                if did_you_mean(name, known).startswith("did")
+                else "write a dot for a block of a module: library.pid"
             )
-            self.refuse(UnknownName, path, f"there is no graph '{name}' in this file", near)
+            self.refuse(UnknownName, path, f"this file has no graph '{name}'", near)
             return None
         try:
             if module in self.modules:
@@ -229,8 +234,8 @@ class _Reading:
             return library.block(name)
         except Error as error:
             if module in self.made.modules:
-                remedy = f"say where it is to be downloaded, gpac.load(…, system=cell), or give modules={{'{module}': code}}"
-                self.refuse(UnknownName, path, f"the code module '{module}' is not loaded", remedy)
+                remedy = f"specify a system to download it, gpac.load(…, system=cell), or pass modules={{'{module}': code}}"
+                self.refuse(UnknownName, path, f"code module '{module}' is not loaded", remedy)
             else:
                 self.refuse(type(error), path, error.message, error.remedy)
             return None
@@ -302,8 +307,8 @@ class _Reading:
         found = self.devices.find(name) or _own_device_type(name)
         if found is None:
             near = did_you_mean(name, [*self.trees["device_types"], *(t.definition_name() for t in _own_device_types())])
-            give = f"give it: gpac.load(…, devices={{'{name}': …}})"
-            self.refuse(UnknownName, path, f"there is no device type '{name}'", f"{near} or {give}" if near.startswith("did you") else give)
+            give = f"pass it: gpac.load(…, devices={{'{name}': …}})"
+            self.refuse(UnknownName, path, f"device type '{name}' is unknown", f"{near} or {give}" if near.startswith("did you") else give)
         return found
 
     def _termination(self, name: str, given: Tree, origin: Origin) -> Termination:
@@ -315,9 +320,7 @@ class _Reading:
                 found = type(kind.rpartition(":")[2] or "Terminated", (Terminated,), {})
             if found is None:
                 path = (*origin.path, "conditions", name, "raises")
-                self.refuse(
-                    UnknownName, path, f"condition '{name}' raises '{kind}', which is not known", self.raises.remedy(kind, "raises")
-                )
+                self.refuse(UnknownName, path, f"condition '{name}' raises the unknown class '{kind}'", self.raises.remedy(kind, "raises"))
             kind = found
         elif kind:
             kind = Terminated
@@ -334,7 +337,7 @@ class _Reading:
             if form is None:
                 path = (*origin.path, "input_parameters", name, "form")
                 self.refuse(
-                    UnknownName, path, f"the form '{given['form']}' of '{name}' is not known", self.forms.remedy(given["form"], "forms")
+                    UnknownName, path, f"the form '{given['form']}' of '{name}' is unknown", self.forms.remedy(given["form"], "forms")
                 )
         within = given["within"]
         return InputParameter(
@@ -364,7 +367,7 @@ class _Reading:
             if name in self.trees[kind]:
                 return self.of(kind, name)
         known = [*self.trees["verbs"], *self.trees["compositions"]]
-        self.refuse(UnknownName, path, f"there is no verb '{name}' in this file", did_you_mean(name, known))
+        self.refuse(UnknownName, path, f"this file has no verb '{name}'", did_you_mean(name, known))
         raise _Skipped
 
     def _composed(self, tree: Tree, origin: Origin) -> ComposedVerb:

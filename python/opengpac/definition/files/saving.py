@@ -72,8 +72,8 @@ def _known(file: File, text: str, toml: bool) -> Tree:
     if wrong:
         why = error_of(wrong[0], file, lines_of(text, toml))
         raise FileFailed(
-            f"cannot save into '{file}': {why.message}",
-            remedy="mend it first, or save into another file",
+            f"cannot save to '{file}': {why.message}",
+            remedy="fix it first, or save to another file",
             place=why.place or Place(str(file), 1),
         )
     return tree

@@ -58,7 +58,7 @@ class DefinitionTrees:
                 verb = definition.definition_verb()
                 tree = device_type_tree(definition) | {"verb": self.add(verb) if verb is not None else None}
                 return self._put("device_types", definition.definition_name(), tree)
-        refuse(CallError, f"cannot save {definition!r}", "save a graph, a verb or a device type")
+        refuse(CallError, f"a definition to save must be a graph, a verb or a device type, not {definition!r}", "pass one of those")
 
     def _composition(self, verb: ComposedVerb) -> Tree:
         composition = verb.composition
