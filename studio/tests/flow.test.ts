@@ -140,7 +140,7 @@ test("a graph is drawn, a wire refused and mended, installed, and its output see
   await page.locator('[data-box="logic_not"]').waitFor({ state: "detached" });
   await chosen(page, "gain");
   await named(page, "k", "3");
-  await page.getByText("all hold").waitFor();
+  await page.getByText("all passed").waitFor();
   expect(await axeFindings(page)).toEqual([]);
   await shoot(page, "editor");
 
@@ -150,7 +150,7 @@ test("a graph is drawn, a wire refused and mended, installed, and its output see
   expect(file.graphs.drawn.blocks.gain).toEqual({ block: { subroutine: "library.gain" }, constants: { k: 3 } });
 
   await page.getByLabel("Source", { exact: true }).selectOption("rtp0.slow");
-  const outputs = page.getByRole("link", { name: "See its outputs in the scope" });
+  const outputs = page.getByRole("link", { name: "Show its outputs in the scope" });
   await command(page.getByRole("button", { name: "Install and start" }), outputs);
   await outputs.click();
   await page.getByRole("main", { name: "Scope" }).waitFor();
@@ -206,7 +206,7 @@ test("a wire is drawn by the keyboard, to what the system says fits", { timeout:
   expect(await wire.locator("option").allTextContents()).not.toContain("logic_not.u");
   await wire.selectOption("gain.u");
   await chosen(page, "gain");
-  await page.getByRole("button", { name: "Unwire gain.u" }).waitFor();
+  await page.getByRole("button", { name: "Disconnect gain.u" }).waitFor();
   // Back to the previous draft.
   await page.locator("h1").click();
   for (let step = 0; step < 5; step += 1) await page.keyboard.press("Control+z");
@@ -253,7 +253,7 @@ test("two tabs have a draft each, and one that cannot be shown locks nothing", {
   const saved = other.waitForEvent("download");
   await other.getByRole("button", { name: "Save the draft as a file" }).click();
   expect(readFileSync(await (await saved).path(), "utf8")).toContain('"broken"');
-  await other.getByRole("button", { name: "Start afresh" }).click();
+  await other.getByRole("button", { name: "Start over" }).click();
   await other.getByRole("button", { name: "New graph" }).waitFor();
   await other.close();
 });
@@ -291,7 +291,7 @@ test("a graph as a block is drawn within, and a port that disappears there is na
   await page.locator('[data-component="library.gain"]').click();
   await page.getByRole("button", { name: "an empty graph" }).click();
   await page.locator('[data-box="graph"] strong').dblclick();
-  const where = page.getByRole("navigation", { name: "Where in the drawing" });
+  const where = page.getByRole("navigation", { name: "Path in the drawing" });
   await where.getByText("graph", { exact: true }).waitFor();
   await page.locator('[data-component="library.lowpass"]').click();
   await page.getByRole("button", { name: "Add output" }).click();
@@ -326,7 +326,7 @@ test("a graph as a block is drawn within, and a port that disappears there is na
 
 test("what is within a graph is found from outside, and from within what is outside; names may be any", { timeout: TIME }, async () => {
   const { page, errors } = opened;
-  const where = page.getByRole("navigation", { name: "Where in the drawing" });
+  const where = page.getByRole("navigation", { name: "Path in the drawing" });
   await chosen(page, "gain");
   await named(page, "Label", 'amp "x"');
   await page.locator("[data-port='amp \"x\".u']").waitFor();

@@ -64,7 +64,7 @@ test("200 blocks are edited: opened from the system, laid out, checked, one move
   await page.getByLabel("Label").fill("other");
   await page.getByLabel("Label").press("Enter");
   await page.locator('[data-box="other"]').waitFor();
-  await page.getByText("all hold").waitFor();
+  await page.getByText("all passed").waitFor();
   await page.getByRole("button", { name: "Undo" }).click();
   await page.locator('[data-box="gain07_4"]').waitFor();
   await shoot(page, "edit-200-blocks");

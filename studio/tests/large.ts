@@ -111,7 +111,7 @@ export async function edit(page: Page): Promise<void> {
   await page.getByLabel("Open a verb of the system").focus();
   await page.getByLabel("Open a verb of the system").selectOption("many");
   await drawnAll(page);
-  await page.getByText("all hold").waitFor();
+  await page.getByText("all passed").waitFor();
 }
 
 /** Drags a block in the editor. */

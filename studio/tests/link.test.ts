@@ -132,7 +132,7 @@ test("a press that is held up moves nothing when the network goes on", async () 
   await isUnheard(page);
   await standsStill(home);
   await home.click();
-  await button(page, "Home").getByText("there is no connection to the system").waitFor();
+  await button(page, "Home").getByText("no connection to the system").waitFor();
   link.thaw();
   await isHeard(page);
   expect(await watch.starts()).toBe(before);
@@ -157,7 +157,7 @@ test("the emergency stop says at once whether it was heard, and shouts when not"
     }).observe(stop, { attributes: true });
   });
   const stop = page.getByRole("button", { name: "Emergency stop" });
-  const shout = page.getByText("The emergency stop was not heard.");
+  const shout = page.getByText("The emergency stop was not received.");
   const told = () => page.evaluate(() => (window as unknown as { said: [string, number][] }).said.splice(0));
   const first = new Map<string, number[]>();
   const ways = ["freezes", "is cut", "is answered for", "is crowded", "is busy", "works"];

@@ -44,7 +44,7 @@ test("the operator's panel of a program fits a tablet, is touched with a finger,
   await page.getByRole("button", { name: "Reach out", exact: true }).waitFor();
   expect(await page.locator("[data-button] .start").allTextContents()).toEqual(["Home", "Reach out", "Sway"]);
   expect(await page.getByRole("navigation").count()).toBe(0);
-  expect(await page.getByRole("link").allTextContents(), "it leads nowhere else").toEqual(["Leave the panel"]);
+  expect(await page.getByRole("link").allTextContents(), "it leads nowhere else").toEqual(["Close panel"]);
   // The emergency stop begins at its usual place, and is the largest control.
   for (const width of [360, 390, 600, 800, 1000, 1024, 1280, 1440, 1920]) {
     await page.setViewportSize({ width, height: 900 });
@@ -149,7 +149,7 @@ test("command is asked for by name, declined with a reason, handed over; stoppin
   };
   await ask("shift change");
   const asked = holder.getByRole("alert").filter({ hasText: "Bert" });
-  await asked.getByText("asks for command: shift change").waitFor();
+  await asked.getByText("requests command: shift change").waitFor();
   expect(await stopRectangles(holder), "somebody asks").toEqual(PANEL_STOPS);
   expect(await stopRectangles(other), "it waits").toEqual([STOP]);
   expect(await axeFindings(holder)).toEqual([]);
@@ -255,7 +255,7 @@ test("a workspace is composed with the mouse and the keyboard, kept, and seen by
   const { page, errors } = bert;
   await show(page, "#/workspaces");
   await page.getByLabel("Name of a new workspace").fill("mine");
-  await page.getByRole("button", { name: "Begin" }).click();
+  await page.getByRole("button", { name: "Create" }).click();
   await page.getByRole("button", { name: "Add panel" }).click();
   await write(page, "values", async (form) => {
     await form.getByLabel("Heading").fill("Elbow");
@@ -293,8 +293,8 @@ test("a workspace is composed with the mouse and the keyboard, kept, and seen by
   expect(await axeFindings(page)).toEqual([]);
   expect(await stopRectangles(page), "a workspace is composed").toEqual([STOP]);
   await shoot(page, "workspace");
-  await page.getByRole("button", { name: "Keep", exact: true }).click();
-  await page.getByText("not kept yet").waitFor({ state: "detached" });
+  await page.getByRole("button", { name: "Save", exact: true }).click();
+  await page.getByText("not saved yet").waitFor({ state: "detached" });
   await page.getByRole("tab", { name: "Curve" }).waitFor();
   const download = page.waitForEvent("download");
   await page.getByRole("button", { name: "Export" }).click();
@@ -313,8 +313,8 @@ test("a workspace is composed with the mouse and the keyboard, kept, and seen by
   expect(await axeFindings(anna.page), "390").toEqual([]);
   await anna.page.setViewportSize({ width: 1440, height: 900 });
   await show(anna.page, "#/workspaces/joint");
-  await anna.page.getByLabel("Keep under another name").waitFor();
-  expect(await anna.page.getByRole("button", { name: "Keep", exact: true }).count()).toBe(0);
+  await anna.page.getByLabel("Save under another name").waitFor();
+  expect(await anna.page.getByRole("button", { name: "Save", exact: true }).count()).toBe(0);
 
   // Removed, and forgotten.
   await page.getByRole("button", { name: "Edit", exact: true }).click();
@@ -322,7 +322,7 @@ test("a workspace is composed with the mouse and the keyboard, kept, and seen by
   await page.getByRole("tab", { name: "Verb sway" }).waitFor({ state: "detached" });
   await page.getByRole("button", { name: "Discard changes" }).click();
   await page.getByRole("tab", { name: "Verb sway" }).waitFor();
-  await page.getByRole("button", { name: "Forget" }).click();
+  await page.getByRole("button", { name: "Delete" }).click();
   await page.getByRole("link", { name: "mine" }).waitFor({ state: "detached" });
   expect(errors).toEqual([]);
   expect(anna.errors).toEqual([]);

@@ -98,7 +98,7 @@ test("a point is taught where the arm stands, and the program's file has it", as
   const { page } = operator;
   await jog(page);
   await panel(page).getByLabel("Name").fill("turned");
-  await press(page, "Teach", "'turned' is taught where the arm stands.");
+  await press(page, "Teach", "'turned' was taught at the present position.");
   const stands = await joints();
   const [turned] = (await kept()).filter((point) => point.name === "turned");
   for (const [index, joint] of stands.entries()) expect(turned?.joints[index]).toBeCloseTo(joint, 3);
@@ -106,7 +106,7 @@ test("a point is taught where the arm stands, and the program's file has it", as
   await panel(page).getByLabel("Name").fill("in frame");
   await panel(page).getByLabel("Frame").selectOption("table");
   await panel(page).getByLabel("Tool").selectOption("gripper");
-  await press(page, "Teach", "'in frame' is taught where the arm stands.");
+  await press(page, "Teach", "'in frame' was taught at the present position.");
   await row(page, "in frame").getByRole("cell", { name: "gripper" }).waitFor();
   expect(readFileSync(file(), "utf8")).toMatch(/"in frame" = \{ frame = "table", tool = "gripper", position/);
 });
@@ -114,11 +114,11 @@ test("a point is taught where the arm stands, and the program's file has it", as
 test("the arm goes to a point by joints, and in a line", async () => {
   const { page } = operator;
   await row(page, "home").getByRole("radio").check();
-  await press(page, "Go by joints", "The arm is at 'home'.");
+  await press(page, "Move joints", "The arm is at 'home'.");
   const [home] = await kept();
   for (const [index, joint] of (await joints()).entries()) expect(joint).toBeCloseTo(home?.joints[index] ?? Number.NaN, 2);
   await row(page, "in frame").getByRole("radio").check();
-  await press(page, "Go in a line", "The arm is at 'in frame'.");
+  await press(page, "Move in a line", "The arm is at 'in frame'.");
   const turned = (await kept()).find((point) => point.name === "turned");
   for (const [index, joint] of (await joints()).entries()) expect(joint).toBeCloseTo(turned?.joints[index] ?? Number.NaN, 2);
   expect((await watch.instances()).filter((one) => one.verb.startsWith("move_"))).toEqual([]);
@@ -132,11 +132,11 @@ test("a motion is stopped by its button", async () => {
   writeFileSync(file(), readFileSync(file(), "utf8").replace("[points]", `[points]\nfar = {joints = [${far.join(", ")}]}`));
   await panel(page).getByLabel("Speed").fill("5");
   await row(page, "far").getByRole("radio").check();
-  await press(page, "Go by joints", "The arm moves to 'far'.");
-  await command(button(page, "Stop"), panel(page).getByRole("alert").getByText("The motion to 'far' was stopped on its way."));
+  await press(page, "Move joints", "The arm moves to 'far'.");
+  await command(button(page, "Stop"), panel(page).getByRole("alert").getByText("The motion to 'far' was stopped before its end."));
   await panel(page).getByLabel("Speed").fill("50");
   await row(page, "home").getByRole("radio").check();
-  await press(page, "Go by joints", "The arm is at 'home'.");
+  await press(page, "Move joints", "The arm is at 'home'.");
 });
 
 test("a frame that is moved moves its points: they are gone to in a line, for their joints are others", async () => {
@@ -145,9 +145,9 @@ test("a frame that is moved moves its points: they are gone to in a line, for th
   writeFileSync(file(), readFileSync(file(), "utf8").replace("[0.3, 0.1, 0.05]", "[0.3, 0.1, 0.07]"));
   await expect.poll(() => row(page, "tray").locator("td.number").textContent()).not.toBe(before);
   await row(page, "tray").getByRole("radio").check();
-  await panel(page).getByText("Its frame or tool is another one than when it was taught: go in a line.").waitFor();
-  expect(await button(page, "Go by joints").isDisabled()).toBe(true);
-  await press(page, "Go in a line", "The arm is at 'tray'.");
+  await panel(page).getByText("Its frame or tool has changed since it was taught: move in a line.").waitFor();
+  expect(await button(page, "Move joints").isDisabled()).toBe(true);
+  await press(page, "Move in a line", "The arm is at 'tray'.");
   const figure = Number.parseFloat((await page.locator('[data-pose="Z"]').textContent()) ?? "");
   expect(figure).toBeCloseTo(Number.parseFloat(before?.split(", ")[2] ?? "") + 20, 0);
 });
@@ -158,9 +158,9 @@ test("a point is renamed in its place, deleted, and put back", async () => {
   await panel(page).getByLabel("Name").fill("feeder");
   await press(page, "Rename", "'tray' is 'feeder' now.");
   expect(await names()).toEqual(["far", "home", "feeder", "turned", "in frame"]);
-  await press(page, "Delete", "'feeder' is deleted. Undo puts it back.");
+  await press(page, "Delete", "'feeder' was deleted. Undo restores it.");
   expect(await names()).toEqual(["far", "home", "turned", "in frame"]);
-  await press(page, "Undo", "'feeder' is back.");
+  await press(page, "Undo", "'feeder' was restored.");
   expect(await names()).toEqual(["far", "home", "turned", "in frame", "feeder"]);
   await row(page, "feeder").getByText("above the tray").waitFor();
 });
@@ -175,7 +175,7 @@ test("nothing moves because of a message or a point, at any width, and axe finds
     await standsStill(button(page, "Delete"));
     const place = async () => JSON.stringify(await button(page, "Delete").boundingBox());
     const before = await place();
-    await press(page, look === LOOKS[0] ? "Teach" : "Teach again", "'more' is taught where the arm stands.");
+    await press(page, look === LOOKS[0] ? "Teach" : "Teach again", "'more' was taught at the present position.");
     expect(await place()).toBe(before);
     await shoot(page, `points-${look.width}-${look.scheme}`);
     expect(await axeFindings(page), `${look.width} ${look.scheme}`).toEqual([]);

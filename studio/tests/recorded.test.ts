@@ -84,7 +84,7 @@ test("from a condition to the pose of the arm in two clicks, with the value that
 
 test("the path of the tool, a ghost of what is commanded and frames are drawn at the cursor", async () => {
   const { page } = studio;
-  const beside = page.getByRole("group", { name: "Drawn beside the machine" });
+  const beside = page.getByRole("group", { name: "Drawn with the machine" });
   await beside.getByLabel("Path").selectOption("5");
   await beside.getByLabel("Ghost").selectOption("commanded");
   await beside.getByLabel("frames").check();
@@ -152,7 +152,7 @@ test("the state diagram is lit where it was then, and the data flow has the valu
   await goTo(page, "Verbs");
   await page.locator(".verb-list").getByRole("link", { name: /^sway/ }).click();
   await page.locator(`.list.lit[data-list="${entry?.text.includes("rose") ? "far" : "near"}"]`).waitFor();
-  await page.getByText("go back to Live").waitFor();
+  await page.getByText("return to Live").waitFor();
   await goTo(page, "Data flow");
   await page.locator("[data-box]").first().waitFor();
   await expect.poll(async () => await page.locator("[data-live]").filter({ hasText: /\d/ }).count()).toBeGreaterThan(0);
@@ -187,7 +187,7 @@ test("a formula over traces is a trace, and one that is not understood is refuse
   const field = page.getByLabel("Formula");
   await field.fill(`2 * ${said.name} +`);
   await page.getByRole("button", { name: "Add", exact: true }).click();
-  await page.getByRole("alert").getByText("not understood at its end").waitFor();
+  await page.getByRole("alert").getByText("invalid at its end").waitFor();
   const text = `2 * ${said.name} + 1`;
   await field.fill(text);
   await page.getByRole("button", { name: "Add", exact: true }).click();
@@ -249,12 +249,12 @@ test("two runs lie over each other, aligned at a condition", async () => {
   await shoot(page, "recorded-beside");
   // Their spectra too, of all values of both.
   await tools.getByRole("button", { name: "Cursors" }).click();
-  await tools.getByLabel("Along x").selectOption("frequency");
+  await tools.getByLabel("X axis").selectOption("frequency");
   const strongest = page.locator(`tr[data-trace="${said.name}"] [data-cell="peak"]`);
   await expect.poll(async () => (await strongest.allTextContents()).filter((text) => Number(text) > 0)).toHaveLength(2);
   expect([...(await saved(page, "SVG")).matchAll(/<path /g)]).toHaveLength(2);
   await shoot(page, "recorded-beside-spectra");
-  await tools.getByLabel("Along x").selectOption("");
+  await tools.getByLabel("X axis").selectOption("");
   await tools.getByRole("button", { name: "Cursors" }).click();
   for (const look of LOOKS) {
     await page.setViewportSize({ width: look.width, height: look.height });
@@ -293,7 +293,7 @@ test("the running system can be held still, and goes on", async () => {
   await goTo(page, "Log");
   await page.locator(".line").nth(2).waitFor();
   await bar.getByRole("button", { name: "Pause page" }).click();
-  await page.getByText("what is shown stands still").waitFor();
+  await page.getByText("the display is frozen").waitFor();
   const clock = () => page.locator(".bar .clock .figures").textContent();
   const passes = async () => {
     const now = await clock();

@@ -35,9 +35,9 @@ test("equal runs say so, and the first difference of other code is marked on the
   await page.locator("tr").filter({ hasText: "run.mcap" }).getByRole("button", { name: "Open" }).click();
   const replay = page.getByRole("group", { name: "Replay" });
   await replay.getByRole("button", { name: "Replay" }).click();
-  await replay.getByText("every value as it was recorded").waitFor();
+  await replay.getByText("all values equal to the recorded ones").waitFor();
   expect(await page.getByTestId("difference").count()).toBe(0);
-  await replay.getByLabel("with the code of now").check();
+  await replay.getByLabel("with present code").check();
   await replay.getByRole("button", { name: "Replay" }).click();
   await replay.getByText("first difference").waitFor();
   expect(await replay.getByRole("status").textContent()).toContain("bench.n: recorded 1000, now 1001");
@@ -75,7 +75,7 @@ test("traces in two plots have one time axis, and the spectrum has the frequency
     })
     .toBe(true);
   await shoot(page, "scope-plots");
-  await tools.getByLabel("Along x").selectOption("frequency");
+  await tools.getByLabel("X axis").selectOption("frequency");
   await tools.getByLabel("Window").selectOption("flat top");
   await expect.poll(async () => Number(await cell("hz").textContent())).toBeCloseTo(50, 0);
   // Until it is recomputed, the table shows the values of the previous window.

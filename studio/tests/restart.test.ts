@@ -75,7 +75,7 @@ test("what the log has of the earlier run says so, and the new run's entries com
   await page.getByText("No connection.").waitFor();
   expect(await stopRectangles(page), "the daemon is gone").toEqual([STOP]);
   daemon = await start();
-  await page.getByText("The system was started again.").waitFor();
+  await page.getByText("The system was restarted.").waitFor();
   expect(await stopRectangles(page), "started again").toEqual([STOP]);
   await page.locator(".line:not(.earlier)").filter({ hasText: "command list 'on'" }).first().waitFor();
   await page.locator(".lines").evaluate((lines) => {

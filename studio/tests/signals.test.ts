@@ -72,7 +72,7 @@ test("an output that is disabled says so, and stays safe", async () => {
   const all = page.getByRole("region", { name: "digital_output" }).getByRole("button", { name: "Disable all" });
   const row = page.locator(".family tr").filter({ has: page.getByRole("link", { name: "valve" }) });
   await command(all, row.getByText("disabled"));
-  await command(button(page, "Set valve on"), page.getByRole("alert").getByText("'valve' is not enabled: nothing has changed."));
+  await command(button(page, "Set valve on"), page.getByRole("alert").getByText("'valve' is not enabled, so nothing was changed."));
   expect(await read("valve.value")).toBe(false);
 });
 
@@ -88,7 +88,7 @@ test("a page that only looks sees outputs and points, and has nothing to press",
     .waitFor();
   await page.getByRole("region", { name: "Points of ur5e" }).getByText("above the tray").waitFor();
   expect(await page.locator(".set-output, .tool-axes, .jog").count()).toBe(0);
-  expect(await page.getByRole("button", { name: /Teach|Go by joints|Set / }).count()).toBe(0);
+  expect(await page.getByRole("button", { name: /Teach|Move joints|Set / }).count()).toBe(0);
   await context.close();
   await looking.stop();
 });

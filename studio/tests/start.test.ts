@@ -28,7 +28,7 @@ test("the page opens with what runs and what to try", async () => {
   await page.getByRole("main", { name: "Start" }).waitFor();
   await page.getByText("6 devices").waitFor();
   await page.getByText(", 6 enabled").waitFor();
-  for (const title of ["Jog a joint", "Move to a position", "Look at the machine", "Watch a value"])
+  for (const title of ["Jog a joint", "Move to a position", "View the machine", "Watch a value"])
     await page.getByRole("link", { name: title }).waitFor();
   for (const look of LOOKS) {
     await page.setViewportSize({ width: look.width, height: look.height });

@@ -98,7 +98,7 @@ async function step(page: Page, name: string, axis: string): Promise<number> {
     const said = async () => [await told(page).textContent(), ...(await panel(page).getByRole("alert").allTextContents())].join(" ");
     await expect.poll(said).toMatch(/The step is done|heard nothing of this page|after it was given/);
     await expect.poll(jogs).toBe(0);
-    if (!(await said()).includes("The step is done.")) continue;
+    if (!(await said()).includes("Step completed.")) continue;
     // The figures are updated ten times a second.
     const ended_ms = await watch.now_ms();
     await expect.poll(async () => (await watch.now_ms()) - ended_ms).toBeGreaterThan(500);
@@ -125,7 +125,7 @@ test("without a line of code the pose of the tool stands there in mm and degrees
   const q = await Promise.all(arm.joints.map((joint) => watch.value(`${joint}.sensed`)));
   const { place } = toolPose(arm.chain, q);
   for (const [index, axis] of ["X", "Y", "Z"].entries()) expect(await figure(page, axis), axis).toBeCloseTo(1000 * (place[index] ?? 0), 0);
-  await told(page).getByText("The tool stands.").waitFor();
+  await told(page).getByText("The tool is at rest.").waitFor();
 });
 
 test("the tool moves along an axis while its button is held, and stands when it is let go", async () => {
@@ -148,7 +148,7 @@ test("the tool moves along an axis while its button is held, and stands when it 
   }
   await expect.poll(jogs).toBe(0);
   expect(isTold).toBe(true);
-  await told(page).getByText("The tool stands.").waitFor();
+  await told(page).getByText("The tool is at rest.").waitFor();
   const stands = await figure(page, "Z");
   const at = await watch.now_ms();
   await expect.poll(async () => (await watch.now_ms()) - at).toBeGreaterThan(STANDS_MS);
@@ -303,7 +303,7 @@ test("of joints that nobody reads the pose is grey with its age, and a press say
       .evaluate((one) => getComputedStyle(one).fontStyle),
   ).toBe("italic");
   await press(page, "Jog the tool along +X while held");
-  await panel(page).getByRole("alert").getByText("6 joints of this arm are not enabled: nothing has moved.").waitFor();
+  await panel(page).getByRole("alert").getByText("6 joints of this arm are not enabled, so nothing has moved.").waitFor();
   await page.mouse.up();
   await shoot(page, "tool-refused");
 });

@@ -68,12 +68,12 @@ test("a driver's counters and services are seen, and a service is asked for by i
   await expect.poll(() => panel.locator("[data-counter]").first().textContent()).toMatch(/\d/);
   await panel.getByText(/services:/).click();
   const place = panel.getByRole("form", { name: "Service place of drives" });
-  await command(place.getByRole("button", { name: "Ask" }), place.getByText("a value is needed"));
+  await command(place.getByRole("button", { name: "Call" }), place.getByText("enter a value"));
   await place.getByLabel("part").fill("x");
   await place.getByLabel("position").fill("0,5");
-  await command(place.getByRole("button", { name: "Ask" }), place.getByText("write 0.5"));
+  await command(place.getByRole("button", { name: "Call" }), place.getByText("write 0.5"));
   await place.getByLabel("position").fill("0.5");
-  await command(place.getByRole("button", { name: "Ask" }), place.getByText("done", { exact: true }));
+  await command(place.getByRole("button", { name: "Call" }), place.getByText("done", { exact: true }));
   await panel.getByText(/channels/).click();
   await expect.poll(() => panel.locator('[data-live="drives.x.position"]').textContent()).toBe("0.5000");
   await shoot(page, "devices-services");
@@ -151,7 +151,7 @@ test("the emergency stop stands at one place in every state and width, and says 
   await page.getByRole("button", { name: "Live", exact: true }).click();
   await page.route("**/v1/call/emergency_stop", (route) => route.abort());
   await page.getByRole("button", { name: "Emergency stop" }).click();
-  const failed = page.getByText("The emergency stop was not heard.");
+  const failed = page.getByText("The emergency stop was not received.");
   await failed.waitFor();
   expect(await stopRectangles(page), "a press was not heard").toEqual([STOP]);
   // It is resent until it is heard.

@@ -49,7 +49,7 @@ test("the clock stands until it is moved: a firing, and to the condition that is
   await expect.poll(() => now(page)).toBeGreaterThan(before);
   expect((await now(page)) - before).toBeLessThan(0.0205);
   await clock.getByLabel("Condition").fill("fell");
-  await command(clock.getByRole("button", { name: "To condition" }), clock.getByRole("status").getByText("blink#1"));
+  await command(clock.getByRole("button", { name: "Run to condition" }), clock.getByRole("status").getByText("blink#1"));
   expect(await clock.getByRole("status").textContent()).toContain("fell");
   await expect.poll(() => now(page)).toBeCloseTo(2.02, 3);
   // The log has no later entry: the clock stands at that very firing.
@@ -61,7 +61,7 @@ test("what rests on something is carried by a force that is drawn, beside the me
   const { page } = studio;
   await goTo(page, "Devices");
   await page.locator('.stage[data-placed="yes"] canvas').waitFor();
-  const beside = page.getByRole("group", { name: "Drawn beside the machine" });
+  const beside = page.getByRole("group", { name: "Drawn with the machine" });
   await beside.getByLabel("Forces").selectOption("10");
   await page.locator('.stage[data-contacts="1"]').waitFor();
   await shoot(page, "virtual-forces");

@@ -44,7 +44,7 @@ export function refusalsOf(error: unknown): Refusal[] {
 export function unreachable(why: unknown): RefusalError {
   const message = `the real-time system does not answer (${why instanceof Error ? why.message : String(why)})`;
   return new RefusalError(
-    [{ class: "ConnectionLost", message, remedy: "is it still running? the page goes on by itself when it is there again" }],
+    [{ class: "ConnectionLost", message, remedy: "check that it is still running; the page reconnects automatically" }],
     0,
   );
 }
@@ -55,8 +55,8 @@ export function unconnected(): RefusalError {
     [
       {
         class: "ConnectionLost",
-        message: "there is no connection to the system: nothing was commanded",
-        remedy: "try again when the page says 'live'",
+        message: "no connection to the system: the command was not sent",
+        remedy: "try again when the page shows 'live'",
       },
     ],
     0,

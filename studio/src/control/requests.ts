@@ -54,6 +54,6 @@ export async function answer<T>(asker: Asker, method: string, path: string, body
   try {
     return JSON.parse(text) as T;
   } catch {
-    throw new RefusalError([{ class: "Error", message: `${method} ${path} was not answered in JSON` }], status);
+    throw new RefusalError([{ class: "Error", message: `the answer to ${method} ${path} is not valid JSON` }], status);
   }
 }

@@ -19,7 +19,7 @@ class StillValues implements Values {
 
   watch(name: string, watcher: (reading: Reading | null, missing: { class: string; message: string }[] | null) => void): () => void {
     const reading = this.#readings.get(name) ?? null;
-    const missing = { class: "Still", message: `'${name}' was not looked at when the page was paused` };
+    const missing = { class: "Still", message: `'${name}' was not displayed when the page was paused` };
     watcher(reading, reading ? null : [missing]);
     return () => undefined;
   }
@@ -64,5 +64,5 @@ export function stillOf(source: Source, readings: ReadonlyMap<string, Reading>):
 
 /** Returns the refusal of a command to the past. */
 export function notNow(why: string): RefusalError {
-  return new RefusalError([{ class: "InvalidState", message: `${why}: nothing can be commanded`, remedy: "go back to 'Live'" }], 0);
+  return new RefusalError([{ class: "InvalidState", message: `${why}: commands are not possible`, remedy: "return to 'Live'" }], 0);
 }

@@ -77,7 +77,7 @@ export function Choices(props: { label: string; choices: Choice[]; empty: string
         {hits.length === 0 && (
           // biome-ignore lint/a11y/useFocusableInteractive: it cannot be chosen
           <div className="choice quiet" role="option" aria-disabled="true" aria-selected="false">
-            {typed === "" ? props.empty : `Nothing here is called like '${typed}'.`}
+            {typed === "" ? props.empty : `No match for '${typed}'.`}
           </div>
         )}
       </div>

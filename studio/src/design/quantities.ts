@@ -87,7 +87,7 @@ export function numberIn(text: string, target: string): ReadResult<number> {
   const [number, symbol] = read.value;
   if (symbol === "" || symbol === target) return { value: number };
   const given = unitOf(symbol);
-  if (!given) return { wrong: `'${text.trim()}' has the unit '${symbol}', which is not known` };
+  if (!given) return { wrong: `'${text.trim()}' has the unknown unit '${symbol}'` };
   const wanted: Unit | undefined =
     target === ""
       ? { multiply: 1, divide: 1, dimension: given.dimension }
@@ -95,7 +95,7 @@ export function numberIn(text: string, target: string): ReadResult<number> {
           .split("|")
           .map(unitOf)
           .find((unit) => unit !== null && isSame(unit.dimension, given.dimension)) || undefined;
-  if (!wanted) return { wrong: `'${text.trim()}' is no quantity in ${target}: the dimensions differ` };
+  if (!wanted) return { wrong: `'${text.trim()}' is not a quantity in ${target}: the dimensions differ` };
   return { value: (number * given.multiply * wanted.divide) / (given.divide * wanted.multiply) };
 }
 

@@ -26,7 +26,7 @@ export function LiveValue(props: {
       if (!shown) return;
       const isInitial = reading !== null && !isStored(reading);
       shown.textContent = reading && !(isInitial && initial === "none") ? valueText(reading.value, float) : "–";
-      shown.title = missing ? missing.map((refusal) => refusal.message).join("; ") : isInitial ? "nothing has been stored here yet" : "";
+      shown.title = missing ? missing.map((refusal) => refusal.message).join("; ") : isInitial ? "no value stored yet" : "";
       shown.classList.toggle("initial", isInitial);
     });
   }, [control, name, type_text, initial]);

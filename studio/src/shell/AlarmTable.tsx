@@ -17,9 +17,9 @@ export function stateOf(alarm: Alarm): AlarmState {
 }
 
 const MEANS: Record<AlarmState, string> = {
-  active: "unacknowledged alarm: its cause is there, and nobody has acknowledged it",
-  acknowledged: "acknowledged alarm: its cause is there",
-  returned: "returned to normal, unacknowledged: its cause is gone, and nobody has acknowledged it",
+  active: "unacknowledged alarm: its cause persists, and nobody has acknowledged it",
+  acknowledged: "acknowledged alarm: its cause persists",
+  returned: "returned to normal, unacknowledged: its cause is gone, but nobody has acknowledged it",
 };
 
 /** Colour and shape of each severity; either alone suffices to distinguish them. */

@@ -15,7 +15,7 @@ export class Boundary extends Component<{ children: ReactNode }, { failure: unkn
     if (this.state.failure === null) return this.props.children;
     return (
       <div className="stack">
-        <p>This view has failed. The system is not touched by it.</p>
+        <p>This view has failed. The system is not affected.</p>
         <Refusals of={refusalsOf(this.state.failure)} />
         <div className="row">
           <button type="button" onClick={() => this.setState({ failure: null })}>

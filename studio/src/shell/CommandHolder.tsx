@@ -30,10 +30,10 @@ export function CommandHolder(props: { now: Statistics | null }) {
   const waits = state.requests.some((one) => one.name === name);
   const alone = running.length > 0 ? `a program: ${running[0]}${running.length > 1 ? ` and ${running.length - 1} more` : ""}` : "nobody";
   const title =
-    running.length > 0 ? `No session commands. What runs was started by a program: ${running.join(", ")}` : "No session commands.";
+    running.length > 0 ? `No session has command. Started by a program and running: ${running.join(", ")}` : "No session has command.";
   if (!control.may("operate")) {
     return (
-      <div className="holder quiet" title="The token of this page has the role 'observe': it looks, and commands nothing.">
+      <div className="holder quiet" title="The token of this page has the role 'observe', which does not allow commands.">
         observing; {holder === null ? alone : <Named name={holder} person={state.person ?? null} />} commands
       </div>
     );

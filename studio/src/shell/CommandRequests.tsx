@@ -60,7 +60,7 @@ export function CommandRequests() {
         <div className={`notice ${over.outcome === "granted" ? "good" : "warn"}`} role="status">
           <span className="said">{wordsOf(over)}</span>
           <button type="button" onClick={() => setSeen(over.number)}>
-            Put away
+            Dismiss
           </button>
         </div>
       )}
@@ -111,15 +111,15 @@ function Asked(props: { of: AskingSession }) {
   return (
     <div className="notice warn" role="alert" data-commands>
       <span className="said">
-        <strong>{of.person ?? of.name}</strong> {of.person ? `(${of.name}) ` : ""}asks for command{of.reason && `: ${of.reason}`}
+        <strong>{of.person ?? of.name}</strong> {of.person ? `(${of.name}) ` : ""}requests command{of.reason && `: ${of.reason}`}
       </span>{" "}
       <span className="quiet figures">{Math.ceil(of.left_ms / 1000)} s more</span>
       <button type="button" className="primary" disabled={action.busy} onClick={() => action.run(() => control.command.handOver(of.name))}>
         Hand over
       </button>
       <input
-        aria-label={`Why ${of.name} is declined`}
-        placeholder="why not, if you like"
+        aria-label={`Reason for declining the request of ${of.name}`}
+        placeholder="reason (optional)"
         maxLength={200}
         size={18}
         value={reason}

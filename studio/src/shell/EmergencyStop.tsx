@@ -93,9 +93,9 @@ export function useEmergencyStop(now: Statistics | null): Press {
 const SAID: Record<Hearing, string> = {
   none: "Emergency stop",
   asked: "Stopping…",
-  heard: "Stop heard",
-  unheard: "Not heard",
-  refused: "Not taken",
+  heard: "Stop received",
+  unheard: "Not received",
+  refused: "Not accepted",
 };
 
 /**
@@ -127,15 +127,15 @@ export function StopUnheard(props: { press: Press }) {
   return (
     <div className="shout" role="alert">
       <p>
-        <strong>{hearing === "unheard" ? "The emergency stop was not heard." : "The emergency stop was not taken."}</strong>
+        <strong>{hearing === "unheard" ? "The emergency stop was not received." : "The emergency stop was not accepted."}</strong>
       </p>
       <p>
         <strong>Use the stop button of the machine.</strong>{" "}
-        {hearing === "unheard" && "The page sends the stop again until the system hears it: the machine may stop then."}
+        {hearing === "unheard" && "The page repeats the stop until the system receives it; the machine may then stop later."}
       </p>
       {hearing === "refused" && <Refusals of={refusals} />}
       <button type="button" onClick={putAway}>
-        {hearing === "unheard" ? "Send it no more" : "Put away"}
+        {hearing === "unheard" ? "Stop sending" : "Dismiss"}
       </button>
     </div>
   );

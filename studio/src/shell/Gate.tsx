@@ -83,8 +83,8 @@ function Door(props: { failure: unknown; open: (token: string) => void }) {
           }}
         >
           <p>
-            Open the address that <code>opengpac studio</code>, <code>opengpac rts</code> or <code>cell.studio()</code> has printed: it ends
-            with the token. Or paste the address or the token here.
+            Open the address that <code>opengpac studio</code>, <code>opengpac rts</code> or <code>cell.studio()</code> has printed, which
+            ends with the token. Or paste the address or the token here.
           </p>
           <div className="row">
             <label htmlFor="token">Token</label>

@@ -7,27 +7,27 @@ const KEYS: [string, [string, string][]][] = [
     "Everywhere",
     [
       ["?", "this list"],
-      ["Tab", "to the next control; the first one skips to the view"],
+      ["Tab", "to the next control; the first control skips to the view"],
       ["Esc", "closes this list"],
     ],
   ],
-  ["Devices", [["Space, held", "jogs the joint whose + or − has the focus, until it is let go"]]],
+  ["Devices", [["Space, held", "jogs the joint whose + or − has the focus, until it is released"]]],
   [
     "Data flow",
     [
       ["/ or Ctrl+F", "find a block, a port, an SVV"],
-      ["Enter", "chooses, or opens the graph that is chosen"],
+      ["Enter", "selects, or opens the selected graph"],
       ["Ctrl+Z, Ctrl+Y", "undo, redo"],
       ["Ctrl+C, Ctrl+X, Ctrl+V", "copy, cut, paste"],
-      ["Delete", "removes what is chosen"],
+      ["Delete", "removes the selection"],
     ],
   ],
   [
     "Scope",
     [
       ["/", "search for a value"],
-      ["← →, + −", "move, and look closer"],
-      ["Home", "fits what there is"],
+      ["← →, + −", "move, and zoom"],
+      ["Home", "fits the view to the data"],
     ],
   ],
 ];

@@ -30,7 +30,7 @@ export function Notices(props: { children: ReactNode }) {
       </div>
       {isMore && (
         <button type="button" className="unfold" aria-expanded={isOpen} onClick={() => setOpen(!isOpen)}>
-          {isOpen ? "Fold" : "All messages"}
+          {isOpen ? "Show fewer" : "All messages"}
         </button>
       )}
     </section>
@@ -49,7 +49,7 @@ export function Aim() {
   if (count === 0) return null;
   return (
     <div className="toast" role="status">
-      The page changed under your press, so nothing was done. Press again.
+      The page changed as you pressed, so nothing was done. Press again.
     </div>
   );
 }

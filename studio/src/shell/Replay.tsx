@@ -26,11 +26,11 @@ export function Replay(props: { of: Recording }) {
         </>
       ) : (
         <>
-          <button type="button" title="Runs it again, and compares every value" onClick={() => void of.replayed.run(present)}>
+          <button type="button" title="Repeats the recorded run and compares every value" onClick={() => void of.replayed.run(present)}>
             Replay
           </button>
-          <label title="The code modules of these names that the system has now, in the place of the recording's">
-            <input type="checkbox" checked={present} onChange={(event) => setPresent(event.target.checked)} /> with the code of now
+          <label title="Uses the present code modules of the system in place of the recorded ones">
+            <input type="checkbox" checked={present} onChange={(event) => setPresent(event.target.checked)} /> with present code
           </label>
         </>
       )}
@@ -45,7 +45,7 @@ function Progress(props: { of: Recording; state: Extract<State, { kind: "runs" }
   const part = state.time_ns === null ? 0 : (state.time_ns - of.begins_ns) / Math.max(1, of.ends_ns - of.begins_ns);
   return (
     <>
-      <progress aria-label="How far the replay has come" max={1} value={Math.min(1, Math.max(0, part))} />
+      <progress aria-label="Progress of the replay" max={1} value={Math.min(1, Math.max(0, part))} />
       <span className="figures small">
         {percent(part)}, {count(state.firings)} firings
       </span>
@@ -58,8 +58,8 @@ function Found(props: { of: Recording; state: Extract<State, { kind: "over" }> }
   if (differs) return <Difference of={props.of} differs={differs} />;
   return (
     <span role="status">
-      <Tag tone={isWhole ? "good" : "warn"}>{isWhole ? "equal" : "as far as it goes"}</Tag> {count(firings)} firings, every value as it was
-      recorded{message && `; ${message}`}
+      <Tag tone={isWhole ? "good" : "warn"}>{isWhole ? "equal" : "to the end of its data"}</Tag> {count(firings)} firings, all values equal
+      to the recorded ones{message && `; ${message}`}
     </span>
   );
 }
@@ -69,7 +69,7 @@ function Difference(props: { of: Recording; differs: Differs }) {
   return (
     <span role="status" title={where}>
       <Tag tone="bad">first difference</Tag>{" "}
-      <button type="button" className="plain" onClick={() => props.of.go(time_ns)} title="The cursor goes there">
+      <button type="button" className="plain" onClick={() => props.of.go(time_ns)} title="Move the cursor there">
         {(time_ns / 1e9).toFixed(6)} s
       </button>{" "}
       {signal === null ? where : <a href={`#/scope?names=${encodeURIComponent(signal)}`}>{signal}</a>}

@@ -13,9 +13,9 @@ export function ReportTable(props: { of: Report }) {
   ];
   if (of.block) rows.push(["Block", of.block]);
   if (of.value !== undefined && of.value !== null) rows.push(["Value", valueText(of.value)]);
-  if (of.message) rows.push(["Why", of.message]);
+  if (of.message) rows.push(["Message", of.message]);
   for (const [name, value] of Object.entries(of.outputs)) rows.push([name, valueText(value)]);
-  if (of.others.length > 0) rows.push(["Also came", of.others.map((other) => other.condition).join(", ")]);
+  if (of.others.length > 0) rows.push(["Also reported", of.others.map((other) => other.condition).join(", ")]);
   return (
     <table className="report">
       <tbody>

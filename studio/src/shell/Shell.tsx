@@ -38,7 +38,7 @@ export function Shell() {
                 <Part />
               </SourceContext>
             ) : (
-              <Empty title={`There is no view '${route.view}'`}>Choose one of the views in the navigation.</Empty>
+              <Empty title={`View '${route.view}' does not exist`}>Choose one of the views in the navigation.</Empty>
             )}
           </Suspense>
         </Boundary>

@@ -29,7 +29,7 @@ export function TimeBar() {
       </button>
       {isStill ? (
         <span role="status">
-          <strong>Paused</strong> at <PausedAt /> <span className="quiet">what is shown stands still; the system goes on</span>
+          <strong>Paused</strong> at <PausedAt /> <span className="quiet">the display is frozen; the system continues</span>
         </span>
       ) : (
         <span className="quiet small">The page follows the system</span>
@@ -59,7 +59,7 @@ function Recorded(props: { axis: Axis; of: Recording }) {
   const moved = (cursor - of.begins_ns) / 1e9;
   return (
     <section className="time-bar recorded" aria-label="Time" data-cursor={cursor} data-shown={shown}>
-      <button type="button" className="primary" onClick={() => axis.goLive()} title={`Back to ${live.version.system}, as it runs`}>
+      <button type="button" className="primary" onClick={() => axis.goLive()} title={`Return to the running system ${live.version.system}`}>
         Live
       </button>
       <span className="what" title={of.name}>
@@ -100,7 +100,7 @@ function Recorded(props: { axis: Axis; of: Recording }) {
         />
         {differs && <Mark part={(differs.time_ns - of.begins_ns) / span} differs={differs} />}
       </span>
-      <span className="figures time" data-testid="cursor" title={`${moved.toFixed(9)} s after its beginning; ${of.about.clock} clock`}>
+      <span className="figures time" data-testid="cursor" title={`${moved.toFixed(9)} s after the start; ${of.about.clock} clock`}>
         {(cursor / 1e9).toFixed(6)} s
       </span>
       <Replay of={of} />

@@ -78,7 +78,7 @@ function Summary(props: { now: Statistics | null }) {
   return <span className="summary small quiet">{said.join(" · ")}</span>;
 }
 
-const SAID = { connecting: "connecting", silent: "offline", broken: "offline", out: "not let in" };
+const SAID = { connecting: "connecting", silent: "offline", broken: "offline", out: "access denied" };
 
 function Heard() {
   const control = useLive();
@@ -96,7 +96,7 @@ function Unheard() {
   if (connection === "out") {
     return (
       <div className="notice bad unheard" role="alert">
-        <strong>The system lets this page in no longer.</strong> Nothing here is of now. Open the page with another token.
+        <strong>Access to the system was denied.</strong> The displayed values are outdated. Open the page with another token.
       </div>
     );
   }
@@ -105,8 +105,8 @@ function Unheard() {
     <div className="notice bad unheard" role="alert">
       <strong>No connection.</strong>{" "}
       <span>
-        Everything here is <span className="figures">{ageText(age_ms / 1000)}</span> old, and nothing can be commanded. The page goes on by
-        itself when the system is heard again.
+        Everything here is <span className="figures">{ageText(age_ms / 1000)}</span> old, and commands are not possible. The page reconnects
+        automatically.
       </span>
     </div>
   );
@@ -120,10 +120,9 @@ function Restarted() {
   if (restarts === known) return null;
   return (
     <div className="notice warn" role="status">
-      <strong>The system was started again.</strong> What the log had before is of an earlier run, and says so; instances of that run are
-      gone.
+      <strong>The system was restarted.</strong> Earlier log entries are marked as such; instances of the earlier run no longer exist.
       <button type="button" onClick={() => setKnown(restarts)}>
-        Put away
+        Dismiss
       </button>
     </div>
   );

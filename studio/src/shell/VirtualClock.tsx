@@ -67,8 +67,8 @@ export function VirtualClock() {
           value={words}
           onChange={(event) => setWords(event.target.value)}
         />
-        <button type="submit" disabled={isBusy} title="Runs firing by firing until a verb reports it">
-          To condition
+        <button type="submit" disabled={isBusy} title="Run firing by firing until a verb reports it">
+          Run to condition
         </button>
       </form>
       {found && (
@@ -78,7 +78,7 @@ export function VirtualClock() {
               <strong>{found.entry.about}</strong> {found.entry.text} at {seconds(found.entry.time_s)}
             </>
           ) : (
-            "nothing is ever going to happen: start something first"
+            "no event is pending; start something first"
           )}
         </span>
       )}

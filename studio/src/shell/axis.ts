@@ -69,6 +69,6 @@ export const AxisContext = createContext<Axis | null>(null);
 
 export function useAxis(): Axis {
   const axis = useContext(AxisContext);
-  if (!axis) throw new Error("there is no connected system around this part of the page");
+  if (!axis) throw new Error("this part of the page has no connected system");
   return axis;
 }

@@ -11,14 +11,14 @@ export const SourceContext = createContext<Source | null>(null);
 /** Returns the running system itself, for elements common to all views, and for actions. */
 export function useLive(): Control {
   const control = useContext(ControlContext);
-  if (!control) throw new Error("there is no connected system around this part of the page");
+  if (!control) throw new Error("this part of the page has no connected system");
   return control;
 }
 
 /** Returns the source of the views: the running system, the paused system, or a recording. */
 export function useControl(): Source {
   const source = useContext(SourceContext);
-  if (!source) throw new Error("there is no connected system around this part of the page");
+  if (!source) throw new Error("this part of the page has no connected system");
   return source;
 }
 

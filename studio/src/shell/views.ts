@@ -13,7 +13,7 @@ export interface View {
 }
 
 export const views: View[] = [
-  { name: "start", title: "Start", about: "what this is, what runs, what to try", part: lazy(() => import("../views/start")) },
+  { name: "start", title: "Start", about: "overview, running instances, first steps", part: lazy(() => import("../views/start")) },
   {
     name: "system",
     title: "System",
@@ -33,12 +33,12 @@ export const views: View[] = [
     about: "logical and physical devices, the arm in 3-D",
     part: lazy(() => import("../views/devices")),
   },
-  { name: "scope", title: "Scope", about: "any value at its full rate", part: lazy(() => import("../views/scope")) },
+  { name: "scope", title: "Scope", about: "values at their full rate", part: lazy(() => import("../views/scope")) },
   { name: "log", title: "Log", about: "conditions, faults, transitions, reports, commands", part: lazy(() => import("../views/log")) },
   {
     name: "recordings",
     title: "Recordings",
-    about: "record every value into a file",
+    about: "record all values to a file",
     part: lazy(() => import("../views/recordings")),
   },
   {

@@ -192,15 +192,15 @@ export class Recording implements Source, Past {
   }
 
   order(): Promise<never> {
-    return Promise.reject(notNow(`'${this.name}' is a recording`));
+    return Promise.reject(notNow(`'${this.name}' is a recording and cannot be changed`));
   }
 
   aside(): Promise<never> {
-    return Promise.reject(notNow(`'${this.name}' is a recording`));
+    return Promise.reject(notNow(`'${this.name}' is a recording and cannot be changed`));
   }
 
   stop(): Promise<never> {
-    return Promise.reject(notNow(`'${this.name}' is a recording`));
+    return Promise.reject(notNow(`'${this.name}' is a recording and cannot be changed`));
   }
 
   async #answer(call: string, args: Record<string, unknown>): Promise<unknown> {
@@ -228,7 +228,7 @@ export class Recording implements Source, Past {
     const topic = `/geometry/${device}`;
     const { messages } = await this.#live.look("recorded_at", { path: this.name, time_ns: this.ends_ns, topics: [topic] });
     const found = messages[topic]?.message as Geometry | undefined;
-    if (!found) throw new RefusalError([{ class: "InvalidState", message: `device '${device}' has no shape in the recording` }], 0);
+    if (!found) throw new RefusalError([{ class: "InvalidState", message: `the recording has no shape of device '${device}'` }], 0);
     return onSvvs(
       found,
       this.#installed.flatMap((one) => one.message.instances),

@@ -77,7 +77,7 @@ export class ReplayRun {
 
   #over({ found, failure }: Replaying): void {
     if (!found) {
-      this.state.set({ kind: "failed", refusals: [{ class: "Replay", message: failure ?? "nothing was found" }] });
+      this.state.set({ kind: "failed", refusals: [{ class: "Replay", message: failure ?? "the replay has no result" }] });
       return;
     }
     const { firings, message, difference, stopped, time_ns } = found;

@@ -30,7 +30,7 @@ export function DeviceDetail(props: { name: string; configuration: Configuration
       }
       end={
         <>
-          {floats.length > 0 && <a href={addressOf("scope", [], { names: floats.slice(0, 4).join(",") })}>In the scope</a>}
+          {floats.length > 0 && <a href={addressOf("scope", [], { names: floats.slice(0, 4).join(",") })}>Show in scope</a>}
           {control.may("operate") && (
             <>
               <button
@@ -57,7 +57,7 @@ export function DeviceDetail(props: { name: string; configuration: Configuration
       <Refusals of={action.refusals} />
       <p className="quiet">
         {type.doc.split(/\n\s*\n/)[0]}{" "}
-        {type.verb && <a href={addressOf("verbs", [type.verb, `${name}.${type.verb}`])}>Kept going by {type.verb}</a>}
+        {type.verb && <a href={addressOf("verbs", [type.verb, `${name}.${type.verb}`])}>Updated by {type.verb}</a>}
       </p>
       <div className="detail-columns">
         <div>
@@ -69,7 +69,7 @@ export function DeviceDetail(props: { name: string; configuration: Configuration
                 return (
                   <tr key={member}>
                     <th scope="row">
-                      <a href={addressOf("scope", [], { names: full })} title={`${full}, ${svv.type_text}: show it in the scope`}>
+                      <a href={addressOf("scope", [], { names: full })} title={`${full}, ${svv.type_text}: show in scope`}>
                         {member}
                       </a>
                       {svv.shared && <span className="quiet"> (shared: {svv.shared})</span>}

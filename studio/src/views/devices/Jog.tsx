@@ -84,7 +84,7 @@ export function JogTools(props: { of: JogState }) {
         Jogging needs the verb <code>jog</code> in this system: a program enters it with{" "}
         <code>motion.jog.new_instance(arm, cell.svv("{BEAT}", int))</code>.{" "}
         <button type="button" onClick={of.look}>
-          Look again
+          Check again
         </button>
       </p>
     );
@@ -100,11 +100,11 @@ export function JogTools(props: { of: JogState }) {
             disabled={action.busy}
             onClick={() => action.run(() => control.order("svv", { name: BEAT, type_text: "int64_t" }).then(of.look))}
           >
-            Make it
+            Create
           </button>
         ) : (
           <>
-            A program makes it: <code>cell.svv("{BEAT}", int)</code>.
+            A program creates it: <code>cell.svv("{BEAT}", int)</code>.
           </>
         )}
         <Refusals of={action.refusals} />
@@ -117,7 +117,7 @@ export function JogTools(props: { of: JogState }) {
       <span className="quiet">Jog speed</span>
       <input type="range" min={5} max={100} step={5} value={of.share} onChange={(event) => of.setShare(Number(event.target.value))} />
       <span className="figures">{of.share} %</span>
-      <span className="quiet">of jog_speed; a joint moves while its button is held, and stops 0.25 s after the page is gone</span>
+      <span className="quiet">of jog_speed; a joint moves while its button is held, and stops 0.25 s after the connection is lost</span>
     </label>
   );
 }

@@ -52,8 +52,8 @@ export default function Machine(props: { device: string; lost: string | null }) 
       setTrouble([
         {
           class: "Graphics",
-          message: `this browser draws nothing in 3-D: ${why instanceof Error ? why.message : why}`,
-          remedy: "switch WebGL on",
+          message: `this browser cannot draw in 3-D: ${why instanceof Error ? why.message : why}`,
+          remedy: "enable WebGL",
         },
       ]);
       return;
@@ -119,7 +119,7 @@ export default function Machine(props: { device: string; lost: string | null }) 
       <Refusals of={[...trouble, ...undrawn]} />
       {props.lost !== null && (
         <p className="stage-note wrong">
-          Lost: it stands here as it was told last. <Age of={geometry ? jointsOf(geometry) : []} />
+          Lost: the last known position is shown. <Age of={geometry ? jointsOf(geometry) : []} />
         </p>
       )}
       <div
@@ -127,9 +127,9 @@ export default function Machine(props: { device: string; lost: string | null }) 
         data-placed={isPlaced ? "yes" : "no"}
         ref={place}
         role="img"
-        aria-label={`${device} as it stands at the time that is shown; its joints stand in the table of the devices`}
+        aria-label={`${device} at the displayed time; its joints are listed in the table of devices`}
       />
-      {geometry && !isPlaced && <p className="stage-note quiet small">Waiting to hear where it stands…</p>}
+      {geometry && !isPlaced && <p className="stage-note quiet small">Waiting for its position…</p>}
       {geometry && (
         <PathAndGhost
           of={geometry}
@@ -139,7 +139,7 @@ export default function Machine(props: { device: string; lost: string | null }) 
         />
       )}
       {still.length > 0 && (
-        <p className="stage-note quiet small">Drawn where the model has them, because nobody tells where they are: {still.join(", ")}</p>
+        <p className="stage-note quiet small">Drawn at the position in the model, because no position is reported: {still.join(", ")}</p>
       )}
     </Panel>
   );

@@ -38,7 +38,7 @@ export function Parameters(props: { device: string; type: DeviceType }) {
           {Object.entries(type.parameters).map(([name, parameter]) => (
             <tr key={name}>
               <th scope="row">
-                {name} {parameter.tunable && <Tag title="changes what runs at once">tunable</Tag>}
+                {name} {parameter.tunable && <Tag title="changes running verbs immediately">tunable</Tag>}
               </th>
               <td className="number">
                 {name in values ? valueText(values[name]) : "–"}
@@ -94,7 +94,7 @@ function SetParameter(props: { device: string; name: string; isTruth: boolean; t
       <button
         type="submit"
         disabled={action.busy || value === undefined || wrong !== null}
-        title={props.tunable ? "at once" : "from the next enabling on"}
+        title={props.tunable ? "immediately" : "from the next time it is enabled"}
       >
         Set
       </button>

@@ -21,11 +21,11 @@ const FORCES_N = [1, 10, 100, 1000];
 export function PathAndGhost(props: { of: Geometry; drawn: DrawnObjects; put: (drawn: DrawnObjects) => void; isRecorded: boolean }) {
   const { of, drawn, put } = props;
   return (
-    <div className="row stage-tools" role="group" aria-label="Drawn beside the machine">
+    <div className="row stage-tools" role="group" aria-label="Drawn with the machine">
       <Choice
         label="Path"
         value={String(drawn.path_s)}
-        title={props.isRecorded ? "So far before the cursor, and fainter behind it" : "So far back"}
+        title={props.isRecorded ? "Length of the path before the cursor, and fainter after it" : "Length of the past path"}
         put={(path) => put({ ...drawn, path_s: Number(path) })}
       >
         {SPANS_S.map((span) => (
@@ -44,7 +44,7 @@ export function PathAndGhost(props: { of: Geometry; drawn: DrawnObjects; put: (d
       <Choice
         label="Ghost"
         value={drawn.ghost ?? ""}
-        title="The machine where its joints are to be"
+        title="The machine at the commanded position of its joints"
         put={(ghost) => put({ ...drawn, ghost: AIMS.find((aim) => aim === ghost) ?? null })}
       >
         <option value="">none</option>
@@ -56,7 +56,7 @@ export function PathAndGhost(props: { of: Geometry; drawn: DrawnObjects; put: (d
         <Choice
           label="Forces"
           value={String(drawn.force_N ?? "")}
-          title="Arrows where it touches something, along the force of the first shape on the second; so many newtons are 10 cm"
+          title="Arrows at contacts, along the force of the first shape on the second; this number of newtons is drawn as 10 cm"
           put={(force) => put({ ...drawn, force_N: force === "" ? null : Number(force) })}
         >
           <option value="">none</option>

@@ -22,7 +22,7 @@ export function PhysicalDevices(props: { configuration: Configuration; now: Stat
           </>
         }
       >
-        {state?.lost && <p className="wrong">Lost: {state.lost}. What stands here is as it was then.</p>}
+        {state?.lost && <p className="wrong">Lost: {state.lost}. The values shown are from that time.</p>}
         <Driver of={device} />
         <Counters of={device} state={state} />
         <Services device={name} of={device.services ?? []} />
@@ -67,7 +67,7 @@ function Driver(props: { of: PhysicalDevice }) {
     where && `driver ${where}`,
     safe_state &&
       `safe state: ${safe_state.doc}, by ${safe_state.by.join(", ")}${safe_state.within_ns > 0 ? ` within ${duration(safe_state.within_ns)}` : ""}`,
-    watchdog_ns && `its own watchdog: ${duration(watchdog_ns)}`,
+    watchdog_ns && `watchdog of the device: ${duration(watchdog_ns)}`,
   ].filter(Boolean);
   return (
     <>

@@ -11,7 +11,7 @@ import { notEnabled } from "./toolJog";
 import { type PointsOfArm, usePoints } from "./usePoints";
 import { useVerb } from "./useVerb";
 
-const NO_FILE = "No program has named a file of taught points for this arm: gpac.Points(path, arm) does.";
+const NO_FILE = "No file of taught points is open for this arm. A program opens one with gpac.Points(path, arm).";
 
 /** Taught points of an arm, in the file that its program also uses: teaches, approaches, renames and deletes them. */
 export function PointsPanel(props: { of: ArmDescription; chain: ChainDescription; now: Statistics }) {
@@ -35,7 +35,7 @@ export function PointsPanel(props: { of: ArmDescription; chain: ChainDescription
             <PointTools arm={arm} chain={chain} now={now} known={known} points={points} point={point} choose={setChosen} />
           )}
           <p className="quiet small">
-            in <Name of={points.file} />, which programs and people may change too
+            in <Name of={points.file} />, which programs and other users may also change
           </p>
         </>
       )}
@@ -89,7 +89,7 @@ function PointList(props: {
         </tbody>
       </table>
       {points.points.length === 0 && (
-        <p className="quiet">No point is taught yet. Jog the arm to a place, give it a name below, and press Teach.</p>
+        <p className="quiet">No points taught yet. Jog the arm to a position, enter a name below, and press Teach.</p>
       )}
     </div>
   );
@@ -150,7 +150,7 @@ function PointTools(props: {
   };
   const teach = () => {
     if (asleep.length > 0) return say("", [notEnabled(asleep)]);
-    void change(`'${name.trim()}' is taught where the arm stands.`, async () => {
+    void change(`'${name.trim()}' was taught at the present position.`, async () => {
       const names = arm.joints.map((joint) => `${joint}.sensed`);
       const { values } = await control.look("read", { names });
       const q = names.map((one) => Number(values[one]?.value));
@@ -162,16 +162,16 @@ function PointTools(props: {
     });
   };
   const rename = (from: TaughtPoint) =>
-    void change(`'${from.name}' is '${name.trim()}' now.`, async () => {
+    void change(`'${from.name}' was renamed '${name.trim()}'.`, async () => {
       await control.order("rename_point", { arm: arm.name, name: from.name, to: name.trim() });
       choose(name.trim());
     });
   const remove = (from: TaughtPoint) =>
-    void change(`'${from.name}' is deleted. Undo puts it back.`, async () =>
+    void change(`'${from.name}' was deleted. Undo restores it.`, async () =>
       setDeleted(await control.order("delete_point", { arm: arm.name, name: from.name })),
     );
   const undo = (back: TaughtPoint) =>
-    void change(`'${back.name}' is back.`, async () => {
+    void change(`'${back.name}' was restored.`, async () => {
       await control.order("teach_point", { arm: arm.name, point: back });
       setDeleted(null);
       choose(back.name);
@@ -181,16 +181,16 @@ function PointTools(props: {
   const isThere = points.points.some((one) => one.name === name.trim());
   const moves = motions.under !== null;
   const hint =
-    point === null ? "Choose a point, or teach one." : goal === null ? "Its frame or its tool is not in the file." : goalHint(goal);
-  const said = motions.under ? `The arm moves to '${motions.under.about}'.` : told.text || "The arm rests.";
+    point === null ? "Select a point, or teach one." : goal === null ? "Its frame or its tool is not in the file." : goalHint(goal);
+  const said = motions.under ? `The arm moves to '${motions.under.about}'.` : told.text || "The arm is at rest.";
   return (
     <>
       <div className="row" data-commands>
         <button type="button" disabled={moves || !goal?.joints} onClick={() => go("joints")}>
-          Go by joints
+          Move joints
         </button>
         <button type="button" disabled={moves || !goal} onClick={() => go("line")}>
-          Go in a line
+          Move in a line
         </button>
         <button type="button" disabled={!moves} onClick={motions.stop}>
           Stop
@@ -242,5 +242,5 @@ function PointTools(props: {
 }
 
 function goalHint(goal: { joints: number[] | null }): string {
-  return goal.joints ? "Go there, or give it another name." : "Its frame or tool is another one than when it was taught: go in a line.";
+  return goal.joints ? "Go there, or choose another name." : "Its frame or tool has changed since it was taught: move in a line.";
 }

@@ -69,7 +69,7 @@ function Service(props: { device: string; of: DriverService }) {
           disabled={action.busy || !control.may("operate")}
           title={control.may("operate") ? undefined : "needs the role 'operate'"}
         >
-          {action.busy ? "Asked…" : "Ask"}
+          {action.busy ? "Calling…" : "Call"}
         </button>
         {answer !== null && (
           <output className="figures answer" aria-label={`Answer of ${of.name}`}>

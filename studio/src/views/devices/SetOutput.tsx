@@ -47,7 +47,7 @@ export function SetOutput(props: { device: string; type: string; state: DeviceSt
     setWrong(
       isRenewed(state)
         ? []
-        : [{ class: "NotEnabled", message: `'${device}' is not enabled: nothing has changed.`, remedy: "press Enable all" }],
+        : [{ class: "NotEnabled", message: `'${device}' is not enabled, so nothing was changed.`, remedy: "press Enable all" }],
     );
     if (!isRenewed(state)) return;
     running.begin(device, { verb: sets.verb, arguments: { output: { device } }, values: { value } }, (report) =>
@@ -96,5 +96,5 @@ export function SetOutput(props: { device: string; type: string; state: DeviceSt
 /** Returns the reason why an output was not set; an empty list if it was written. */
 function toldOfSetting(device: string, report: Report): Refusal[] {
   if (report.condition === "written") return [];
-  return [{ class: report.condition, message: report.message || `'${device}' was not set.`, remedy: "see the view Log" }];
+  return [{ class: report.condition, message: report.message || `'${device}' was not set.`, remedy: "see the log" }];
 }

@@ -116,7 +116,7 @@ function ToolJogs(props: { of: ArmDescription; chain: ChainDescription; states: 
   const [told, setTold] = useState<{ text: string; wrong: Refusal[] }>({ text: "", wrong: [] });
   const held = useHeld((report) => {
     const wrong = toldOfEnd(arm, report);
-    setTold({ text: wrong ? "" : "The step is done.", wrong: wrong ? [wrong] : [] });
+    setTold({ text: wrong ? "" : "Step completed.", wrong: wrong ? [wrong] : [] });
   });
   const isStepping = held.under?.isStep === true;
   const press = (axis: ToolAxis, direction: 1 | -1) => {
@@ -129,7 +129,7 @@ function ToolJogs(props: { of: ArmDescription; chain: ChainDescription; states: 
   };
   const isEnabled = states.every(isRenewed);
   const wrong = [...held.refusals, ...told.wrong];
-  const said = held.under ? (isStepping ? "A step is under way." : "The tool moves while the button is held.") : told.text;
+  const said = held.under ? (isStepping ? "Step in progress." : "The tool moves while the button is held.") : told.text;
   return (
     <>
       <div className="row tool-choices">
@@ -177,7 +177,7 @@ function ToolJogs(props: { of: ArmDescription; chain: ChainDescription; states: 
       </div>
       {/* One line, whatever it says; what is refused is told over the page. */}
       <p className="tool-told" role="status" aria-label={`State of jogging the tool of ${arm.name}`}>
-        {said || (isEnabled ? "The tool stands." : "Enable the joints of the arm first.")}
+        {said || (isEnabled ? "The tool is at rest." : "Enable the joints of the arm first.")}
       </p>
       <Refusals of={wrong} />
     </>

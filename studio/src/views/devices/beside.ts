@@ -78,7 +78,7 @@ async function drawGhost({ control, geometry, stage, told }: Scene, aim: Aim, si
   const svvs = past ? null : new Set((await control.look("names", {}, signal)).svvs);
   const known = (name: string) => (past ? past.channel(name) !== undefined : (svvs?.has(name) ?? false));
   const there = aimed(geometry, aim, control.topics.installed.get()?.instances ?? [], known);
-  if (!there) throw new Error(`no joint of this machine has a '${aim}' that is known here`);
+  if (!there) throw new Error(`no joint of this machine has a known '${aim}'`);
   const ghost = buildGhost(there);
   const untold = new Set(ghost.joints.map((joint) => joint.svv));
   ghost.root.visible = false;

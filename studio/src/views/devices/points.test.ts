@@ -91,8 +91,8 @@ test("the end of a motion is told where the arm is not there", () => {
   const ended = (condition: string, value: number | null = null) =>
     toldOfMotion(ARM, "pick", { condition, value, message: "the joint did not follow" } as Report)?.message ?? null;
   expect(ended("arrived")).toBe(null);
-  expect(ended("stopped")).toMatch(/was stopped on its way/);
-  expect(ended("unreachable")).toMatch(/out of reach in a line/);
+  expect(ended("stopped")).toMatch(/was stopped before its end/);
+  expect(ended("unreachable")).toMatch(/cannot be reached in a line/);
   expect(ended("limit", 1)).toMatch(/joint 'b' would leave its range/);
   expect(ended("singular")).toMatch(/singularity/);
   expect(ended("following_error")).toBe("the joint did not follow");

@@ -100,17 +100,17 @@ export function toldOfMotion(arm: ArmDescription, name: string, report: Report):
       return null;
     case "halted":
     case "stopped":
-      return refused(`The motion to '${name}' was stopped on its way.`, "go there again, or jog");
+      return refused(`The motion to '${name}' was stopped before its end.`, "repeat it, or jog");
     case "unreachable":
-      return refused(`'${name}' is out of reach in a line: nothing has moved.`, "go by joints, or teach it again");
+      return refused(`'${name}' cannot be reached in a line; nothing has moved.`, "move joints, or teach it again");
     case "limit":
       return refused(
-        `On the line to '${name}' joint '${(typeof value === "number" && arm.joints[value]) || value}' would leave its range: nothing has moved.`,
-        "go by joints, or begin elsewhere",
+        `On the line to '${name}', joint '${(typeof value === "number" && arm.joints[value]) || value}' would leave its range; nothing has moved.`,
+        "move joints, or start from another position",
       );
     case "singular":
-      return refused(`The line to '${name}' leads near a singularity of the arm.`, "go by joints, or begin elsewhere");
+      return refused(`The line to '${name}' passes near a singularity of the arm.`, "move joints, or start from another position");
     default:
-      return refused(report.message || `The motion to '${name}' ended.`, "see the view Log");
+      return refused(report.message || `The motion to '${name}' ended.`, "see the log");
   }
 }

@@ -26,13 +26,13 @@ test.each([
 });
 
 test.each([
-  [option("address", "whole"), "", "a value is needed"],
-  [option("address", "whole"), "1.5", "no whole number"],
+  [option("address", "whole"), "", "enter a value"],
+  [option("address", "whole"), "1.5", "not an integer"],
   [option("timeout", "number", "s"), "1,5 s", "write 1.5"],
   [option("timeout", "number", "s"), "3 N", "the dimensions differ"],
   [option("on", "bool"), "yes", "choose true or false"],
-  [option("values", "list"), "1, 2", "no list"],
-  [option("map", "table"), "[1]", "no table"],
+  [option("values", "list"), "1, 2", "not a list"],
+  [option("map", "table"), "[1]", "not a table"],
 ])("what cannot be one is refused with a sentence", (of, text, why) => {
   expect(argumentFrom(text, of).wrong).toContain(why);
 });
@@ -46,7 +46,7 @@ test("a service gets what was written, and what is wrong stands at its argument"
     arguments: [option("address", "whole"), option("n", "whole", "", "1")],
   };
   expect(argumentsOfService(service, { address: "7" })).toEqual({ given: { address: 7 }, wrong: {} });
-  expect(argumentsOfService(service, {})).toEqual({ given: {}, wrong: { address: "a value is needed" } });
+  expect(argumentsOfService(service, {})).toEqual({ given: {}, wrong: { address: "enter a value" } });
 });
 
 test("an answer in words", () => {

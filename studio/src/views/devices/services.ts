@@ -10,7 +10,7 @@ import { numberIn, type ReadResult } from "../../design/quantities";
  */
 export function argumentFrom(text: string, of: DriverOption): ReadResult<unknown> {
   const written = text.trim();
-  if (written === "") return of.default === null ? { wrong: "a value is needed" } : { value: undefined };
+  if (written === "") return of.default === null ? { wrong: "enter a value" } : { value: undefined };
   switch (of.kind) {
     case "number":
       return numberIn(written, of.unit);
@@ -18,7 +18,7 @@ export function argumentFrom(text: string, of: DriverOption): ReadResult<unknown
       const hexadecimal = /^0x[0-9a-f]+$/i.test(written);
       const read = hexadecimal ? { value: Number(written) } : numberIn(written, of.unit);
       if (read.wrong !== undefined || Number.isSafeInteger(read.value)) return read;
-      return { wrong: `'${written}' is no whole number` };
+      return { wrong: `'${written}' is not an integer` };
     }
     case "bool":
       return written === "true" || written === "false" ? { value: written === "true" } : { wrong: "choose true or false" };
@@ -37,7 +37,7 @@ function parsed(written: string, kind: "list" | "table"): ReadResult<unknown> {
   } catch {
     // The error below includes an example.
   }
-  return { wrong: kind === "list" ? `'${written}' is no list: write [1, 2]` : `'${written}' is no table: write {"name": 1}` };
+  return { wrong: kind === "list" ? `'${written}' is not a list: write [1, 2]` : `'${written}' is not a table: write {"name": 1}` };
 }
 
 /** Returns all arguments of a service, without the empty ones, and the errors by argument. */

@@ -35,10 +35,10 @@ export function isTurn(axis: ToolAxis): boolean {
 /** Returns the reason why the tool of an arm cannot be jogged, as text; null if it can. */
 export function whyNot(arm: ArmDescription): string | null {
   if (arm.chain === null)
-    return `The geometry of this arm is not known here: ${arm.missing || "no program has told it"}. Its joints can be jogged.`;
+    return `The geometry of this arm is unknown: ${arm.missing || "no program has provided it"}. Jog its joints instead.`;
   const joints = movingJoints(arm.chain);
   if (joints < AXES)
-    return `This arm has ${joints === 1 ? "1 joint that moves" : `${joints} joints that move`} its tool; jogging it along and about all axes takes ${AXES}. Its joints can be jogged.`;
+    return `This arm has ${joints === 1 ? "1 joint that moves" : `${joints} joints that move`} its tool; jogging it along and about all axes requires ${AXES}. Jog its joints instead.`;
   return null;
 }
 
@@ -65,7 +65,7 @@ export function toolMotion(arm: ArmDescription, chain: ChainDescription, jog: To
 /** Returns a single message for all joints that are not enabled. */
 export function notEnabled(joints: readonly string[]): Refusal {
   const which = joints.length === 1 ? `Joint '${joints[0]}' is` : `${joints.length} joints of this arm are`;
-  return { class: "NotEnabled", message: `${which} not enabled: nothing has moved.`, remedy: "press Enable all above" };
+  return { class: "NotEnabled", message: `${which} not enabled, so nothing has moved.`, remedy: "press Enable all above" };
 }
 
 /** Returns a message about a motion of the tool that ended by itself, if a person has to know it; null if it ended as intended. */
@@ -77,17 +77,21 @@ export function toldOfEnd(arm: ArmDescription, report: Report): Refusal | null {
     return joint === undefined
       ? {
           class: "JogBlocked",
-          message: "The tool rests: the arm is near a singularity or at the end of its reach there.",
-          remedy: "jog another way, or move a joint",
+          message: "The tool has stopped: the arm is near a singularity or at the end of its reach.",
+          remedy: "jog in another direction, or move a joint",
         }
       : {
           class: "JogBlocked",
-          message: `The tool rests: joint '${joint}' is at the end of its range.`,
-          remedy: "jog back, or move that joint by itself",
+          message: `The tool has stopped: joint '${joint}' is at the end of its range.`,
+          remedy: "jog back, or move that joint alone",
         };
   }
   // The verb stopped the tool because the page's heartbeat was missing.
   if (condition === "stopped")
-    return { class: "Released", message: "The tool was stopped: the system heard nothing of this page for 0.25 s.", remedy: "press again" };
-  return { class: condition, message: report.message || "The motion ended.", remedy: "see the view Log" };
+    return {
+      class: "Released",
+      message: "The tool was stopped: the system received nothing from this page for 0.25 s.",
+      remedy: "press again",
+    };
+  return { class: condition, message: report.message || "The motion ended.", remedy: "see the log" };
 }

@@ -77,7 +77,7 @@ test("a press asks for one axis, in the unit of the verb", () => {
 
 test("an arm that cannot be jogged by its tool says why", () => {
   expect(whyNot(ARM)).toBe(null);
-  expect(whyNot({ ...ARM, chain: null, missing: "it has no model" })).toMatch(/not known here: it has no model/);
+  expect(whyNot({ ...ARM, chain: null, missing: "it has no model" })).toMatch(/is unknown: it has no model/);
   expect(whyNot({ ...ARM, chain: { ...UR5E, kind: [1, 1, 0, 0, 0, 0] } })).toMatch(/2 joints that move its tool/);
   expect(whyNot({ ...ARM, chain: { ...UR5E, kind: [1, 0, 0, 0, 0, 0] } })).toMatch(/1 joint that moves its tool/);
 });
@@ -88,6 +88,6 @@ test("the end of a motion is told in words where a person has to know it", () =>
   expect(ended("arrived")).toBe(null);
   expect(ended("blocked", 2)).toMatch(/joint 'c' is at the end of its range/);
   expect(ended("blocked", -1)).toMatch(/singularity/);
-  expect(ended("stopped")).toMatch(/heard nothing of this page/);
+  expect(ended("stopped")).toMatch(/received nothing from this page/);
   expect(ended("following_error")).toBe("the joint did not follow");
 });

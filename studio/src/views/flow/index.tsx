@@ -21,7 +21,9 @@ export default function View() {
           Edit
         </button>
         {editing && !control.may("configure") && (
-          <span className="quiet">Your role is {control.role}: you can draw, check and save; to install, open the studio with edit.</span>
+          <span className="quiet">
+            Your role is {control.role}: you can draw, check and save. To install, open the studio with edit=True.
+          </span>
         )}
       </div>
       {editing ? (

@@ -21,8 +21,8 @@ export function LineDetail(props: { of: Line; close: () => void }) {
         </>
       }
     >
-      {of.isEarlier && <p className="wrong">Of an earlier run: the system was started again since.</p>}
-      <p>{of.text || <span className="quiet">no further words</span>}</p>
+      {of.isEarlier && <p className="wrong">From an earlier run: the system has been restarted since.</p>}
+      <p>{of.text || <span className="quiet">no message</span>}</p>
       {of.who && <p className="quiet">by {of.who}</p>}
       {of.times > 1 && (
         <p className="quiet">

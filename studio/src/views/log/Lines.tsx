@@ -94,7 +94,7 @@ export function Lines(props: { of: Line[]; chosen: string | null; choose: (line:
             if (box.current) box.current.scrollTop = box.current.scrollHeight;
           }}
         >
-          To the newest
+          Go to newest
         </button>
       )}
     </div>

@@ -54,7 +54,7 @@ export default function Log() {
           <input type="search" value={text} placeholder="move#1 halted" onChange={(event) => setText(event.target.value)} />
         </label>
         <fieldset className="row kinds">
-          <legend className="unseen">Kinds that are shown</legend>
+          <legend className="unseen">Kinds shown</legend>
           {[...kinds].map(([kind, counted]) => (
             <button key={kind} type="button" aria-pressed={!hidden.has(kind)} className={tone(kind)} onClick={() => toggle(kind)}>
               {kind} <span className="figures small">{count(counted)}</span>
@@ -64,7 +64,7 @@ export default function Log() {
         <div className="row last">
           {!past && (
             <button type="button" aria-pressed={paused !== null} onClick={() => setPaused(paused ? null : latest)}>
-              {paused ? "Go on" : "Pause"}
+              {paused ? "Resume" : "Pause"}
             </button>
           )}
           {newer > 0 && <span className="quiet">{count(newer)} newer</span>}
@@ -86,14 +86,14 @@ export default function Log() {
       </div>
       <Refusals of={[...logTrouble, ...endsTrouble]} />
       {dropped > 0 && (
-        <p className="dropped">{count(dropped)} entries were gone before they could be read: the system keeps the last 4,096.</p>
+        <p className="dropped">{count(dropped)} entries were discarded before they could be read: the system keeps the last 4,096.</p>
       )}
       {shown.length > 0 ? (
         <Lines of={shown} chosen={chosen?.key ?? null} choose={choose} still={paused !== null} past={past} />
       ) : lines.length > 0 ? (
-        <Empty title="No line passes the filter">Show more kinds, or shorten the text.</Empty>
+        <Empty title="No entry matches the filter">Show more kinds, or shorten the text.</Empty>
       ) : (
-        <Empty title="Nothing has happened yet">Starts, conditions, transitions, ends and commands stand here as they come.</Empty>
+        <Empty title="Nothing has happened yet">Starts, conditions, transitions, ends and commands appear here as they occur.</Empty>
       )}
       {chosen && <LineDetail of={chosen} close={() => setChosen(null)} />}
     </div>

@@ -20,7 +20,7 @@ export function Recovery() {
       {step === "reset" && <strong className="wrong">Stopped. Remove the cause, then reset.</strong>}
       {step === "enable" && (
         <span>
-          {off.length === states.length ? "The drives are off." : `Off: ${off.join(", ")}.`} Enable them, then go to a safe position.
+          {off.length === states.length ? "The drives are off." : `Off: ${off.join(", ")}.`} Enable them, then move to a safe position.
         </span>
       )}
       {step === "ready" && <span className="quiet">Ready</span>}

@@ -18,7 +18,7 @@ export default function OperatorPanel() {
   if (!all) return refusals.length > 0 ? <Refusals of={refusals} /> : <p className="quiet wait">Loading…</p>;
   if (!about) {
     return (
-      <Empty title={`There is no workspace '${name}'`}>
+      <Empty title={`Workspace '${name}' does not exist`}>
         <a href={addressOf("workspaces")}>All workspaces</a>
       </Empty>
     );
@@ -31,7 +31,7 @@ export default function OperatorPanel() {
       <footer className="row">
         <span className="quiet">{workspace?.title || name}</span>
         <a className="button" href={addressOf("workspaces", [name])}>
-          Leave the panel
+          Close panel
         </a>
       </footer>
     </div>

@@ -34,7 +34,7 @@ export function Files(props: { begun: RunningRecording[]; changed: (one: Running
     >
       <Refusals of={refusals} />
       {files !== null && files.length === 0 && (
-        <Empty title="There is no recording yet">Begin one above, or in a program with cell.record("run.mcap").</Empty>
+        <Empty title="No recordings yet">Start one above, or in a program with cell.record("run.mcap").</Empty>
       )}
       {found.length > 0 && (
         <div className="scroll-x" role="group" aria-label="Recordings" tabIndex={0}>
@@ -65,7 +65,7 @@ export function Files(props: { begun: RunningRecording[]; changed: (one: Running
           </table>
         </div>
       )}
-      {found.length > SHOWN_MAX && <p className="quiet">{count(found.length - SHOWN_MAX)} more: find them by their names.</p>}
+      {found.length > SHOWN_MAX && <p className="quiet">{count(found.length - SHOWN_MAX)} more: search for them by name.</p>}
     </Panel>
   );
 }

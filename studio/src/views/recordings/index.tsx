@@ -24,7 +24,7 @@ export default function Recordings() {
       {control.may("configure") ? (
         <Begin begun={(one) => put([one, ...all])} />
       ) : (
-        <Empty title="This page may not record">Its role is '{control.role}'; recording needs 'configure'.</Empty>
+        <Empty title="Recording is not allowed">Its role is '{control.role}'; recording needs 'configure'.</Empty>
       )}
       <Files begun={all} changed={(one, now) => put(all.map((other) => (other === one ? now : other)))} />
     </div>
@@ -88,7 +88,7 @@ function Begin(props: { begun: (one: RunningRecording) => void }) {
           </select>
           {split > 0 && (
             <>
-              <label htmlFor={kept}>newest that stay</label>
+              <label htmlFor={kept}>newest files to keep</label>
               <input
                 id={kept}
                 type="number"
@@ -103,12 +103,12 @@ function Begin(props: { begun: (one: RunningRecording) => void }) {
         </div>
         <div className="row">
           <label>
-            <input type="checkbox" checked={cells} onChange={(event) => setCells(event.target.checked)} /> private cells too
+            <input type="checkbox" checked={cells} onChange={(event) => setCells(event.target.checked)} /> include private cells
           </label>
           {isNew && split === 0 && (
             <label>
-              <input type="checkbox" checked={replay} onChange={(event) => setReplay(event.target.checked)} /> what comes from outside too,
-              for replay
+              <input type="checkbox" checked={replay} onChange={(event) => setReplay(event.target.checked)} /> include external inputs, for
+              replay
             </label>
           )}
           <button type="submit" className="primary" disabled={action.busy || path === ""}>

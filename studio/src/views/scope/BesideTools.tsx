@@ -24,7 +24,7 @@ export function BesideTools(props: { scope: Scope; past: Past }) {
       <Choice
         label="Beside"
         value={beside?.past.name ?? ""}
-        title="Another recording behind this one: fainter, with its own rows in the table"
+        title="Shows another recording behind this one, fainter, with its own rows in the table"
         put={(name) => void choose(name)}
       >
         <option value="">nothing</option>
@@ -51,7 +51,7 @@ function Moment(props: { scope: Scope; past: Past }) {
       <Choice
         label="Aligned at"
         value={beside.moment}
-        title="This moment of both runs is at one place"
+        title="Aligns both runs at this event"
         put={(moment) => scope.lay({ ...beside, moment, here: nearest(here.get(moment) ?? [], past.cursor.get()), there: 0 })}
       >
         {shared(here, there).map((name) => (

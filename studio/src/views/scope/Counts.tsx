@@ -35,16 +35,13 @@ export function Counts(props: { scope: Scope }) {
         </span>
         {skipped > 0 && (
           <>
-            , not kept while stopped <span className="figures">{count(skipped)}</span>
+            , discarded while stopped <span className="figures">{count(skipped)}</span>
           </>
         )}
         {unseen > 0 && (
           <>
             ,{" "}
-            <span
-              className="quiet"
-              title="The numbers of the values jump there: a release that is skipped has a number, and stores nothing"
-            >
+            <span className="quiet" title="The sequence numbers jump here: a skipped release has a number, but stores no value">
               never stored (overruns) <span className="figures">{count(unseen)}</span>
             </span>
           </>

@@ -63,7 +63,7 @@ export function Picker(props: { scope: Scope }) {
         className="find"
         type="search"
         role="combobox"
-        aria-label="Values to look at"
+        aria-label="Values to plot"
         aria-expanded="true"
         aria-controls={list}
         aria-activedescendant={typed && shown !== undefined ? `${list}-${shown}` : undefined}
@@ -103,7 +103,7 @@ export function Picker(props: { scope: Scope }) {
         {order.length === 0 && (
           // biome-ignore lint/a11y/useFocusableInteractive: it cannot be chosen
           <div className="choice quiet" role="option" aria-disabled="true" aria-selected="false">
-            {names.length === 0 ? "The system has no SVV yet." : `Nothing is called like '${typed}'.`}
+            {names.length === 0 ? "The system has no SVVs yet." : `No match for '${typed}'.`}
           </div>
         )}
       </div>

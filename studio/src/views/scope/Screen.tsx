@@ -68,7 +68,7 @@ export function Screen(props: { scope: Scope; chosen: string | null }) {
         ref={host}
         role="group"
         tabIndex={0}
-        aria-label="Screen. Keys: + and − zoom, left and right move, Home fits, space stops and goes on, c cursors"
+        aria-label="Screen. Keys: + and − zoom, left and right move, Home fits, space stops and resumes, c cursors"
         onKeyDown={(event) => {
           if (event.ctrlKey || event.metaKey || event.altKey) return;
           if (key(scope, event)) event.preventDefault();

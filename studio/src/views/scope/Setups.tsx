@@ -19,10 +19,10 @@ export function Setups(props: { scope: Scope }) {
     const address = `${window.location.origin}${window.location.pathname}${addressOf("scope", [], { setup: toLink(setup) })}`;
     try {
       await navigator.clipboard.writeText(address);
-      setSaid("copied; the token is not in it");
+      setSaid("copied, without the token");
     } catch {
       window.location.hash = addressOf("scope", [], { setup: toLink(setup) });
-      setSaid("the browser does not let it be copied: it stands in the address now");
+      setSaid("the browser does not allow copying; use the address of the page instead");
     }
   };
   return (
@@ -51,9 +51,9 @@ export function Setups(props: { scope: Scope }) {
         >
           <input aria-label="Name of the setup" placeholder="name" value={name} onChange={(event) => setName(event.target.value)} />
           <button type="submit" disabled={name.trim() === ""}>
-            {known ? "Keep anew" : "Keep"}
+            {known ? "Save again" : "Save"}
           </button>
-          <button type="button" title="Takes all traces away" onClick={() => scope.change(EMPTY)}>
+          <button type="button" title="Remove all traces" onClick={() => scope.change(EMPTY)}>
             Clear
           </button>
         </form>

@@ -25,7 +25,7 @@ export function SpectrumTools(props: { scope: Scope; setup: Setup; of: SpectrumS
       <Choice
         label="Window"
         value={of.window}
-        title="Hann separates frequencies, flat top has amplitudes right, rectangular is for what begins and ends within the screen"
+        title="Hann separates frequencies, flat top measures amplitudes, rectangular suits signals that begin and end within the screen"
         put={(window) => change({ window: window as WindowFunction })}
       >
         {WINDOW_FUNCTIONS.map((name) => (

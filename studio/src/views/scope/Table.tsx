@@ -13,15 +13,15 @@ const COLUMNS = [
   ["a", "at A", "at cursor A"],
   ["b", "at B", "at cursor B"],
   ["ba", "B − A", "difference of the values at the cursors"],
-  ["min", "min", "minimum, over what is on the screen"],
+  ["min", "min", "minimum on the screen"],
   ["max", "max", "maximum"],
   ["mean", "mean", "mean of the values"],
   ["rms", "RMS", "root of the mean square"],
   ["deviation", "σ", "standard deviation: the root of the mean squared difference from the mean"],
   ["pp", "p–p", "peak to peak"],
-  ["count", "values", "how many values are measured"],
+  ["count", "values", "number of measured values"],
   ["hz", "strongest", "the strongest frequency above 0, Hz"],
-  ["peak", "there", "how strong it is, in the unit of the axis"],
+  ["peak", "there", "its amplitude, in the unit of the axis"],
 ] as const;
 
 type Column = (typeof COLUMNS)[number][0];
@@ -60,7 +60,7 @@ export function Table(props: { scope: Scope; chosen: string | null; choose: (id:
               </th>
             ))}
             <th>
-              <span className="unseen">What to do with it</span>
+              <span className="unseen">Actions</span>
             </th>
           </tr>
         </thead>

@@ -46,9 +46,9 @@ export function Timing(props: { scope: Scope }) {
 /** Describes the spectra by the first trace that has one. */
 function spectralText(rows: readonly Row[]): string {
   const of = rows.find((row) => row.spectrum)?.spectrum;
-  if (!of) return "Hz; no spectrum yet: it needs two values";
-  const held = of.held > 0 ? `; ${count(of.held)} of them held from the one before, because none came at its time` : "";
-  return `Hz; of ${count(of.count)} values at ${figures(of.rate_hz)} Hz, the mean taken away${held}`;
+  if (!of) return "Hz; no spectrum yet: at least two values are required";
+  const held = of.held > 0 ? `; ${count(of.held)} of them repeat the previous value, because none came in time` : "";
+  return `Hz; of ${count(of.count)} values at ${figures(of.rate_hz)} Hz, without the mean${held}`;
 }
 
 function CursorTimes(props: { at: [number, number] }) {

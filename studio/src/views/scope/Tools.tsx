@@ -15,14 +15,14 @@ import { secondsText } from "./signal/table";
 
 const SWEEPS: { value: SweepMode; text: string; about: string }[] = [
   { value: "roll", text: "roll", about: "the newest values, without a trigger" },
-  { value: "auto", text: "auto", about: "from trigger to trigger; the newest values where none comes" },
+  { value: "auto", text: "auto", about: "from trigger to trigger; the newest values if none comes" },
   { value: "normal", text: "normal", about: "from trigger to trigger; the last one stays" },
-  { value: "single", text: "single", about: "the next trigger, and then stops" },
+  { value: "single", text: "single", about: "the next trigger, then stop" },
 ];
 
 const SCALES: { value: ScaleMode; text: string }[] = [
   { value: "unit", text: "by unit" },
-  { value: "own", text: "each its own" },
+  { value: "own", text: "one each" },
   { value: "lanes", text: "lanes" },
 ];
 
@@ -42,7 +42,7 @@ export function Tools(props: { scope: Scope }) {
       {!scope.past && (
         <>
           <button type="button" aria-pressed={stopped} onClick={() => scope.stop(!stopped)} title="Space, on the screen">
-            {stopped ? "Go on" : "Stop"}
+            {stopped ? "Run" : "Stop"}
           </button>
           <Choice
             label="Sweep"
@@ -81,7 +81,7 @@ export function Tools(props: { scope: Scope }) {
         ))}
       </Choice>
       <Choice
-        label="Along x"
+        label="X axis"
         value={setup.spectrum ? FREQUENCY : (setup.xy ?? "")}
         put={(chosen) => {
           // Cursors exist only on a time axis.
@@ -100,7 +100,7 @@ export function Tools(props: { scope: Scope }) {
       <button
         type="button"
         aria-pressed={setup.steps}
-        title="Lines stay at a value until the next one comes"
+        title="Holds each value until the next one"
         onClick={() => scope.change({ ...setup, steps: !setup.steps })}
       >
         Steps
@@ -119,7 +119,7 @@ export function Tools(props: { scope: Scope }) {
         <button
           type="button"
           aria-pressed={status.has_reference}
-          title="What is on the screen now stays behind what comes, to be compared with it"
+          title="Keeps the present screen behind new values, for comparison"
           onClick={() => scope.reference(!status.has_reference)}
         >
           Reference
@@ -148,10 +148,10 @@ function State(props: { scope: Scope }) {
       ) : status.state === "waiting" ? (
         <Tag tone={isBlind ? "warn" : "accent"}>
           {isBlind
-            ? "waits, and no trigger is set: choose one under Trigger"
+            ? "waiting, but no trigger is set: choose one under Trigger"
             : status.triggers === 0
-              ? "waits for the trigger"
-              : `triggered ${status.triggers} ×, waits`}
+              ? "waiting for trigger"
+              : `triggered ${status.triggers} ×, waiting`}
         </Tag>
       ) : status.state === "collecting" ? (
         <Tag tone="good">triggered</Tag>
@@ -174,18 +174,23 @@ function Export(props: { scope: Scope }) {
   const nothing = useWatched(scope.setup).traces.length === EMPTY.traces.length;
   return (
     <>
-      <button type="button" disabled={action.busy || nothing} onClick={() => save("csv")} title="The times on the screen, all values">
+      <button type="button" disabled={action.busy || nothing} onClick={() => save("csv")} title="All values in the displayed interval">
         CSV
       </button>
       <button
         type="button"
         disabled={action.busy || nothing}
         onClick={() => save("mcap")}
-        title="The times on the screen, for Foxglove and PlotJuggler"
+        title="All values in the displayed interval, for Foxglove and PlotJuggler"
       >
         MCAP
       </button>
-      <button type="button" disabled={action.busy || nothing} onClick={() => save("svg")} title="The screen as a drawing, for documents">
+      <button
+        type="button"
+        disabled={action.busy || nothing}
+        onClick={() => save("svg")}
+        title="The screen as vector graphics, for documents"
+      >
         SVG
       </button>
       <Refusals of={action.refusals} />

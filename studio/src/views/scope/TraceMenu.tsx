@@ -45,7 +45,7 @@ export function TraceMenu(props: { scope: Scope; trace: TraceSetup; setup: Setup
           <Choice
             label="Plot"
             value={String(trace.plot ?? 0)}
-            title="Plots lie under each other, with one time axis"
+            title="Plots are stacked and share one time axis"
             put={(plot) => change({ plot: Number(plot) })}
           >
             {Array.from({ length: Math.min(PLOTS_MAX, Math.max(...setup.traces.map((one) => one.plot ?? 0)) + 2) }, (_, plot) => (
@@ -63,7 +63,7 @@ export function TraceMenu(props: { scope: Scope; trace: TraceSetup; setup: Setup
           )}
           {!trace.derive && others.length > 0 && (
             <Choice
-              label="Less"
+              label="Subtract"
               value=""
               put={(chosen) => {
                 const other = others.find((one) => traceId(one) === chosen);

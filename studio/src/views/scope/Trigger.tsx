@@ -34,7 +34,7 @@ export function Trigger(props: { scope: Scope }) {
         {setup.trigger?.on === "event" && <EventFields trigger={setup.trigger} put={put} />}
         {setup.trigger && (
           <NumberField
-            label="Before it"
+            label="Pretrigger"
             unit="ms"
             value={setup.pre_s * 1e3}
             minimum={0}
@@ -95,7 +95,7 @@ function LevelFields(props: { scope: Scope; trigger: Level; traces: TraceSetup[]
           <button
             type="button"
             onClick={() => put({ ...trigger, level: middle(scope, trace) })}
-            title="Halfway between least and greatest on the screen"
+            title="Midway between minimum and maximum on the screen"
           >
             Middle
           </button>
@@ -131,7 +131,7 @@ function EventFields(props: { trigger: Event; put: (trigger: Event) => void }) {
           <option key={name}>{name}</option>
         ))}
       </datalist>
-      <TextField wide label="Its text has" value={trigger.text} placeholder="anything" commit={(text) => put({ ...trigger, text })} />
+      <TextField wide label="Text contains" value={trigger.text} placeholder="anything" commit={(text) => put({ ...trigger, text })} />
     </>
   );
 }

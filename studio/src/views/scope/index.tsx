@@ -42,9 +42,9 @@ export default function View() {
           <Screen scope={scope} chosen={chosen} />
           {none && (
             <div className="nothing">
-              <Empty title="Nothing is looked at yet">
-                Find a value in the list: press <kbd>/</kbd>, type a few of its letters, Enter. Every value of it is shown, at its full
-                rate.
+              <Empty title="No traces yet">
+                Find a value in the list: press <kbd>/</kbd>, type a few letters of its name, and press Enter. All its values are shown, at
+                full rate.
               </Empty>
             </div>
           )}
@@ -73,7 +73,7 @@ function Span(props: { scope: Scope }) {
         <span className="figures" data-testid="values">
           {count(values)}
         </span>{" "}
-        values in sight; what is measured is of all of them
+        values in view; measurements use all of them
       </span>
       {trouble && <span className="bad">{trouble}</span>}
     </div>

@@ -200,7 +200,7 @@ export class Scope {
   /** Exports the picture; CSV and MCAP contain all values of its span. Throws `RefusalError`, or an `Error` with an explanation. */
   async export(format: Format): Promise<Blob> {
     const span = this.span;
-    if (!span) throw new Error("there is nothing to export: no value came yet");
+    if (!span) throw new Error("nothing to export: no values received yet");
     const { from_ns, to_ns } = { from_ns: Math.ceil(span.from_ns), to_ns: Math.floor(span.to_ns) };
     const apart = this.past !== null && format !== "svg";
     if (this.past && apart) await this.#fetch(this.past, "file", from_ns, to_ns, new AbortController().signal);

@@ -33,11 +33,11 @@ test("a link says the setup, and gives it back", () => {
 });
 
 test.each([
-  ['{"traces"', /was the link cut off/],
-  ["3", /a setup of the scope is an object/],
-  ['{"traces":[{}]}', /trace 1 names no channel/],
-  ['{"sweep":"fast"}', /'sweep' is 'fast', and there are roll, auto, normal, single/],
-  ['{"span_s":0}', /'span_s' is 0/],
+  ['{"traces"', /check that it was copied completely/],
+  ["3", /a setup of the scope must be an object/],
+  ['{"traces":[{}]}', /trace 1 does not name a channel/],
+  ['{"sweep":"fast"}', /'sweep' must be one of roll, auto, normal, single, not 'fast'/],
+  ['{"span_s":0}', /'span_s' must be from 0.000001 to 600, not 0/],
 ])("a link that is wrong says so: %s", (text, words) => {
   expect(() => fromLink(new URLSearchParams({ setup: text }))).toThrow(words);
 });
@@ -62,9 +62,9 @@ test("a formula names traces that are on the screen", () => {
   expect(channelsOf(made)).toEqual(["force"]);
   expect(withFormula(made, "hypot(force[0], force[1])")).toBe(made);
   expect(checked(JSON.parse(toLink(made))).traces).toEqual(made.traces);
-  expect(() => withFormula(setup, "force[2] + 1")).toThrow("there is no trace 'force[2]' on the screen; there are force[0], force[1]");
+  expect(() => withFormula(setup, "force[2] + 1")).toThrow("no trace 'force[2]' is on the screen; choose one of force[0], force[1]");
   const broken = { ...made.traces[2], derive: { kind: "formula", text: "force[0] +", of: [] } };
-  expect(() => checked({ ...made, traces: [broken] })).toThrow("not understood at its end");
+  expect(() => checked({ ...made, traces: [broken] })).toThrow("invalid at its end");
 });
 
 test("traces are in the plots that they name, and a spectrum that is none is refused", () => {
@@ -73,7 +73,9 @@ test("traces are in the plots that they name, and a spectrum that is none is ref
   expect(plotsOf(setup)).toEqual([0, 2]);
   expect(plotsOf({ ...setup, scales: "lanes" })).toEqual([0]);
   expect(plotsOf(EMPTY)).toEqual([0]);
-  expect(() => checked({ traces: [{ channel: "a", plot: 99 }] })).toThrow(/trace 1 is in plot 99, and may be in 0 to 5/);
-  expect(() => checked({ spectrum: { window: "round", amount: "amplitude", to_hz: null } })).toThrow(/window function is 'round'/);
-  expect(() => checked({ spectrum: { window: "hann", amount: "amplitude", to_hz: -1 } })).toThrow(/'to_hz' is -1/);
+  expect(() => checked({ traces: [{ channel: "a", plot: 99 }] })).toThrow(/the plot of trace 1 must be from 0 to 5, not 99/);
+  expect(() => checked({ spectrum: { window: "round", amount: "amplitude", to_hz: null } })).toThrow(
+    /window function must be one of .*, not 'round'/,
+  );
+  expect(() => checked({ spectrum: { window: "hann", amount: "amplitude", to_hz: -1 } })).toThrow(/'to_hz' must be more than 0, not -1/);
 });

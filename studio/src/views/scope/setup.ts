@@ -124,7 +124,7 @@ export function withFormula(setup: Setup, text: string): Setup {
   const plain = setup.traces.filter((trace) => !trace.derive && trace.component !== null);
   const of = names.map((name) => {
     const found = plain.find((trace) => traceId(trace) === name);
-    if (!found) throw new Error(`there is no trace '${name}' on the screen; there are ${plain.map(traceId).join(", ") || "none"}`);
+    if (!found) throw new Error(`no trace '${name}' is on the screen; choose one of ${plain.map(traceId).join(", ") || "none"}`);
     return { channel: found.channel, component: found.component ?? "" };
   });
   const first = of[0] as { channel: string; component: string };
@@ -160,7 +160,7 @@ function parsed(text: string): unknown {
   try {
     return JSON.parse(text);
   } catch {
-    throw new Error("the setup of the link is not complete: was the link cut off?");
+    throw new Error("the link contains an incomplete setup: check that it was copied completely");
   }
 }
 
@@ -172,32 +172,32 @@ const SCALES = ["unit", "own", "lanes"];
 
 /** Validates a setup and adds missing members. Throws an `Error` that states what is wrong. */
 export function checked(said: unknown): Setup {
-  if (typeof said !== "object" || said === null) throw new Error("a setup of the scope is an object");
+  if (typeof said !== "object" || said === null) throw new Error("a setup of the scope must be an object");
   const setup = { ...EMPTY, ...said } as Setup;
   const wrong = (what: string): never => {
-    throw new Error(`the setup of the scope is not understood: ${what}`);
+    throw new Error(`the setup of the scope is invalid: ${what}`);
   };
-  if (!Array.isArray(setup.traces)) wrong("'traces' is no list");
+  if (!Array.isArray(setup.traces)) wrong("'traces' is not a list");
   setup.traces.forEach((trace, i) => {
-    if (typeof trace?.channel !== "string" || trace.channel === "") wrong(`trace ${i + 1} names no channel`);
+    if (typeof trace?.channel !== "string" || trace.channel === "") wrong(`trace ${i + 1} does not name a channel`);
     if (trace.plot !== undefined && !(Number.isInteger(trace.plot) && trace.plot >= 0 && trace.plot < PLOTS_MAX))
-      wrong(`trace ${i + 1} is in plot ${trace.plot}, and may be in 0 to ${PLOTS_MAX - 1}`);
+      wrong(`the plot of trace ${i + 1} must be from 0 to ${PLOTS_MAX - 1}, not ${trace.plot}`);
     if (trace.derive?.kind === "formula" && formula(String(trace.derive.text)).names.length !== trace.derive.of?.length)
-      wrong(`the formula of trace ${i + 1} has other names than it says`);
+      wrong(`the names in the formula of trace ${i + 1} differ from its traces`);
   });
-  if (!SWEEPS.includes(setup.sweep)) wrong(`'sweep' is '${setup.sweep}', and there are ${SWEEPS.join(", ")}`);
-  if (!SCALES.includes(setup.scales)) wrong(`'scales' is '${setup.scales}', and there are ${SCALES.join(", ")}`);
+  if (!SWEEPS.includes(setup.sweep)) wrong(`'sweep' must be one of ${SWEEPS.join(", ")}, not '${setup.sweep}'`);
+  if (!SCALES.includes(setup.scales)) wrong(`'scales' must be one of ${SCALES.join(", ")}, not '${setup.scales}'`);
   const { spectrum } = setup;
   if (spectrum && !WINDOW_FUNCTIONS.includes(spectrum.window))
-    wrong(`the window function is '${spectrum.window}', and there are ${WINDOW_FUNCTIONS.join(", ")}`);
+    wrong(`the window function must be one of ${WINDOW_FUNCTIONS.join(", ")}, not '${spectrum.window}'`);
   if (spectrum && !AMOUNTS.includes(spectrum.amount))
-    wrong(`'amount' of the spectrum is '${spectrum.amount}', and there are ${AMOUNTS.join(", ")}`);
-  if (spectrum && !(spectrum.to_hz === null || spectrum.to_hz > 0)) wrong(`'to_hz' is ${spectrum.to_hz}, and may be more than 0`);
+    wrong(`'amount' of the spectrum must be one of ${AMOUNTS.join(", ")}, not '${spectrum.amount}'`);
+  if (spectrum && !(spectrum.to_hz === null || spectrum.to_hz > 0)) wrong(`'to_hz' must be more than 0, not ${spectrum.to_hz}`);
   const { from_hz = 0, to_hz = null } = spectrum ?? {};
   if (!(from_hz >= 0 && from_hz < (to_hz ?? Number.POSITIVE_INFINITY)))
-    wrong(`'from_hz' is ${from_hz}, and may be from 0 to less than 'to_hz'`);
-  if (!(setup.span_s >= 1e-6 && setup.span_s <= 600)) wrong(`'span_s' is ${setup.span_s}, and may be from 0.000001 to 600`);
-  if (!(setup.pre_s >= 0)) wrong(`'pre_s' is ${setup.pre_s}, and may be 0 or more`);
-  if (!(setup.keep_s >= 1 && setup.keep_s <= 600)) wrong(`'keep_s' is ${setup.keep_s}, and may be from 1 to 600`);
+    wrong(`'from_hz' must be at least 0 and less than 'to_hz', not ${from_hz}`);
+  if (!(setup.span_s >= 1e-6 && setup.span_s <= 600)) wrong(`'span_s' must be from 0.000001 to 600, not ${setup.span_s}`);
+  if (!(setup.pre_s >= 0)) wrong(`'pre_s' must be at least 0, not ${setup.pre_s}`);
+  if (!(setup.keep_s >= 1 && setup.keep_s <= 600)) wrong(`'keep_s' must be from 1 to 600, not ${setup.keep_s}`);
   return { ...setup, traces: setup.traces.map((trace) => ({ ...trace, component: trace.component ?? null, look: trace.look ?? 0 })) };
 }

@@ -55,5 +55,5 @@ test("too many values are refused with what to do", async () => {
       yield { channels: [{ samples: "", sums: [sums] }], next: null };
     },
   };
-  await expect(timesOf(past, 0, 1e12)).rejects.toThrow("look at a shorter time");
+  await expect(timesOf(past, 0, 1e12)).rejects.toThrow("choose a shorter interval");
 });

@@ -38,7 +38,7 @@ export async function* wholeOf(
     most = Math.max(most, stored);
     if (came < stored) isWhole = false;
   }
-  if (most > VALUES_MAX) throw new Error(`there are ${most} values of one channel, and a file takes ${VALUES_MAX}: look at a shorter time`);
+  if (most > VALUES_MAX) throw new Error(`a channel has ${most} values, but a file can hold ${VALUES_MAX}: choose a shorter interval`);
   if (isWhole || to_ns <= from_ns) return yield runs;
   const parts = Math.max(2, Math.ceil(most / (COLUMNS / 2)));
   const size = Math.max(1, Math.ceil((to_ns - from_ns + 1) / parts));

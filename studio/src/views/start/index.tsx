@@ -47,9 +47,9 @@ export default function Start() {
 type Rights = "observe" | "operate" | "configure";
 
 const RIGHTS: Record<Rights, string> = {
-  observe: "You may look at everything here; nothing can be commanded.",
-  operate: "You may look at everything, start and halt what is installed, and enable devices.",
-  configure: "You may look at everything, start and halt what is installed, enable devices, and draw and install new programs.",
+  observe: "You may view everything here, but not send commands.",
+  operate: "You may view everything, start and halt installed verbs, and enable devices.",
+  configure: "You may view everything, start and halt installed verbs, enable devices, and draw and install new programs.",
 };
 
 function rightsOf(may: (role: Rights) => boolean): Rights {
@@ -83,7 +83,7 @@ function Runs(props: { now: Statistics; configuration: Configuration }) {
   // Verbs that support devices are listed with the devices.
   const acting = now.instances.filter((one) => one.state === "running" && one.owner === null);
   return (
-    <Panel title="What runs">
+    <Panel title="Running">
       <ul className="facts">
         <li>
           <a href={addressOf("system")}>{counted(Object.keys(configuration.processors).length, "processor")}</a> with{" "}
@@ -119,11 +119,11 @@ function Tries(props: { configuration: Configuration; names: Names }) {
   if (tries.length === 0)
     return (
       <Empty title="Nothing is set up in this system yet">
-        A program brings an arm with <code>gpac.robots.load("ur5e").enable()</code>; what can be tried then stands here.
+        A program brings an arm with <code>gpac.robots.load("ur5e").enable()</code>; things to try then appear here.
       </Empty>
     );
   return (
-    <Panel title="What to try">
+    <Panel title="Things to try">
       <ol className="tries">
         {tries.map((one) => (
           <li key={one.title}>

@@ -14,18 +14,18 @@ test("what is offered can be done here", () => {
   const known = { verbs: [], svvs: [], mayOperate: true, mayConfigure: false };
   expect(triesOf({ ...known, configuration: EMPTY })).toEqual([]);
   const titles = (more: object) => triesOf({ ...known, configuration: ARM, ...more }).map((one) => one.title);
-  expect(titles({ svvs: ["ur5e.elbow.sensed"] })).toEqual(["Look at the machine", "Watch a value", "See what runs, and when"]);
+  expect(titles({ svvs: ["ur5e.elbow.sensed"] })).toEqual(["View the machine", "Watch a value", "See what runs, and when"]);
   const all = { verbs: ["jog", "jog_linear", "move_absolute"], svvs: ["studio.heartbeat", "ur5e.elbow.sensed"] };
   expect(titles({ ...all, mayConfigure: true })).toEqual([
     "Jog a joint",
     "Jog the tool of an arm",
     "Move to a position",
-    "Look at the machine",
+    "View the machine",
     "Watch a value",
     "See what runs, and when",
     "Record",
   ]);
-  expect(titles({ ...all, mayOperate: false })[0]).toBe("Look at the machine");
+  expect(titles({ ...all, mayOperate: false })[0]).toBe("View the machine");
   expect(triesOf({ ...known, ...all, configuration: ARM }).find((one) => one.title === "Watch a value")?.address).toBe(
     "#/scope?names=ur5e.elbow.sensed",
   );

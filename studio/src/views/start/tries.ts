@@ -31,7 +31,7 @@ export function triesOf(known: SystemNames): Try[] {
       mayOperate &&
       verbs.includes("jog") && {
         title: "Jog a joint",
-        about: "Enable the joints, and hold + or − beside one: it moves while the button is held.",
+        about: "Enable the joints, and hold + or − beside one; it moves while the button is held.",
         address: addressOf("devices", [joint]),
       },
     joint !== undefined &&
@@ -45,12 +45,12 @@ export function triesOf(known: SystemNames): Try[] {
       mayOperate &&
       verbs.includes("move_absolute") && {
         title: "Move to a position",
-        about: "Choose the joints, write a goal or take the present one, and press Start.",
+        about: "Choose the joints, enter a goal or use the present position, and press Start.",
         address: addressOf("verbs", ["move_absolute"]),
       },
     joint !== undefined && {
-      title: "Look at the machine",
-      about: "In 3-D as it stands, with the path of its tool; all values of each joint.",
+      title: "View the machine",
+      about: "In 3-D, with the path of its tool and all values of each joint.",
       address: addressOf("devices"),
     },
     sensed !== undefined && {

@@ -14,9 +14,11 @@ export function Connections() {
     <Panel title="Interconnect">
       <Refusals of={trouble} />
       {connections === null ? (
-        <p className="quiet">Waiting for what is installed…</p>
+        <p className="quiet">Waiting for the installed graphs…</p>
       ) : connections.length === 0 ? (
-        <p className="quiet">Nothing crosses from one interrupt source to another: no block reads what a block of another source writes.</p>
+        <p className="quiet">
+          No values are passed between interrupt sources: no block reads values that a block of another source writes.
+        </p>
       ) : (
         <div className="scroll-x" role="group" aria-label="Connections between sources" tabIndex={0}>
           <table>
@@ -27,7 +29,7 @@ export function Connections() {
                 <th scope="col" className="number">
                   Values
                 </th>
-                <th scope="col">Which, and how they are read</th>
+                <th scope="col">Values and port modes</th>
               </tr>
             </thead>
             <tbody>

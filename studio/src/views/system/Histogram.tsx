@@ -71,11 +71,11 @@ function mark(ns: number): string {
 
 function Words(props: { bins: number[]; greatest: string }) {
   const { bins } = props;
-  if (bins.every((counted) => counted === 0)) return <span className="quiet">none counted yet</span>;
+  if (bins.every((counted) => counted === 0)) return <span className="quiet">no values yet</span>;
   return (
     <span className="quiet">
       half below <span className="figures">{duration(quantile(bins, 0.5))}</span>, 99.9&nbsp;% below{" "}
-      <span className="figures">{duration(quantile(bins, 0.999))}</span>, greatest <span className="figures">{props.greatest}</span>
+      <span className="figures">{duration(quantile(bins, 0.999))}</span>, maximum <span className="figures">{props.greatest}</span>
     </span>
   );
 }

@@ -16,15 +16,15 @@ export function Processor(props: { name: string; about: Configuration["processor
       title={props.name}
       end={
         <>
-          <span className="quiet">{core == null ? "no core of its own" : `core ${core}`}</span>
-          {about?.supervisor && <Tag title="the supervisor runs beside this processor">supervisor</Tag>}
+          <span className="quiet">{core == null ? "no dedicated core" : `core ${core}`}</span>
+          {about?.supervisor && <Tag title="the supervisor runs on the same core as this processor">supervisor</Tag>}
           <Load of={all} name={`load of ${props.name}`} />
         </>
       }
       flush
     >
       {sources.length === 0 ? (
-        <p className="quiet wait">No interrupt source: nothing runs here.</p>
+        <p className="quiet wait">No interrupt sources: nothing runs here.</p>
       ) : (
         <div className="scroll-x" role="group" aria-label="Interrupt sources" tabIndex={0}>
           <table className="sources">

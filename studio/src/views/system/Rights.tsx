@@ -12,20 +12,20 @@ export function Rights(props: { sources: SourceShown[]; supervisor: string[] }) 
   return (
     <Panel
       title="Real-time rights"
-      end={missing.length === 0 ? <Tag tone="good">all given</Tag> : <Tag tone="warn">{missing.length} missing</Tag>}
+      end={missing.length === 0 ? <Tag tone="good">all granted</Tag> : <Tag tone="warn">{missing.length} missing</Tag>}
     >
       {missing.length === 0 ? (
-        <p>Priorities, cores and locked memory were given as they were asked for.</p>
+        <p>Priorities, cores and locked memory were granted as requested.</p>
       ) : (
         <>
-          <p>The system runs without these: what it computes is right, when it does is up to the machine.</p>
+          <p>The system runs without these: its results are correct, but its timing depends on the machine.</p>
           <ul className="missing">
             {missing.map((right) => (
               <li key={right}>{right}</li>
             ))}
           </ul>
           <p className="quiet">
-            <code>opengpac doctor</code> says what to change on this machine.
+            <code>opengpac doctor</code> shows what to change on this machine.
           </p>
         </>
       )}
@@ -40,7 +40,7 @@ function Asked(props: { sources: SourceShown[] }) {
       <thead>
         <tr>
           <th scope="col">Source</th>
-          <th scope="col">Asked for</th>
+          <th scope="col">Requested</th>
           <th scope="col">Got</th>
         </tr>
       </thead>
@@ -49,7 +49,7 @@ function Asked(props: { sources: SourceShown[] }) {
           <tr key={source.name}>
             <th scope="row">{source.name}</th>
             <td>{source.rights_asked?.join(", ") || "nothing: time is virtual"}</td>
-            <td>{source.rights_missing.length === 0 ? "all of it" : `all but: ${source.rights_missing.join("; ")}`}</td>
+            <td>{source.rights_missing.length === 0 ? "everything" : `all but: ${source.rights_missing.join("; ")}`}</td>
           </tr>
         ))}
       </tbody>

@@ -15,8 +15,8 @@ export function Stops(props: { now: Statistics }) {
         <Panel title="Emergency stop" end={<Tag tone="bad">latched</Tag>}>
           <p>{now.emergency}</p>
           <p className="quiet">
-            Every action has ended, and the devices are safe. Remove the cause, then reset at the top of the page; nothing moves by itself
-            after it. Devices are enabled again one by one.
+            Every action has ended, and the devices are safe. Remove the cause, then press Reset at the top of the page. Nothing moves
+            automatically after that: enable the devices again one by one.
           </p>
         </Panel>
       )}

@@ -27,15 +27,15 @@ export default function System() {
       <Stops now={now} />
       <div className="row">
         <p className="quiet">
-          {baseline ? `Counted from ${seconds(baseline.at_s)} of the system's clock on` : "Counted since each source began"}. A duration is
-          the whole firing; jitter is how late it began.
+          {baseline ? `Counted since ${seconds(baseline.at_s)} on the system's clock` : "Counted since each source began"}. Duration is that
+          of a whole firing; jitter is the lateness of its start.
         </p>
         <button type="button" onClick={() => setBaseline({ at_s: now.now_s, of: now.sources })}>
-          Count from now
+          Restart counting
         </button>
         {baseline && (
           <button type="button" onClick={() => setBaseline(null)}>
-            Count since the beginning
+            Count since start
           </button>
         )}
       </div>
@@ -58,7 +58,7 @@ export default function System() {
 function NoProcessors() {
   return (
     <Empty title="This system has no real-time processor yet">
-      A program makes one with <code>cell.processor("rtp0")</code>, and its interrupt sources with{" "}
+      A program creates one with <code>cell.processor("rtp0")</code>, and its interrupt sources with{" "}
       <code>rtp0.timer("fast", period="1 ms", priority=80)</code>.
     </Empty>
   );

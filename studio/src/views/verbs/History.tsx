@@ -12,7 +12,7 @@ export function History(props: { of: RepeatedEntry[]; instance: string | null })
   return (
     <Panel title={`History of ${props.instance}`} end={<a href={addressOf("log", [], { text: props.instance })}>All in the log</a>}>
       {props.of.length === 0 ? (
-        <p className="quiet">Nothing has happened to it yet: it was made, and not started.</p>
+        <p className="quiet">No events yet: it was created but not started.</p>
       ) : (
         <div className="history" role="group" aria-label="History" tabIndex={0}>
           <table>

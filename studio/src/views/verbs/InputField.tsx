@@ -112,14 +112,19 @@ function Fill(props: { of: FormInput; devices: string[]; texts: string[]; write:
   return (
     <div className="fill row">
       {texts.length > 1 && (
-        <button type="button" title="the first one for all" disabled={!texts[0]} onClick={() => write(texts.map(() => texts[0] ?? ""))}>
-          All alike
+        <button
+          type="button"
+          title="Use the first value for all"
+          disabled={!texts[0]}
+          onClick={() => write(texts.map(() => texts[0] ?? ""))}
+        >
+          Same for all
         </button>
       )}
       {positions && (
         <button
           type="button"
-          title="where the devices are now"
+          title="Use the present values of the devices"
           onClick={() => {
             const names = devices.map((device) => `${device}.sensed`);
             void control.look("read", { names }).then(

@@ -12,7 +12,7 @@ export function Instances(props: { of: InstalledInstance[]; shown: string | null
   return (
     <Panel title="Instances">
       {props.of.length === 0 ? (
-        <p className="quiet">None. Start one with the form, or from a program.</p>
+        <p className="quiet">No instances. Start one with the form, or from a program.</p>
       ) : (
         <ul className="instances">
           {props.of.map((instance) => (

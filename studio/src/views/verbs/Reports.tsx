@@ -24,7 +24,7 @@ export function Reports(props: { verb: string }) {
   return (
     <Panel title="End reports">
       {reports.length === 0 ? (
-        <p className="quiet">No start of it has ended yet.</p>
+        <p className="quiet">No start has ended yet.</p>
       ) : (
         <ul className="reports">
           {reports.map(({ number, report }) => (

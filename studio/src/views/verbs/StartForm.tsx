@@ -69,9 +69,9 @@ export function StartForm(props: { form: VerbForm; instances: InstalledInstance[
         continue;
       }
       const value = size === null ? valueFrom(typed[0] ?? "", input.type_text) : arrayOf(fill(typed, size), input.type_text);
-      if (size !== null && gaps(fill(typed, size)).length > 0) absent[input.name] = "give a value for each, or for none";
+      if (size !== null && gaps(fill(typed, size)).length > 0) absent[input.name] = "enter a value for each, or for none";
       else if (value !== undefined) values[input.name] = value;
-      else if (input.required) absent[input.name] = "a value is needed";
+      else if (input.required) absent[input.name] = "enter a value";
     }
     for (const argument of form.arguments) {
       if ((choices[argument.name] ?? []).length === 0)
@@ -157,7 +157,7 @@ export function StartForm(props: { form: VerbForm; instances: InstalledInstance[
           <span className="quiet">s, or with its unit: 500 ms</span>
           <label htmlFor={where}>runs on</label>
           <select id={where} value={source} onChange={(event) => write({ source: event.target.value })}>
-            <option value="">as the system places it</option>
+            <option value="">chosen by the system</option>
             {Object.keys(configuration?.sources ?? {}).map((name) => (
               <option key={name}>{name}</option>
             ))}
@@ -189,7 +189,7 @@ export function limitOf(text: string): ReadResult<number | null> {
   if (text.trim() === "") return { value: null };
   const read = durationNs(text, "s");
   if (read.wrong !== undefined || read.value > 0) return read;
-  return { wrong: `'${text.trim()}' is no time to wait for: it must be more than 0` };
+  return { wrong: `'${text.trim()}' is not a valid time limit: it must be more than 0` };
 }
 
 function fill(texts: string[], size: number): string[] {

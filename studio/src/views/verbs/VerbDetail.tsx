@@ -54,14 +54,14 @@ export function VerbDetail(props: { verb: VerbSummary; instances: InstalledInsta
           <Instances of={instances} shown={shown?.name ?? null} form={form} />
           {verb.supports.length > 0 ? (
             <Panel title="Start">
-              <Empty title="Devices start it">It runs while a device of its type is enabled: see Devices.</Empty>
+              <Empty title="Started by devices">It runs while a device of its type is enabled; see Devices.</Empty>
             </Panel>
           ) : !control.may("operate") ? (
             <Panel title="Start">
-              <Empty title="Nothing can be started here">
+              <Empty title="Starting is not possible">
                 {control.past || control !== control.origin
-                  ? "What is shown is not of now: go back to Live."
-                  : "This page may only look: its token has the role 'observe', and starting needs 'operate'."}
+                  ? "The display is not live: return to Live."
+                  : "This page may only observe: its token has the role 'observe', but starting requires 'operate'."}
               </Empty>
             </Panel>
           ) : (

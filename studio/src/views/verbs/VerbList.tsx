@@ -18,7 +18,7 @@ export function VerbList(props: { verbs: VerbSummary[]; instances: InstalledInst
   return (
     <nav className="panel verb-list" aria-label="Verbs">
       <Part title="Verbs" {...props} verbs={actions} />
-      <Part title="Keep devices going" {...props} verbs={keeping} />
+      <Part title="Device servos" {...props} verbs={keeping} />
     </nav>
   );
 }

@@ -71,7 +71,7 @@ test("limits are told with their unit", () => {
 test("what cannot be a value is refused with a sentence, and nothing else is", () => {
   expect(wrongText("1,5", "double")).toBe("'1,5' has a decimal comma: write 1.5");
   expect(wrongText("yes", "bool")).toContain("write true or false");
-  expect(wrongText("[1, 2", "double[2]")).toContain("is no list");
+  expect(wrongText("[1, 2", "double[2]")).toContain("is neither a list");
   for (const fine of ["", "1.5", "90 deg", "[1, 2]", "30 %"]) expect(wrongText(fine, "double")).toBeNull();
 });
 

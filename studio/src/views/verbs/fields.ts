@@ -46,13 +46,13 @@ export function wrongText(text: string, type_text: string): string | null {
   const written = text.trim();
   if (written === "") return null;
   if (/^bool/.test(type_text))
-    return written === "true" || written === "false" ? null : `'${written}' is no truth value: write true or false`;
+    return written === "true" || written === "false" ? null : `'${written}' is not a boolean: write true or false`;
   if (/^[[{]/.test(written)) {
     try {
       JSON.parse(written);
       return null;
     } catch {
-      return `'${written}' is no list or table: write for example [1, 2]`;
+      return `'${written}' is neither a list nor a table: write [1, 2], for example`;
     }
   }
   return commaIn(written);

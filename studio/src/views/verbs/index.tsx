@@ -35,12 +35,12 @@ export default function Verbs() {
         {verb ? (
           <VerbDetail key={verb.name} verb={verb} instances={instances.filter((one) => one.verb === verb.name)} chosen={path[1] ?? null} />
         ) : verbs.length === 0 ? (
-          <Empty title="No verb is defined yet">
-            A program defines verbs where it first uses them: <code>gpac.motion.move_absolute(arm, goal)</code>. Or draw one in the view
-            Data flow.
+          <Empty title="No verbs defined yet">
+            A program defines verbs when it first uses them: <code>gpac.motion.move_absolute(arm, goal)</code>. Or draw one in the view Data
+            flow.
           </Empty>
         ) : (
-          <Empty title={`There is no verb '${chosen}'`}>Choose one of the list.</Empty>
+          <Empty title={`Verb '${chosen}' does not exist`}>Choose one from the list.</Empty>
         )}
       </div>
     </div>

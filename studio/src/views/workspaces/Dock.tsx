@@ -34,7 +34,7 @@ export function Dock(props: { layout: Region | null; workspace: string; editing:
             Add panel
           </button>
           <span className="quiet small">
-            Drag a panel by its heading; drag what divides two, or move it with the arrow keys. “Move…” does it by the keyboard.
+            Drag a panel by its heading. Drag a divider between two, or move it with the arrow keys. “Move…” works by keyboard.
           </span>
         </div>
       )}
@@ -74,7 +74,7 @@ export function Dock(props: { layout: Region | null; workspace: string; editing:
           />
         )}
         renderEmptyTabset={() => (
-          <Empty title="No panel is here yet">{editing ? "Add one with “Add panel”." : "Press “Edit” to compose this workspace."}</Empty>
+          <Empty title="No panels yet">{editing ? "Add one with “Add panel”." : "Press “Edit” to add panels to this workspace."}</Empty>
         )}
         renderTabsetToolbar={(tabset) =>
           editing && tabset.tabs.length > 0 ? (

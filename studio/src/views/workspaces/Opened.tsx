@@ -62,7 +62,7 @@ export function Opened(props: { name: string; about: WorkspaceAbout | null; look
       <div className="row workspace-tools" role="group" aria-label={`Workspace ${name}`}>
         <h2>{shown.title || name}</h2>
         {/* As wide in either state, and each tool has its place in both: a change moves none of them. */}
-        <span className="quiet kept">{draft || !about ? "not kept yet" : "kept"}</span>
+        <span className="quiet kept">{draft || !about ? "not saved yet" : "kept"}</span>
         <button type="button" aria-pressed={editing} disabled={isNarrow} onClick={() => setEditing(!editing)}>
           Edit
         </button>
@@ -85,7 +85,7 @@ export function Opened(props: { name: string; about: WorkspaceAbout | null; look
             disabled={action.busy || !draft || isEmpty}
             onClick={() => action.run(() => keep(name))}
           >
-            Keep
+            Save
           </button>
         )}
         {may && (
@@ -97,7 +97,7 @@ export function Opened(props: { name: string; about: WorkspaceAbout | null; look
             }}
           >
             <input
-              aria-label="Keep under another name"
+              aria-label="Save under another name"
               placeholder="another name"
               size={12}
               maxLength={100}
@@ -105,7 +105,7 @@ export function Opened(props: { name: string; about: WorkspaceAbout | null; look
               onChange={(event) => setAs(event.target.value)}
             />
             <button type="submit" disabled={action.busy || as.trim() === "" || isEmpty}>
-              Keep as
+              Save as
             </button>
           </form>
         )}
@@ -135,20 +135,20 @@ export function Opened(props: { name: string; about: WorkspaceAbout | null; look
               })
             }
           >
-            Forget
+            Delete
           </button>
         )}
       </div>
       {shown.doc && <p className="quiet">{shown.doc}</p>}
       {overtaken && (
         <p className="notice warn" role="status">
-          Somebody else has kept this workspace meanwhile. “Keep” replaces theirs; “Discard changes” shows it.
+          Somebody else has saved this workspace in the meantime. “Save” replaces their version; “Discard changes” loads it.
         </p>
       )}
       <Refusals of={[...action.refusals, ...refusals, ...findings]} />
       {isNarrow ? (
         isEmpty ? (
-          <Empty title="No panel is here yet">On a wider screen panels are added and docked.</Empty>
+          <Empty title="No panels yet">Use a wider screen to add and dock panels.</Empty>
         ) : (
           <Fixed layout={shown.layout} workspace={name} />
         )

@@ -57,18 +57,22 @@ export function PanelForm(props: { of: Region | null; done: (panel: Region) => v
       </label>
       {kind === "plot" && (
         <>
-          <Area label="SVVs, one a line" value={written.names} write={(text) => write({ names: text })} />
+          <Area label="SVVs, one per line" value={written.names} write={(text) => write({ names: text })} />
           <label>
             Seconds <input size={5} value={written.seconds} onChange={(event) => write({ seconds: event.target.value })} />
           </label>
         </>
       )}
       {kind === "values" && (
-        <Area label="SVVs, one a line: NAME | label | minimum | maximum" value={written.values} write={(text) => write({ values: text })} />
+        <Area
+          label="SVVs, one per line: NAME | label | minimum | maximum"
+          value={written.values}
+          write={(text) => write({ values: text })}
+        />
       )}
       {kind === "buttons" && (
         <Area
-          label={'Buttons, one a line: label: INSTANCE {"input": value}'}
+          label={'Buttons, one per line: label: INSTANCE {"input": value}'}
           value={written.buttons}
           write={(text) => write({ buttons: text })}
         />
@@ -89,7 +93,7 @@ export function PanelForm(props: { of: Region | null; done: (panel: Region) => v
         ))}
       </datalist>
       {choices.length > 0 && (
-        <select aria-label="What there is" value="" onChange={(event) => event.target.value && add(event.target.value)}>
+        <select aria-label="Existing names" value="" onChange={(event) => event.target.value && add(event.target.value)}>
           <option value="">Choose…</option>
           {choices.map((name) => (
             <option key={name}>{name}</option>

@@ -7,7 +7,7 @@ test("a workspace is written into a file and read again, and what is none says w
   const workspace: Workspace = { name: "tank 1/2", layout: { panel: "alarms" } };
   expect(fromFile(fileText(workspace))).toEqual(workspace);
   expect(fileName(workspace)).toBe("tank-1-2.workspace.json");
-  expect(() => fromFile("{")).toThrow("the file is no workspace");
+  expect(() => fromFile("{")).toThrow("the file is not a workspace");
   expect(() => fromFile("[]")).toThrow("it has no 'layout'");
-  expect(() => fromFile('{"workspace": 2, "layout": {}}')).toThrow("the format 2 of workspaces");
+  expect(() => fromFile('{"workspace": 2, "layout": {}}')).toThrow("version 2 of the format of workspaces");
 });

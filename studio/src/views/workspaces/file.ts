@@ -19,11 +19,11 @@ export function fromFile(text: string): Workspace {
   try {
     said = JSON.parse(text);
   } catch (why) {
-    throw new Error(`the file is no workspace: ${why instanceof Error ? why.message : why}`);
+    throw new Error(`the file is not a workspace: ${why instanceof Error ? why.message : why}`);
   }
-  if (typeof said !== "object" || said === null || !("layout" in said)) throw new Error("the file is no workspace: it has no 'layout'");
+  if (typeof said !== "object" || said === null || !("layout" in said)) throw new Error("the file is not a workspace: it has no 'layout'");
   const { workspace = FORMAT, ...rest } = said as { workspace?: unknown } & Workspace;
   if (workspace !== FORMAT)
-    throw new Error(`the file has the format ${JSON.stringify(workspace)} of workspaces, and this page reads ${FORMAT}`);
+    throw new Error(`the file has version ${JSON.stringify(workspace)} of the format of workspaces, but this page reads ${FORMAT}`);
   return rest;
 }

@@ -55,15 +55,15 @@ export default function Workspaces() {
             onChange={(event) => setName(event.target.value)}
           />
           <button type="submit" disabled={name.trim() === "" || taken}>
-            Begin
+            Create
           </button>
         </form>
         <Import />
       </div>
       {chosen === null ? (
-        <Empty title={all.length === 0 ? "There is no workspace yet" : "Choose a workspace"}>
-          A workspace is a layout of plots, values, machines, state diagrams, alarms and buttons. Begin one here
-          {control.may("operate") ? "" : " (keeping it needs the role 'operate')"}, or ship one with a program:{" "}
+        <Empty title={all.length === 0 ? "No workspaces yet" : "Choose a workspace"}>
+          A workspace is a layout of plots, values, machines, state diagrams, alarms and buttons. Create one here
+          {control.may("operate") ? "" : " (saving it requires the role 'operate')"}, or ship one with a program:{" "}
           <code>cell.workspaces.ship("tank.workspace.json")</code>.
         </Empty>
       ) : (
@@ -77,7 +77,7 @@ function Kind(props: { of: WorkspaceAbout }) {
   return (
     <>
       {props.of.operator && <Tag tone="accent">for operators</Tag>}
-      {props.of.shipped && <Tag title="A program has shipped it: it is kept under another name to be changed.">shipped</Tag>}
+      {props.of.shipped && <Tag title="Shipped by a program: save it under another name to change it.">shipped</Tag>}
     </>
   );
 }

@@ -31,7 +31,7 @@ test("a button stands for the instance of a program, or for its own, which every
   expect(instanceNameOf(given, "tank")).toBe("fill#1");
   expect(instanceNameOf(made, "tank")).toBe("tank.Fill");
   expect(stateOf(made, null, []).text).toBe("ready");
-  expect(stateOf(given, null, [])).toMatchObject({ text: "not there", isMissing: true });
+  expect(stateOf(given, null, [])).toMatchObject({ text: "missing", isMissing: true });
   expect(stateOf(given, instance("running"), [])).toMatchObject({ text: "running: pour", isLive: true });
   const end = { number: 1, instance: 7, report: { condition: "fault", normal: false } } as End;
   expect(stateOf(given, instance("ended"), [end])).toMatchObject({ text: "ended: fault", tone: "bad", isLive: false });
@@ -52,7 +52,7 @@ test("a button starts the instance of a program with its values", async () => {
   const { control, asked } = ordered();
   await start(control, given, "tank", instance("created"));
   expect(asked).toEqual([["start", { instance: 7, values: { to: 2 } }]]);
-  await expect(start(control, given, "tank", null)).rejects.toThrow("there is no verb instance 'fill#1'");
+  await expect(start(control, given, "tank", null)).rejects.toThrow("verb instance 'fill#1' does not exist");
 });
 
 test("what took too long to make for its press is kept, and the next press starts it", async () => {

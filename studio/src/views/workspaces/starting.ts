@@ -12,7 +12,7 @@ export function instanceNameOf(button: Button, workspace: string): string {
 
 /** State of a button. */
 export interface ButtonState {
-  /** Description: "ready", "running: list near", "ended: arrived", "not there". */
+  /** Description: "ready", "running: list near", "ended: arrived", "missing". */
   text: string;
   tone: "plain" | "good" | "warn" | "bad";
   /** True if the instance is running, suspended or queued, so that it can be halted but not started. */
@@ -25,7 +25,7 @@ export interface ButtonState {
 export function stateOf(button: Button, instance: InstalledInstance | null, ends: readonly End[]): ButtonState {
   if (!instance) {
     const isMissing = !button.start;
-    return { text: isMissing ? "not there" : "ready", tone: isMissing ? "bad" : "plain", isLive: false, isMissing };
+    return { text: isMissing ? "missing" : "ready", tone: isMissing ? "bad" : "plain", isLive: false, isMissing };
   }
   const state = { isLive: false, isMissing: false };
   switch (instance.state) {
@@ -51,8 +51,8 @@ export function stateOf(button: Button, instance: InstalledInstance | null, ends
 export async function start(control: Source, button: Button, workspace: string, instance: InstalledInstance | null): Promise<void> {
   if (!button.start) {
     if (!instance) {
-      const message = `there is no verb instance '${button.instance}'`;
-      throw new RefusalError([{ class: "UnknownName", message, remedy: "the program that makes it is not running" }], 0);
+      const message = `verb instance '${button.instance}' does not exist`;
+      throw new RefusalError([{ class: "UnknownName", message, remedy: "start the program that creates it" }], 0);
     }
     await control.order("start", { instance: instance.id, values: button.values ?? {} });
     return;

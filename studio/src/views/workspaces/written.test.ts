@@ -26,13 +26,13 @@ test("the share of a panel that is changed stays, and its heading goes where it 
 
 test.each([
   ["plot", {}, "name at least one SVV to plot"],
-  ["plot", { names: "a", seconds: "soon" }, "'soon' is no number of seconds from 0.1 to 600"],
-  ["values", { values: "level | Level | low" }, "the minimum of 'level' is 'low': write a number in the unit of the value"],
-  ["values", { values: "a|b|1|2|3" }, "'a|b|1|2|3' is not understood: write NAME | label | minimum | maximum"],
-  ["buttons", { buttons: "Fill" }, "'Fill' is not understood: write label: INSTANCE {\"input\": value}"],
-  ["buttons", { buttons: "Fill: fill#1 {to: 2}" }, "what stands behind 'Fill' is no JSON: write {\"input\": value}"],
-  ["scene", {}, "name the physical device that is drawn"],
-  ["verb", {}, "name the verb whose state diagram is shown"],
+  ["plot", { names: "a", seconds: "soon" }, "'soon' is not a number of seconds from 0.1 to 600"],
+  ["values", { values: "level | Level | low" }, "the minimum of 'level' must be a number in the unit of the value, not 'low'"],
+  ["values", { values: "a|b|1|2|3" }, "'a|b|1|2|3' has the wrong form: write NAME | label | minimum | maximum"],
+  ["buttons", { buttons: "Fill" }, "'Fill' has the wrong form: write label: INSTANCE {\"input\": value}"],
+  ["buttons", { buttons: "Fill: fill#1 {to: 2}" }, "the text after 'Fill' is not JSON: write {\"input\": value}"],
+  ["scene", {}, "name the physical device to draw"],
+  ["verb", {}, "name the verb whose state diagram to show"],
 ] as const)("a panel '%s' that is not written right says why", (kind, change, why) => {
   expect(panelOf(kind, { ...EMPTY, ...change }, null)).toBe(why);
 });

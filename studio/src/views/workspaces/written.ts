@@ -46,7 +46,7 @@ export function panelOf(kind: PanelKind, written: WrittenPanel, before: Region |
       const names = linesOf(written.names);
       const seconds = Number(written.seconds);
       if (names.length === 0) return "name at least one SVV to plot";
-      if (!(seconds >= 0.1 && seconds <= 600)) return `'${written.seconds}' is no number of seconds from 0.1 to 600`;
+      if (!(seconds >= 0.1 && seconds <= 600)) return `'${written.seconds}' is not a number of seconds from 0.1 to 600`;
       return { ...head, names, seconds };
     }
     case "values": {
@@ -62,9 +62,9 @@ export function panelOf(kind: PanelKind, written: WrittenPanel, before: Region |
       return buttons.length === 0 ? "write at least one button" : { ...head, buttons: buttons as Button[] };
     }
     case "scene":
-      return written.device.trim() ? { ...head, device: written.device.trim() } : "name the physical device that is drawn";
+      return written.device.trim() ? { ...head, device: written.device.trim() } : "name the physical device to draw";
     case "verb":
-      return written.verb.trim() ? { ...head, verb: written.verb.trim() } : "name the verb whose state diagram is shown";
+      return written.verb.trim() ? { ...head, verb: written.verb.trim() } : "name the verb whose state diagram to show";
     default:
       return head;
   }
@@ -72,7 +72,7 @@ export function panelOf(kind: PanelKind, written: WrittenPanel, before: Region |
 
 function shownOf(line: string): ShownValue | string {
   const [name = "", label = "", low = "", high = "", ...more] = line.split("|").map((part) => part.trim());
-  if (name === "" || more.length > 0) return `'${line}' is not understood: write NAME | label | minimum | maximum`;
+  if (name === "" || more.length > 0) return `'${line}' has the wrong form: write NAME | label | minimum | maximum`;
   const found: ShownValue = { name, ...(label && { label }) };
   for (const [word, text] of [
     ["minimum", low],
@@ -80,7 +80,7 @@ function shownOf(line: string): ShownValue | string {
   ] as const) {
     if (text === "") continue;
     const limit = Number(text);
-    if (!Number.isFinite(limit)) return `the ${word} of '${name}' is '${text}': write a number in the unit of the value`;
+    if (!Number.isFinite(limit)) return `the ${word} of '${name}' must be a number in the unit of the value, not '${text}'`;
     found[word] = limit;
   }
   return found;
@@ -95,10 +95,10 @@ function buttonOf(line: string): Button | string {
     try {
       given = JSON.parse(rest.slice(at)) as Record<string, Value>;
     } catch {
-      return `what stands behind '${label || line}' is no JSON: write {"input": value}`;
+      return `the text after '${label || line}' is not JSON: write {"input": value}`;
     }
   }
-  if (label.trim() === "" || (name === "" && given === null)) return `'${line}' is not understood: write label: INSTANCE {"input": value}`;
+  if (label.trim() === "" || (name === "" && given === null)) return `'${line}' has the wrong form: write label: INSTANCE {"input": value}`;
   if (name !== "") return { label: label.trim(), instance: name, ...(given && { values: given }) };
   return { label: label.trim(), start: given as unknown as NonNullable<Button["start"]> };
 }

@@ -143,15 +143,15 @@ export function Find(props: {
             {typed === ""
               ? ""
               : hits.length === 0
-                ? "nothing found"
+                ? "no match"
                 : hit && at >= 0
                   ? `${at + 1} of ${hits.length}: ${hit.text}${hit.within ? `, in ${hit.within.text}` : ""}`
                   : `${hits.length} found`}
           </span>
-          <button type="button" disabled={hits.length === 0} onClick={() => step(-1)} aria-label="Found before">
+          <button type="button" disabled={hits.length === 0} onClick={() => step(-1)} aria-label="Previous match">
             ↑
           </button>
-          <button type="button" disabled={hits.length === 0} onClick={() => step(1)} aria-label="Found next">
+          <button type="button" disabled={hits.length === 0} onClick={() => step(1)} aria-label="Next match">
             ↓
           </button>
           <button type="button" onClick={close} aria-label="Close find">

@@ -38,7 +38,7 @@ export function Overview(props: { boxes: Box[]; places: ReadonlyMap<string, Plac
     return from >= 0 && above >= 0 && from + width * zoom <= wide && above + height * zoom <= high;
   });
   if (isAllSeen || boxes.length < MAP_FROM) return null;
-  return <MiniMap pannable zoomable ariaLabel="Map of the whole" nodeColor="var(--line-strong)" />;
+  return <MiniMap pannable zoomable ariaLabel="Overview map" nodeColor="var(--line-strong)" />;
 }
 
 /** Returns a style with the size of titles if the drawing is zoomed out too far; null if it is legible. */

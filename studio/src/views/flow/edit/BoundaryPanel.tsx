@@ -45,7 +45,7 @@ export function BoundaryPanel(props: { draft: Draft; box: string; put: (draft: D
           props.choose(`${set.kind}:${to}`);
         }}
       />
-      <p className="quiet">{set.ports.length > 0 ? `binds ${set.ports.join(", ")}` : "binds nothing yet: draw a wire"}</p>
+      <p className="quiet">{set.ports.length > 0 ? `binds ${set.ports.join(", ")}` : "not bound yet: draw a wire"}</p>
     </Panel>
   );
 }

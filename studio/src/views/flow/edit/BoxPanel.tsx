@@ -67,7 +67,7 @@ export function BoxPanel(props: {
           <label className="row">
             <span className="quiet">runs on</span>
             <select value={props.source ?? ""} onChange={(event) => props.runOn(event.target.value || null)}>
-              <option value="">where a start says</option>
+              <option value="">the source chosen at start</option>
               {[...new Set([...(props.source === null ? [] : [props.source]), ...props.sources])].map((name) => (
                 <option key={name}>{name}</option>
               ))}
@@ -80,7 +80,7 @@ export function BoxPanel(props: {
               Open graph
             </button>
             <button type="button" onClick={() => change(ownGraph(draft, label, freeName(graphName, props.graphs)))}>
-              Make its own
+              Make independent
             </button>
           </div>
         )}
@@ -90,7 +90,8 @@ export function BoxPanel(props: {
             placeholder="1 invocation"
             value={String(own(draft.of.divide, label) ?? "")}
             commit={(text) => {
-              if (text !== "" && !/^[1-9]\d*$/.test(text)) return `'${text}' is no number of invocations: write a whole number from 1`;
+              if (text !== "" && !/^[1-9]\d*$/.test(text))
+                return `'${text}' is not a number of invocations: write an integer of at least 1`;
               change(setDivide(draft, label, text === "" ? undefined : Number(text)));
             }}
           />

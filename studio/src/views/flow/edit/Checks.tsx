@@ -13,7 +13,7 @@ export function Checks(props: { of: Finding[]; unread: UnreadField[]; isEmpty: b
       <p className="quiet">Drag a component into the drawing, or choose one and press Enter. Then draw wires from outputs to inputs.</p>
     );
   return (
-    <Panel title="Checks" end={<span role="status">{count === 0 ? "all hold" : `${count} found`}</span>}>
+    <Panel title="Checks" end={<span role="status">{count === 0 ? "all passed" : `${count} found`}</span>}>
       {count > 0 && (
         <ul className="refusals">
           {findings.map(([text, finding]) => (

@@ -51,7 +51,7 @@ export function CompositionEditor(props: { work: Working; draft: ComposedDefinit
       />
       <StatesCanvas shape={shape} edit={edit} />
       <div className="side stack">
-        <Panel title="Checks" end={<span role="status">{verb ? "all hold" : `${found.length} found`}</span>}>
+        <Panel title="Checks" end={<span role="status">{verb ? "all passed" : `${found.length} found`}</span>}>
           {found.length > 0 && (
             <ul className="refusals">
               {found.map((one) => (
@@ -98,7 +98,9 @@ function Verbs(props: { draft: ComposedDefinition; add: (name: string, part?: Pa
         without={known}
         take={(name, defined) => {
           if (Object.keys(defined.parts ?? {}).length > 0)
-            throw new Error(`'${name}' is composed, and a file would lose of what: open the file that has it, and add it from there`);
+            throw new Error(
+              `'${name}' is composed, and a copy would lose its parts: open the file that contains it, and add it from there`,
+            );
           add(name, draftOf("verb", name, withoutSources(defined)) as Part);
         }}
         failed={setWrong}
@@ -144,11 +146,11 @@ async function composedVerb(
   signal: AbortSignal,
   around: string[] = [],
 ): Promise<VerbRequest> {
-  if (around.includes(of.name)) throw new Error(`definitions need one another in a circle: ${[...around, of.name].join(" → ")}`);
+  if (around.includes(of.name)) throw new Error(`definitions form a circle: ${[...around, of.name].join(" → ")}`);
   const parts = new Map<string, unknown>();
   for (const [label, name] of Object.entries(of.parts)) {
     const part = Object.hasOwn(made_of, name) ? made_of[name] : undefined;
-    if (!part) throw new Error(`part '${label}' of '${of.name}' is '${name}', and no such verb is there; choose another one`);
+    if (!part) throw new Error(`part '${label}' of '${of.name}' is the unknown verb '${name}'; choose another one`);
     const inner = () =>
       composedVerb(control, { kind: "composition", of: (part as Part & { kind: "composition" }).of, made_of }, signal, [
         ...around,

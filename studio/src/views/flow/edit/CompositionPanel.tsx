@@ -52,8 +52,8 @@ export function PartPanel(props: Of & { label: string; choose: (label: string | 
           label="Label"
           value={label}
           commit={(to) => {
-            if (to === "" || to.includes(".")) return "a part needs a label without a dot";
-            if (Object.hasOwn(draft.of.parts, to)) return `there is a part '${to}' already`;
+            if (to === "" || to.includes(".")) return "the label of a part must not contain a dot";
+            if (Object.hasOwn(draft.of.parts, to)) return `part '${to}' already exists`;
             change(composed.renamePart(draft, label, to));
             choose(to);
           }}
@@ -66,18 +66,18 @@ export function PartPanel(props: Of & { label: string; choose: (label: string | 
             ))}
           </select>
         </label>
-        <p className="quiet">Called otherwise in the whole:</p>
+        <p className="quiet">Renamed in the composition:</p>
         {names.objects.map((name) => called(name, "object"))}
         {names.parameters.map((name) => called(name, "parameter"))}
         {names.inputs.map((name) => called(name, "input"))}
         {names.outputs.map((name) => called(name, "output"))}
         {names.conditions.map((name) => called(name, "condition"))}
-        {names.inputs.length > 0 && <p className="quiet">A value for good, so that it is no input any more:</p>}
+        {names.inputs.length > 0 && <p className="quiet">Fixed values, which are no longer inputs:</p>}
         {names.inputs.map((name) => (
           <TextField
             key={name}
             label={`always ${name}`}
-            placeholder="given at each start"
+            placeholder="set at each start"
             value={constantText(own(draft.of.preset, `${label}.${name}`))}
             commit={(text) => {
               const { value, wrong } = givenOf(text);
@@ -114,7 +114,7 @@ export function StepsPanel(props: Of) {
           <option key={name} value={name} />
         ))}
       </datalist>
-      {transitions.length === 0 && <p className="quiet">Draw from one part to another, or add one here.</p>}
+      {transitions.length === 0 && <p className="quiet">Draw a line from one part to another, or add a transition here.</p>}
       {transitions.map((step, index) => (
         // biome-ignore lint/suspicious/noArrayIndexKey: a transition is known by its place
         <fieldset key={index} aria-label={`Transition ${index + 1}`}>
@@ -123,7 +123,7 @@ export function StepsPanel(props: Of) {
             list={list}
             value={step.from.join(", ")}
             commit={(text) => {
-              if (words(text).length === 0) return "a transition begins at a part or a list";
+              if (words(text).length === 0) return "choose the part or list where the transition begins";
               put(index, { ...step, from: words(text) });
             }}
           />
@@ -167,11 +167,11 @@ export function CompositionPanel(props: Of) {
   const { initial, together, until, share } = draft.of;
   const put = (whole: Parameters<typeof composed.setComposition>[1]) => change(composed.setComposition(draft, whole));
   return (
-    <Panel title="The whole">
+    <Panel title="Composition">
       <div className="stack">
         <label className="row">
           <input type="checkbox" checked={together} onChange={(event) => put({ together: event.target.checked })} />
-          all parts run at once
+          all parts run simultaneously
         </label>
         {together ? (
           <label className="row">

@@ -18,7 +18,7 @@ export class DraftBoundary extends Component<{ children: ReactNode }, { failure:
     const text = keptText();
     return (
       <div className="stack" role="alert">
-        <p>This draft cannot be shown. The system is not touched by it; save it before you start afresh.</p>
+        <p>This draft cannot be displayed. The system is not affected; save the draft before you start over.</p>
         <Refusals of={refusalsOf(this.state.failure)} />
         <div className="row">
           {text !== null && (
@@ -36,7 +36,7 @@ export class DraftBoundary extends Component<{ children: ReactNode }, { failure:
               this.setState({ failure: null });
             }}
           >
-            Start afresh
+            Start over
           </button>
         </div>
       </div>
@@ -50,7 +50,7 @@ export function UnreadDraft() {
   if (text === null) return null;
   return (
     <div className="row" role="status">
-      <span>A draft that was kept here cannot be read by this page.</span>
+      <span>A stored draft cannot be read by this page.</span>
       <button type="button" onClick={() => download("draft.json", text)}>
         Save it as a file
       </button>
@@ -61,7 +61,7 @@ export function UnreadDraft() {
           setText(null);
         }}
       >
-        Put away
+        Dismiss
       </button>
     </div>
   );

@@ -34,7 +34,7 @@ export function FileTools(props: {
       const text = await file.text();
       const [first] = draftsOf(text);
       const more = besides(text);
-      if (!first) throw new Error(`'${file.name}' defines no graph and no verb. ${more ?? ""}`);
+      if (!first) throw new Error(`'${file.name}' defines neither a graph nor a verb. ${more ?? ""}`);
       setSaid(more);
       props.open(first, { name: file.name, text });
     } catch (why) {
@@ -75,7 +75,7 @@ export function FileTools(props: {
         </button>
         <button
           type="button"
-          title="A verb made of verbs: of the file that is open, and of the system"
+          title="A verb composed of verbs of the open file and of the system"
           onClick={() => props.open(newComposition("untitled", partsAt(props.draft, found)), props.file)}
         >
           New composition

@@ -105,7 +105,7 @@ export function FlowEditor(props: { work: Working; whole: Draft }) {
   );
   const [isBySource, setBySource] = useState(false);
   const bySource = useMemo(
-    () => (isBySource ? grouped(drawing.boxes, sources, (box) => box.source, "where a start says") : null),
+    () => (isBySource ? grouped(drawing.boxes, sources, (box) => box.source, "the source chosen at start") : null),
     [isBySource, drawing, sources],
   );
   const places = useMemo(() => bySource?.places ?? placesOf(drawing.boxes, draft), [bySource, drawing, draft]);

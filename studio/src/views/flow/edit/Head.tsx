@@ -30,11 +30,11 @@ export function Head(props: {
           label={KINDS[of.kind]}
           value={of.of.name}
           commit={(name) => {
-            if (name === "") return "a name is needed";
+            if (name === "") return "enter a name";
             put({ name });
           }}
         />
-        <TextField label="is for" value={of.of.doc} placeholder="what it does" commit={(doc) => put({ doc })} />
+        <TextField label="purpose" value={of.of.doc} placeholder="description" commit={(doc) => put({ doc })} />
         <button type="button" disabled={!work.back} onClick={() => work.back?.()}>
           Undo
         </button>

@@ -18,7 +18,7 @@ export function Install(props: { draft: Draft; placement: Placement; faces: Face
   if (!control.may("configure")) return null;
   return (
     <Panel title="Install">
-      {!isSound && <p className="quiet">Put right first what Checks found: press a finding to get to its place.</p>}
+      {!isSound && <p className="quiet">Fix the findings under Checks first; press one to go to its place.</p>}
       {draft.kind === "verb" ? (
         <InstallVerb draft={draft} placement={placement} isSound={isSound} />
       ) : (
@@ -79,13 +79,13 @@ function TryGraph(props: { draft: Draft & { kind: "graph" }; placement: Placemen
   const missing = inputs.filter((name) => wanted.inputs[name] === undefined);
   return (
     <div className="stack">
-      <p className="quiet">A graph runs as a verb of its own that activates it. Its outputs become SVVs.</p>
+      <p className="quiet">A graph runs in a separate verb that activates it. Its outputs become SVVs.</p>
       <TextField
         label="every"
         value={`${wanted.every_ns / 1e6} ms`}
         commit={(text) => {
           const read = everyOf(text);
-          if (read.wrong !== undefined || read.value === null) return read.wrong ?? "a graph needs an interval: write for example 20 ms";
+          if (read.wrong !== undefined || read.value === null) return read.wrong ?? "enter an interval, for example 20 ms";
           setWanted({ ...wanted, every_ns: read.value });
         }}
       />
@@ -117,7 +117,7 @@ function TryGraph(props: { draft: Draft & { kind: "graph" }; placement: Placemen
         </button>
         {trial && (
           <>
-            <a href={addressOf("scope", [], { names: trial.outputs.join(",") })}>See its outputs in the scope</a>
+            <a href={addressOf("scope", [], { names: trial.outputs.join(",") })}>Show its outputs in the scope</a>
             <button
               type="button"
               disabled={busy}

@@ -45,7 +45,7 @@ export function ListPanel(props: {
         label="Name"
         value={list}
         commit={(to) => {
-          if (to === "" || Object.hasOwn(draft.of.command_lists, to)) return to === "" ? "a name is needed" : `there is a '${to}' already`;
+          if (to === "" || Object.hasOwn(draft.of.command_lists, to)) return to === "" ? "enter a name" : `'${to}' already exists`;
           change(renameList(draft, list, to));
           props.choose(to);
         }}
@@ -103,7 +103,7 @@ function CommandRow(props: {
   return (
     <fieldset className="row" aria-label={label}>
       <select
-        aria-label={`${label}: what`}
+        aria-label={`${label}: command`}
         value={command.command}
         onChange={(event) => put(commandOf(event.target.value as Command["command"], block))}
       >

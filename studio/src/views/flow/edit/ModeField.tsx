@@ -20,10 +20,10 @@ export function ModeField(props: { of: string; declared: string; mode: Mode | un
       </select>
       {typeof mode === "object" && (
         <TextField
-          label="values an invocation"
+          label="values per invocation"
           value={String(mode.ratio)}
           commit={(text) => {
-            if (!/^[1-9]\d*$/.test(text)) return `'${text}' is no ratio: write a whole number from 1`;
+            if (!/^[1-9]\d*$/.test(text)) return `'${text}' is not a ratio: write an integer of at least 1`;
             put({ ratio: Number(text) });
           }}
         />

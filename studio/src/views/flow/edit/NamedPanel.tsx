@@ -55,7 +55,7 @@ export function NamedPanel<T>(props: {
               label="Name"
               value={name}
               commit={(to) => {
-                if (to === "" || Object.hasOwn(of, to)) return to === "" ? "a name is needed" : `there is a '${to}' already`;
+                if (to === "" || Object.hasOwn(of, to)) return to === "" ? "enter a name" : `'${to}' already exists`;
                 change(props.rename(draft, name, to));
               }}
             />

@@ -49,9 +49,9 @@ export function Offer(props: {
       <Refusals of={refusals} />
       {offers && (
         <Choices
-          label="Block or port that fits"
+          label="Matching block or port"
           choices={offers}
-          empty="Nothing fits."
+          empty="No match."
           take={(choice) => {
             const offer = offers.find((one) => one.key === choice.key);
             if (offer) props.take(offer);
@@ -59,7 +59,7 @@ export function Offer(props: {
           close={props.close}
         />
       )}
-      {!offers && refusals.length === 0 && <p className="quiet">Asking what fits…</p>}
+      {!offers && refusals.length === 0 && <p className="quiet">Searching for matches…</p>}
     </div>
   );
 }

@@ -29,7 +29,7 @@ export function Palette(props: { faces: Faces; graphs: Graph[]; add: (block: str
             </li>
           ))}
           <li>
-            <button type="button" title="A graph as a block, to be drawn within" onClick={() => props.addGraph(null)}>
+            <button type="button" title="A new graph, used as a block" onClick={() => props.addGraph(null)}>
               an empty graph
             </button>
           </li>
@@ -59,7 +59,7 @@ export function Palette(props: { faces: Faces; graphs: Graph[]; add: (block: str
           </ul>
         </section>
       ))}
-      {groups.size === 0 && <p className="quiet">No component has '{sought}' in its name or description.</p>}
+      {groups.size === 0 && <p className="quiet">No component contains '{sought}' in its name or description.</p>}
     </Panel>
   );
 }

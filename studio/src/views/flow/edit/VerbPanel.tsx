@@ -47,7 +47,7 @@ function Objects(props: OfVerb) {
       fields={(object, put, list) => (
         <>
           <TextField
-            label="is a"
+            label="type"
             list={list}
             placeholder="type of logical devices"
             value={object.device_type}
@@ -74,7 +74,9 @@ function Lists(props: OfVerb) {
         </button>
       }
     >
-      <p className="quiet">Choose one in the drawing “Command lists” to see its commands. Draw from one to another for a transition.</p>
+      <p className="quiet">
+        Select a list in the drawing “Command lists” to see its commands. Draw a line from one to another to add a transition.
+      </p>
     </Panel>
   );
 }
@@ -103,7 +105,7 @@ function Conditions(props: OfVerb) {
           />
           <TextField
             label="returns"
-            placeholder="no normal end; or nothing, or output values"
+            placeholder="not a normal end; or nothing, or output values"
             value={condition.returns?.length === 0 ? NONE : (condition.returns ?? []).join(", ")}
             commit={(text) => put({ ...condition, returns: text === "" ? null : text === NONE ? [] : words(text) })}
           />
@@ -117,7 +119,7 @@ function Conditions(props: OfVerb) {
             label="priority"
             value={String(condition.priority)}
             commit={(text) => {
-              if (!/^-?\d+$/.test(text)) return `'${text}' is no priority: write a whole number`;
+              if (!/^-?\d+$/.test(text)) return `'${text}' is not a priority: write an integer`;
               put({ ...condition, priority: Number(text) });
             }}
           />
@@ -228,7 +230,7 @@ function Inputs(props: OfVerb) {
           />
           <TextField
             label="default"
-            placeholder="none: must be given"
+            placeholder="none: required"
             value={constantText(input.default)}
             commit={(text) => {
               const { value, wrong } = givenOf(text);
@@ -284,11 +286,11 @@ function Requirements(props: OfVerb) {
       fields={(requirement, put, list) => (
         <>
           <TextField
-            label="else raises"
+            label="raises otherwise"
             list={list}
             value={requirement.raises}
             commit={(raises) => {
-              if (raises === "") return "a class of refusals is needed: NotHomed, InvalidState, …";
+              if (raises === "") return "enter a class of refusals: NotHomed, InvalidState, …";
               put({ ...requirement, raises });
             }}
           />
@@ -300,7 +302,7 @@ function Requirements(props: OfVerb) {
           />
           <TextField
             label="remedy"
-            placeholder="the next step"
+            placeholder="remedy"
             value={requirement.remedy ?? ""}
             commit={(remedy) => put({ ...requirement, remedy })}
           />

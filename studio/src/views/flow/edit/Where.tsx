@@ -8,7 +8,7 @@ export function Where(props: { whole: Draft; way: Way; go: (way: Way) => void })
   if (way.length === 0) return null;
   const steps = [whole.of.name, ...way];
   return (
-    <nav aria-label="Where in the drawing">
+    <nav aria-label="Path in the drawing">
       <ol className="row way">
         {steps.map((name, depth) => (
           // biome-ignore lint/suspicious/noArrayIndexKey: a step is known by its depth

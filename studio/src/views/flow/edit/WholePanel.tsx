@@ -17,7 +17,7 @@ export function WholePanel(props: { draft: VerbDraft; change: (draft: Draft) => 
   const { command_lists, initial, ending, ending_limit_ns, if_cut_off, manual } = draft.of;
   const lists = Object.keys(command_lists);
   return (
-    <Panel title="The whole">
+    <Panel title="Verb">
       <div className="stack" data-place={WHOLE}>
         <label className="row">
           <span className="quiet">begins with</span>
@@ -54,9 +54,9 @@ export function WholePanel(props: { draft: VerbDraft; change: (draft: Draft) => 
         )}
         <SuspendField draft={draft} change={change} />
         <label className="row">
-          <span className="quiet">where its program is gone</span>
+          <span className="quiet">if its program is lost</span>
           <select value={if_cut_off ?? ""} onChange={(event) => change(setWhole(draft, { if_cut_off: event.target.value || null }))}>
-            <option value="">as every verb of its kind</option>
+            <option value="">as usual for its kind</option>
             {CUT_OFF.map((name) => (
               <option key={name}>{name}</option>
             ))}
@@ -93,9 +93,9 @@ function SuspendField(props: { draft: VerbDraft; change: (draft: Draft) => void 
             else change(setWhole(draft, { suspend: event.target.value }));
           }}
         >
-          <option value="idle">efforts and speeds become idle, positions stay</option>
-          <option value="hold">its last commands stay, none is an effort or speed</option>
-          <option value="hold_last">its last commands stay, efforts and speeds too</option>
+          <option value="idle">efforts and speeds become idle, positions are held</option>
+          <option value="hold">its last commands are held; none is an effort or speed</option>
+          <option value="hold_last">its last commands are held, including efforts and speeds</option>
           <option value="safe">its outputs become safe</option>
           <option value="holding">its blocks come to rest first</option>
         </select>

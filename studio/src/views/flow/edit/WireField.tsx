@@ -70,8 +70,8 @@ export function WireField(props: {
         New…
       </button>
       {side === "input" && present && (
-        <button type="button" aria-label={`Unwire ${name}`} onClick={() => props.change(disconnect(draft, name, faces))}>
-          Unwire
+        <button type="button" aria-label={`Disconnect ${name}`} onClick={() => props.change(disconnect(draft, name, faces))}>
+          Disconnect
         </button>
       )}
       <Refusals of={refusals} />

@@ -101,7 +101,7 @@ test("a composition is saved with its parts, opened as it was, and a file that h
   const [again] = draftsOf(text);
   expect(again).toMatchObject(made);
   const file = { name: "press.json", text };
-  expect(savedFile(again as ComposedDefinition, file)).toMatchObject({ text, said: "nothing was changed: the file is as it was" });
+  expect(savedFile(again as ComposedDefinition, file)).toMatchObject({ text, said: "nothing was changed in the file" });
 
   const toml = `format = "opengpac-definitions"
 version = 1

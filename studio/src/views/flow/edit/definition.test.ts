@@ -66,14 +66,14 @@ ${stringify(json)}`;
   expect(draftsOf(toml)).toEqual(draftsOf(JSON.stringify({ format: "opengpac-definitions", version: 1, ...json })));
 });
 
-test("what is no file of definitions is refused in words", () => {
+test("what is not a file of definitions is refused in words", () => {
   expect(() => draftsOf('format = "opengpac-definitions"\n[graphs')).toThrow("neither JSON nor TOML: line 2");
-  expect(() => draftsOf('{"format": ')).toThrow("the JSON of this file is broken");
+  expect(() => draftsOf('{"format": ')).toThrow("the file is not valid JSON");
   expect(() => draftsOf('format = "opengpac-definitions"')).toThrow("version undefined");
-  expect(() => draftsOf("{}")).toThrow("no file of definitions");
+  expect(() => draftsOf("{}")).toThrow("not a file of definitions");
   expect(() => draftsOf('{"format": "opengpac-definitions", "version": 2}')).toThrow("version 2");
-  expect(() => draftOf("graph", "g", { blocks: { a: "none" } })).toThrow("there is no graph 'none'");
-  expect(() => draftOf("verb", "v", { command_lists: { start: [{ jump: "a" }] } })).toThrow("no command");
+  expect(() => draftOf("graph", "g", { blocks: { a: "none" } })).toThrow("this file has no graph 'none'");
+  expect(() => draftOf("verb", "v", { command_lists: { start: [{ jump: "a" }] } })).toThrow("is not a command");
 });
 
 test("times are read with their units", () => {
@@ -171,11 +171,11 @@ test("TOML that cannot be changed in place becomes JSON, and says so", () => {
   if (move?.kind !== "verb") throw new Error("the verbs come first");
   const saved = savedFile({ ...move, of: { ...move.of, transitions: [] } }, { name: "press.toml", text: written });
   expect(saved.name).toBe("press.json");
-  expect(saved.said).toContain("the comments of press.toml");
+  expect(saved.said).toContain("without the comments, which remain in press.toml");
 });
 
 test("what is not drawn is told", () => {
-  expect(besides(whole)).toBe("The file also has modules (press). They are not drawn here, and stay as they are when it is saved.");
+  expect(besides(whole)).toBe("The file also has modules (press). They are not shown here, and are kept unchanged when the file is saved.");
   expect(besides('{"format": "opengpac-definitions", "version": 1}')).toBeNull();
 });
 
@@ -203,7 +203,7 @@ inner = { block = { graph = { name = "mine", blocks = { f = "library.lowpass" } 
   expect(savedFile(placed, file).text).toBe(text);
   const saved = savedFile(replaced(twice, ["one"], setConstant(inner, "f", "alpha", 0.5)), file);
   expect(saved.text).toBe(text.replace("alpha = 0.1", "alpha = 0.5"));
-  expect(saved.said).toContain("the graph 'smooth' was changed");
+  expect(saved.said).toContain("graph 'smooth' was changed");
   // A use with its own graph no longer refers to the shared one: the graph is written inline.
   const apart = savedFile(ownGraph(twice, "one", "other"), file);
   const again = draftsOf(apart.text).find((one) => one.of.name === "twice") as Draft;

@@ -95,7 +95,7 @@ function hasItem(use: BlockUse, name: string, faces: Faces): boolean {
 }
 
 function lostPort(name: string, side: Port["side"]): Port {
-  return { name, side, type_text: "", unit: "", mode: "", doc: "this port is not there" };
+  return { name, side, type_text: "", unit: "", mode: "", doc: "this port does not exist" };
 }
 
 /** Returns the set that a boundary's box represents. */
@@ -130,7 +130,7 @@ function blockBox(draft: Draft, label: string, use: BlockUse, faces: Faces, find
     kind: isGraph ? "graph" : "block",
     title: label,
     about: isGraph ? `graph ${name}` : name.replace(/^library\./, ""),
-    doc: isGraph ? (use.block as { graph: { doc: string } }).graph.doc : (face?.doc ?? "this block is not known to the system"),
+    doc: isGraph ? (use.block as { graph: { doc: string } }).graph.doc : (face?.doc ?? "this block is unknown to the system"),
     ports: [...items.flatMap((item) => portsOf(item)), ...lost],
     source: null,
     opens: isGraph ? "closed" : null,
@@ -211,7 +211,7 @@ function lostText(draft: Draft, end: End, faces: Faces): string | null {
   const use = Object.hasOwn(draft.of.blocks, end.box) ? draft.of.blocks[end.box] : undefined;
   if (!use || !isLost(draft, `${end.box}.${end.port}`, faces)) return null;
   const [of, whole] = "graph" in use.block ? [`graph ${use.block.graph.name}`, "the graph"] : [use.block.subroutine, "the block"];
-  return `'${end.box}' (${of}) has no port '${end.port}'; take the wire away, or give ${whole} that port again`;
+  return `'${end.box}' (${of}) has no port '${end.port}'; remove the wire, or add the port to ${whole} again`;
 }
 
 /** Returns whether a finding belongs to a wire: it names both ends of the wire, or its cell and no port elsewhere. */

@@ -33,11 +33,11 @@ type WrittenDefinition = [section: string, key: string, definition: Tree];
 export function savedFile(draft: DrawnDefinition, file: OpenedFile | null): SavedFile {
   if (file === null) return { name: `${draft.of.name}.json`, text: fileText(draft), said: null };
   const opened = drawnIn(file.text, draft);
-  if (opened && isUnchanged(draft, opened)) return { ...file, said: "nothing was changed: the file is as it was" };
+  if (opened && isUnchanged(draft, opened)) return { ...file, said: "nothing was changed in the file" };
   const tree = readText(file.text) as Tree;
   const shared = sharedGraphs(draft, opened, tree, graphsOf(file.text));
   const changed = [...shared].filter(([, { was, is }]) => !same(was, is));
-  const told = changed.map(([name]) => `the graph '${name}' was changed: every definition of the file that names it follows`);
+  const told = changed.map(([name]) => `graph '${name}' was changed, and with it every definition of the file that uses it`);
   const name = (definition: Tree) => byName(definition, new Set(shared.keys()));
   const fresh = partsOf(draft).filter(([section, key]) => !Object.hasOwn((tree[section] as object | undefined) ?? {}, key));
   const ofGraphs = changed.map(([key, { is }]): WrittenDefinition => ["graphs", key, name(writtenDefinition({ kind: "graph", of: is }))]);
@@ -47,7 +47,7 @@ export function savedFile(draft: DrawnDefinition, file: OpenedFile | null): Save
   const asToml = opened && patchedText(draft, opened, file, tree, fresh, shared);
   if (asToml) return { name: file.name, text: asToml, said: told.join("; ") || null };
   const json = `${file.name.replace(/\.toml$/i, "")}.json`;
-  return { name: json, text, said: [`saved as ${json}: the comments of ${file.name} stay in ${file.name} alone`, ...told].join("; ") };
+  return { name: json, text, said: [`saved as ${json} without the comments, which remain in ${file.name}`, ...told].join("; ") };
 }
 
 /** Returns the TOML file with the changes of the draft; null if they cannot be applied to its text. */
@@ -176,7 +176,9 @@ export function besides(text: string): string | null {
     ["modules", names("modules")],
   ] as const;
   const said = parts.filter(([, of]) => of.length > 0).map(([what, of]) => `${what} (${of.join(", ")})`);
-  return said.length === 0 ? null : `The file also has ${said.join(", ")}. They are not drawn here, and stay as they are when it is saved.`;
+  return said.length === 0
+    ? null
+    : `The file also has ${said.join(", ")}. They are not shown here, and are kept unchanged when the file is saved.`;
 }
 
 /** Parses the text of a file, JSON or TOML. */
@@ -185,14 +187,14 @@ function readText(text: string): unknown {
     try {
       return JSON.parse(text);
     } catch (why) {
-      throw new Error(`the JSON of this file is broken: ${why instanceof Error ? why.message : String(why)}`);
+      throw new Error(`the file is not valid JSON: ${why instanceof Error ? why.message : String(why)}`);
     }
   }
   try {
     return parseToml(text);
   } catch (why) {
     if (!(why instanceof TomlError)) throw why;
-    throw new Error(`this is neither JSON nor TOML: line ${why.line}, column ${why.column}: ${why.message.split("\n")[0]}`);
+    throw new Error(`the file is neither JSON nor TOML: line ${why.line}, column ${why.column}: ${why.message.split("\n")[0]}`);
   }
 }
 
@@ -224,9 +226,9 @@ type Section = Record<string, unknown>;
 function definitionsFile(text: string): { graphs?: Section; verbs?: Section; compositions?: Section } {
   const file = readText(text) as { format?: unknown; version?: unknown; graphs?: Section; verbs?: Section; compositions?: Section };
   if (file.format !== FORMAT)
-    throw new Error(`this is no file of definitions: its format is ${JSON.stringify(file.format)}, not "${FORMAT}"`);
+    throw new Error(`the file is not a file of definitions: its format is ${JSON.stringify(file.format)}, not "${FORMAT}"`);
   if (file.version !== VERSION)
-    throw new Error(`the file has version ${JSON.stringify(file.version)}; this studio knows version ${VERSION}`);
+    throw new Error(`the file has version ${JSON.stringify(file.version)}, but this studio reads version ${VERSION}`);
   return file;
 }
 

@@ -28,7 +28,7 @@ export function findingsOf(answered: unknown): Finding[] {
     inWords({
       ...one,
       class: String(one.class ?? "Error"),
-      message: String(one.message ?? "the definition is refused"),
+      message: String(one.message ?? "the definition was refused"),
       where: Array.isArray(one.where) ? one.where : [],
     }),
   );

@@ -101,7 +101,7 @@ test("a port that disappears stays at the box, and is named at each wire", () =>
   const { boxes, wires } = drawnDraft(without, faces, [], null);
   const wire = wires.find((one) => one.cell === "first");
   expect(wire).toMatchObject({ from: { box: "one", port: "y" }, to: { box: "two", port: "u" } });
-  expect(wire?.findings).toEqual(["'one' (graph smooth) has no port 'y'; take the wire away, or give the graph that port again"]);
+  expect(wire?.findings).toEqual(["'one' (graph smooth) has no port 'y'; remove the wire, or add the port to the graph again"]);
   expect(boxes.find((box) => box.id === "one")?.ports.map((port) => port.name)).toEqual(["u", "y"]);
   expect(boxes.find((box) => box.id === "one")?.findings.map((one) => one.port)).toEqual(["y"]);
   // The message of the system takes precedence.

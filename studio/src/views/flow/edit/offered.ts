@@ -91,7 +91,7 @@ export function offered(draft: Draft, from: WireStart, at: TriedDraft, answered:
       kind: "port" as const,
       key: `${block}.${port}`,
       text: `${block}.${port}`,
-      about: "is there",
+      about: "exists",
       block,
       port,
     }));

@@ -54,14 +54,13 @@ export function draftOf(kind: Draft["kind"], name: string, written: unknown, gra
 export function compositionOf(name: string, written: unknown): Composition {
   const given = object(written, `composition '${name}'`);
   const steps = (given.transitions as unknown[] | undefined) ?? [];
-  if (!Array.isArray(steps)) throw new Error(`the transitions of composition '${name}' are not of the right form: a list is expected`);
+  if (!Array.isArray(steps)) throw new Error(`the transitions of composition '${name}' must be a list`);
   return {
     ...given,
     name,
     doc: text(given.doc),
     parts: mapped(given.parts, (part, label) => {
-      if (typeof part !== "string")
-        throw new Error(`part '${label}' of '${name}' is not of the right form: the name of a verb is expected`);
+      if (typeof part !== "string") throw new Error(`part '${label}' of '${name}' must be the name of a verb`);
       return part;
     }),
     transitions: steps.map((step) => {
@@ -108,7 +107,7 @@ function blockUse(use: unknown, what: string, graphs: Record<string, unknown>): 
     const name = given.block;
     // A name without a dot is a graph in the file.
     if (name.includes(".")) return { ...given, block: { subroutine: name }, constants };
-    if (!Object.hasOwn(graphs, name)) throw new Error(`${what}: there is no graph '${name}' in this file`);
+    if (!Object.hasOwn(graphs, name)) throw new Error(`${what}: this file has no graph '${name}'`);
     return { ...given, block: { graph: graphOf(name, graphs[name], graphs) }, constants };
   }
   const block = object(given.block, what);
@@ -119,7 +118,7 @@ function blockUse(use: unknown, what: string, graphs: Record<string, unknown>): 
 
 function graphOf(name: string, written: unknown, graphs: Record<string, unknown>): Graph {
   const draft = draftOf("graph", name, written, graphs);
-  if (draft.kind !== "graph") throw new Error(`'${name}' is no graph`);
+  if (draft.kind !== "graph") throw new Error(`'${name}' is not a graph`);
   return draft.of;
 }
 
@@ -173,7 +172,7 @@ function command(written: unknown): Command {
   if (rest.wait === true) return { command: "wait" };
   if (typeof rest.wait === "string" && timeOrNull(rest.wait) !== null) return { command: "wait", time_ns: timeOrNull(rest.wait) };
   if (rest.wait !== undefined) return { command: "wait", conditions: several(rest.wait) };
-  throw new Error(`this is no command: ${JSON.stringify(written)}`);
+  throw new Error(`${JSON.stringify(written)} is not a command`);
 }
 
 function termination(written: unknown): Termination {
@@ -199,13 +198,13 @@ export function timeOrNull(written: unknown): number | null {
 function time(written: unknown): number | null {
   if (written === undefined || written === null) return null;
   const ns = timeOrNull(written);
-  if (ns === null) throw new Error(`'${String(written)}' is no time; write it with its unit: "20 ms"`);
+  if (ns === null) throw new Error(`'${String(written)}' is not a duration; write it with its unit: "20 ms"`);
   return ns;
 }
 
 function object(given: unknown, what: string): Loose {
   if (typeof given === "object" && given !== null && !Array.isArray(given)) return given as Loose;
-  throw new Error(`${what} is not of the right form: an object is expected`);
+  throw new Error(`${what} must be an object`);
 }
 
 function text(given: unknown): string {

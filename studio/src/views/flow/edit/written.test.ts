@@ -13,6 +13,6 @@ test("a constant may have its unit; which one goes is the system's to say", () =
 });
 
 test("what is neither a number nor a quantity is refused, with what can be written", () => {
-  expect(constantOf("fast", "double").wrong).toContain("'fast' is no double");
-  expect(constantOf("3 Hz", "bool").wrong).toContain("'3 Hz' is no bool");
+  expect(constantOf("fast", "double").wrong).toContain("'fast' is not a double");
+  expect(constantOf("3 Hz", "bool").wrong).toContain("'3 Hz' is not a bool");
 });

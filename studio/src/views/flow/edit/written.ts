@@ -25,7 +25,7 @@ export function constantOf(text: string, type_text: string): { value: Value | un
   } catch {
     return {
       value: undefined,
-      wrong: `'${text}' is no ${type_text}: write a number, a quantity such as 3 Hz, true, false, or several numbers: 1, 2`,
+      wrong: `'${text}' is not a ${type_text}: write a number, a quantity such as 3 Hz, true, false, or several numbers: 1, 2`,
     };
   }
 }
@@ -48,7 +48,7 @@ export function constantText(value: Value | undefined): string {
 export function everyOf(text: string): ReadResult<number | null> {
   if (text === "") return { value: null };
   const read = durationNs(text);
-  return read.wrong !== undefined || read.value > 0 ? read : { wrong: `'${text}' is no interval: it must be more than 0` };
+  return read.wrong !== undefined || read.value > 0 ? read : { wrong: `'${text}' is not an interval: it must be more than 0` };
 }
 
 /** Reads the range of an input parameter, numbers or parameters of objects: "0, arm.max_speed". Empty text means no range. */
@@ -57,6 +57,6 @@ export function withinOf(text: string): ReadResult<[Bound, Bound] | null> {
   const ends = text.split(/[\s,]+/).filter(Boolean);
   const [low, high] = ends.map((end): Bound => (Number.isFinite(Number(end)) ? Number(end) : end));
   if (ends.length !== 2 || low === undefined || high === undefined)
-    return { wrong: `'${text}' is no range: write minimum and maximum: 0, 1 or 0, arm.max_speed` };
+    return { wrong: `'${text}' is not a range: write minimum and maximum: 0, 1 or 0, arm.max_speed` };
   return { value: [low, high] };
 }

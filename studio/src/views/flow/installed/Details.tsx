@@ -14,7 +14,7 @@ export function Details(props: { drawing: Drawing; chosen: Selection; instances:
   const box = chosen?.kind === "box" ? drawing.boxes.find((one) => one.id === chosen.id) : undefined;
   const found = box ? blockOf(box.id, instances) : null;
   return (
-    <section className="side" aria-label="What is chosen" tabIndex={0}>
+    <section className="side" aria-label="Selection" tabIndex={0}>
       {wire && <WireDetails wire={wire} />}
       {found && <BlockDetails instance={found.instance} block={found.block} />}
       {box && !found && (
@@ -30,8 +30,8 @@ export function Details(props: { drawing: Drawing; chosen: Selection; instances:
       )}
       {!wire && !box && (
         <p className="quiet">
-          Choose a box or a wire: what it is, where it runs, its values. A wire that is drawn whole is synchronous, a dashed one
-          asynchronous. Boxes with a dashed edge are SVVs and channels.
+          Select a box or a wire to see its type, source and values. Solid wires are synchronous, dashed ones asynchronous. Boxes with a
+          dashed edge are SVVs and channels.
         </p>
       )}
     </section>
@@ -44,7 +44,7 @@ function WireDetails(props: { wire: Wire }) {
     <Panel title={wire.cell} end={wire.live && <a href={addressOf("scope", [], { names: wire.live })}>Scope</a>}>
       <dl>
         <dt>Value</dt>
-        <dd>{wire.live ? <LiveValue name={wire.live} type_text={wire.type_text} unit={wire.unit} /> : "shown where it is written"}</dd>
+        <dd>{wire.live ? <LiveValue name={wire.live} type_text={wire.type_text} unit={wire.unit} /> : "shown at its writer"}</dd>
         <dt>Type</dt>
         <dd>{portText({ ...wire, mode: "" })}</dd>
         <dt>From</dt>

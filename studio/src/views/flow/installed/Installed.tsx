@@ -46,7 +46,7 @@ export function Installed() {
   }, [control, installed]);
 
   if (trouble.length > 0) return <Refusals of={trouble} />;
-  if (!installed) return <p className="quiet">Looking at what is installed…</p>;
+  if (!installed) return <p className="quiet">Loading the installed graphs…</p>;
   if (instances.length === 0) {
     return (
       <Empty title="Nothing is installed">

@@ -30,10 +30,10 @@ test("what cannot be read is refused with its place", () => {
   refused("a +", "at its end: a number, a trace or '(' was expected");
   refused("a b", "at 'b': an operator was expected");
   refused("(a", "')' was expected");
-  refused("a $ 2", "not understood at '$ 2'");
-  refused("sine(a)", "there is no function of this name; there are abs, sqrt");
+  refused("a $ 2", "invalid at '$ 2'");
+  refused("sine(a)", "this function is unknown; use one of abs, sqrt");
   refused("atan2(a)", "it takes 2 arguments");
-  refused("2 * 3", "names no trace");
+  refused("2 * 3", "does not name a trace");
   refused("", "at its end");
 });
 

@@ -51,7 +51,7 @@ class Parser {
     const value = this.#sum();
     const rest = this.#peek();
     if (rest.kind !== "end") throw wrong(rest, "an operator was expected");
-    if (this.#names.length === 0) throw new Error("the formula names no trace");
+    if (this.#names.length === 0) throw new Error("the formula does not name a trace");
     return { names: this.#names, value };
   }
 
@@ -115,7 +115,7 @@ class Parser {
 
   #call(symbol: Symbol_): Part {
     const known = FUNCTIONS[symbol.text];
-    if (!known) throw wrong(symbol, `there is no function of this name; there are ${Object.keys(FUNCTIONS).join(", ")}`);
+    if (!known) throw wrong(symbol, `this function is unknown; use one of ${Object.keys(FUNCTIONS).join(", ")}`);
     this.#next += 1;
     const given = [this.#sum()];
     while (this.#take(",") !== null) given.push(this.#sum());
@@ -149,7 +149,7 @@ function symbolsOf(text: string): Symbol_[] {
   while (at < end) {
     SYMBOL.lastIndex = at;
     const match = SYMBOL.exec(text);
-    if (!match) throw new Error(`the formula is not understood at '${text.slice(at).trim()}'`);
+    if (!match) throw new Error(`the formula is invalid at '${text.slice(at).trim()}'`);
     const [whole, number, name, sign] = match;
     const kind = number !== undefined ? "number" : name !== undefined ? "name" : "sign";
     found.push({ kind, text: number ?? name ?? sign ?? "", at });
@@ -159,5 +159,5 @@ function symbolsOf(text: string): Symbol_[] {
 }
 
 function wrong(symbol: Symbol_, why: string): Error {
-  return new Error(`the formula is not understood at ${symbol.kind === "end" ? "its end" : `'${symbol.text}'`}: ${why}`);
+  return new Error(`the formula is invalid at ${symbol.kind === "end" ? "its end" : `'${symbol.text}'`}: ${why}`);
 }

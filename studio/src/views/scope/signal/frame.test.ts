@@ -41,15 +41,15 @@ test("a frame that ends too early is refused wherever it ends", () => {
 });
 
 test.each([
-  ["not one", (view: DataView) => view.setUint32(0, 7, true), /begins with 7 and not with 47534331/],
+  ["not one", (view: DataView) => view.setUint32(0, 7, true), /begins with 7, not with 47534331/],
   ["its id too long", (view: DataView) => view.setUint32(4, 5000, true), /id of 5000 bytes is longer than the frame/],
   ["too many runs", (view: DataView) => view.setUint32(16, 3, true), /ends before run 3 of 3/],
-  ["too few runs", (view: DataView) => view.setUint32(16, 1, true), /40 bytes are left behind the last of 1 runs/],
-  ["an unknown channel", (view: DataView) => view.setUint32(24, 2, true), /run 1 is of channel 2, and the subscription has 2/],
+  ["too few runs", (view: DataView) => view.setUint32(16, 1, true), /40 bytes remain after the last of 1 runs/],
+  ["an unknown channel", (view: DataView) => view.setUint32(24, 2, true), /run 1 is of channel 2, but the subscription has 2/],
   [
     "too many values",
     (view: DataView) => view.setUint32(28, 2 ** 31, true),
-    /run 1 \('b', 2147483648 values\) needs .* bytes, and .* are left/,
+    /run 1 \('b', 2147483648 values\) needs .* bytes, but only .* remain/,
   ],
 ] as const)("refused in words: %s", (_, spoil, words) => {
   const spoilt = frame();

@@ -48,14 +48,14 @@ export function decodeFrame(frame: DataView, channels: readonly StreamChannel[])
     at = run.end;
     runs.push(run.run);
   }
-  if (at !== frame.byteLength) throw new MalformedFrame(`${frame.byteLength - at} bytes are left behind the last of ${count} runs`);
+  if (at !== frame.byteLength) throw new MalformedFrame(`${frame.byteLength - at} bytes remain after the last of ${count} runs`);
   return runs;
 }
 
 function bodyOf(frame: DataView): number {
-  if (frame.byteLength < 8) throw new MalformedFrame(`it has ${frame.byteLength} bytes, and its head has 8`);
+  if (frame.byteLength < 8) throw new MalformedFrame(`it has ${frame.byteLength} bytes, but its header has 8`);
   const magic = frame.getUint32(0, true);
-  if (magic !== MAGIC) throw new MalformedFrame(`it begins with ${magic.toString(16)} and not with ${MAGIC.toString(16)}`);
+  if (magic !== MAGIC) throw new MalformedFrame(`it begins with ${magic.toString(16)}, not with ${MAGIC.toString(16)}`);
   const length = frame.getUint32(4, true);
   const body = 8 + 8 * Math.ceil(length / 8);
   if (body > frame.byteLength) throw new MalformedFrame(`its id of ${length} bytes is longer than the frame of ${frame.byteLength}`);
@@ -68,12 +68,12 @@ function readRun(frame: DataView, at: number, i: number, of: number, channels: r
   const count = frame.getUint32(at + 4, true);
   const lost = unsigned(frame, at + 8);
   const about = channels[channel];
-  if (!about) throw new MalformedFrame(`run ${i + 1} is of channel ${channel}, and the subscription has ${channels.length}`);
+  if (!about) throw new MalformedFrame(`run ${i + 1} is of channel ${channel}, but the subscription has ${channels.length} channels`);
   const start = at + RUN_HEAD;
   const end = start + count * (16 + 8 * about.components);
   if (end > frame.byteLength) {
     throw new MalformedFrame(
-      `run ${i + 1} ('${about.name}', ${count} values) needs ${end - start} bytes, and ${frame.byteLength - start} are left`,
+      `run ${i + 1} ('${about.name}', ${count} values) needs ${end - start} bytes, but only ${frame.byteLength - start} remain`,
     );
   }
   const times_ns = new Float64Array(count);

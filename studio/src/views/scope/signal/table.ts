@@ -45,7 +45,7 @@ export function missingText(channels: readonly ExportedChannel[], from_ns: numbe
   return channels.flatMap(({ name, ring }) =>
     missingIn(ring, from_ns, to_ns).map(({ from_ns: start, to_ns: stop, lost, skipped }) => {
       const until = Number.isFinite(stop) ? ` and before ${secondsText(stop)} s` : "";
-      const what = [lost > 0 ? `${lost} lost` : "", skipped > 0 ? `${skipped} not kept (scope stopped)` : ""].filter(Boolean).join(", ");
+      const what = [lost > 0 ? `${lost} lost` : "", skipped > 0 ? `${skipped} discarded (scope stopped)` : ""].filter(Boolean).join(", ");
       return `${name}: ${what}, behind ${secondsText(start)} s${until}`;
     }),
   );

@@ -32,7 +32,7 @@ test("a frame that is malformed is refused, and nothing of it is taken", () => {
   acquisition.subscribed(1, [double("a")]);
   const spoilt = frameOf("s", [run(0, 1, 10, Number), run(0, 11, 10, Number)]);
   spoilt.setUint32(16 + 8 + 16 + 240, 9, true);
-  expect(() => acquisition.frame(1, spoilt.buffer)).toThrow("run 2 is of channel 9, and the subscription has 1");
+  expect(() => acquisition.frame(1, spoilt.buffer)).toThrow("run 2 is of channel 9, but the subscription has 1");
   expect(acquisition.counts()[0]?.received).toBe(0);
   expect(acquisition.malformed).toBe(1);
 });

@@ -123,8 +123,8 @@ function joined(missing: readonly Missing[], place: { from_ns: number; per_ns: n
 }
 
 function holeText({ lost, skipped }: Hole): string {
-  if (lost === 0) return `stopped: ${skipped} not kept`;
-  return skipped > 0 ? `${lost} lost, ${skipped} not kept` : `${lost} lost`;
+  if (lost === 0) return `stopped: ${skipped} discarded`;
+  return skipped > 0 ? `${lost} lost, ${skipped} discarded` : `${lost} lost`;
 }
 
 function label(

@@ -83,7 +83,7 @@ export class Picture {
   /** Returns the picture as SVG, for documents. Throws an `Error` if a trace is along x. */
   svg(show: Show, span: Span): string {
     const { spectrum } = show;
-    if (show.xy !== null) throw new Error("SVG is of traces against time or frequency: choose one of them along x");
+    if (show.xy !== null) throw new Error("SVG shows traces over time or frequency: choose one of these as the X axis");
     if (spectrum) {
       const { lines, x } = this.#spectral({ ...show, spectrum }, span);
       return svg(lines, { ...show, steps: false }, { ...x, unit: "Hz", per: 1 });

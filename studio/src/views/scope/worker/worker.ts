@@ -107,7 +107,7 @@ function take(said: ToWorker): void {
 async function save(asked: Extract<ToWorker, { kind: "export" }>): Promise<FromWorker> {
   if (asked.format !== "svg") return await exported(asked.apart ? stores.file : acquisition, show?.traces ?? [], asked);
   const span = present();
-  if (!show || !span) throw new Error("there is nothing to export: no value came yet");
+  if (!show || !span) throw new Error("nothing to export: no values received yet");
   const blob = new Blob([picture.svg(show, span)], { type: "image/svg+xml" });
   return { kind: "exported", number: asked.number, blob, message: "" };
 }
