@@ -44,6 +44,20 @@ STUDIO = [
     ("/** What a list is called in its part. */\nexport function shortName() {", "opening"),
     ("// SPDX-License-Identifier: Apache-2.0\n// Where the boxes of a diagram lie.\n", "opening"),
 ]
+MESSAGES = [
+    ('refuse(CallError, f"\'{name}\' is no verb", "give a verb")', ".py"),
+    ("raise ValueError(f\"there is no file '{path}'\")", ".py"),
+    ("refuse(CallError, f\"group '{name}' is given {device!r}\")", ".py"),
+    ('print("the file has two heads: mend it first")', ".py"),
+    ('parser.add_argument("--all", help="go on after a check that failed")', ".py"),
+    ('warn(f"joint {name}: the limit is to be more than 0")', ".py"),
+    ('remedy = "give each part a name of its own"', ".py"),
+    ('log("block %s begins anew: its type differs")', ".py"),
+    ("const wrong = `'${text}' is no ratio: write a whole number`;", ".ts"),
+    ('throw new Error("there is no trace on the screen");', ".ts"),
+    ('const said = "what is known of it is told elsewhere";', ".ts"),
+    ("  return <p>Look at the table beside it.</p>;", ".tsx"),
+]
 PLANTED = [(f"planted{end}", *case) for end, cases in ((".rs", RUST), (".py", PYTHON), (".ts", STUDIO)) for case in cases]
 
 
@@ -53,6 +67,25 @@ def test_a_planted_sentence_is_found_with_a_better_form(path: str, text: str, ru
     assert [(finding.path, finding.rule) for finding in found] == [(path, rule)]
     assert found[0].line in (1, 2) and found[0].better
     assert str(found[0]).startswith(f"{path}:{found[0].line}: {rule}: ")
+
+
+@pytest.mark.parametrize(("text", "end"), MESSAGES)
+def test_a_planted_message_is_found_with_a_better_form(text: str, end: str) -> None:
+    found, _ = lint(f"planted{end}", text)
+    assert [(finding.line, finding.rule) for finding in found] == [(1, "message")] and found[0].better
+
+
+@pytest.mark.parametrize(
+    ("text", "end"),
+    [
+        ('refuse(CallError, f"\'{name}\' must be a verb, not {given!r}", "pass a verb")', ".py"),
+        ("remedy = f\"file '{path}' does not exist, or it is no longer there\"", ".py"),
+        ('"""There is no state in a docstring that is read as a message."""', ".py"),
+        ("// What is told here is no message.\nconst said = `part '${name}' already exists here`;", ".ts"),
+    ],
+)
+def test_a_good_message_is_left_alone(text: str, end: str) -> None:
+    assert [finding for finding in lint(f"good{end}", text)[0] if finding.rule == "message"] == []
 
 
 def test_twenty_sentences_are_planted() -> None:

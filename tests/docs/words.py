@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Lint of the project's English: `words.py [room …]` prints file, line and a better form for each finding in doc comments.
+"""Lint of the project's English: `words.py [room …]` prints file, line and a better form for each finding in doc comments and messages.
 
 A room is a crate, `python` (the package) or `studio` (the page). Rules are word lists, so that the check takes a second and needs no model
 of the language: openings that stand for a noun, sentences without a verb, words that the field has a better one for, and types that are
-bare participles.
+bare participles. Messages are the texts in the code of the package and the page: exceptions, output of commands, labels.
 """
 
 # ruff: noqa: SIM905 (a list of words is read as a text)
@@ -60,6 +60,31 @@ BANNED = {
     r"thereof|therein|whereof|wherein|hereby|hither|thither": "say it in plain words",
 }
 WORDS = [(re.compile(rf"\b({pattern})\b", re.IGNORECASE), better) for pattern, better in BANNED.items()]
+
+# Turns of phrase in messages that an engineer of the field would not use.
+MESSAGES = {
+    r"(?<!there )(is|are|was|were) no (?!longer|more\b|sooner)": '"is not a …", "does not exist"',
+    r"(is|are|was|were) none(?! of)": '"is not one", or say what it is',
+    r"there (is|are|was|were) (no|an?) ": "make the missing thing the subject: \"file 'a' does not exist\", \"arm 'a' is unknown\"",
+    r"looks? at": "check, view",
+    r"mend(s|ed)?": "fix",
+    r"anew": "again",
+    r"of (its|your|their|his) own\b": "separate, its own",
+    r"(knows|takes|tells|serves) no": '"does not know a …", "does not accept a …"',
+    r"(is|are|was|were|be) (told|heard)": "reported, received",
+    r"(is|are) given": '"must be …, not …"',
+    r"(has|have) to be|(is|are) to be": "must be",
+    r"(is|are) not known": "is unknown",
+    r"(goes|go) on": "continue, resume, keep running",
+    r"for ever": "forever",
+    r"way-points?": "waypoint",
+    r"said of": "name the entries",
+    r"(which|that) ('[^']*'|\{\}|it|FMI 2) has not": '"which … does not have"',
+    r"(stands?|lies?) (there|here|behind|beside)": "is shown, follows, is next to",
+}
+PHRASES = [(re.compile(rf"\b({pattern})", re.IGNORECASE), better) for pattern, better in MESSAGES.items()]
+# Texts in other languages, and one that quotes a controller.
+OTHER_TEXTS = re.compile(r"\n.*\n|^<|^[#./]|[;{]$|Cannot unlock protective stop", re.DOTALL)
 
 # Finite verbs that do not end in s or ed, and enough of the base forms that follow a plural or "to".
 VERBS = frozenset(
@@ -137,6 +162,14 @@ def judge(doc: Doc) -> Iterator[Finding]:
             yield Finding(doc.path, doc.line, "word", found.group(), better)
 
 
+def judge_message(message: Doc) -> Iterator[Finding]:
+    """Yields the faults of one message."""
+    if OTHER_TEXTS.search(message.text) is None:
+        for pattern, better in PHRASES:
+            if found := pattern.search(message.text):
+                yield Finding(message.path, message.line, "message", found.group(), better)
+
+
 def is_participle(name: str) -> bool:
     """Returns whether a type's name is a bare participle: one capitalised word such as `Told` or `Shared`."""
     word = name.lower()
@@ -185,6 +218,40 @@ def studio_docs(path: str, text: str) -> Iterator[Doc]:
         yield Doc(path, 2, re.sub(r"^// ?", "", head.group(1), flags=re.MULTILINE), "")
 
 
+def python_messages(path: str, text: str) -> Iterator[Doc]:
+    """Yields the texts in the code of a Python source that may be read by a user: several words, with `{}` for each value."""
+    tree = ast.parse(text)
+    inner: set[int] = set()
+    for node in ast.walk(tree):
+        if isinstance(node, ast.JoinedStr):
+            inner |= {id(part) for part in node.values}
+        elif isinstance(node, ast.Module | ast.ClassDef | ast.FunctionDef | ast.AsyncFunctionDef):
+            inner |= {id(part.value) for part in node.body if isinstance(part, ast.Expr)}
+    for node in ast.walk(tree):
+        if isinstance(node, ast.JoinedStr):
+            said = "".join(str(part.value) if isinstance(part, ast.Constant) else "{}" for part in node.values)
+        elif isinstance(node, ast.Constant) and isinstance(node.value, str) and id(node) not in inner:
+            said = node.value
+        else:
+            continue
+        if len(said.split()) > 2:
+            yield Doc(path, node.lineno, said, "")
+
+
+STUDIO_TEXT = re.compile(
+    r"""(?P<comment>//[^\n]*|/\*.*?\*/)|"(?P<double>[^"\n]*)"|`(?P<template>[^`]*)`|>\s*(?P<element>[A-Z][^<>{}=;]*)<""", re.DOTALL
+)
+
+
+def studio_messages(path: str, text: str) -> Iterator[Doc]:
+    """Yields the texts in the code of a TypeScript source that may be read by a user: several words, with `{}` for each value."""
+    for found in STUDIO_TEXT.finditer(text):
+        said = re.sub(r"\$\{[^{}]*(\{[^{}]*\}[^{}]*)*\}", "{}", found["double"] or found["template"] or found["element"] or "")
+        if len(said.split()) > 2:
+            yield Doc(path, text.count("\n", 0, found.start()) + 1, re.sub(r"\s+", " ", said).strip(), "")
+
+
+MESSAGE_READERS = {".py": python_messages, ".ts": studio_messages, ".tsx": studio_messages}
 READERS = {
     ".rs": (rust_docs, RUST_TYPE),
     ".py": (python_docs, PYTHON_TYPE),
@@ -203,9 +270,12 @@ def files(room: str) -> list[Path]:
 
 
 def lint(path: str, text: str) -> tuple[list[Finding], list[str]]:
-    """Returns the faults of a source's doc comments, and its types whose names are bare participles."""
+    """Returns the faults of a source's doc comments and messages, and its types whose names are bare participles."""
     reader, types = READERS[Path(path).suffix]
     found = [finding for doc in reader(path, text) for finding in judge(doc)]
+    messages = MESSAGE_READERS.get(Path(path).suffix)
+    if messages is not None and not path.endswith(".test.ts"):
+        found += [finding for message in messages(path, text) for finding in judge_message(message)]
     return found, [name for name in types.findall(text) if is_participle(name)]
 
 
@@ -229,7 +299,7 @@ def main(named: list[str]) -> int:
         return 0
     for room in rooms():
         found, participles = lint_room(room)
-        by = {rule: sum(finding.rule == rule for finding in found) for rule in ("opening", "no verb", "word")}
+        by = {rule: sum(finding.rule == rule for finding in found) for rule in ("opening", "no verb", "word", "message")}
         counts = " ".join(f"{count:5} {rule}" for rule, count in by.items())
         print(f"{room:16} {counts} {len(participles):5} participles")
     return 0
