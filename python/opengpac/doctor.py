@@ -77,7 +77,7 @@ class Examination:
     def __str__(self) -> str:
         lines = [str(finding) for finding in self.findings]
         if self.latencies:
-            lines += ["", f"A timer of 1 ms at priority {_PRIORITY}, how late it fired:", *map(str, self.latencies)]
+            lines += ["", f"Lateness of a 1 ms timer at priority {_PRIORITY}:", *map(str, self.latencies)]
         missing = [finding.what for finding in self.findings if finding.state == "missing"]
         better = sum(finding.state == "better" for finding in self.findings)
         end = f"missing: {', '.join(missing)}" if missing else "nothing is missing"
@@ -96,13 +96,11 @@ def examine(seconds: float = 2.0, root: str | Path = "/", tell: Callable[[str], 
     if seconds <= 0:
         return Examination(tuple(findings))
     latencies, missing = _measured(seconds, tell or (lambda line: None))
-    findings += [Finding("missing", "rights", line) for line in missing] or [
-        Finding("ok", "rights", "priority and locked memory were given")
-    ]
+    findings += [Finding("missing", "rights", line) for line in missing] or [Finding("ok", "rights", "priority and locked memory granted")]
     late = [latency for latency in latencies if latency.overruns or latency.worst_us * 1e3 > _LATE_NS]
     if late:
         worst = max(late, key=lambda latency: latency.worst_us)
-        change = "end other programs, take the lines above one by one, and measure again for longer: opengpac doctor --seconds 60"
+        change = "end other programs, follow the lines above one by one, and measure for longer: opengpac doctor --seconds 60"
         findings.append(
             Finding("better", "latency", f"up to {worst.worst_us:.0f} us, {sum(latency.overruns for latency in late)} overruns", change)
         )
@@ -136,7 +134,9 @@ def _kernel(root: Path) -> Finding:
     release = version.split()[2] if version.startswith("Linux version ") else platform.release()
     if _text(root / "sys/kernel/realtime") == "1" or "PREEMPT_RT" in version:
         return Finding("ok", "kernel", f"{release}, fully preemptible (PREEMPT_RT)")
-    change = "a kernel with PREEMPT_RT wakes sources within tens of microseconds: on Debian, apt install linux-image-rt-amd64"
+    change = (
+        "install a kernel with PREEMPT_RT, which wakes sources within tens of microseconds: on Debian, apt install linux-image-rt-amd64"
+    )
     return Finding("better", "kernel", f"{release}, not fully preemptible", change)
 
 
@@ -145,7 +145,7 @@ def _governors(cpus: Path) -> Iterator[Finding]:
     if found == {"performance"}:
         yield Finding("ok", "frequency governor", "performance")
     elif found:
-        change = "cores that change their frequency start slowly: cpupower frequency-set -g performance"
+        change = "fix the frequency, since cores that change it start slowly: cpupower frequency-set -g performance"
         yield Finding("better", "frequency governor", ", ".join(sorted(found)), change)
 
 
@@ -158,7 +158,7 @@ def _idle_states(cpus: Path) -> Iterator[Finding]:
             slow[_text(state / "name") or state.name] = latency
     if slow:
         shown = ", ".join(f"{name} ({latency} us to leave)" for name, latency in sorted(slow.items(), key=lambda entry: entry[1]))
-        yield Finding("better", "idle states", shown, f"cpupower idle-set -D {_IDLE_US} switches off those that take longer to leave")
+        yield Finding("better", "idle states", shown, f"disable those that take longer to leave: cpupower idle-set -D {_IDLE_US}")
     elif states:
         yield Finding("ok", "idle states", f"none takes more than {_IDLE_US} us to leave")
 
@@ -168,23 +168,27 @@ def _isolation(cpus: Path) -> Iterator[Finding]:
     if present is None:
         return
     if present == "0":
-        yield Finding("better", "cores", "one", "everything shares one core: sources of low priority wait for all others")
+        yield Finding("better", "cores", "one", "use a machine with several cores: sources of low priority wait for all others")
         return
     isolated = _text(cpus / "isolated")
     if isolated:
-        yield Finding("ok", "isolated cores", f"{isolated}; give them to fast processors: cell.processor('fast', core=...)")
+        yield Finding("ok", "isolated cores", f"{isolated}; use them for fast processors: cell.processor('fast', core=...)")
     else:
-        change = "keep a core for a fast processor: isolcpus=N nohz_full=N on the kernel's command line, and cell.processor('fast', core=N)"
+        change = (
+            "reserve a core for a fast processor: isolcpus=N nohz_full=N on the kernel's command line, and cell.processor('fast', core=N)"
+        )
         yield Finding("better", "isolated cores", "none", change)
     if _text(cpus / "smt/active") == "1":
-        change = "two threads of one core hold each other up: nosmt on the kernel's command line, or leave the sibling of a fast core free"
+        change = (
+            "put nosmt on the kernel's command line, or leave the sibling of a fast core free: two threads of one core delay each other"
+        )
         yield Finding("better", "hyper-threading", "on", change)
 
 
 def _clock(root: Path) -> Iterator[Finding]:
     clock = _text(root / "sys/devices/system/clocksource/clocksource0/current_clocksource")
     if clock in ("hpet", "acpi_pm", "jiffies", "refined-jiffies"):
-        change = "each reading of the time is slow or coarse: dmesg says why the kernel gave up tsc"
+        change = "see in dmesg why the kernel does not use tsc: this clock is slow or coarse"
         yield Finding("better", "clock", clock, change)
     elif clock:
         yield Finding("ok", "clock", clock)
@@ -195,7 +199,7 @@ def _throttling(root: Path) -> Iterator[Finding]:
     if runtime is None or period is None or int(period) == 0:
         return
     if int(runtime) < 0:
-        yield Finding("ok", "throttling", "real-time threads may use a core wholly")
+        yield Finding("ok", "throttling", "real-time threads may use all the time of a core")
     else:
         share = 100 * int(runtime) / int(period)
         yield Finding("ok", "throttling", f"real-time threads together may use {share:.0f} % of a core in {int(period) / 1e6:g} s")
@@ -205,11 +209,11 @@ def _shared_memory(root: Path) -> Iterator[Finding]:
     try:
         place = os.statvfs(root / "dev/shm")
     except OSError:
-        yield Finding("missing", "shared memory", "there is no /dev/shm", "mount a tmpfs there: connections between processes lie in it")
+        yield Finding("missing", "shared memory", "/dev/shm does not exist", "mount a tmpfs there: connections between processes use it")
         return
     free = place.f_bavail * place.f_frsize
     if free < _SHARED_MIN:
-        change = "connections between processes lie there: mount -o remount,size=1G /dev/shm, or take away what is left in it"
+        change = "enlarge it, mount -o remount,size=1G /dev/shm, or delete stale files in it: connections between processes use it"
         yield Finding("better", "shared memory", f"{free >> 20} MiB free in /dev/shm", change)
     else:
         yield Finding("ok", "shared memory", f"{free >> 20} MiB free in /dev/shm")
@@ -218,8 +222,8 @@ def _shared_memory(root: Path) -> Iterator[Finding]:
 def _virtual_machine(root: Path) -> Iterator[Finding]:
     flags = next((line for line in (_text(root / "proc/cpuinfo") or "").splitlines() if line.startswith("flags")), "")
     if "hypervisor" in flags.split():
-        change = "its host takes cores away when it likes: nothing in here prevents that; run machines on a real one"
-        yield Finding("better", "machine", "a virtual one", change)
+        change = "run machines on physical hardware: the host of a virtual machine may take cores away at any time"
+        yield Finding("better", "machine", "virtual", change)
 
 
 def _measured(seconds: float, tell: Callable[[str], None]) -> tuple[list[Latency], list[str]]:
@@ -247,9 +251,9 @@ def _measured(seconds: float, tell: Callable[[str], None]) -> tuple[list[Latency
 
 def add_to(commands: Any) -> None:
     """Adds the command to the parser."""
-    doctor = commands.add_parser("doctor", help="is this machine fit for real time, and what to change")
-    doctor.add_argument("--seconds", type=float, default=2.0, help="how long is measured, twice; 0: not at all; default: 2")
-    doctor.add_argument("--json", action="store_true", help="for programs")
+    doctor = commands.add_parser("doctor", help="check whether this machine is fit for real time, and what to change")
+    doctor.add_argument("--seconds", type=float, default=2.0, help="duration of each of the two measurements; 0 for none (default: 2)")
+    doctor.add_argument("--json", action="store_true", help="print the report as JSON")
     doctor.set_defaults(run=_doctor)
 
 
@@ -263,7 +267,7 @@ def _doctor(given: argparse.Namespace) -> int:
     try:
         found = examine(given.seconds, tell=tell)
     except KeyboardInterrupt:
-        print("\nended before it was done; opengpac doctor --seconds 0 does not measure", file=sys.stderr)
+        print("\ninterrupted; skip the measurement with opengpac doctor --seconds 0", file=sys.stderr)
         return 130
     if shows:
         print(f"\r{'':<30}\r", end="", file=sys.stderr)

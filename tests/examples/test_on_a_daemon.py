@@ -50,4 +50,4 @@ def test_the_program_of_three_levels(programs: Any) -> None:
 def test_a_clock_that_does_not_fit_is_refused(programs: Any, daemon: Daemon) -> None:
     done = programs.script("examples/distributed_servo.py")
     assert done.code == 1
-    assert f"has the monotonic clock, and the one at {daemon.url}, which OPENGPAC_SYSTEM names, the virtual clock" in done.printed
+    assert f"needs the monotonic clock, but the one at {daemon.url}, which OPENGPAC_SYSTEM names, has the virtual clock" in done.printed

@@ -35,7 +35,7 @@ def instance(arm: gpac.robots.Arm) -> Any:
 WRONG: dict[str, tuple[Callable[[gpac.robots.Arm], Any], str, str]] = {
     "group": (lambda a: a, "overide", "group 'ur5e' has no member 'overide'; did you mean 'override'?"),
     "member of a group's devices": (lambda a: a, "comanded", "group 'ur5e' has no member 'comanded'; did you mean 'commanded'"),
-    "device of a group": (lambda a: a, "elbow", "it is a device: set a member of it"),
+    "device of a group": (lambda a: a, "elbow", "it is a device, so set one of its members"),
     "system": (lambda a: a.system, "overide", "system 'ur5e' has no member 'overide'; did you mean 'override'?"),
     "call of a system": (lambda a: a.system, "pause", "'pause' of system 'ur5e' is a method and cannot be assigned; write pause(…)"),
     "what a system tells": (lambda a: a.system, "now", "'now' of system 'ur5e' is read-only"),
@@ -48,10 +48,10 @@ WRONG: dict[str, tuple[Callable[[gpac.robots.Arm], Any], str, str]] = {
     "graph": (lambda a: graph(), "u", "pass constants where it is used: smooth(u=…)"),
     "block": (lambda a: lib.pid, "kp", "block 'library.pid' has no member 'kp'; pass constants where it is used: pid(kp=…)"),
     "use of a block": (lambda a: lib.pid(kp=1.0), "ki", "pass constants where it is used: pid(ki=…)"),
-    "source": (lambda a: a.system.sources["rtp0.fast"], "period", "'period' of timer 'rtp0.fast' is read-only; say it when"),
+    "source": (lambda a: a.system.sources["rtp0.fast"], "period", "'period' of timer 'rtp0.fast' is read-only; set it when"),
     "processor": (lambda a: a.system.processors["rtp0"], "core", "processor 'rtp0' has no member 'core'"),
     "machine": (lambda a: a.system.physical_devices["ur5e"], "speed", "physical device 'ur5e' has no member 'speed'"),
-    "channel": (lambda a: a.system.physical_devices["ur5e"]["elbow"].effort, "value", "what is written to a channel comes from a block"),
+    "channel": (lambda a: a.system.physical_devices["ur5e"]["elbow"].effort, "value", "write it by a block"),
     "alarms": (lambda a: a.system.alarms, "limit", "the alarms of system 'ur5e' has no member 'limit'"),
     "geometry": (lambda a: a.kinematics, "tol", "has no member 'tol'; did you mean 'tool'?"),
 }
@@ -87,7 +87,7 @@ def test_where_one_device_refuses_a_value_none_has_it(arm: gpac.robots.Arm) -> N
     settable.kd = 7.0
     with pytest.raises(gpac.ValueRefused, match="'kd'"):
         settable.kd = [1, 2, 3, 4, 5, "much"]
-    with pytest.raises(gpac.CallError, match="'kd' of group 'ur5e' is given 2 values for 6 devices; give one for all"):
+    with pytest.raises(gpac.CallError, match="'kd' of group 'ur5e' needs one value for each of its 6 devices, not 2; pass one for all"):
         settable.kd = [1, 2]
     assert arm.values("kd") == [7.0] * 6
 

@@ -19,7 +19,7 @@ def test_blocks_are_listed_searched_and_shown(capsys: pytest.CaptureFixture[str]
     listed = capsys.readouterr().out
     assert "filters:\n" in listed and "  lowpass " in listed and "robots.move" in listed
     assert main(["blocks", "search", "filter", "xyzzy"]) == 1
-    assert "nothing has filter and xyzzy" in capsys.readouterr().err
+    assert "no block matches filter and xyzzy" in capsys.readouterr().err
     assert main(["blocks", "show"]) == 1
     capsys.readouterr()
     assert main(["blocks", "search", "low-pass"]) == 0
@@ -100,7 +100,7 @@ def test_an_option_behind_the_program_is_the_programs(tmp_path: Path, capsys: py
     assert main(["record", "-o", str(tmp_path / "run.mcap"), str(program), "--cells", "-o", "x"]) == 1
     printed = capsys.readouterr()
     assert "['--cells', '-o', 'x']" in printed.out
-    assert "note: --cells stands behind" in printed.err and "-o stands" not in printed.err
+    assert "note: --cells follows" in printed.err and "-o follows" not in printed.err
 
 
 def test_the_coordinated_motion_ends_as_it_should(tmp_path: Path) -> None:
@@ -129,7 +129,7 @@ def test_who_has_read_enough_ends_a_listing_quietly() -> None:
         ("1 / cell.svv('level').value", ":3:1: ZeroDivisionError"),
         ("{}['key']", ":3:4: KeyError: 'key'"),
         ("raise ValueError('of its own')", ":3:1: ValueError: of its own"),
-        ("match 1:\n    case 1:\n        raise ValueError", ":5:9: ValueError: no more is said of it"),
+        ("match 1:\n    case 1:\n        raise ValueError", ":5:9: ValueError: the exception has no message"),
     ],
 )
 def test_a_program_that_cannot_be_followed_to_its_end_is_no_success(
@@ -140,7 +140,7 @@ def test_a_program_that_cannot_be_followed_to_its_end_is_no_success(
     assert main(["check", str(program)]) == 1
     told = "".join(capsys.readouterr())
     assert said in told and "program.py:" in told
-    assert "not followed to its end: nothing is known of line" in told
+    assert "check incomplete: line" in told
 
 
 def test_what_a_function_catches_is_no_mistake(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -110,7 +110,7 @@ def test_a_program_makes_the_system_that_is_served(tmp_path: Path) -> None:
     [
         ("", ["p.py"], "leaves 0 systems open"),
         ("import opengpac as gpac\nwith gpac.System('a', clock='virtual') as a: pass\n", ["p.py"], "leaves 0 systems open"),
-        ("", ["--name", "x", "p.py"], "--name is given"),
+        ("", ["--name", "x", "p.py"], "--name cannot be combined with"),
         ("", ["--listen", "0.0.0.0:0"], "has no TLS"),
         ("", ["--listen", "127.0.0.1:0"], "has no authentication"),
         ("", ["--tokens", "none.json"], "opengpac token new"),
@@ -137,9 +137,9 @@ def test_tokens_are_made_listed_and_revoked(tmp_path: Path, monkeypatch: pytest.
     assert token.strip() not in (tmp_path / "tokens.json").read_text()
     status, twice = said("new", "--name", "panel", "--role", "observe")
     assert status == 1 and "there is a token 'panel' already" in twice
-    assert said("list") == (0, "panel                operate    token        holds\n")
+    assert said("list") == (0, "panel                operate    token        valid\n")
     assert said("revoke", "panel") == (0, "'panel' is revoked\n")
-    assert said("revoke", "panel") == (1, "there is no token 'panel' that holds\n")
+    assert said("revoke", "panel") == (1, "'panel' is not the name of a valid token\n")
     assert said("list")[1].endswith("revoked\n")
     daemon = Daemon(tmp_path, "--clock", "virtual", "--tokens", "tokens.json")
     try:
@@ -150,7 +150,7 @@ def test_tokens_are_made_listed_and_revoked(tmp_path: Path, monkeypatch: pytest.
 
 
 def test_a_word_that_is_no_policy_is_refused() -> None:
-    with pytest.raises(gpac.DefinitionError, match="if_cut_off='stop'"):
+    with pytest.raises(gpac.DefinitionError, match="if_cut_off= of verb 'v' must be a policy, not 'stop'"):
         gpac.Verb(
             "v",
             blocks={"w": gpac.library.signal_generator},

@@ -111,4 +111,4 @@ def test_ctrl_c_ends_it_with_a_word(monkeypatch: pytest.MonkeyPatch, capsys: pyt
     examine = doctor.examine
     monkeypatch.setattr(doctor, "examine", lambda seconds, tell: examine(seconds, tell=pressed))
     assert cli.main(["doctor", "--seconds", "600"]) == 130
-    assert "ended before it was done" in capsys.readouterr().err
+    assert "interrupted; skip the measurement" in capsys.readouterr().err

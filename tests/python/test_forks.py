@@ -90,7 +90,7 @@ both = list(systems(sys.argv[1]))
 context = multiprocessing.get_context("fork")
 with context.Pool(2) as pool:
     for number, now, said in pool.map(work, range(3)):
-        is_told = all("has no part in it" in one for one in said)
+        is_told = all("cannot use it" in one for one in said)
         print("worker", number, now, len(said), is_told, *{one.split("'")[1] for one in said})
 one = context.Process(target=work, args=(9,))
 one.start()

@@ -126,7 +126,7 @@ def test_meshes_that_are_only_seen_are_not_read(tmp_path: Path) -> None:
 def test_a_damaged_mesh_is_left_out_with_a_note(tmp_path: Path, ending: str, content: bytes) -> None:
     (tmp_path / f"part.{ending}").write_bytes(content)
     (tmp_path / "arm.urdf").write_text(ARM.format(f"part.{ending}"))
-    assert any(f"mesh 'part.{ending}' is left out" in note for note in urdf.convert(tmp_path / "arm.urdf").notes)
+    assert any(f"mesh 'part.{ending}' is ignored" in note for note in urdf.convert(tmp_path / "arm.urdf").notes)
 
 
 @pytest.mark.parametrize("name", OTHERS)
@@ -134,7 +134,7 @@ def test_an_arm_moves_without_a_mesh_that_nothing_here_reads(tmp_path: Path, nam
     monkeypatch.setitem(sys.modules, "trimesh", None)
     (tmp_path / name).write_bytes(OTHERS[name]())
     (tmp_path / "arm.urdf").write_text(ARM.format(name))
-    with pytest.warns(UserWarning, match=rf"arm.urdf:5: mesh '{name}' is left out: 'trimesh' reads .*, and is not installed"):
+    with pytest.warns(UserWarning, match=rf"arm.urdf:5: mesh '{name}' is ignored: 'trimesh', which reads .*, is not installed"):
         arm = gpac.robots.load(tmp_path / "arm.urdf", clock="virtual")
     with arm.system:
         assert arm.enable().turn.state == "standstill"

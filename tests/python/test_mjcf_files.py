@@ -55,12 +55,12 @@ def test_a_sound_file_is_used_as_it_is(tmp_path: Path) -> None:
 
 def test_links_that_touch_at_home_do_not_collide(tmp_path: Path) -> None:
     found, error = moved(arm(tmp_path, hand=REACHES_BACK), [0.5, 0.4, 0.3])
-    assert found.notes == ("arm.xml: 'upper' and 'hand' touch at the arm's home: they do not collide with each other",)
+    assert found.notes == ("arm.xml: 'upper' and 'hand' touch at the arm's home, so their collisions are ignored",)
     assert error < 1e-3
 
 
 def test_strict_refuses_such_a_file(tmp_path: Path) -> None:
-    with pytest.raises(gpac.errors.DeviceFailed, match=r"1 things in the file .*'upper' and 'hand' touch at the arm's home"):
+    with pytest.raises(gpac.errors.DeviceFailed, match=r"the file has 1 defect: .*'upper' and 'hand' touch at the arm's home"):
         gpac.robots.load(arm(tmp_path, hand=REACHES_BACK), name="strict", clock="virtual", strict=True)
 
 
@@ -76,7 +76,7 @@ def test_an_object_that_the_hand_touches_at_home_stays_in_its_way(tmp_path: Path
 
 def test_a_file_without_actuators_gets_motors(tmp_path: Path) -> None:
     found, error = moved(arm(tmp_path, actuators=""), [0.5, 0.4, 0.3])
-    assert "no actuator drives a joint: motors are added, 'shoulder' " in found.notes[0] and "N.m, 'elbow' " in found.notes[0]
+    assert "no actuator drives a joint, so motors are added: 'shoulder' " in found.notes[0] and "N.m, 'elbow' " in found.notes[0]
     # The elbow holds 1 kg at 0.125 m and 0.2 kg at 0.3 m: 1.8 N.m, plus the same reserve.
     assert error < 1e-3 and 3.6 < found["elbow"].max_effort < 10.0
 
@@ -84,7 +84,7 @@ def test_a_file_without_actuators_gets_motors(tmp_path: Path) -> None:
 def test_followers_and_locked_joints_get_no_motor(tmp_path: Path) -> None:
     follows = '<equality><joint joint1="wrist" joint2="elbow"/></equality>'
     _, notes, _ = mjcf.put_right(arm(tmp_path, actuators="", joint=' damping="1e9"', more=follows))
-    assert notes[0] == "arm.xml: joint 'shoulder' is locked by its damping: it has no motor"
+    assert notes[0] == "arm.xml: joint 'shoulder' is locked by its damping and gets no motor"
     assert "'elbow'" in notes[1] and "'wrist'" not in notes[1]
 
 
@@ -92,7 +92,7 @@ def test_a_mocap_body_gives_way_to_the_motors(tmp_path: Path) -> None:
     lead = '<body name="lead" mocap="true" pos="0.7 0 0.5"/>'
     weld = '<equality><weld body1="lead" body2="hand"/></equality>'
     found, error = moved(arm(tmp_path, actuators="", world=lead, more=weld), [0.5, 0.4, 0.3])
-    assert "'lead' and 'hand' together by a mocap body" in found.notes[0] and error < 1e-3
+    assert "'lead' and 'hand' by a mocap body" in found.notes[0] and error < 1e-3
 
 
 def test_files_beside_the_model_are_found_from_elsewhere(tmp_path: Path) -> None:
@@ -118,12 +118,12 @@ def test_an_arm_moves_without_a_mesh_that_is_not_there_or_damaged(tmp_path: Path
         (tmp_path / "meshes" / name).write_bytes(b"no mesh" * 20)
     model = tmp_path / "arm.xml"
     model.write_text(SKINNED.format(file))
-    with pytest.warns(UserWarning, match=rf"arm.xml: mesh '{file}' is left out: "):
+    with pytest.warns(UserWarning, match=rf"arm.xml: mesh '{file}' is ignored: "):
         arm = gpac.robots.load(model, clock="virtual", name="bare")
     with arm.system:
         gpac.motion.move_absolute(arm.enable(), [0.3, -0.3])
         assert arm.values("sensed") == pytest.approx([0.3, -0.3], abs=2e-3)
-    with pytest.raises(gpac.DeviceFailed, match=rf"mesh '{file}' is left out"):
+    with pytest.raises(gpac.DeviceFailed, match=rf"mesh '{file}' is ignored"):
         gpac.robots.load(model, clock="virtual", name="strict", strict=True)
 
 
@@ -134,7 +134,7 @@ def test_a_damaged_file_is_refused(tmp_path: Path, text: str) -> None:
     file = tmp_path / "odd.xml"
     file.write_text(text)
     if not text.endswith(">"):
-        with pytest.raises(gpac.DeviceFailed, match=r"odd\.xml:1: this is not XML: "):
+        with pytest.raises(gpac.DeviceFailed, match=r"odd\.xml:1: the file is not valid XML: "):
             mjcf.put_right(file)
     else:
         assert mjcf.put_right(file) == (None, (), frozenset())
@@ -218,7 +218,7 @@ def test_what_an_arm_was_thrown_back_from_is_named() -> None:
     """At speed the wrist leaves the floor again before its joint is found too far from its commanded position."""
     found = gpac.robots.load("ur5e", name="thrown", clock="virtual").enable()
     goal = [position + 0.8 for position in found.values("sensed")]
-    with pytest.raises(gpac.Terminated, match=r"'following_error': .*; where it is commanded to be, 'floor' meets 'wrist_2_link'"):
+    with pytest.raises(gpac.Terminated, match=r"'following_error': .*; at its commanded position, 'floor' collides with 'wrist_2_link'"):
         gpac.motion.move_absolute(found, goal, speed="80 %")
     assert found.touching() == []
 
@@ -227,7 +227,9 @@ def test_a_file_that_is_no_xml_is_refused_with_the_line(tmp_path: Path) -> None:
     file = arm(tmp_path)
     lines = file.read_text().splitlines()
     file.write_text("\n".join([*lines[:5], lines[5].replace("</geom>", "").replace("/>", ">", 1), *lines[6:]]))
-    with pytest.raises(gpac.DeviceFailed, match=r"arm.xml:\d+: this is not XML: mismatched tag; give the path of a MJCF or URDF file"):
+    with pytest.raises(
+        gpac.DeviceFailed, match=r"arm.xml:\d+: the file is not valid XML: mismatched tag; pass the path of a MJCF or URDF file"
+    ):
         gpac.robots.load(file, clock="virtual")
 
 
@@ -239,15 +241,15 @@ def test_a_limit_that_no_joint_takes_names_the_file(tmp_path: Path) -> None:
 
 
 IMPLAUSIBLE = [
-    ({"joint": ' armature="-1"'}, "armature=\"-1\" of joint 'shoulder' is below 0, which nothing has"),
+    ({"joint": ' armature="-1"'}, "armature=\"-1\" of joint 'shoulder' is below 0, which is not plausible"),
     ({"joint": ' frictionloss="inf"'}, "frictionloss=\"inf\" of joint 'shoulder' is not finite"),
     ({"joint": ' damping="nan"'}, "damping=\"nan\" of joint 'shoulder' is not finite"),
     (
         {"upper": '<inertial pos="0 0 0" mass="1e30" diaginertia="1 1 1"/>'},
-        "mass=\"1e30\" of <inertial> of body 'upper' is above 1,000,000 kg, which nothing has",
+        "mass=\"1e30\" of <inertial> of body 'upper' is above 1,000,000 kg, which is not plausible",
     ),
     ({"upper": '<site name="mark" pos="nan 0 0"/>'}, "pos=\"nan 0 0\" of site 'mark' is not finite"),
-    ({"actuators": MOTORS.replace('joint="elbow"', 'joint="elbow" gear="1e9"')}, "is above 1,000,000, which nothing has"),
+    ({"actuators": MOTORS.replace('joint="elbow"', 'joint="elbow" gear="1e9"')}, "is above 1,000,000, which is not plausible"),
 ]
 """MuJoCo accepts each, most without a warning."""
 
@@ -262,7 +264,7 @@ def test_a_number_that_nothing_has_is_refused_with_its_line(tmp_path: Path, give
 def test_numbers_of_an_included_file_a_tool_and_a_scene_are_checked(tmp_path: Path) -> None:
     odd, file = tmp_path / "odd.xml", arm(tmp_path)
     odd.write_text('<mujoco><worldbody><body name="ball" pos="0 0 inf"><geom size="0.1"/></body></worldbody></mujoco>')
-    said = r"odd.xml:1: pos=\"0 0 inf\" of body 'ball' is not finite; write a number there, or leave it out"
+    said = r"odd.xml:1: pos=\"0 0 inf\" of body 'ball' is not finite; write a number there, or remove it"
     parts: list[dict[str, Any]] = [{"tool": odd}, {"scene": odd}]
     for part in parts:
         with pytest.raises(gpac.DeviceFailed, match=said):
@@ -274,14 +276,14 @@ def test_numbers_of_an_included_file_a_tool_and_a_scene_are_checked(tmp_path: Pa
 
 def test_a_mass_that_follows_from_a_size_is_refused_with_its_body(tmp_path: Path) -> None:
     file = arm(tmp_path, upper='<geom type="sphere" size="9000"/>')
-    with pytest.raises(gpac.DeviceFailed, match=r"arm.xml: body 'upper' has mass 3\S+ kg"):
+    with pytest.raises(gpac.DeviceFailed, match=r"arm.xml: body 'upper' has an invalid mass, 3\S+ kg"):
         gpac.robots.load(file, clock="virtual")
 
 
 def test_a_motor_that_cannot_hold_the_arm_at_its_home_is_told_at_once(tmp_path: Path) -> None:
     """The elbow needs 1.8 N.m for its weight."""
     file = arm(tmp_path, actuators=MOTORS.replace('"elbow" ctrlrange="-80 80"', '"elbow" ctrlrange="-0.2 0.2" gear="-5"'))
-    weak = r"arm\.xml: joint 'elbow' needs 1\.8\d? N\.m at the arm's home, and its motor has 1 N\.m: it sinks"
+    weak = r"arm\.xml: joint 'elbow' sinks: it needs 1\.8\d? N\.m at the arm's home, but its motor has only 1 N\.m"
     with pytest.warns(UserWarning, match=weak):
         found = gpac.robots.load(file, name="sinks", clock="virtual")
     assert found._scene == file, "nothing in the file is changed"
@@ -293,7 +295,7 @@ def test_a_motor_that_cannot_overcome_the_friction_of_its_joint_is_told_at_once(
     file = arm(
         tmp_path, joint=' frictionloss="2"', actuators=MOTORS.replace('"shoulder" ctrlrange="-80 80"', '"shoulder" ctrlrange="-2 2"')
     )
-    said = r"arm\.xml: joint 'shoulder' has a dry friction of 2 N\.m, and its motor has 2 N\.m: it cannot move; give it more effort"
+    said = r"arm\.xml: joint 'shoulder' cannot move: its dry friction is 2 N\.m, but its motor has only 2 N\.m; increase the effort"
     with pytest.warns(UserWarning, match=said):
         gpac.robots.load(file, name="stuck", clock="virtual")
 

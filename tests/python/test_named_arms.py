@@ -81,7 +81,7 @@ def test_an_arm_whose_package_is_missing_says_how_it_is_installed(
     name: str, line: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.setattr(metadata, "distribution", nowhere)
-    with pytest.raises(gpac.DeviceFailed, match=rf"the model of '{name}' is in the package '.*', which is not installed; {line}"):
+    with pytest.raises(gpac.DeviceFailed, match=rf"the model of '{name}' is in the package '.*', which is not installed; run {line}"):
         gpac.robots.load(name, clock="virtual")
     assert cli.main(["robots"]) == 0
     assert line.replace("\\", "") in capsys.readouterr().out
@@ -110,23 +110,23 @@ def test_another_version_of_a_package_says_which_is_meant(tmp_path: Path, monkey
         '<joint name="turn" type="revolute"><parent link="base"/><child link="tip"/>'
         '<axis xyz="0 0 1"/><limit lower="-1" upper="1" effort="1" velocity="1"/></joint></robot>'
     )
-    with pytest.raises(gpac.DeviceFailed, match=r"the file of 'panda' is not the one of 'example-robot-data' 6\.0\.0.*panda_hand_tcp"):
+    with pytest.raises(gpac.DeviceFailed, match=r"the file of 'panda' differs from that of 'example-robot-data' 6\.0\.0.*panda_hand_tcp"):
         gpac.robots.load("panda", clock="virtual")
 
 
 @pytest.mark.parametrize(("wrong", "meant"), [("pandas", "panda"), ("ur5ee", "ur5e"), ("iiwa15", "iiwa14"), ("xarn7", "xarm7")])
 def test_a_wrong_name_is_told_which_was_meant(wrong: str, meant: str) -> None:
-    with pytest.raises(gpac.UnknownName, match=rf"there is no arm '{wrong}'.*{meant}"):
+    with pytest.raises(gpac.UnknownName, match=rf"arm '{wrong}' is unknown.*{meant}"):
         gpac.robots.load(wrong, clock="virtual")
 
 
 @pytest.mark.parametrize("name", ELSEWHERE)
 def test_an_arm_that_no_package_has_is_told_with_its_public_source(name: str, capsys: pytest.CaptureFixture[str]) -> None:
     assert name not in KNOWN
-    with pytest.raises(gpac.UnknownName, match=rf"no package has the model of '{name}': it is '.*' .*\(github\.com/.*; fetch it"):
+    with pytest.raises(gpac.UnknownName, match=rf"no package contains the model of '{name}': it is '.*' .*\(github\.com/.*; download it"):
         gpac.robots.load(name, clock="virtual")
     assert cli.main(["robots", name]) == 1
-    assert f"no package has the model of '{name}'" in capsys.readouterr().err
+    assert f"no package contains the model of '{name}'" in capsys.readouterr().err
 
 
 def test_the_command_lists_the_arms_and_shows_one(capsys: pytest.CaptureFixture[str]) -> None:
@@ -145,7 +145,7 @@ def test_the_command_draws_an_arm_at_its_home(tmp_path: Path, capsys: pytest.Cap
     assert cli.main(["robots", "ur5e", "--draw", str(file)]) == 0
     assert "<title>ur5e at its home</title>" in file.read_text() and file.read_text().count("<circle") == 6
     assert cli.main(["robots", "--draw", str(file)]) == 1
-    assert "--draw draws one arm, and not 0; opengpac robots NAME --draw FILE" in capsys.readouterr().err
+    assert "--draw needs exactly one arm, not 0; write opengpac robots NAME --draw FILE" in capsys.readouterr().err
     assert cli.main(["robots", "ur5e", "--draw", str(tmp_path / "none" / "ur5e.svg")]) == 1
     assert "cannot write" in capsys.readouterr().err
 

@@ -101,8 +101,8 @@ def test_a_joint_by_itself_has_the_gains_of_its_drive_and_a_verb_that_it_is_give
 def test_a_verb_that_the_drive_does_not_suit_is_refused() -> None:
     line = drive(command="position")
     wanted = (
-        r"verb 'robot_joint_servo' cannot keep joint 'j' going: it needs channel 'bias' of part 'line.x', "
-        r"whose written channels are 'goal'; leave out verb=, then it is 'robot_joint_follower'"
+        r"verb 'robot_joint_servo' cannot servo joint 'j': it needs channel 'bias' of part 'line.x', "
+        r"whose written channels are 'goal'; omit verb= to use 'robot_joint_follower'"
     )
     with pytest.raises(gpac.CallError, match=wanted):
         gpac.robots.Joint("j", drive=line["x"], verb=gpac.robots.joint_servo)
@@ -135,6 +135,6 @@ def test_a_part_that_takes_neither_is_refused() -> None:
     part = line["x"]
     assert isinstance(part, gpac.Part)
     del line.channels["x.goal"]
-    with pytest.raises(gpac.CallError, match=r"needs channel 'goal' of part 'line.x', whose written channels are none; give a part that"):
+    with pytest.raises(gpac.CallError, match=r"needs channel 'goal' of part 'line.x', whose written channels are none; pass a part that"):
         gpac.robots.Joint("j", drive=part)
     line.system.close()

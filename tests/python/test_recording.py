@@ -135,7 +135,7 @@ def test_a_program_is_recorded_and_drawn(tmp_path: Path, capsys: pytest.CaptureF
     assert cli.main(["record", "-o", str(file), str(program)]) == 0
     assert "nothing lost" in capsys.readouterr().err
     assert cli.main(["replay", str(file)]) == 0
-    assert "every value as it was recorded" in capsys.readouterr().out
+    assert "all values equal to the recorded ones" in capsys.readouterr().out
     picture, table = tmp_path / "run.png", tmp_path / "run.csv"
     assert cli.main(["plot", str(file), "joint*.sensed", "--from", "200 ms", "--to", "0.5 s", "-o", str(picture), "--csv", str(table)]) == 0
     assert picture.read_bytes().startswith(b"\x89PNG")
@@ -189,7 +189,7 @@ def test_a_checked_program_reads_back_what_it_would_have_recorded(
     program.write_text(READS_BACK.format(svvs=None, replay=True))
     assert cli.main(["check", str(program)]) == 0, capsys.readouterr().err
     told = capsys.readouterr().out.splitlines()
-    assert told[0].startswith("0 firings, every value as it was recorded; nothing ran: the program is only checked")
+    assert told[0].startswith("0 firings, all values equal to the recorded ones; nothing ran: the program is only being checked")
     assert "2 SVVs and cells, 0 values, nothing lost (0, 6) rad 0 [] {}" in told[1] and told[2] == "['level']"
     assert not Path("run.mcap").exists()
     # The check refuses the same as a run.
@@ -361,7 +361,7 @@ def test_files_follow_each_other_and_the_newest_stay(cell: gpac.System, tmp_path
         ({"split": "much"}, "split= must be a size, not 'much'; write '500 MB'"),
         ({"split": "5 mb"}, "write one of the units B, kB, MB"),
         ({"split": -1}, "must be a size, not"),
-        ({"split": "1 MB", "keep": -1}, "-1 files cannot be kept"),
+        ({"split": "1 MB", "keep": -1}, "keep= must be at least 2, not -1"),
     ],
 )
 def test_bounds_that_cannot_be_kept_are_refused(cell: gpac.System, tmp_path: Path, options: dict[str, Any], words: str) -> None:

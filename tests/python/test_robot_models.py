@@ -85,7 +85,7 @@ def test_meshes_of_a_urdf_lie_beside_it_whatever_package_they_name(tmp_path: Pat
     arm = robots.load(file, clock="virtual")
     arm.system.close()
     (tmp_path / "upper.stl").unlink()
-    with pytest.warns(UserWarning, match=r"mesh 'package://maker/meshes/upper.stl' was not found, and is left out"):
+    with pytest.warns(UserWarning, match=r"mesh 'package://maker/meshes/upper.stl' was not found and is ignored"):
         robots.load(file, clock="virtual").system.close()
 
 
@@ -105,9 +105,9 @@ def test_a_model_of_several_files_needs_a_place_and_one_of_one_file_none(tmp_pat
     (tmp_path / "taken").write_text("a file")
     monkeypatch.setenv("OPENGPAC_COMPILED", str(tmp_path / "taken"))
     robots.load("ur5e", clock="virtual").system.close()
-    with pytest.raises(gpac.ModuleError, match=r"models cannot be kept in '.*/taken/models': .*; set OPENGPAC_COMPILED"):
+    with pytest.raises(gpac.ModuleError, match=r"models cannot be stored in '.*/taken/models': .*; set OPENGPAC_COMPILED"):
         robots.load("ur5e", clock="virtual", tool="two_finger")
-    with pytest.raises(gpac.ModuleError, match=r"'arm.xml' cannot be kept in '.*/taken/gone': .*; make room there"):
+    with pytest.raises(gpac.ModuleError, match=r"'arm.xml' cannot be stored in '.*/taken/gone': .*; free space there"):
         keep(tmp_path / "taken" / "gone" / "arm.xml", b"<mujoco/>")
 
 

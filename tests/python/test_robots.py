@@ -39,8 +39,8 @@ def test_a_tool_is_screwed_to_the_flange_and_the_group_is_the_arm(folder: Path) 
     ("change", "message"),
     [
         (("<keyframe>", "<keyframe><!--"), "is not XML"),
-        (('name="home"', 'name="away"'), "in some of the model's files only"),
-        (('type="slide"', 'range="-1 1"'), "counts angles in radians, the arm in degrees"),
+        (('name="home"', 'name="away"'), "is missing in some files of the model"),
+        (('type="slide"', 'range="-1 1"'), "has angles in radians, but the arm in degrees"),
     ],
 )
 def test_a_tool_that_does_not_fit_says_why(folder: Path, change: tuple[str, str], message: str) -> None:

@@ -144,7 +144,7 @@ def test_a_robot_of_more_joints_than_a_motion_takes_says_so_and_moves_in_parts(t
     (tmp_path / "many.srdf").write_text(f'<robot name="many"><group name="left">{group}</group></robot>')
     robot = robots.load(tmp_path / "many.urdf", clock="virtual")
     with robot.system:
-        assert "arm 'many' has 20 joints, and a motion takes at most 16: move parts of it, such as arm.part('left')" in caplog.text
+        assert "arm 'many' has 20 joints, but a motion can have at most 16: move parts of it, such as arm.part('left')" in caplog.text
         robot.enable()
         for part in (robot.part("left"), robot.part([f"j{n}" for n in range(10, count)])):
             assert np.allclose(gpac.motion.move_absolute(part, [0.1] * 10, time_limit="20 s").position, 0.1, atol=2e-3)
@@ -188,13 +188,16 @@ def test_an_arm_that_folds_onto_itself_is_stopped_where_links_collide(body: Path
 def test_the_file_beside_is_told_in_the_log_and_one_of_several_has_to_be_named(body: Path, caplog: pytest.LogCaptureFixture) -> None:
     caplog.set_level(logging.INFO, "opengpac")
     urdf.convert(body, semantic=True)
-    assert re.search(r"'two.urdf': the SRDF file beside it is read, '.*two.srdf'; its groups: left, hand, right, both", caplog.text)
+    assert re.search(r"'two.urdf': read the SRDF file beside it, '.*two.srdf', with the groups left, hand, right, both", caplog.text)
     (body.parent / "more.srdf").write_text(SEMANTICS)
     caplog.clear()
     assert urdf.convert(body, semantic=True).groups == {}
-    assert "several SRDF files beside it ('more.srdf', 'two.srdf'), and none is read; srdf= names one" in caplog.text
+    assert (
+        "none of the SRDF files beside it ('more.srdf', 'two.srdf') is read, because there are several; choose one with srdf="
+        in caplog.text
+    )
     assert urdf.convert(body, semantic=False).groups == {}
-    with pytest.raises(gpac.UnknownName, match="there is no group 'left': no SRDF file is read; give its file: srdf="):
+    with pytest.raises(gpac.UnknownName, match="group 'left' is unknown, because no SRDF file is read; pass its file: srdf="):
         robots.load(body, clock="virtual", group="left")
     with pytest.raises(gpac.UnknownName, match=r"two.srdf' has no group 'lefd'; did you mean 'left'"):
         robots.load(body, clock="virtual", group="lefd", srdf=body.parent / "two.srdf")
@@ -219,24 +222,33 @@ def test_an_srdf_file_with_macros_needs_xacro_only_where_it_is_named(body: Path,
     monkeypatch.setitem(sys.modules, "xacro", None)
     file = (body.parent / "two.srdf").rename(body.parent / "two.srdf.xacro")
     converted = urdf.convert(body, semantic=True)
-    assert converted.groups == {} and any("and xacro is not installed" in note for note in converted.notes)
-    with pytest.raises(gpac.DeviceFailed, match=r"two\.srdf\.xacro' has macros of xacro, the first in line 1, and xacro is not inst"):
+    assert converted.groups == {} and any("but xacro is not installed" in note for note in converted.notes)
+    with pytest.raises(gpac.DeviceFailed, match=r"two\.srdf\.xacro' has macros of xacro, the first in line 1, but xacro is not inst"):
         robots.load(body, clock="virtual", srdf=file)
 
 
 DAMAGED = {
-    "no XML": (SEMANTICS[:300], r"two.srdf:\d: this is not XML"),
-    "another root": ("<srdf/>", r"begins with <srdf>, not with <robot>; give a SRDF file"),
+    "no XML": (SEMANTICS[:300], r"two.srdf:\d: the file is not valid XML"),
+    "another root": ("<srdf/>", r"begins with <srdf>, not with <robot>; pass a SRDF file"),
     "a group without a name": (SEMANTICS.replace(' name="hand"', ""), r"two.srdf:4: a <group> has no name"),
-    "a group twice": (SEMANTICS.replace('name="hand"', 'name="left"'), r"two.srdf:4: there are two groups 'left'"),
+    "a group twice": (SEMANTICS.replace('name="hand"', 'name="left"'), r"two.srdf:4: two groups are named 'left'"),
     "a group of itself": (
         SEMANTICS.replace('<group name="right"/>', '<group name="both"/>'),
-        r"two.srdf:6: group 'both' is a part of itself",
+        r"two.srdf:6: group 'both' contains itself",
     ),
     "half a chain": (SEMANTICS.replace('tip_link="left_lower"', ""), r"two.srdf:3: a chain of group 'left' lacks base_link or tip_link"),
-    "an odd member": (SEMANTICS.replace('<link name="left_pad"/>', "<lnik/>"), r"two.srdf:4: group 'hand' has a <lnik>; it has <joint> or"),
-    "a value that is none": (SEMANTICS.replace('"0.5"', '"half"'), r"two.srdf:8: the value of joint 'left_a' in state 'home' is 'half'"),
-    "a value without end": (SEMANTICS.replace('"0.5"', '"nan"'), r"two.srdf:8: the value of joint 'left_a' in state 'home' is 'nan'"),
+    "an odd member": (
+        SEMANTICS.replace('<link name="left_pad"/>', "<lnik/>"),
+        r"two.srdf:4: group 'hand' cannot have a <lnik>; use only <joint> or",
+    ),
+    "a value that is none": (
+        SEMANTICS.replace('"0.5"', '"half"'),
+        r"two.srdf:8: the value of joint 'left_a' in state 'home' must be a number, not 'half'",
+    ),
+    "a value without end": (
+        SEMANTICS.replace('"0.5"', '"nan"'),
+        r"two.srdf:8: the value of joint 'left_a' in state 'home' must be a number, not 'nan'",
+    ),
     "half a pair": (SEMANTICS.replace('link2="left_lower"', ""), r"two.srdf:13: a <disable_collisions> lacks link1 or link2"),
     "a passive joint without a name": (SEMANTICS.replace(' name="caster"', ""), r"two.srdf:12: a <passive_joint> has no name"),
 }
@@ -261,20 +273,20 @@ def test_names_that_the_urdf_file_lacks_are_left_out_with_one_note(body: Path) -
         .replace('group="hand">', 'group="hnd">')
     )
     assert urdf.convert(body, semantic=file).notes == (
-        "two.srdf:6: group 'both' has the group 'lft', which is not in the file: it is left out",
-        "two.srdf:10: state 'home' is of the group 'hnd', which is not in the file: it is of none",
-        "two.srdf:4: link 'pad' is not in the URDF file, nor are 1 other names of it; what is said there is left out",
+        "two.srdf:6: group 'both' contains group 'lft', which is not in the file; it is ignored",
+        "two.srdf:10: state 'home' belongs to group 'hnd', which is not in the file; it is used without a group",
+        "two.srdf:4: link 'pad' is not in the URDF file, and neither are 1 other names in it; its entries are ignored",
     )
     with pytest.raises(gpac.DeviceFailed, match=r"two.srdf:4: group 'hand' has no joint that a motor drives"):
         robots.load(body, clock="virtual", srdf=file, group="hand")
 
 
 def test_arms_without_a_urdf_file_of_their_own_take_no_srdf_file(body: Path) -> None:
-    with pytest.raises(gpac.CallError, match="'panda' is known by name, with its joints and its home"):
+    with pytest.raises(gpac.CallError, match="'panda' is known only by name, joints and home"):
         robots.load("panda", clock="virtual", group="arm")
-    with pytest.raises(gpac.CallError, match=r"ur5e.xml' is no URDF file; leave srdf=, group= and self_collision= out"):
+    with pytest.raises(gpac.CallError, match=r"ur5e.xml' is not a URDF file; omit srdf=, group= and self_collision="):
         robots.load("ur5e", clock="virtual", srdf=body.with_suffix(".srdf"))
-    with pytest.raises(gpac.DeviceFailed, match=r"cannot read '.*none.srdf': No such file or directory; give the path of a SRDF file"):
+    with pytest.raises(gpac.DeviceFailed, match=r"cannot read '.*none.srdf': No such file or directory; pass the path of a SRDF file"):
         robots.load(body, clock="virtual", srdf=body.with_name("none.srdf"))
 
 
@@ -304,7 +316,7 @@ def test_interfaces_and_limits_of_ros2_control_are_read(body: Path) -> None:
     ("value", "note"),
     [
         ("fast", r"two.urdf:\d+: 'min' of the interface 'position' of joint 'left_b' is 'fast', which is not a number"),
-        ("3", r"<ros2_control> gives joint 'left_b' the range 3 to inf, its limit is -2 to 2: they have nothing in common"),
+        ("3", r"<ros2_control> gives joint 'left_b' the range 3 to inf, which does not overlap with its limit, -2 to 2"),
     ],
 )
 def test_odd_limits_of_ros2_control_are_left_out_with_a_note(body: Path, value: str, note: str) -> None:

@@ -140,11 +140,11 @@ def test_daemons_of_this_user_are_found_by_name(
         assert url_of(None, None) == url_of("cell", None) == url_of(None, "cell") == served.url
         assert url_of("http://127.0.0.1:1", None) == "http://127.0.0.1:1"
         assert cli.main(["top", "--name", "sell"]) == 1
-        assert "this user runs no daemon of the name 'sell'" in capsys.readouterr().err
+        assert "this user runs no daemon named 'sell'" in capsys.readouterr().err
         os.link(served.socket, folder / "other.sock")
         assert cli.main(["top"]) == 1
         said = capsys.readouterr().err
-        assert "this user runs 2 daemons: cell (" in said and "say which with --name" in said
+        assert "this user runs 2 daemons: cell (" in said and "choose one with --name" in said
         (folder / "other.sock").unlink()
     finally:
         served.stop()

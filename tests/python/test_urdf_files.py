@@ -43,15 +43,15 @@ PUT_RIGHT = {
     "no inertia, no shape": ({"inertial": ""}, r"arm.urdf:4: link 'upper' has neither an inertia nor a shape"),
     "no mass": (
         {"inertial": '<inertial><mass value="0"/></inertial>', "shape": BOX},
-        r"arm.urdf:4: link 'upper' has a mass of 0 kg: it is taken from its shapes",
+        r"arm.urdf:4: link 'upper' has a mass of 0 kg; it is computed from its shapes instead",
     ),
     "an impossible inertia": (
         {"inertial": '<inertial><mass value="2"/><inertia ixx="0" iyy="0" izz="0" ixy="0" ixz="0" iyz="0"/></inertial>'},
-        r"link 'upper' has an inertia that no body has: that of a ball of 5 cm",
+        r"link 'upper' has a physically impossible inertia; that of a ball of 5 cm",
     ),
     "an empty range": (
         {"limit": '<limit lower="2" upper="-2" effort="100" velocity="2"/>'},
-        r"arm.urdf:3: the range of joint 'turn' is 2 to -2",
+        r"arm.urdf:3: the range of joint 'turn', 2 to -2, is empty",
     ),
     "no range": ({"limit": '<limit effort="100" velocity="2"/>'}, r"revolute joint 'turn' has no range"),
     "limits that are all zero": (
@@ -59,52 +59,52 @@ PUT_RIGHT = {
         r"arm.urdf:3: revolute joint 'turn' has no range",
     ),
     "no limit": ({"limit": ""}, r"arm.urdf:3: revolute joint 'turn' has no limit"),
-    "no effort": ({"limit": '<limit lower="-2" upper="2" effort="0" velocity="2"/>'}, r"joint 'turn' has no limit of effort"),
-    "a mesh that is not there": ({"shape": MESH.format("package://maker/meshes/gone.stl")}, r"gone.stl' was not found, and is left out"),
-    "a mesh that is none": ({"shape": MESH.format("odd.obj")}, r"odd.*left out"),
+    "no effort": ({"limit": '<limit lower="-2" upper="2" effort="0" velocity="2"/>'}, r"joint 'turn' has no effort limit"),
+    "a mesh that is not there": ({"shape": MESH.format("package://maker/meshes/gone.stl")}, r"gone.stl' was not found and is ignored"),
+    "a mesh that is none": ({"shape": MESH.format("odd.obj")}, r"odd.*ignored"),
     "a shape that is none": (
         {"shape": "<visual><geometry/></visual>"},
-        r"arm.urdf:4: a <visual> of link 'upper' has no shape, and is left out; it is one of box,",
+        r"arm.urdf:4: a <visual> of link 'upper' has no shape and is ignored; use one of box,",
     ),
     "two shapes in one": (
         {"shape": '<visual><geometry><sphere radius="0.01"/><sphere radius="0.02"/></geometry></visual>'},
-        r"arm.urdf:4: a <geometry> has a <sphere> behind its <sphere>: the first is taken",
+        r"arm.urdf:4: a <geometry> has a <sphere> after its <sphere>; the first is used",
     ),
     "a part twice": (
         {"limit": LIMIT + LIMIT},
-        r"arm.urdf:3: <joint> 'turn' has two <limit>: the first is taken",
+        r"arm.urdf:3: <joint> 'turn' has two <limit>; the first is used",
     ),
     "a range without end": (
         {"limit": LIMIT.replace('upper="2"', 'upper="99999999999"')},
-        r"arm.urdf:3: the range of joint 'turn' is -2 to 1e\+11: it turns or slides without end",
+        r"arm.urdf:3: the range of joint 'turn' is -2 to 1e\+11; it is treated as unlimited",
     ),
     "an infinite range": (
         {"limit": LIMIT.replace('upper="2"', 'upper="inf"')},
-        r"arm.urdf:3: the range of joint 'turn' is -2 to inf: it turns or slides without end",
+        r"arm.urdf:3: the range of joint 'turn' is -2 to inf; it is treated as unlimited",
     ),
     "an effort that is no limit": (
         {"limit": LIMIT.replace('effort="100"', 'effort="1e30"')},
-        r"arm.urdf:3: joint 'turn' has an effort of 1e\+30, which is no limit: its motor has none",
+        r"arm.urdf:3: joint 'turn' has an effort limit of 1e\+30; the effort of its motor is unlimited",
     ),
     "a speed that no joint has": (
         {"limit": LIMIT.replace('velocity="2"', 'velocity="1e-30"')},
-        r"arm.urdf:3: joint 'turn' has a maximum speed of 1e-30, which no joint has: it is left out",
+        r"arm.urdf:3: joint 'turn' has an implausible maximum speed of 1e-30; it is ignored",
     ),
     "a damping below zero": (
         {"limit": LIMIT + '<dynamics damping="-1"/>'},
-        r"arm.urdf:3: joint 'turn' has a damping of -1: its absolute value is taken",
+        r"arm.urdf:3: joint 'turn' has a damping of -1; its absolute value is used",
     ),
     "a friction below zero": (
         {"limit": LIMIT + '<dynamics friction="-1"/>'},
-        r"arm.urdf:3: joint 'turn' has a friction of -1: its absolute value is taken",
+        r"arm.urdf:3: joint 'turn' has a friction of -1; its absolute value is used",
     ),
     "a radius below zero": (
         {"shape": BOX.replace('<box size="0.1 0.1 0.1"/>', '<sphere radius="-0.1"/>')},
-        r"""arm.urdf:4: a <collision> of link 'upper' is left out: its <sphere> has radius="-0.1", and a size is above 0""",
+        r"""arm.urdf:4: a <collision> of link 'upper' is ignored: its <sphere> has radius="-0.1", but a size must be above 0""",
     ),
     "no radius": (
         {"shape": BOX.replace('<box size="0.1 0.1 0.1"/>', "<sphere/>")},
-        r"arm.urdf:4: a <collision> of link 'upper' is left out: its <sphere> has no radius",
+        r"arm.urdf:4: a <collision> of link 'upper' is ignored: its <sphere> has no radius",
     ),
     "commas": (
         {"inertial": INERTIAL.replace('xyz="0.2 0 0"', 'xyz="0.2, 0, 0"')},
@@ -112,19 +112,19 @@ PUT_RIGHT = {
     ),
     "a number too many": (
         {"inertial": INERTIAL.replace('xyz="0.2 0 0"', 'xyz="0.2 0 0 1"')},
-        r"""arm.urdf:4: xyz="0.2 0 0 1" of <origin> of link 'upper' has 4 numbers, and the first 3 are taken""",
+        r"""arm.urdf:4: xyz="0.2 0 0 1" of <origin> of link 'upper' has 4 numbers; the first 3 are used""",
     ),
     "one scale": (
         {"shape": MESH.format("cube.obj").replace('"/>', '" scale="0.1"/>')},
-        r"""arm.urdf:4: scale="0.1" of <mesh> of link 'upper' has one number, which is taken for all directions""",
+        r"""arm.urdf:4: scale="0.1" of <mesh> of link 'upper' has one number, which is used for all directions""",
     ),
     "a follower of nobody": (
         {"more": MORE.format(name="fold", kind="revolute", inside='<mimic joint="gone"/>')},
-        r"arm.urdf:5: joint 'fold' mimics joint 'gone', which is not in the file: it stands still",
+        r"arm.urdf:5: joint 'fold' mimics joint 'gone', which is not in the file; it is fixed",
     ),
     "one name twice": (
         {"more": MORE.format(name="turn", kind="revolute", inside="")},
-        r"arm.urdf:5: a second joint 'turn' is called 'turn_2'",
+        r"arm.urdf:5: a second joint 'turn' is renamed 'turn_2'",
     ),
 }
 
@@ -144,7 +144,7 @@ def test_what_no_arm_can_have_is_put_right_and_told(tmp_path: Path, kind: str) -
         loaded.enable()
         goal = [0.1] * len(loaded)
         assert np.allclose(gpac.motion.move_absolute(loaded, goal, time_limit="20 s").position, goal, atol=1e-3)
-    with pytest.raises(gpac.DeviceFailed, match=r"not as they should be: .*" + note):
+    with pytest.raises(gpac.DeviceFailed, match=r"has . defects?: .*" + note):
         robots.load(file, clock="virtual", strict=True)
 
 
@@ -152,11 +152,11 @@ WHOLE = ARM.format(limit=LIMIT, inertial=INERTIAL, shape="", more="")
 TWO = ARM.format(limit=LIMIT, inertial=INERTIAL, shape="", more=MORE.format(name="fold", kind="revolute", inside=""))
 THIRD = '<joint name="third" type="revolute"><parent link="{}"/><child link="{}"/><axis xyz="0 1 0"/>' + LIMIT + "</joint></robot>"
 REFUSED = {
-    "no XML": ("<robot", r"arm.urdf:1: this is not XML: unclosed token"),
+    "no XML": ("<robot", r"arm.urdf:1: the file is not valid XML: unclosed token"),
     "another root": ("<sdf/>", r"begins with <sdf>, not with <robot>"),
     "an unknown link": (
         WHOLE.replace('child link="upper"', 'child link="uper"'),
-        r"arm.urdf:3: the child link of joint 'turn' is 'uper'",
+        r"arm.urdf:3: the child link of joint 'turn', 'uper', is not in the file",
     ),
     "a number that is none": (
         WHOLE.replace('velocity="2"', 'velocity="fast"'),
@@ -168,7 +168,7 @@ REFUSED = {
     ),
     "a mass that nothing has": (
         WHOLE.replace('mass value="2"', 'mass value="1e30"'),
-        r"""arm.urdf:4: value="1e30" of <mass> of link 'upper' is above 1,000,000 kg, which nothing has; check its unit""",
+        r"""arm.urdf:4: value="1e30" of <mass> of link 'upper' is above 1,000,000 kg, which is not plausible; check its unit""",
     ),
     "an inertia that nothing has": (
         WHOLE.replace('ixx="0.01"', 'ixx="1e30"'),
@@ -180,27 +180,27 @@ REFUSED = {
     ),
     "a mimic of itself": (
         WHOLE.replace(LIMIT, LIMIT + '<mimic joint="turn"/>'),
-        r"arm.urdf:3: joint 'turn' mimics itself; name the joint that it follows, or leave <mimic> out",
+        r"arm.urdf:3: joint 'turn' mimics itself; name the joint that it follows, or remove <mimic>",
     ),
     "a circle of mimics": (
         TWO.replace(LIMIT, LIMIT + '<mimic joint="fold"/>').replace('effort="50" velocity="1"/>', 'effort="50"/><mimic joint="turn"/>'),
-        r"arm.urdf:3: joints 'turn', 'fold' mimic each other: nobody leads; leave the <mimic> of one of them out",
+        r"arm.urdf:3: joints 'turn', 'fold' mimic each other; remove the <mimic> of one of them",
     ),
     "two parents": (
         TWO.replace("</robot>", THIRD.format("base", "fore")),
-        r"arm.urdf:6: link 'fore' hangs on two joints, 'fold' \(line 5\) and 'third': links are a tree; leave one of the joints out",
+        r"arm.urdf:6: link 'fore' is the child of two joints, 'fold' \(line 5\) and 'third', but links must form a tree; remove",
     ),
     "a circle": (
         TWO.replace("</robot>", THIRD.format("fore", "base")),
-        r"arm.urdf:3: joints 'turn', 'third', 'fold' are a circle: none of their links stands on the base; leave one of them out",
+        r"arm.urdf:3: joints 'turn', 'third', 'fold' form a circle: none of their links is connected to the base; remove one of them",
     ),
     "a link on itself": (
         TWO.replace('parent link="upper"', 'parent link="fore"'),
-        r"arm.urdf:5: joint 'fold' joins link 'fore' to itself; name the link that it hangs on as its parent",
+        r"arm.urdf:5: joint 'fold' joins link 'fore' to itself; set its parent to the link to which it is attached",
     ),
     "an axis of no length": (WHOLE.replace("0 1 0", "0 0 0", 1), r"the axis of joint 'turn' is 0 0 0"),
-    "an unknown kind": (WHOLE.replace("revolute", "hinge"), r"joint 'turn' is of type 'hinge'"),
-    "two links of a name": (WHOLE.replace("</robot>", '<link name="upper"/></robot>'), r"there are two links 'upper'"),
+    "an unknown kind": (WHOLE.replace("revolute", "hinge"), r"joint 'turn' has the unknown type 'hinge'"),
+    "two links of a name": (WHOLE.replace("</robot>", '<link name="upper"/></robot>'), r"two links are named 'upper'"),
 }
 
 
@@ -219,7 +219,7 @@ def test_a_follower_of_a_fixed_joint_stands_where_that_puts_it(tmp_path: Path) -
         '<mimic joint="fold" multiplier="2" offset="0.25"/>' + LIMIT + '</joint><link name="hand">' + INERTIAL + "</link>"
     )
     more = MORE.format(name="fold", kind="revolute", inside="").replace('lower="-1" upper="1"', 'lower="0.5" upper="0.5"') + follower
-    with pytest.warns(UserWarning, match=r"joint 'tip' mimics 'fold', which is fixed: it stands still at 1.25"):
+    with pytest.warns(UserWarning, match=r"joint 'tip' mimics 'fold', which is fixed; it is fixed at 1.25"):
         loaded = robots.load(arm(tmp_path, more=more), clock="virtual", name="held")
     with loaded.system:
         assert [joint.short_name for joint in loaded] == ["turn"]
@@ -295,7 +295,7 @@ def test_an_inertia_that_rounding_made_impossible_is_taken(tmp_path: Path) -> No
 
 def test_a_fixed_range_is_a_fixed_joint(tmp_path: Path) -> None:
     more = MORE.format(name="fold", kind="revolute", inside="").replace('lower="-1" upper="1"', 'lower="0" upper="0"')
-    with pytest.warns(UserWarning, match=r"the range of joint 'fold' is 0 to 0: it is fixed there"):
+    with pytest.warns(UserWarning, match=r"the range of joint 'fold' is 0 to 0; the joint is fixed there"):
         loaded = robots.load(arm(tmp_path, more=more), clock="virtual", name="fixed")
     with loaded.system:
         assert [joint.short_name for joint in loaded] == ["turn"]
@@ -307,7 +307,7 @@ def test_a_robot_without_a_joint_that_moves_is_refused_with_the_reason(tmp_path:
     text, problem = {
         "its range": (
             file.read_text(),
-            r"arm.urdf:3: no joint of the robot can move: arm.urdf:3: the range of joint 'turn' is 0.5 to 0.5: it is fixed there",
+            r"arm.urdf:3: no joint of the robot can move: arm.urdf:3: the range of joint 'turn' is 0.5 to 0.5; the joint is fixed there",
         ),
         "its type": (file.read_text().replace("revolute", "fixed"), r"arm.urdf:3: no joint of the robot can move: 'turn' is fixed"),
         "no joint": ('<robot name="arm"><link name="base"/></robot>', r"arm.urdf:1: the robot has no joint"),

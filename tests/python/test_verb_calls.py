@@ -138,7 +138,7 @@ def test_what_is_given_again_is_looked_for_again(memory_rig: Rig) -> None:
     assert counting(a, 3).last == 3.0
     a.delete()
     memory_rig.cell.svv("a", unit="rad")
-    with pytest.raises(gpac.UnknownName, match="that this stands for is gone"):
+    with pytest.raises(gpac.UnknownName, match="was deleted, and"):
         counting(a, 3)
 
 

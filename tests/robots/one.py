@@ -107,7 +107,7 @@ def try_to_move(arm: Any, scene: Scene, efforts: Efforts, found: dict[str, Any])
 
 def too_weak(arm: Any, joint: str) -> str:
     """Returns the note at load about a joint whose motor cannot hold or move it."""
-    told = (note.partition(": ")[2] for note in arm.notes if f"joint '{joint}'" in note and "and its motor has" in note)
+    told = (note.partition(": ")[2] for note in arm.notes if f"joint '{joint}'" in note and "but its motor has" in note)
     return next(told, "").partition("; ")[0]
 
 

@@ -22,7 +22,7 @@ EXCHANGE = "1 ms"
 def _input(name: str, block: str) -> Verb[..., Any]:
     return Verb(
         name,
-        doc="Keeps an input going: value = channel, at every firing of its source.",
+        doc="Updates an input: value = channel, at every firing of its source.",
         blocks={"read": lib.block(block)},
         instantiation_parameters={"channel": "read.channel", "value": "read.y"},
         command_lists={"start": [execute("read"), activate("read", every=EXCHANGE), ready()]},
@@ -32,7 +32,7 @@ def _input(name: str, block: str) -> Verb[..., Any]:
 def _output(name: str, block: str, **inputs: str) -> Verb[..., Any]:
     return Verb(
         name,
-        doc="Keeps an output going: channel = commanded, at every firing of its source, from at_enable on.",
+        doc="Updates an output: channel = commanded, at every firing of its source, from at_enable on.",
         blocks={"write": lib.block(block)},
         instantiation_parameters={"channel": "write.channel", "commanded": "write.u", "value": "write.y"},
         input_parameters={"at_enable": "write.u", **inputs},
@@ -49,13 +49,13 @@ class _Signal(LogicalDevice):
     def __init__(self, name: str, channel: Channel, *, on: Source | None = None, **parameters: Any) -> None:
         kind = type(self).__name__
         if not isinstance(channel, Channel):
-            refuse(CallError, f"{kind} '{name}' is given {channel!r}", "give a channel of a physical device: io['gate']")
+            refuse(CallError, f"{kind} '{name}' must be on a channel of a physical device, not {channel!r}", "pass io['gate'], for example")
         if channel.type != self._type or channel.write != self._written:
             way, wanted = "written" if channel.write else "read", "written" if self._written else "read"
             says = f"channel '{channel.device.name}.{channel.name}' ({channel.type}) is {way}"
-            refuse(CallError, f"{kind} '{name}' cannot be: {says}", f"give a channel of type {self._type} that is {wanted}")
+            refuse(CallError, f"{kind} '{name}' cannot be made: {says}", f"pass a channel of type {self._type} that is {wanted}")
         if not (on is None or isinstance(on, Source)):
-            refuse(CallError, f"{kind} '{name}' is to be on {on!r}", "give an interrupt source, or leave on= out")
+            refuse(CallError, f"on= of {kind} '{name}' must be an interrupt source, not {on!r}", "pass an interrupt source, or omit on=")
         source = channel.device.source if on is None else on
         every = {"write" if self._written else "read": source.period} if source.period else None
         self._channel = channel

@@ -55,7 +55,7 @@ _RANGE = {"above": input("watch.low", default=-1e300), "below": input("watch.hig
 def _wait(kind: type[Any], name: str, block: str, inputs: Mapping[str, Any]) -> Verb[..., Any]:
     return Verb(
         name,
-        doc="Waits for an input; each value that its device reads is looked at.",
+        doc="Waits for an input; every reading of its device is checked.",
         blocks={"watch": lib.block(block)},
         objects={"source": kind},
         instantiation_parameters={"source.value": "watch.u"},
@@ -102,7 +102,7 @@ def _divides(period: float, interval: float) -> bool:
 def _wait_for_value(name: str, block: str, inputs: Mapping[str, Any]) -> Verb[..., Any]:
     return Verb(
         name,
-        doc="Waits for an SVV, whatever writes it; it is looked at every 10 ms, or as its timer can.",
+        doc="Waits for an SVV, whatever writes it; it is checked every 10 ms, or as often as its timer allows.",
         blocks={"watch": lib.block(block)},
         instantiation_parameters={"svv": "watch.u"},
         modes={"watch.u": "asynchronous"},
@@ -123,7 +123,7 @@ _value_analog = _wait_for_value("wait_for_analog_value", "await_range", _RANGE)
 
 _pulse = Verb(
     "pulse_output",
-    doc="Sets a digital output for a time; a pulse that is cut short is off all the same.",
+    doc="Sets a digital output for a time; a pulse that is cut short also ends with the output off.",
     blocks={"pulse": lib.block("pulse_digital"), "clear": lib.block("pulse_digital")(width=0.0)},
     objects={"output": DigitalOutput},
     instantiation_parameters={"output.commanded": ["pulse.y", "clear.y"], "output.value": ["pulse.written", "clear.written"]},
@@ -149,7 +149,7 @@ class SignalVerb(Generic[R]):
         source that exchanges it."""
         chosen = self._choose(signal)
         if chosen is None:
-            refuse(CallError, f"{self.name}() is given {signal!r}", self._wants)
+            refuse(CallError, f"{self.name}() cannot act on {signal!r}", self._wants)
         return chosen
 
     def on(self, where: Any = None, *, every: Mapping[str, Quantity] | None = None) -> SignalVerb[R]:
@@ -188,8 +188,8 @@ def _edges(kwargs: dict[str, Any]) -> dict[str, Any]:
     if not isinstance(edge, str):
         return kwargs
     if edge not in _EDGES or "value" in kwargs:
-        remedy = did_you_mean(edge, _EDGES) if edge not in _EDGES else "say edge='rising' without value=, or value=True, edge=True"
-        refuse(CallError, f"wait_for_input() is given edge={edge!r}", remedy)
+        remedy = did_you_mean(edge, _EDGES) if edge not in _EDGES else "write edge='rising' without value=, or value=True, edge=True"
+        refuse(CallError, f"edge= of wait_for_input() cannot be {edge!r}", remedy)
     return {**kwargs, "value": _EDGES[edge], "edge": True}
 
 
@@ -208,7 +208,7 @@ def _waiting(signal: Any) -> Verb[..., Any] | None:
     return _by_type(signal, {DigitalInput: _wait_digital, AnalogInput: _wait_analog})
 
 
-_MAKE_OUTPUT = "give a device that keeps it set: gpac.cell.DigitalOutput('valve', io['valve'])"
+_MAKE_OUTPUT = "pass a device that keeps it set: gpac.cell.DigitalOutput('valve', io['valve'])"
 
 set_output: SignalVerb[Report] = SignalVerb(
     "set_output",
@@ -228,5 +228,5 @@ wait_for_input: SignalVerb[Report] = SignalVerb(
     "wait_for_input",
     "Waits for an input or a channel: `wait_for_input(gate, True, time_limit='5 s')`, `edge='rising'`, analog `above=4.0`, `below=6.0`.",
     _waiting,
-    "give a digital or analog input, an SVV, or a channel that is read, of type bool or double",
+    "pass a digital or analog input, an SVV, or a channel that is read, of type bool or double",
 )

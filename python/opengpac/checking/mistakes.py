@@ -55,7 +55,7 @@ def _message(error: Exception) -> str:
     text = error.msg if isinstance(error, SyntaxError) else str(error)
     # The location of the module does not help.
     text = re.sub(r" \(\S+\)$", "", text) if isinstance(error, ImportError) else text
-    return text or "no more is said of it"
+    return text or "the exception has no message"
 
 
 def _is_certain(error: Exception) -> bool:

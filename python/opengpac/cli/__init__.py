@@ -60,7 +60,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
             traceback.print_exception(error)
         print(f"{type(error).__name__}: {_about(error, given, called)}", file=sys.stderr)
     except FileNotFoundError as error:
-        print(f"there is no file '{error.filename}'", file=sys.stderr)
+        print(f"file '{error.filename}' does not exist", file=sys.stderr)
     return 1
 
 
@@ -92,37 +92,35 @@ def _parser() -> argparse.ArgumentParser:
     run = commands.add_parser("run", help="run a program")
     programs.add_to(run)
     run.set_defaults(run=_run)
-    check = commands.add_parser("check", help="make every installation check of a program, or of a file of definitions; nothing runs")
-    check.add_argument("-v", "--verbose", action="store_true", help="also list what was filled in, and the delays")
+    check = commands.add_parser("check", help="check a program or a file of definitions as for installation, without running it")
+    check.add_argument("-v", "--verbose", action="store_true", help="also list inferred values and delays")
     programs.add_to(check)
     check.set_defaults(run=_check)
-    stubs = commands.add_parser(
-        "stubs", help="write PROGRAM.pyi: types of the calls of verbs made from dictionaries, for editors and pyright"
-    )
+    stubs = commands.add_parser("stubs", help="write PROGRAM.pyi for editors and pyright: types of verbs that are made from dictionaries")
     stubs.add_argument("program")
-    stubs.add_argument("-o", "--output", help="the stub, else beside the program")
+    stubs.add_argument("-o", "--output", help="path of the stub (default: beside the program)")
     stubs.set_defaults(run=_stubs)
     build = commands.add_parser("build", help="compile C or C++ files into a code module")
     build.add_argument("files", nargs="+")
-    build.add_argument("-o", "--output", help="the module, else beside the first file")
+    build.add_argument("-o", "--output", help="path of the module (default: beside the first file)")
     build.set_defaults(run=_build)
     export = commands.add_parser("export", help="write a graph for another tool").add_subparsers(required=True, metavar="WHAT")
-    unit = export.add_parser("fmu", help="a graph of a file of definitions as an FMU (FMI 2, co-simulation)")
-    unit.add_argument("graph", help="FILE.toml, or FILE.toml:NAME where it has more than one")
-    unit.add_argument("--every", required=True, help='the interval at which it runs: "1 ms"')
-    unit.add_argument("-o", "--output", help="the FMU, else NAME.fmu")
-    unit.add_argument("--library", help="libopengpac_ps.so, which make c-package builds")
+    unit = export.add_parser("fmu", help="export a graph of a file of definitions as an FMU (FMI 2, co-simulation)")
+    unit.add_argument("graph", help="FILE.toml, or FILE.toml:NAME if the file has several graphs")
+    unit.add_argument("--every", required=True, help='interval at which the graph runs: "1 ms"')
+    unit.add_argument("-o", "--output", help="path of the FMU (default: NAME.fmu)")
+    unit.add_argument("--library", help="path of libopengpac_ps.so, built by make c-package")
     unit.set_defaults(run=_export_fmu)
-    new = commands.add_parser("new", help="begin a file").add_subparsers(required=True, metavar="WHAT")
-    block = new.add_parser("block", help="a function block in C")
+    new = commands.add_parser("new", help="create a file from a template").add_subparsers(required=True, metavar="WHAT")
+    block = new.add_parser("block", help="create a function block in C")
     block.add_argument("name")
     block.set_defaults(run=_new_block)
-    machine = new.add_parser("driver", help="a driver of a machine")
+    machine = new.add_parser("driver", help="create a driver of a machine")
     machine.add_argument("name")
-    machine.add_argument("--in", dest="language", choices=["c", "python", "rust"], default="c", help="the language (c)")
+    machine.add_argument("--in", dest="language", choices=["c", "python", "rust"], default="c", help="language of the driver (default: c)")
     machine.set_defaults(run=_new_driver)
     conformance.add_to(commands)
-    blocks = commands.add_parser("blocks", help="the component data base")
+    blocks = commands.add_parser("blocks", help="list, search or show blocks and other components")
     blocks.add_argument("action", nargs="?", choices=["list", "search", "show"], default="list")
     blocks.add_argument("words", nargs="*", metavar="WORD")
     blocks.set_defaults(run=_blocks)
@@ -159,10 +157,10 @@ def _check(given: argparse.Namespace) -> int:
     errors = list(dict.fromkeys([*_broken(findings, True), *(shown(error) for error in findings.errors)]))
     print("\n".join(errors), file=sys.stderr, end="\n" if errors else "")
     for text in dict.fromkeys(_broken(findings, False)):
-        print(f"{text}\n  help: a run may give other values there than a check, which gives zeros")
+        print(f"{text}\n  help: run the program to see whether it fails there: a check uses zeros for values that only a run has")
     print(f"{_count(findings.planned, 'verb application')} planned, {_count(errors, 'error')}")
     if findings.broken:
-        print(f"not followed to its end: nothing is known of {_left_out(findings)}, and of what needs them")
+        print(f"check incomplete: {_left_out(findings)} and everything that depends on them could not be checked")
     return 1 if errors or findings.broken else 0
 
 
@@ -192,7 +190,7 @@ def _stubs(given: argparse.Namespace) -> int:
     output = Path(given.output) if given.output else program.with_suffix(".pyi")
     files.write(output, stub(program, findings.names), "the stub")
     if findings.broken:
-        print(f"not followed to its end: nothing is known of {_left_out(findings)}, and of what needs them")
+        print(f"check incomplete: {_left_out(findings)} and everything that depends on them could not be checked")
     print(output)
     return 1 if findings.errors or findings.broken else 0
 
@@ -281,10 +279,10 @@ def _begun(name: str, what: str, text: str) -> Path | None:
 def _free(name: str, what: str, path: Path) -> Path | None:
     """Returns the path if the name is valid and nothing exists there; None if it is refused."""
     if not re.fullmatch(r"[a-z][a-z0-9_]*", name):
-        print(f"'{name}' is not a name of {what}: lower-case letters, digits and _", file=sys.stderr)
+        print(f"'{name}' is not a valid name of {what}; use lower-case letters, digits and _", file=sys.stderr)
         return None
     if path.exists():
-        print(f"there is a file '{path}' already", file=sys.stderr)
+        print(f"file '{path}' already exists", file=sys.stderr)
         return None
     return path
 
@@ -292,7 +290,7 @@ def _free(name: str, what: str, path: Path) -> Path | None:
 def _blocks(given: argparse.Namespace) -> int:
     if given.action == "show":
         if not given.words:
-            print("say which: opengpac blocks show pid", file=sys.stderr)
+            print("name a block: opengpac blocks show pid", file=sys.stderr)
             return 1
         for name in given.words:
             print(library.show(name))
@@ -306,7 +304,7 @@ def _blocks(given: argparse.Namespace) -> int:
         indent = "  " if given.action == "list" else ""
         print(f"{indent}{component.name:<{24 - len(indent)}} {component.kind:<11} {component.title}")
     for problem in library.problems():
-        print(f"left out: {problem}", file=sys.stderr)
+        print(f"not loaded: {problem}", file=sys.stderr)
     if not found:
-        print(f"nothing has {' and '.join(given.words)}; opengpac blocks lists what there is", file=sys.stderr)
+        print(f"no block matches {' and '.join(given.words)}; list all of them with opengpac blocks", file=sys.stderr)
     return 0 if found else 1

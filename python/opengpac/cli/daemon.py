@@ -26,50 +26,48 @@ _DAY_S = 86_400
 
 def add_to(commands: Any) -> None:
     """Adds both to the commands of the parser."""
-    rts = commands.add_parser("rts", help="a real-time system as a daemon; docs/control.md is its interface")
-    rts.add_argument("--name", help="of the system; default: cell")
-    rts.add_argument("--clock", choices=["monotonic", "virtual"], help="default: monotonic")
-    rts.add_argument("--seed", type=int, help="of preemptions and faults under the virtual clock")
-    rts.add_argument("--socket", metavar="PATH", help="the Unix socket, instead of one in a private folder")
+    rts = commands.add_parser("rts", help="run a real-time system as a daemon; docs/control.md describes its interface")
+    rts.add_argument("--name", help="name of the system (default: cell)")
+    rts.add_argument("--clock", choices=["monotonic", "virtual"], help="clock of the system (default: monotonic)")
+    rts.add_argument("--seed", type=int, help="seed of preemptions and faults under the virtual clock")
+    rts.add_argument("--socket", metavar="PATH", help="path of the Unix socket (default: in a private folder)")
     rts.add_argument(
-        "--listen", metavar="HOST:PORT", help="TCP besides; an address that is not loopback needs TLS and callers that are known"
+        "--listen", metavar="HOST:PORT", help="also listen on TCP; an address that is not loopback needs TLS and authenticated callers"
     )
-    rts.add_argument("--tls-cert", metavar="PEM")
-    rts.add_argument("--tls-key", metavar="PEM")
-    rts.add_argument("--client-ca", metavar="PEM", help="who signs client certificates")
-    rts.add_argument("--tokens", metavar="FILE", help="made by opengpac token new")
-    rts.add_argument("--audit", metavar="FILE", help="who commanded what, appended; default: beside the socket")
-    rts.add_argument(
-        "--journal", metavar="FILE", help="the calls that made the system what it is, appended; a daemon that starts again makes them again"
-    )
-    rts.add_argument("--journal-strict", action="store_true", help="ends the start where a call of the journal fails")
-    rts.add_argument("--records", metavar="FOLDER", help="where remote programs and pages may record, by names")
+    rts.add_argument("--tls-cert", metavar="PEM", help="certificate of the daemon")
+    rts.add_argument("--tls-key", metavar="PEM", help="private key of the certificate")
+    rts.add_argument("--client-ca", metavar="PEM", help="certificate of the authority that signs client certificates")
+    rts.add_argument("--tokens", metavar="FILE", help="file of tokens, made by opengpac token new")
+    rts.add_argument("--audit", metavar="FILE", help="audit log, which is appended to (default: beside the socket)")
+    rts.add_argument("--journal", metavar="FILE", help="log of the calls that configured the system; a restarted daemon repeats them")
+    rts.add_argument("--journal-strict", action="store_true", help="fail the start if a call of the journal fails")
+    rts.add_argument("--records", metavar="FOLDER", help="folder in which remote programs and pages may record")
     rts.add_argument(
         "--trust", action="append", default=[], metavar="SHA256",
-        help="code of this digest may run where a recording that is replayed brings it; modules that the system has had may anyway",
+        help="digest of native code that may run when a recording with it is replayed; modules that the system has had are always allowed",
     )  # fmt: skip
-    rts.add_argument("--insecure-loopback", action="store_true", help="any user of this machine may observe over TCP without a token")
-    rts.add_argument("--host", action="append", default=[], metavar="NAME", help="a name by which requests may call this machine")
-    rts.add_argument("--origin", action="append", default=[], metavar="URL", help="a site whose pages may call")
-    rts.add_argument("--studio", action="store_true", help="prints the address of the page with a token of this run")
-    rts.add_argument("--studio-role", choices=server.ROLES, help="what that token allows; default: operate")
-    rts.add_argument("--page", metavar="FOLDER", help="the page's files, instead of those that come with OpenGPAC")
-    programs.add_to(rts, nargs="?", help="runs first; the system that it leaves open is served")
+    rts.add_argument("--insecure-loopback", action="store_true", help="let any user of this machine observe over TCP without a token")
+    rts.add_argument("--host", action="append", default=[], metavar="NAME", help="name that requests may use for this machine")
+    rts.add_argument("--origin", action="append", default=[], metavar="URL", help="site whose pages may send requests")
+    rts.add_argument("--studio", action="store_true", help="print the address of the page with a token for this run")
+    rts.add_argument("--studio-role", choices=server.ROLES, help="role of that token (default: operate)")
+    rts.add_argument("--page", metavar="FOLDER", help="folder with other files of the page than those of OpenGPAC")
+    programs.add_to(rts, nargs="?", help="program to run first; the system that it leaves open is served")
     rts.set_defaults(run=_rts)
-    token = commands.add_parser("token", help="who may come to a daemon").add_subparsers(required=True, metavar="ACTION")
-    new = token.add_parser("new", help="makes a token, and prints it once")
-    new.add_argument("--name", required=True, help="whose it is")
+    token = commands.add_parser("token", help="manage access to a daemon").add_subparsers(required=True, metavar="ACTION")
+    new = token.add_parser("new", help="make a token and print it once")
+    new.add_argument("--name", required=True, help="name of its owner")
     new.add_argument("--role", required=True, choices=_ROLES)
-    new.add_argument("--days", type=float, help="how long it holds; default: until it is revoked")
-    new.add_argument("--certificate", metavar="PEM", help="lets the holder of this client certificate in instead")
+    new.add_argument("--days", type=float, help="validity in days (default: until it is revoked)")
+    new.add_argument("--certificate", metavar="PEM", help="admit the holder of this client certificate instead")
     new.set_defaults(run=_token_new)
-    shown = token.add_parser("list", help="shows what there is")
+    shown = token.add_parser("list", help="list the tokens")
     shown.set_defaults(run=_token_list)
-    revoke = token.add_parser("revoke", help="revokes a token")
+    revoke = token.add_parser("revoke", help="revoke a token")
     revoke.add_argument("name")
     revoke.set_defaults(run=_token_revoke)
     for parser in (new, shown, revoke):
-        parser.add_argument("--tokens", metavar="FILE", default="tokens.json", help="default: tokens.json")
+        parser.add_argument("--tokens", metavar="FILE", default="tokens.json", help="file of tokens (default: tokens.json)")
 
 
 def _rts(given: argparse.Namespace) -> int:
@@ -133,7 +131,7 @@ def _say(addresses: list[str], page: str | None) -> None:
 def _studio(given: argparse.Namespace) -> dict[str, Any]:
     """Returns the options for serving the studio: the page if there is a port and it was built, and a token for this run on request."""
     if given.studio_role is not None and not given.studio:
-        refuse(CallError, "--studio-role is given and no page has a token", "add --studio")
+        refuse(CallError, "--studio-role needs a page with a token", "add --studio")
     page = None if given.page is None else Path(given.page)
     if given.studio:
         return {"listen": given.listen or "127.0.0.1:0", "page": str(server.built(page)), "run_token": given.studio_role or "operate"}
@@ -156,12 +154,14 @@ def _of_program(given: argparse.Namespace) -> system.System:
     """Runs the program and returns the single system that it leaves open."""
     for word in ("name", "clock", "seed"):
         if getattr(given, word) is not None:
-            refuse(CallError, f"--{word} is given, and program '{given.program}' makes the system", "say it there")
+            refuse(
+                CallError, f"--{word} cannot be combined with program '{given.program}', which makes the system", "set it in the program"
+            )
     made = programs.run(given, "opengpac.rts")
     there = [s for s in open_systems.systems() if not s.closed and any(s is value for value in made.values())]
     if len(there) != 1:
         left = f"program '{given.program}' leaves {len(there)} systems open"
-        refuse(CallError, left, "let it make one, without 'with', as a global name")
+        refuse(CallError, left, "assign exactly one to a global name, without 'with'")
     return there[0]
 
 
@@ -171,8 +171,8 @@ def _token_new(given: argparse.Namespace) -> int:
         with refusals:
             token = _native.token_new(given.tokens, given.name, given.role, expires, given.certificate)
     except OSError as why:
-        refuse(FileFailed, f"the file of tokens: {why}")
-    print(token or f"the certificate may {given.role}")
+        refuse(FileFailed, f"cannot use the file of tokens: {why}")
+    print(token or f"the certificate has the role '{given.role}'")
     return 0
 
 
@@ -181,9 +181,9 @@ def _token_list(given: argparse.Namespace) -> int:
         with refusals:
             entries = json.loads(_native.token_list(given.tokens))
     except OSError as why:
-        refuse(FileFailed, f"the file of tokens: {why}")
+        refuse(FileFailed, f"cannot use the file of tokens: {why}")
     for entry in entries:
-        state = "revoked" if entry["revoked"] else "expired" if entry["expires"] and entry["expires"] <= time.time() else "holds"
+        state = "revoked" if entry["revoked"] else "expired" if entry["expires"] and entry["expires"] <= time.time() else "valid"
         what = "certificate" if entry["certificate"] else "token"
         print(f"{entry['name']:<20} {entry['role']:<10} {what:<12} {state}")
     return 0
@@ -194,6 +194,6 @@ def _token_revoke(given: argparse.Namespace) -> int:
         with refusals:
             revoked = _native.token_revoke(given.tokens, given.name)
     except OSError as why:
-        refuse(FileFailed, f"the file of tokens: {why}")
-    print(f"'{given.name}' is revoked" if revoked else f"there is no token '{given.name}' that holds")
+        refuse(FileFailed, f"cannot use the file of tokens: {why}")
+    print(f"token '{given.name}' has been revoked" if revoked else f"'{given.name}' is not the name of a valid token")
     return 0 if revoked else 1

@@ -23,11 +23,15 @@ def server(port: int = 0) -> ThreadingHTTPServer:
     Raises `FileFailed` if the package has no pages or they are damaged, `OSError` if the port is in use.
     """
     if not SITE.exists():
-        refuse(FileFailed, "this installation has no site of the documentation", "`make docs` in a checkout builds it; wheels have it")
+        refuse(
+            FileFailed,
+            "this installation does not contain the documentation",
+            "build it with `make docs` in a checkout, or install a wheel, which contains it",
+        )
     try:
         pages = zipfile.ZipFile(SITE)
     except zipfile.BadZipFile:
-        refuse(FileFailed, f"'{SITE}' is damaged", "install the package again, or build it by `make docs`")
+        refuse(FileFailed, f"'{SITE}' is damaged", "reinstall the package, or build it with `make docs`")
 
     class Pages(BaseHTTPRequestHandler):
         """Serves the requested file from the archive."""
@@ -37,7 +41,7 @@ def server(port: int = 0) -> ThreadingHTTPServer:
             try:
                 body = pages.read(name)
             except KeyError:
-                self.send_error(404, "there is no such page")
+                self.send_error(404, "page not found")
                 return
             self.send_response(200)
             self.send_header("Content-Type", _kind(name))
@@ -64,10 +68,10 @@ def _kind(name: str) -> str:
 
 def add_to(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
     """Adds the command."""
-    docs = commands.add_parser("docs", help="serve the documentation on this machine, without a network; it ends with Ctrl-C")
-    docs.add_argument("words", nargs="*", metavar="WORD", help="what to search for")
-    docs.add_argument("--port", type=int, default=0, help="the port (a free one)")
-    docs.add_argument("--no-open", action="store_true", help="only print the address")
+    docs = commands.add_parser("docs", help="serve the documentation offline, until Ctrl-C")
+    docs.add_argument("words", nargs="*", metavar="WORD", help="words to search for")
+    docs.add_argument("--port", type=int, default=0, help="port (default: any that is free)")
+    docs.add_argument("--no-open", action="store_true", help="only print the address, without opening a browser")
     docs.set_defaults(run=_run)
 
 

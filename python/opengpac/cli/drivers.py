@@ -21,18 +21,16 @@ from ..values.quantities import duration_ns
 
 def add_to(commands: Any) -> None:
     """Adds the two commands."""
-    of_drivers = commands.add_parser("drivers", help="the drivers that there are, and what they declare")
+    of_drivers = commands.add_parser("drivers", help="list drivers, or show what they declare")
     of_drivers.add_argument("action", nargs="?", choices=["list", "show"], default="list")
     of_drivers.add_argument("names", nargs="*", metavar="NAME|FILE")
     of_drivers.set_defaults(run=_drivers)
-    devices = commands.add_parser("devices", help="physical devices").add_subparsers(required=True, metavar="WHAT")
-    scan = devices.add_parser("scan", help="find devices that a driver could open; nothing moves")
-    scan.add_argument(
-        "--on", metavar="URL", help="look on the host of this daemon, or of the one of this name: a URL like unix:///run/cell.sock"
-    )
-    scan.add_argument("--token", help="of a daemon on a port; default: OPENGPAC_TOKEN")
-    scan.add_argument("kind", metavar="NAME|FILE", nargs="?", help="the driver, or the file of one; else all that can look")
-    scan.add_argument("options", nargs=argparse.REMAINDER, metavar="--OPTION VALUE", help="options of the driver that say where to look")
+    devices = commands.add_parser("devices", help="find physical devices").add_subparsers(required=True, metavar="WHAT")
+    scan = devices.add_parser("scan", help="find devices that a driver could open, without moving anything")
+    scan.add_argument("--on", metavar="URL", help="search the host of this daemon: its URL, such as unix:///run/cell.sock, or its name")
+    scan.add_argument("--token", help="token for a daemon on a port (default: OPENGPAC_TOKEN)")
+    scan.add_argument("kind", metavar="NAME|FILE", nargs="?", help="driver to search with, or its file (default: all that can search)")
+    scan.add_argument("options", nargs=argparse.REMAINDER, metavar="--OPTION VALUE", help="options of the driver that narrow the search")
     scan.set_defaults(run=_scan)
 
 
@@ -41,7 +39,7 @@ def _drivers(given: argparse.Namespace) -> int:
         print(drivers.list())
         return 0
     if not given.names:
-        print("say which: opengpac drivers show mujoco", file=sys.stderr)
+        print("name a driver: opengpac drivers show mujoco", file=sys.stderr)
         return 1
     for name in given.names:
         for manual in manuals(name):
@@ -51,7 +49,7 @@ def _drivers(given: argparse.Namespace) -> int:
 
 def _scan(given: argparse.Namespace) -> int:
     if given.on and given.kind and is_file(given.kind):
-        refuse(CallError, f"the driver of '{given.kind}' looks on the host that has the file", "run the command there, without --on")
+        refuse(CallError, f"the driver in '{given.kind}' can search only the host that has the file", "run the command there, without --on")
     where = options(given.options, [option for manual in manuals(given.kind) for option in manual.options]) if given.kind else {}
     found = drivers.scan(given.kind, **where) if given.on is None else _found_on(given, where)
     print(found)
@@ -74,7 +72,7 @@ def options(words: Iterable[str], declared: Iterable[Mapping[str, Any]]) -> dict
     rest = iter(words)
     for word in rest:
         if not word.startswith("--"):
-            refuse(CallError, f"'{word}' is no option", "write --option value")
+            refuse(CallError, f"'{word}' is not an option", "write --option value")
         name, equals, value = word[2:].partition("=")
         name = name.replace("-", "_")
         name = name if name in kinds or f"{name}_ns" not in kinds else f"{name}_ns"
@@ -96,4 +94,4 @@ def _value(text: str, option: Mapping[str, Any]) -> Any:
     try:
         return json.loads(text)
     except json.JSONDecodeError:
-        refuse(CallError, f"option '{name}' is {text!r}", f"give a {kind}")
+        refuse(CallError, f"option '{name}' must be a {kind}, not {text!r}")

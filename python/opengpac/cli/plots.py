@@ -22,21 +22,23 @@ from ..values.quantities import duration_ns
 def add_to(commands: Any) -> None:
     """Adds both to the commands of the parser."""
     record = commands.add_parser("record", help="run a program and record every system that it makes")
-    record.add_argument("-o", "--output", metavar="FILE", required=True, help="an MCAP file; of a second system the name is added")
-    record.add_argument("--svvs", metavar="NAME", action="append", help="SVVs, with * and ?; default: all")
-    record.add_argument("--cells", action="store_true", help="the private cells of verb instances too")
-    record.add_argument("--no-replay", action="store_true", help="without what 'opengpac replay' needs")
-    record.add_argument("--split", metavar="SIZE", help="end a file at this size, 500MB, and go on in the next one; with --no-replay")
-    record.add_argument("--keep", metavar="NUMBER", type=int, help="so many of the newest files stay; with --split")
+    record.add_argument(
+        "-o", "--output", metavar="FILE", required=True, help="path of the MCAP file; further systems add their names to it"
+    )
+    record.add_argument("--svvs", metavar="NAME", action="append", help="SVVs to record, with * and ? (default: all)")
+    record.add_argument("--cells", action="store_true", help="also record the private cells of verb instances")
+    record.add_argument("--no-replay", action="store_true", help="omit the data that only 'opengpac replay' needs")
+    record.add_argument("--split", metavar="SIZE", help="start a new file at this size, such as 500MB; requires --no-replay")
+    record.add_argument("--keep", metavar="NUMBER", type=int, help="number of newest files to keep; requires --split")
     programs.add_to(record)
     record.set_defaults(run=_record)
-    plot = commands.add_parser("plot", help="make a picture of a recording")
+    plot = commands.add_parser("plot", help="plot SVVs of a recording")
     plot.add_argument("recording")
-    plot.add_argument("svvs", nargs="+", metavar="NAME", help="SVVs, with * and ?")
-    plot.add_argument("-o", "--output", metavar="PICTURE", help="default: the recording's name with .png")
-    plot.add_argument("--from", dest="begin", metavar="TIME", help="on the system's clock, for example 1s")
+    plot.add_argument("svvs", nargs="+", metavar="NAME", help="SVVs to plot, with * and ?")
+    plot.add_argument("-o", "--output", metavar="PICTURE", help="path of the picture (default: the recording's name with .png)")
+    plot.add_argument("--from", dest="begin", metavar="TIME", help="begin on the system's clock, for example 1s")
     plot.add_argument("--to", dest="end", metavar="TIME")
-    plot.add_argument("--csv", metavar="FILE", help="the values as text too, or instead: --csv without -o makes no picture")
+    plot.add_argument("--csv", metavar="FILE", help="also write the values as text; without -o no picture is made")
     plot.set_defaults(run=_plot)
 
 
@@ -69,7 +71,7 @@ def _record(given: argparse.Namespace) -> int:
                 system.close()
                 print(written, file=sys.stderr)
     if not recording.recordings:
-        print(f"program '{given.program}' has made no system: nothing is recorded", file=sys.stderr)
+        print(f"nothing was recorded: program '{given.program}' made no system", file=sys.stderr)
         return 1
     return 0
 
@@ -80,7 +82,7 @@ def _plot(given: argparse.Namespace) -> int:
     begin, end = (None if word is None else _time(word) for word in (given.begin, given.end))
     series = {name: _between(recorded[name], begin, end) for name in names}
     if not any(len(of) for of in series.values()):
-        refuse(CallError, f"there is no value of {', '.join(names)} in that time", "look at other times: --from, --to")
+        refuse(CallError, f"no values of {', '.join(names)} were recorded in that interval", "choose another one: --from, --to")
     if given.csv:
         _write_csv(given.csv, series)
         print(given.csv)
@@ -122,14 +124,14 @@ def _write_csv(path: str, series: dict[str, np.ndarray]) -> None:
                         (column, n, repr(float(t)), v) for n, t, v in zip(of["number"], of["time"], values.tolist(), strict=True)
                     )
     except OSError as why:
-        refuse(FileFailed, f"cannot write '{path}': {why.strerror}", "does the folder exist, and may you write there?")
+        refuse(FileFailed, f"cannot write '{path}': {why.strerror}", "check that the folder exists and that you may write there")
 
 
 def _draw(path: str, recorded: Recorded, series: dict[str, np.ndarray]) -> str:
     try:
         from matplotlib.figure import Figure
     except ImportError:
-        refuse(CallError, "pictures need matplotlib, which is not installed", "pip install opengpac[plot], or write --csv FILE")
+        refuse(CallError, "pictures need matplotlib, which is not installed", "run pip install 'opengpac[plot]', or use --csv FILE")
     units = list(dict.fromkeys(recorded.unit(name) for name in series))
     figure = Figure(figsize=(10, 2 + 2.4 * len(units)), layout="constrained")
     axes = figure.subplots(len(units), 1, sharex=True, squeeze=False)[:, 0]
@@ -147,6 +149,6 @@ def _draw(path: str, recorded: Recorded, series: dict[str, np.ndarray]) -> str:
         figure.savefig(path, dpi=120)
     except (OSError, ValueError) as why:
         refuse(
-            FileFailed, f"cannot make the picture '{path}': {why}", "give a file that ends with .png, .svg or .pdf, in a folder that exists"
+            FileFailed, f"cannot make the picture '{path}': {why}", "name a file that ends with .png, .svg or .pdf, in a folder that exists"
         )
     return path

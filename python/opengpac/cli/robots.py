@@ -13,9 +13,9 @@ from ..values.tables import Table
 
 def add_to(commands: Any) -> None:
     """Adds the command."""
-    robots = commands.add_parser("robots", help="the arms that are known by name: joints, reach, package, and whether that is installed")
-    robots.add_argument("names", nargs="*", metavar="NAME", help="show the home, tool and source of these")
-    robots.add_argument("--draw", metavar="FILE", help="draw the one arm that is named at its home, as SVG")
+    robots = commands.add_parser("robots", help="list the arms that are known by name, with joints, reach and package")
+    robots.add_argument("names", nargs="*", metavar="NAME", help="arm whose home, tool and source are shown")
+    robots.add_argument("--draw", metavar="FILE", help="draw the named arm at its home position, as SVG")
     robots.set_defaults(run=_robots)
 
 
@@ -23,20 +23,20 @@ def _robots(given: argparse.Namespace) -> int:
     from ..robots.catalogue import ELSEWHERE, KNOWN, refuse_elsewhere
 
     if given.draw and len(given.names) != 1:
-        refuse(CallError, f"--draw draws one arm, and not {len(given.names)}", "opengpac robots NAME --draw FILE")
+        refuse(CallError, f"--draw needs exactly one arm, not {len(given.names)}", "write opengpac robots NAME --draw FILE")
     if not given.names:
         rows = [
             [arm.name, len(arm.home), f"{arm.reach:.2f} m", f"{arm.package.name} {arm.package.version}", _installed(arm)]
             for arm in KNOWN.values()
         ]
         print(Table("arms known by name", ["name", "joints", "reach", "package", "installed"], rows))
-        print(f"\nNo package has {', '.join(ELSEWHERE)}: opengpac robots NAME says where their models are.")
-        print("One of them: opengpac robots NAME; any other arm: gpac.robots.load(FILE).")
+        print(f"\nNo package contains {', '.join(ELSEWHERE)}; see where their models are with opengpac robots NAME.")
+        print("Show one of them with opengpac robots NAME; load any other arm with gpac.robots.load(FILE).")
         return 0
     for name in given.names:
         refuse_elsewhere(name)
         if name not in KNOWN:
-            refuse(UnknownName, f"there is no arm '{name}'", did_you_mean(name, KNOWN))
+            refuse(UnknownName, f"arm '{name}' is unknown", did_you_mean(name, KNOWN))
         arm = KNOWN[name]
         print(Table(f"{name}: {len(arm.home)} joints, reach {arm.reach:.2f} m", ["joint", "home"], [*arm.home.items()]))
         print(f"tool: the frame of '{arm.tool}'\nsource: {arm.source}\ninstalled: {_installed(arm)}")
@@ -54,8 +54,8 @@ def _draw(name: str, file: Path) -> None:
     try:
         file.write_text(drawing)
     except OSError as error:
-        refuse(CallError, f"cannot write '{file}': {error.strerror}", "give the path of a file that may be written")
-    print(f"'{file}' is written")
+        refuse(CallError, f"cannot write '{file}': {error.strerror}", "choose a file that you may write")
+    print(f"wrote '{file}'")
 
 
 def _installed(arm: Any) -> str:

@@ -180,7 +180,7 @@ class Block(TableDisplay, FunctionBlock):
             (i.kind.replace("_", " "), i.name, i.type, i.unit, "" if i.kind not in ("input", "output") else i.mode, i.doc)
             for i in self.items.values()
         ]
-        return Table(f"{self.name}: {self.doc}", ["kind", "name", "type", "unit", "mode", "what it is"], rows)
+        return Table(f"{self.name}: {self.doc}", ["kind", "name", "type", "unit", "mode", "description"], rows)
 
 
 @all_taking

@@ -87,7 +87,7 @@ class Module(TableDisplay, DeclaredNames):
 
     def _table(self) -> Table:
         rows = [(name, block.doc.partition("\n")[0]) for name, block in self._blocks.items()]
-        return Table(f"code module '{self._name}'", ["block", "what it is for"], rows)
+        return Table(f"code module '{self._name}'", ["block", "description"], rows)
 
     def __repr__(self) -> str:
         return f"code module '{self._name}' ({self._path}): {', '.join(self._blocks)}"

@@ -43,12 +43,12 @@ class Group(TableDisplay, DeclaredNames, Argument, Generic[D]):
 
     def __init__(self, name: str, *devices: D) -> None:
         if not devices:
-            refuse(CallError, f"group '{name}' has no devices", "give at least one")
+            refuse(CallError, f"group '{name}' has no devices", "pass at least one")
         for device in devices:
             if not isinstance(device, LogicalDevice):
-                refuse(CallError, f"group '{name}' is given {device!r}", "give logical devices")
+                refuse(CallError, f"members of group '{name}' must be logical devices, not {device!r}", "pass logical devices")
         if len({device.system for device in devices}) > 1:
-            refuse(CallError, f"group '{name}' has devices of several systems", "take all from one")
+            refuse(CallError, f"group '{name}' has devices of several systems", "take all of them from one system")
         self.name = name
         self.model = ""
         """Identifier of its mechanics, for example the hash of the model file from which an arm was loaded."""
@@ -125,7 +125,7 @@ class Group(TableDisplay, DeclaredNames, Argument, Generic[D]):
         for device in self._devices:
             if member not in device.svv_members() and member not in device.parameter_members():
                 what = f"{device.definition_name()} '{device.name}' of group '{self.name}'"
-                refuse(CallError, f"{what} has no member '{member}'", f"set it of the others: group['…'].{member} = …")
+                refuse(CallError, f"{what} has no member '{member}'", f"set it for the others: group['…'].{member} = …")
         before = self.values(member)
         given = self._one_for_each(member, value, before)
         done: list[tuple[D, Any]] = []
@@ -150,13 +150,17 @@ class Group(TableDisplay, DeclaredNames, Argument, Generic[D]):
             return [value] * len(self._devices)
         value = plain(value, f"'{member}' of group '{self.name}'")
         if len(value) != len(self._devices):
-            remedy = f"give one for all, one for each, or {{'{self.short_names[0]}': …}}"
-            refuse(CallError, f"'{member}' of group '{self.name}' is given {len(value)} values for {len(self._devices)} devices", remedy)
+            remedy = f"pass one for all, one for each, or {{'{self.short_names[0]}': …}}"
+            refuse(
+                CallError,
+                f"'{member}' of group '{self.name}' needs one value for each of its {len(self._devices)} devices, not {len(value)}",
+                remedy,
+            )
         return value
 
     def _instead(self, name: str) -> str:
         if name in self._ipython_key_completions_():
-            return f"it is a device: set a member of it, {name}.…"
+            return f"it is a device, so set one of its members: {name}.…"
         return did_you_mean(name, self._members())
 
     def _called(self) -> str:
@@ -187,7 +191,11 @@ class Group(TableDisplay, DeclaredNames, Argument, Generic[D]):
         if isinstance(which, int | slice):
             return self._devices[which]
         if not isinstance(which, str):
-            refuse(CallError, f"group '{self.name}' is asked for {which!r}", "give a number, a slice or a name")
+            refuse(
+                CallError,
+                f"the index of group '{self.name}' must be a number, a slice or a name, not {which!r}",
+                "write group[0] or group['elbow'], for example",
+            )
         found = [device for device in self._devices if device.name == which] or [d for d in self._devices if which in _endings(d.name)]
         if not found:
             refuse(UnknownName, f"group '{self.name}' has no device '{which}'", did_you_mean(which, self.short_names))
@@ -201,7 +209,11 @@ class Group(TableDisplay, DeclaredNames, Argument, Generic[D]):
         if name.startswith("_"):
             raise AttributeError(name)
         if name in self._members() and name not in self._ipython_key_completions_():
-            refuse(UnknownName, f"'{name}' of group '{self.name}' is a member of each device", f"write .values('{name}') for all of them")
+            refuse(
+                UnknownName,
+                f"'{name}' is a member of each device of group '{self.name}', not of the group",
+                f"write .values('{name}') for all of them",
+            )
         return self[name]
 
     def __dir__(self) -> list[str]:

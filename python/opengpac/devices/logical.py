@@ -243,8 +243,8 @@ class LogicalDevice(TableDisplay, DeclaredNames, Argument):
         if len(candidates) != 1:
             refuse(
                 CallError,
-                f"{len(candidates)} systems could hold {type(self).__name__} '{name}'",
-                "say on=source, of one system, or system=cell",
+                f"it is not clear which of {len(candidates)} systems {type(self).__name__} '{name}' belongs to",
+                "pass on=source, of one system, or system=cell",
             )
         self.system: System = candidates.pop()
         described = {
@@ -285,9 +285,8 @@ class LogicalDevice(TableDisplay, DeclaredNames, Argument):
         if other is not None and other is not self and (other.definition_name(), other._numbers) != (self.definition_name(), self._numbers):
             refuse(
                 UnknownName,
-                f"the {self.definition_name()} '{self.name}' that this stands for is gone: it was deleted, and a "
-                f"{other.definition_name()} has its name",
-                "use the one that was made last",
+                f"this {self.definition_name()} '{self.name}' was deleted, and a {other.definition_name()} now has its name",
+                "use the newest one",
             )
         return self.system._alive()
 
@@ -428,4 +427,4 @@ class LogicalDevice(TableDisplay, DeclaredNames, Argument):
 def check_arbitration(arbitration: str, what: str) -> None:
     """Refuses words other than the three."""
     if arbitration not in ("refuse", "queue", "abort"):
-        refuse(DefinitionError, f"{what} has arbitration={arbitration!r}", "write 'refuse', 'queue' or 'abort'")
+        refuse(DefinitionError, f"arbitration= of {what} cannot be {arbitration!r}", "write 'refuse', 'queue' or 'abort'")

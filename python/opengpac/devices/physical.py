@@ -74,13 +74,17 @@ class Channel(DeclaredNames, Argument):
         The channel is checked in each firing of the source that exchanges with its device; the first reading never raises the source.
         """
         if not isinstance(source, Source):
-            refuse(CallError, f"channel '{self.device.name}.{self.name}' is to raise {source!r}", "give a source: rtp.trigger('door')")
+            refuse(
+                CallError,
+                f"channel '{self.device.name}.{self.name}' must trigger a source, not {source!r}",
+                "pass a source: rtp.trigger('door')",
+            )
         native = self.device._here()
         with refusals:
             native.raises(self.device.name, self.name, source.name, here().json())
 
     def _instead(self, name: str) -> str:
-        return "what is written to a channel comes from a block: write_channel" if name == "value" else ""
+        return "write it by a block: write_channel" if name == "value" else ""
 
     def _called(self) -> str:
         return f"channel '{self.device.name}.{self.name}'"
@@ -97,7 +101,7 @@ class _Channels(TableDisplay, DeclaredNames):
         raise NotImplementedError
 
     def _instead(self, name: str) -> str:
-        return "what is written to a channel comes from a block: write_channel" if name in self._names() else ""
+        return "write it by a block: write_channel" if name in self._names() else ""
 
     def __getattr__(self, name: str) -> Any:
         if name.startswith("_"):
@@ -193,7 +197,7 @@ class PhysicalDevice(_Channels):
         self._here()
         known = self.system.statistics["physical_devices"].get(self.name)
         if known is None:
-            refuse(UnknownName, f"the physical device '{self.name}' was deleted: nothing counts there any more")
+            refuse(UnknownName, f"physical device '{self.name}' was deleted and no longer counts")
         return {word["name"]: 0 for word in self.about.get("counters", [])} | known["counters"]
 
     def reopen(self) -> None:
@@ -218,8 +222,8 @@ class PhysicalDevice(_Channels):
         if self.system.physical_devices.get(self.name, self) is not self:
             refuse(
                 UnknownName,
-                f"the physical device '{self.name}' that this stands for is gone: it was deleted, and another has its name",
-                "take its parts and channels from the one that was made last",
+                f"this physical device '{self.name}' was deleted, and another one now has its name",
+                "take parts and channels of the newest one",
             )
         return self.system._alive()
 
@@ -241,7 +245,7 @@ class PhysicalDevice(_Channels):
         beside = [self.services._table()] if self.services else []
         if words and not self.system.closed and self.system.physical_devices.get(self.name) is self:
             counted = [(name, count, words[name]["unit"], words[name]["doc"]) for name, count in self.counters.items() if name in words]
-            beside.append(Table(f"counters of {self.name}", ["counter", "value", "unit", "what it counts"], counted))
+            beside.append(Table(f"counters of {self.name}", ["counter", "value", "unit", "meaning"], counted))
         if safe is None and not beside:
             return channels
         return Tables([channels, *beside], f"safe state: {safe_state_text(safe)}" if safe else "")

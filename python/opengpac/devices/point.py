@@ -60,7 +60,7 @@ class Point(Mapping[str, float]):
         Raises `CallError` for points without an arm, `Unreachable` for a point in space that the arm does not reach.
         """
         if self._reach is None:
-            refuse(CallError, f"the pose of point '{self.name}' needs the geometry of its arm", "give the arm: gpac.Points(path, arm)")
+            refuse(CallError, f"the pose of point '{self.name}' requires the geometry of its arm", "pass the arm: gpac.Points(path, arm)")
         if self._reached is None:
             self._reached = self._reach()
         return self._reached[1]

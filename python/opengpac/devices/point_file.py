@@ -33,7 +33,7 @@ DIGITS = 9
 def new_document() -> Any:
     """Returns the document of a file without points."""
     document = tomlkit.document()
-    document.add(tomlkit.comment("Taught points, one a line. You may edit this file: comments and order stay."))
+    document.add(tomlkit.comment("Taught points, one per line. You may edit this file: comments and order are kept."))
     document["format"] = FORMAT
     document["arm"] = {"name": "", "model": "", "joints": [], "units": []}
     document["points"] = {}
@@ -48,13 +48,13 @@ def parsed(text: str, path: Path) -> Any:
     except Error:
         raise
     except Exception as error:
-        why = "it is nested too deep" if isinstance(error, RecursionError) else str(error).lower() or "it is damaged"
-        refuse(FileFailed, f"the points file '{path}' cannot be read: {why}", "mend that line; nothing was changed")
+        why = "it is nested too deeply" if isinstance(error, RecursionError) else str(error).lower() or "it is damaged"
+        refuse(FileFailed, f"points file '{path}' cannot be read: {why}", "fix that line; the file is unchanged")
     if wrong:
         at, why = wrong
         line = _line_of(text, *at) if at else None
         where = f"'{path}', line {line}," if line else f"'{path}'"
-        refuse(FileFailed, f"the points file {where} cannot be used: {why}", "mend it; nothing was changed")
+        refuse(FileFailed, f"points file {where} cannot be used: {why}", "fix it; the file is unchanged")
     return document
 
 
@@ -203,7 +203,7 @@ def _line_of(text: str, section: str, name: str) -> int | None:
 def _wrong(document: Any) -> tuple[tuple[str, str] | None, str] | None:
     """Returns the error of a document with the section and name concerned."""
     if document.get("format") not in (1, FORMAT):
-        return None, f"its format is {document.get('format')!r}, this version reads {FORMAT}"
+        return None, f"its format is {document.get('format')!r}, but this version reads {FORMAT}"
     arm, points = document.get("arm"), document.get("points")
     if not isinstance(arm, Mapping) or not isinstance(points, Mapping):
         return None, "it needs the tables [arm] and [points]"
@@ -211,16 +211,16 @@ def _wrong(document: Any) -> tuple[tuple[str, str] | None, str] | None:
         if not isinstance(arm.get(key), kind):
             return ("arm", key), f"'{key}' of [arm] is missing"
     if len(arm["joints"]) != len(arm["units"]):
-        return ("arm", "units"), f"[arm] has {len(arm['joints'])} joints and {len(arm['units'])} units"
+        return ("arm", "units"), f"[arm] has {len(arm['joints'])} joints but {len(arm['units'])} units"
     if len({*map(str, arm["joints"])}) != len(arm["joints"]) or not all(isinstance(joint, str) for joint in arm["joints"]):
-        return ("arm", "joints"), "'joints' of [arm] are names, each once"
+        return ("arm", "joints"), "'joints' of [arm] must be distinct names"
     unknown = next((unit for unit in arm["units"] if factor(unit if isinstance(unit, str) else None) is None), None)
     if unknown is not None:
-        return ("arm", "units"), f"[arm] has the unit '{unknown}', which is none of an angle or a length: write rad, deg, m or mm"
+        return ("arm", "units"), f"[arm] has unit '{unknown}', which is neither an angle nor a length; write rad, deg, m or mm"
     for section in ("frames", "tools"):
         entries = document.get(section, {})
         if not isinstance(entries, Mapping):
-            return None, f"'{section}' is no table"
+            return None, f"'{section}' is not a table"
         for name, entry in entries.items():
             why = _wrong_pose(entry) if isinstance(entry, Mapping) else "it has no 'position = […]'"
             if why:
@@ -237,17 +237,17 @@ def _wrong_point(entry: Any, document: Any) -> str:
     if not isinstance(of, Mapping | list):
         return "it has no 'joints = […]'"
     if isinstance(of, list) and len(of) != len(joints):
-        return f"it has {len(of)} joints, and the arm {len(joints)}: {', '.join(joints)}"
+        return f"it has {len(of)} joints, but the arm has {len(joints)}: {', '.join(joints)}"
     for joint in of if isinstance(of, Mapping) else ():
         if joint not in joints:
-            return f"'{joint}' is no joint of the arm; {did_you_mean(str(joint), joints)}"
+            return f"'{joint}' is not a joint of the arm; {did_you_mean(str(joint), joints)}"
     values = of if isinstance(of, Mapping) else dict(zip(joints, of, strict=True))
     for joint in joints:
         value = values.get(joint)
         if not _is_finite(value):
-            return f"joint '{joint}' is {'missing' if value is None else f'{value!r}, not a finite number'}"
+            return f"joint '{joint}' is missing" if value is None else f"joint '{joint}' must be finite, not {value!r}"
     if not isinstance(entry.get("note", ""), str):
-        return "its note is no text"
+        return "its note is not a string"
     return _wrong_place(entry, document)
 
 
@@ -256,7 +256,7 @@ def _wrong_place(entry: Mapping[str, Any], document: Any) -> str:
     frame, tool = entry.get("frame", JOINTS), entry.get("tool")
     if frame == JOINTS:
         extra = next((key for key in ("position", "rpy_deg", "tool", "configuration", "turns") if key in entry), None)
-        return f"it has '{extra}', and its frame is 'joints': write frame = \"world\", or that of a work frame" if extra else ""
+        return f"it has '{extra}', but its frame is 'joints'; write frame = \"world\", or the name of a work frame" if extra else ""
     known = [WORLD, *document.get("frames", {})]
     if frame not in known:
         return f"its frame '{frame}' is not in [frames]; {did_you_mean(str(frame), [JOINTS, *known])}"
@@ -264,9 +264,9 @@ def _wrong_place(entry: Mapping[str, Any], document: Any) -> str:
         return f"its tool '{tool}' is not in [tools]; {did_you_mean(str(tool), document.get('tools', {}))}"
     signs, turns = entry.get("configuration"), entry.get("turns", [])
     if signs is not None and not (isinstance(signs, str) and re.fullmatch(r"[+-]{3}", signs)):
-        return f"its configuration is {signs!r}, not three signs such as '+-+'"
+        return f"its configuration must be three signs such as '+-+', not {signs!r}"
     if not isinstance(turns, list) or not all(isinstance(turn, int) and not isinstance(turn, bool) and abs(turn) <= 1000 for turn in turns):
-        return f"its turns are {turns!r}, not a whole number for each joint"
+        return f"its turns must be an integer for each joint, not {turns!r}"
     return _wrong_pose(entry)
 
 
@@ -275,7 +275,9 @@ def _wrong_pose(entry: Mapping[str, Any]) -> str:
         given = entry.get(key, None if needed else [0, 0, 0])
         if not isinstance(given, list) or len(given) != 3 or not all(_is_finite(x) for x in given):
             return (
-                f"it has no '{key} = [x, y, z]' of finite numbers" if needed else f"its '{key}' is no [roll, pitch, yaw] of finite numbers"
+                f"it has no '{key} = [x, y, z]' with finite numbers"
+                if needed
+                else f"its '{key}' must be [roll, pitch, yaw] with finite numbers"
             )
     try:
         pose_of(entry)

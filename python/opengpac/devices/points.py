@@ -86,11 +86,11 @@ class Points(MutableMapping[str, Point]):
         """
         given = self._arm if arm is None else _group(arm)
         if given is None:
-            refuse(CallError, f"point '{name}' is taught without an arm", "say of which: points.teach('pick', arm)")
+            refuse(CallError, f"cannot teach point '{name}' without an arm", "pass the arm: points.teach('pick', arm)")
         blind = [device.name for device in given if device.state not in ("standstill", "moving")]
         if blind and not checking.active():
             refuse(
-                NotEnabled, f"cannot teach point '{name}': {', '.join(blind)} is not enabled, nobody knows where it is", "enable it first"
+                NotEnabled, f"cannot teach point '{name}': {', '.join(blind)} is not enabled, so its position is unknown", "enable it first"
             )
         joints = dict(zip(given.short_names, map(float, given.values("sensed")), strict=True))
         taught = None if given.system.virtual else datetime.now(UTC).replace(microsecond=0)
@@ -136,9 +136,7 @@ class Points(MutableMapping[str, Point]):
             document = point_file.parsed(text, self.path)
             self._entry(document, name)
             if to in document["points"]:
-                refuse(
-                    ValueRefused, f"cannot rename point '{name}': there is a point '{to}' already", f"delete it first: del points['{to}']"
-                )
+                refuse(ValueRefused, f"cannot rename point '{name}': point '{to}' already exists", f"delete it first: del points['{to}']")
             done = point_file.renamed(text, name, to)
             written = point_file.parsed(done, self.path)["points"]
             if to in written and name not in written:
@@ -157,7 +155,7 @@ class Points(MutableMapping[str, Point]):
         def put(document: Any) -> None:
             if not document["arm"]["joints"]:
                 if self._arm is None:
-                    refuse(CallError, f"point '{name}' is of no arm", "say of which: gpac.Points(path, arm)")
+                    refuse(CallError, f"point '{name}' belongs to no arm", "pass the arm: gpac.Points(path, arm)")
                 self._take_arm(self._arm, document)
             names = [str(joint) for joint in document["arm"]["joints"]]
             before = point_file.entry_of(document, name) if name in document["points"] else PointEntry({})
@@ -233,10 +231,14 @@ class Points(MutableMapping[str, Point]):
         """Returns an entry with the arm's pose at its joints, in its frame."""
         if entry.frame == JOINTS:
             if entry.tool is not None:
-                refuse(CallError, f"point '{name}' is given a tool and no frame", 'give the frame too: frame="world"')
+                refuse(CallError, f"point '{name}' has a tool but no frame", 'pass the frame too: frame="world"')
             return entry
         if not hasattr(arm, "kinematics"):
-            refuse(InvalidState, f"point '{name}' is taught in a frame, and '{arm.name}' has no geometry", "teach the joints of an arm")
+            refuse(
+                InvalidState,
+                f"cannot teach point '{name}' in a frame: '{arm.name}' has no geometry",
+                "teach its joints instead, without frame=",
+            )
         frame, tool = self._frame(document, name, entry.frame), self._tool(document, name, entry.tool)
         q = [*entry.joints.values()]
         place = arm.forward(q)
@@ -269,22 +271,22 @@ class Points(MutableMapping[str, Point]):
         if frame in (JOINTS, WORLD):
             return Pose()
         if frame not in frames:
-            remedy = did_you_mean(str(frame), [WORLD, *frames]) or f"make it: points.frames['{frame}'] = gpac.Frame(…)"
-            refuse(UnknownName, f"point '{name}' is of frame '{frame}', which '{self.path}' has not", remedy)
+            remedy = did_you_mean(str(frame), [WORLD, *frames]) or f"define it: points.frames['{frame}'] = gpac.Frame(…)"
+            refuse(UnknownName, f"frame '{frame}' of point '{name}' is not in '{self.path}'", remedy)
         return point_file.pose_of(frames[frame])
 
     def _tool(self, document: Any, name: str, tool: str | None) -> Pose | None:
         tools = document.get("tools", {})
         if tool is not None and tool not in tools:
-            remedy = did_you_mean(str(tool), tools) or f"make it: points.tools['{tool}'] = arm.tool"
-            refuse(UnknownName, f"point '{name}' is of tool '{tool}', which '{self.path}' has not", remedy)
+            remedy = did_you_mean(str(tool), tools) or f"define it: points.tools['{tool}'] = arm.tool"
+            refuse(UnknownName, f"tool '{tool}' of point '{name}' is not in '{self.path}'", remedy)
         return None if tool is None else point_file.pose_of(tools[tool])
 
     # ---- the file ----
 
     def _entry(self, document: Any, name: str) -> PointEntry:
         if name not in document["points"]:
-            refuse(UnknownName, f"there is no point '{name}' in '{self.path}'", did_you_mean(str(name), document["points"]))
+            refuse(UnknownName, f"'{self.path}' has no point '{name}'", did_you_mean(str(name), document["points"]))
         return point_file.entry_of(document, name)
 
     def _now(self) -> Any:
@@ -344,11 +346,13 @@ class Points(MutableMapping[str, Point]):
         if not of["joints"]:
             return
         if list(of["joints"]) != joints:
-            says = f"the points of '{self.path}' are of {', '.join(of['joints'])}; arm '{arm.name}' has {', '.join(joints)}"
-            refuse(ValueRefused, says, "take the file of this arm")
+            says = f"the points of '{self.path}' are for joints {', '.join(of['joints'])}, but arm '{arm.name}' has {', '.join(joints)}"
+            refuse(ValueRefused, says, "use the file of this arm")
         if not self._any_model and of["model"] != model_of(arm):
             says = f"the points of '{self.path}' were taught with another model of arm '{of['name']}' than that of '{arm.name}'"
-            refuse(ValueRefused, says, "take the file of this arm; if the joints mean the same: gpac.Points(path, arm, any_model=True)")
+            refuse(
+                ValueRefused, says, "use the file of this arm; if the joints have the same meaning: gpac.Points(path, arm, any_model=True)"
+            )
 
 
 @all_taking
@@ -364,7 +368,7 @@ class PlaceTable(MutableMapping[str, Pose]):
     def __setitem__(self, name: str, place: Pose) -> None:
         one = self._section[:-1]
         if not isinstance(name, str) or not name.strip() or name in (JOINTS, WORLD):
-            refuse(CallError, f"the name of a {one} is {name!r}", f"give a name that is not '{JOINTS}' or '{WORLD}'")
+            refuse(CallError, f"the name of a {one} must be a new name, not {name!r}", f"choose a name other than '{JOINTS}' and '{WORLD}'")
         entry = point_file.pose_entry(Pose.of(place))
 
         def put(document: Any) -> None:
@@ -380,7 +384,7 @@ class PlaceTable(MutableMapping[str, Pose]):
     def __getitem__(self, name: str) -> Pose:
         table = self._table()
         if name not in table:
-            refuse(UnknownName, f"there is no {self._section[:-1]} '{name}' in '{self._points.path}'", did_you_mean(str(name), table))
+            refuse(UnknownName, f"'{self._points.path}' has no {self._section[:-1]} '{name}'", did_you_mean(str(name), table))
         return point_file.pose_of(table[name])
 
     def __delitem__(self, name: str) -> None:
@@ -390,7 +394,9 @@ class PlaceTable(MutableMapping[str, Pose]):
         def remove(document: Any) -> None:
             of = [point for point, entry in document["points"].items() if entry.get(key) == name]
             if of:
-                refuse(ValueRefused, f"cannot delete {key} '{name}': point '{of[0]}' is of it", "teach that point in another, or delete it")
+                refuse(
+                    ValueRefused, f"cannot delete {key} '{name}': point '{of[0]}' uses it", "teach that point in another one, or delete it"
+                )
             del document[self._section][name]
 
         self._points._edit(remove)
@@ -419,7 +425,7 @@ def model_of(arm: Group[Any]) -> str:
 def _group(arm: Any) -> Group[Any]:
     group = Group(arm.short_name, arm) if isinstance(arm, LogicalDevice) else arm
     if not isinstance(group, Group):
-        refuse(CallError, f"points are given the arm {arm!r}", "give a group of joints")
+        refuse(CallError, f"the arm of points must be a group of joints, not {arm!r}", "pass a group of joints")
     lacking = [device.name for device in group if "sensed" not in device.svv_members()]
     if lacking:
         refuse(InvalidState, f"points cannot be taught with {', '.join(lacking)}", "its type has no SVV 'sensed'")
@@ -428,19 +434,23 @@ def _group(arm: Any) -> Group[Any]:
 
 def _named(name: Any) -> None:
     if not isinstance(name, str) or not name.strip():
-        refuse(CallError, f"the name of a point is {name!r}", "give a name, for example 'pick'")
+        refuse(CallError, f"the name of a point must be a string, not {name!r}", "write 'pick', for example")
 
 
 def _joints_of(name: str, joints: Any, names: list[str]) -> dict[str, float]:
     """Returns the joints passed for a point, in the arm's order."""
     if not isinstance(joints, Mapping):
         if isinstance(joints, str) or len(joints) != len(names):
-            refuse(ValueRefused, f"point '{name}' is given {joints!r}", f"give {len(names)} numbers: {', '.join(names)}")
+            refuse(
+                ValueRefused,
+                f"joints of point '{name}' must be {len(names)} numbers, not {joints!r}",
+                f"pass a number for each of {', '.join(names)}",
+            )
         joints = dict(zip(names, joints, strict=True))
     if set(joints) != set(names):
         wrong = next((joint for joint in joints if joint not in names), None)
-        remedy = did_you_mean(str(wrong), names) if wrong else f"give each of {', '.join(names)}; edit() changes some"
-        refuse(UnknownName, f"point '{name}' is given {', '.join(map(str, joints)) or 'nothing'}", remedy)
+        remedy = did_you_mean(str(wrong), names) if wrong else f"pass each of {', '.join(names)}, or change some with edit()"
+        refuse(UnknownName, f"joints of point '{name}' are incomplete: {', '.join(map(str, joints)) or 'nothing'}", remedy)
     return _checked(name, {joint: joints[joint] for joint in names})
 
 
@@ -450,6 +460,6 @@ def _checked(name: str, joints: Mapping[str, Any]) -> dict[str, float]:
     for joint, given in joints.items():
         value = number(given)
         if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
-            refuse(ValueRefused, f"joint '{joint}' of point '{name}' is given {value!r}", "give a finite number, in rad or m")
+            refuse(ValueRefused, f"joint '{joint}' of point '{name}' must be a finite number, not {value!r}", "write it in rad or m")
         found[joint] = float(value)
     return found

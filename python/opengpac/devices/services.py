@@ -38,10 +38,10 @@ class Service:
     def __call__(self, *values: Any, **named: Any) -> Any:
         declared = {argument["name"]: argument for argument in self.about["arguments"]}
         if len(values) > len(declared):
-            refuse(CallError, f"{self._called()} takes {len(declared)} arguments, and is given {len(values)}", f"call it as {self}")
+            refuse(CallError, f"{self._called()} takes {len(declared)} arguments, not {len(values)}", f"call it as {self}")
         given = dict(zip(declared, values, strict=False))
         for twice in given.keys() & named.keys():
-            refuse(CallError, f"{self._called()} is given '{twice}' twice", f"call it as {self}")
+            refuse(CallError, f"{self._called()} has two values for '{twice}'", f"call it as {self}")
         given |= named
         arguments = {name: self._value(name, value, declared.get(name)) for name, value in given.items() if value is not None}
         native = self.device._here()
@@ -76,11 +76,11 @@ def _parameter(argument: Mapping[str, Any]) -> inspect.Parameter:
 
 
 def _documented(about: Mapping[str, Any]) -> str:
-    moves = " It moves the machine: refused while an emergency stop is latched." if about["moves"] else ""
+    moves = " It moves the machine and is refused while an emergency stop is latched." if about["moves"] else ""
     lines = [f"{about['doc'][:1].upper()}{about['doc'][1:]}.{moves}"]
     for argument in about["arguments"]:
         unit = f", {argument['unit']}" if argument["unit"] else ""
-        left_out = "" if argument["default"] is None else f"; left out: {argument['default']}"
+        left_out = "" if argument["default"] is None else f"; default: {argument['default']}"
         lines.append(f"{argument['name']}: {argument['doc']}{unit}{left_out}.")
     return "\n\n".join([lines[0], "\n".join(lines[1:])]).strip()
 
@@ -99,7 +99,7 @@ class Services(TableDisplay):
 
     def __getitem__(self, name: str) -> Service:
         if name not in self._services:
-            none = "its driver has none"
+            none = "choose another device: its driver declares no services"
             meant = did_you_mean(name, self._services) if self._services else none
             refuse(UnknownName, f"physical device '{self._device.name}' has no service '{name}'", meant)
         return self._services[name]
@@ -118,7 +118,7 @@ class Services(TableDisplay):
 
     def _table(self) -> Table:
         rows = [(f"{service!r}", service.about["doc"]) for service in self]
-        return Table(f"services of {self._device.name}", ["service", "what it does"], rows)
+        return Table(f"services of {self._device.name}", ["service", "description"], rows)
 
     def __str__(self) -> str:
         return repr(self._table()) if self else repr(self)

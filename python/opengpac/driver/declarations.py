@@ -62,7 +62,11 @@ def part(
     `enable` and verbs wait until it is true. Omitted limits do not apply; numbers are in `unit`, texts in any unit.
     """
     if unit not in ("rad", "m") or command not in ("position", "effort"):
-        refuse(DefinitionError, f"a part in '{unit}' with command '{command}'", "unit is 'rad' or 'm', command 'position' or 'effort'")
+        refuse(
+            DefinitionError,
+            f"a part cannot have unit '{unit}' and command '{command}'",
+            "use unit 'rad' or 'm' and command 'position' or 'effort'",
+        )
 
     def number(value: float | str | None, of: str, without: float) -> float:
         if isinstance(value, str):
@@ -77,7 +81,7 @@ def part(
         "speed_max": number(speed_max, f"{unit}/s", _UNLIMITED), "effort_max": number(effort_max, force, _UNLIMITED),
     }  # fmt: skip
     if not (lower < upper and limits["speed_max"] > 0 and limits["effort_max"] > 0):
-        refuse(DefinitionError, f"a part with the limits {limits}", "give a range that rises, and maxima above 0")
+        refuse(DefinitionError, f"a part cannot have the limits {limits}", "specify an ascending range, and maxima above 0")
     return Part(unit, command, operating, limits)
 
 

@@ -62,8 +62,8 @@ def _wait_for(name: str, patience_s: float) -> None:
             try:
                 line.recv(1)
             except TimeoutError:
-                remedy = f"wait until it has made its outputs safe, or end it (kill -9 {pid})"
-                raise TimeoutError(f"process {pid}, which a killed program left behind, still has the device; {remedy}") from None
+                remedy = f"wait until its outputs are safe, or terminate it (kill -9 {pid})"
+                raise TimeoutError(f"process {pid} of a killed program still holds the device; {remedy}") from None
 
 
 def _is_left(pid: int, program: int) -> bool:

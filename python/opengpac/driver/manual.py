@@ -22,7 +22,7 @@ def scanned(kind: type[Driver], options: Mapping[str, Any]) -> list[dict[str, An
     """Returns the devices that a class finds. Refuses classes without a scan, unknown options, and malformed answers."""
     name = kind.__name__
     if not _scans(kind):
-        refuse(CallError, f"driver '{name}' cannot look for devices", "its manual says which options open one; def scan(cls) lets it look")
+        refuse(CallError, f"driver '{name}' cannot look for devices", "see its manual for the options that open one, or define scan(cls)")
     declared = kind.members(OptionMember)
     for wrong in options.keys() - declared.keys():
         refuse(CallError, f"driver {name} has no option '{wrong}'", did_you_mean(wrong, declared))
@@ -30,8 +30,8 @@ def scanned(kind: type[Driver], options: Mapping[str, Any]) -> list[dict[str, An
     try:
         found = [{"what": str(device["what"]), "options": dict(device["options"])} for device in kind.scan(**given)]
     except (KeyError, TypeError, ValueError) as why:
-        remedy = 'answer a list of {"what": text, "options": {name: value}}'
-        refuse(DeviceFailed, f"what the scan of driver {name} answers is none: {type(why).__name__}: {why}", remedy)
+        remedy = 'return a list of {"what": text, "options": {name: value}}'
+        refuse(DeviceFailed, f"the scan of driver {name} returns invalid results: {type(why).__name__}: {why}", remedy)
     except Exception as why:
         refuse(DeviceFailed, f"driver {name} cannot look for devices: {type(why).__name__}: {why}")
     return found
@@ -63,7 +63,7 @@ def the_driver(members: Mapping[str, Any], module: str, where: str, name: str | 
         refuse(
             CallError,
             f"{where} has {len(many)} drivers{': ' if many else ''}{', '.join(many)}",
-            "write a class on opengpac.driver.Driver, and name it",
+            "write a class derived from opengpac.driver.Driver, and name it",
         )
     chosen = members.get(name)
     if not (isinstance(chosen, type) and issubclass(chosen, Driver)):

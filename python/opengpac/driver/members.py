@@ -94,7 +94,7 @@ class Channel(NamedMember):
     def __init__(self, type: str, unit: str, doc: str, write: bool, safe: Any, slew: float | None) -> None:
         number, _, count = type.partition("[")
         if number not in _FORMATS or (count and not count[:-1].isdecimal()):
-            refuse(DefinitionError, f"a channel of type '{type}'", did_you_mean(number, _FORMATS))
+            refuse(DefinitionError, f"a channel cannot have type '{type}'", did_you_mean(number, _FORMATS))
         self.type, self.unit, self.doc, self.write, self.slew = type, unit, doc, write, slew
         self.elements = int(count[:-1]) if count else None
         self.format = struct.Struct(f"={self.elements or 1}{_FORMATS[number]}")
@@ -106,7 +106,7 @@ class Channel(NamedMember):
         try:
             return self.format.pack(*(value if self.elements is not None else (value,)))
         except (struct.error, TypeError) as why:
-            raise TypeError(f"channel '{self.name}' ({self.type}) is given {value!r}: {why}") from None
+            raise TypeError(f"channel '{self.name}' ({self.type}) cannot hold {value!r}: {why}") from None
 
     def unpack(self, group: bytes, offset: int) -> Any:
         """Returns the value at `offset` of the group."""
@@ -121,16 +121,16 @@ class Part(NamedMember):
         self.unit, self.command, self.limits = unit, command, limits
         force = "N.m" if unit == "rad" else "N"
         self.channels = {
-            "position": Channel("double", unit, "where it is", False, None, None),
-            "velocity": Channel("double", f"{unit}/s", "how fast it moves", False, None, None),
+            "position": Channel("double", unit, "position", False, None, None),
+            "velocity": Channel("double", f"{unit}/s", "velocity", False, None, None),
         }
         if command == "position":
-            self.channels["goal"] = Channel("double", unit, "where it is to be; NaN: it stays", True, math.nan, None)
+            self.channels["goal"] = Channel("double", unit, "commanded position; NaN: hold the present one", True, math.nan, None)
         else:
-            self.channels["bias"] = Channel("double", force, "the effort that holds it", False, None, None)
-            self.channels["effort"] = Channel("double", force, "what moves it", True, None, None)
+            self.channels["bias"] = Channel("double", force, "effort that holds it", False, None, None)
+            self.channels["effort"] = Channel("double", force, "commanded effort", True, None, None)
         if operating:
-            self.channels["operating"] = Channel("bool", "", "whether it follows what it is told", False, None, None)
+            self.channels["operating"] = Channel("bool", "", "true while it follows commands", False, None, None)
 
     def __set_name__(self, owner: type, name: str) -> None:
         self.name = name
@@ -185,13 +185,13 @@ class Service:
         for name, (_, kind) in self.arguments.items():
             if kind not in _KIND_NAMES:
                 kinds = ", ".join(_KINDS)
-                refuse(DefinitionError, f"argument '{name}' of service '{self.name}' has no type that can be sent", f"annotate it: {kinds}")
+                refuse(DefinitionError, f"the type of argument '{name}' of service '{self.name}' cannot be sent", f"annotate it: {kinds}")
         given = signature.return_annotation
         self.answer = None if given in (None, "None", inspect.Signature.empty) else kind_of(given)
         if self.answer not in _KIND_NAMES and self.answer is not None:
-            refuse(DefinitionError, f"service '{self.name}' answers {given}, which cannot be sent", f"answer None, {', '.join(_KINDS)}")
+            refuse(DefinitionError, f"service '{self.name}' returns {given}, which cannot be sent", f"return None, {', '.join(_KINDS)}")
         if not self.doc:
-            refuse(DefinitionError, f"service '{self.name}' has no docstring", "say in one line what it does")
+            refuse(DefinitionError, f"service '{self.name}' has no docstring", "describe in one line what it does")
 
     def taken(self, given: Mapping[str, Any]) -> dict[str, Any]:
         """Returns the arguments of the method. Refuses missing or unknown arguments and wrong types."""

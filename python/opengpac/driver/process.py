@@ -103,7 +103,7 @@ class Exchange:
         answer = number(answer)
         whole_for_number = kind is float and isinstance(answer, int) and not isinstance(answer, bool)
         if not whole_for_number and not (answer is None if kind is None else isinstance(answer, kind)):
-            raise TypeError(f"service '{service}' answers {answer!r}, and declares {kind.__name__ if kind else None}")
+            raise TypeError(f"service '{service}' returns {answer!r}, but declares {kind.__name__ if kind else None}")
         return json.dumps(answer)
 
     def safe_state(self) -> None:
@@ -130,8 +130,8 @@ def _age_of(told: Any) -> float | None:
     told = number(told)
     if isinstance(told, int | float) and not isinstance(told, bool) and 0.0 <= told <= _AGE_MAX_S:
         return float(told)
-    remedy = f"return nothing, opengpac.driver.NOTHING_NEW, or how old its readings are, 0 to {_AGE_MAX_S:.0f} s"
-    raise ValueError(f"exchange() returns {told!r}: {remedy}")
+    remedy = f"return nothing, opengpac.driver.NOTHING_NEW, or the age of its readings, 0 to {_AGE_MAX_S:.0f} s"
+    raise ValueError(f"exchange() cannot return {told!r}: {remedy}")
 
 
 def loaded(path: str | None, module: str | None, name: str | None) -> type[Driver]:
@@ -145,7 +145,7 @@ def loaded(path: str | None, module: str | None, name: str | None) -> type[Drive
         sys.path.insert(0, str(file.parent))
     spec = importlib.util.spec_from_file_location(file.stem, file)
     if spec is None or spec.loader is None:
-        raise ImportError(f"'{path}' is no file of Python")
+        raise ImportError(f"'{path}' is not a Python file")
     found = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(found)
     return the_driver(vars(found), found.__name__, f"'{path}'", name)

@@ -16,17 +16,17 @@ struct {name} {{
 }};
 
 DRIVER({name}, "One axis that follows its effort, x' = gain u.",
-    option_number(gain, 1.0, "its speed for an effort of 1", "rad/s (0, 100]"),
-    safe         ("it stands still", 0, BY_DRIVER),
+    option_number(gain, 1.0, "speed at an effort of 1", "rad/s (0, 100]"),
+    safe         ("it stops", 0, BY_DRIVER),
     counter      (exchanges, "readings so far"))
 
 // Channels and parts, from the options. Nothing of the machine is touched.
 const char *{name}_make(struct {name} *self, opengpac_host *host) {{
     self->gain = given_number(host, "gain");
-    self->position = reads(host, "double", "axis.position", "where it is", "rad");
-    self->velocity = reads(host, "double", "axis.velocity", "how fast it is", "rad/s");
-    self->bias = reads(host, "double", "axis.bias", "effort that holds it: none", "N.m");
-    self->effort = writes(host, "double", "axis.effort", 0.0, "what moves it", "N.m");
+    self->position = reads(host, "double", "axis.position", "position", "rad");
+    self->velocity = reads(host, "double", "axis.velocity", "velocity", "rad/s");
+    self->bias = reads(host, "double", "axis.bias", "effort that holds it: 0", "N.m");
+    self->effort = writes(host, "double", "axis.effort", 0.0, "commanded effort", "N.m");
     part(host, (opengpac_part){{.name = "axis", .kp = 50.0}});
     self->exchanges = counter_of(host, "exchanges");
     return OK;
@@ -52,7 +52,7 @@ const char *{name}_read(struct {name} *self, int64_t release_ns, uint8_t *readin
 // At the end of each firing.
 const char *{name}_write(struct {name} *self, int64_t release_ns, const uint8_t *commands, const uint8_t *engaged) {{
     double effort = get_number(commands, self->effort);
-    if (!__builtin_isfinite(effort)) return because("at %lld ns its effort is not a number", (long long)release_ns);
+    if (!__builtin_isfinite(effort)) return because("its effort at %lld ns is not finite", (long long)release_ns);
     self->speed = is_engaged(engaged, self->effort) ? self->gain * effort : 0.0;
     return OK;
 }}
@@ -69,14 +69,14 @@ from opengpac.driver import Driver, Option, counter, read, service, write
 
 
 class {Name}(Driver):
-    \"""An axis that moves as fast as it is told.\"""
+    \"""An axis that moves at the commanded speed.\"""
 
     # Options, as set by a program: gpac.drivers.python("{name}.py", gain="2 rad/s", period="10 ms").
-    gain: float = Option("its speed for a command of 1", 1.0, unit="rad/s", within="(0, 100]")
+    gain: float = Option("speed at a command of 1", 1.0, unit="rad/s", within="(0, 100]")
 
     # Channels: exchange() sets the read channels, and finds the commands in the written ones.
-    position = read("double", unit="rad", doc="where it is")
-    speed = write("double", doc="how fast it is to move, -1 to 1", safe=0.0)
+    position = read("double", unit="rad", doc="position")
+    speed = write("double", doc="commanded speed, -1 to 1", safe=0.0)
     exchanges = counter("exchanges so far")
 
     def open(self) -> None:
@@ -86,7 +86,7 @@ class {Name}(Driver):
     def exchange(self) -> None:
         # Called once a period. An exception loses the device.
         if not math.isfinite(self.speed):
-            raise ValueError("its speed is not a number")
+            raise ValueError("its speed is not finite")
         self.exchanges += 1
         self.position += 0.01 * self.gain * self.speed
 
@@ -99,8 +99,8 @@ class {Name}(Driver):
         pass
 
     @service
-    def place(self, position: float = Option("where it is", unit="rad")) -> None:
-        \"""Says where it is: device.services.place(position="90 deg").\"""
+    def place(self, position: float = Option("position", unit="rad")) -> None:
+        \"""Sets the position: device.services.place(position="90 deg").\"""
         self.position = position
 """
 """A driver in Python: `PYTHON.format(name="axis", Name="Axis")`."""

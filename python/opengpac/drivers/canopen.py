@@ -55,10 +55,14 @@ def canopen(
     """
     for name, axis in axes.items():
         if not isinstance(axis, Mapping):
-            refuse(CallError, f"axis '{name}' is given {axis!r}", 'give a dictionary: {"node": 5, "counts": 10000}')
+            refuse(CallError, f"axis '{name}' must be a dictionary, not {axis!r}", 'write {"node": 5, "counts": 10000}, for example')
     for name, module in (modules or {}).items():
         if not isinstance(module, Mapping):
-            refuse(CallError, f"module '{name}' is given {module!r}", 'give a dictionary: {"node": 7, "channels": {"door": {"input": 0}}}')
+            refuse(
+                CallError,
+                f"module '{name}' must be a dictionary, not {module!r}",
+                'write {"node": 7, "channels": {"door": {"input": 0}}}, for example',
+            )
     return Driver(
         "canopen",
         given(

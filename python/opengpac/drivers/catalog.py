@@ -49,20 +49,20 @@ class Manual(TableDisplay):
         yield f"exchanges: {_CLASSES.get(self.class_, self.class_)}"
         yield f"safe state: {safe_state_text(self.safe_state)}"
         waits, lost = self.about["waits_ns"], self.about["lost_within_ns"]
-        yield f"opening waits for its device: {duration_text(waits)}" if waits else "its device is there when it is opened, or refused"
-        yield f"lost: told within {duration_text(lost)}" if lost else "lost: told by the next exchange"
-        yield f"rights: {'; '.join(self.rights) or 'none beyond those of the user'}"
-        yield f"looks for devices: {f'opengpac devices scan {self.source}' if self.scans else 'no'}"
+        yield f"opening waits for the device: {duration_text(waits)}" if waits else "opening fails if the device is absent"
+        yield f"loss detected within {duration_text(lost)}" if lost else "loss detected by the next exchange"
+        yield f"rights: {'; '.join(self.rights) or 'those of the user'}"
+        yield f"can search for devices: {f'opengpac devices scan {self.source}' if self.scans else 'no'}"
 
     def __str__(self) -> str:
         return repr(self._table())
 
     def _table(self) -> Tables:
-        columns = ["option", "kind", "unit", "range", "left out", "what it is"]
+        columns = ["option", "kind", "unit", "range", "default", "description"]
         tables = [Table("options", columns, [_option(of) for of in self.options])]
         services = [(s["name"], ", ".join(a["name"] for a in s["arguments"]), s["answer"] or "", _what_it_does(s)) for s in self.services]
-        tables.append(Table("services", ["service", "arguments", "answer", "what it does"], services))
-        tables.append(Table("counters", ["counter", "unit", "what it counts"], [(c["name"], c["unit"], c["doc"]) for c in self.counters]))
+        tables.append(Table("services", ["service", "arguments", "answer", "description"], services))
+        tables.append(Table("counters", ["counter", "unit", "description"], [(c["name"], c["unit"], c["doc"]) for c in self.counters]))
         return Tables([table for table in tables if table.rows], "\n".join(self._lines()))
 
     def __repr__(self) -> str:
@@ -70,14 +70,14 @@ class Manual(TableDisplay):
 
 
 def _option(of: Mapping[str, Any]) -> tuple[str, ...]:
-    left_out = "needed" if of["default"] is None else of["default"]
+    left_out = "required" if of["default"] is None else of["default"]
     return of["name"], of["kind"], of["unit"], of.get("range", ""), left_out, of["doc"]
 
 
 _CLASSES = {
     "inline": "on the thread of its source",
-    "worker": "on a thread of its own",
-    "process": "in a process of its own",
+    "worker": "on a separate thread",
+    "process": "in a separate process",
 }
 
 
@@ -95,7 +95,7 @@ class Manuals(builtins.list[Manual], TableDisplay):
 
     def _table(self) -> Table:
         rows = [(m.kind, m.class_, "yes" if m.scans else "", m.doc) for m in self]
-        return Table("drivers", ["driver", "class", "looks", "what it is"], rows)
+        return Table("drivers", ["driver", "class", "scans", "description"], rows)
 
 
 class Found(builtins.list[dict[str, Any]], TableDisplay):
@@ -128,7 +128,7 @@ def show(kind: str) -> Manual:
     """
     found = manuals(kind)
     if len(found) != 1:
-        refuse(CallError, f"'{kind}' has {len(found)} drivers: {', '.join(m.kind for m in found)}", "ask for their manuals()")
+        refuse(CallError, f"'{kind}' has {len(found)} drivers: {', '.join(m.kind for m in found)}", "call manuals() for all of them")
     return found[0]
 
 
@@ -138,7 +138,7 @@ def manuals(kind: str) -> Manuals:
     if kind in known:
         return Manuals([known[kind]])
     if not is_file(kind):
-        refuse(UnknownName, f"there is no driver '{kind}'", did_you_mean(kind, known))
+        refuse(UnknownName, f"driver '{kind}' is unknown", did_you_mean(kind, known))
     if _is_class(kind):
         return Manuals([_of_class(kind, known["python"].about)])
     return Manuals(Manual(about, kind) for _, about in load(kind).manuals)
@@ -163,7 +163,7 @@ def _class_of(source: str) -> type[Driver]:
     except Error:
         raise
     except Exception as why:
-        refuse(DeviceFailed, f"'{source}' cannot be loaded: {type(why).__name__}: {why}", "mend it first")
+        refuse(DeviceFailed, f"'{source}' cannot be loaded: {type(why).__name__}: {why}", "fix it first")
 
 
 def _of_class(source: str, general: Mapping[str, Any]) -> Manual:
@@ -226,4 +226,4 @@ def searched(look: Look, kind: str | None, options: Mapping[str, Any]) -> Found:
 
 
 def _what_it_does(service: Mapping[str, Any]) -> str:
-    return f"{service['doc']}; it moves the machine" if service["moves"] else service["doc"]
+    return f"{service['doc']}; moves the machine" if service["moves"] else service["doc"]

@@ -27,18 +27,18 @@ from .class_parts import parts
 from .class_subject import BUSY_S, Subject, Wrong, opened, said
 
 SENTENCES = {
-    "class-life": "its class opens, exchanges, goes to its safe state and closes",
+    "class-life": "the class opens, exchanges, goes to its safe state and closes",
     "class-readings": "readings keep their types and stay finite over many exchanges",
     "class-prints": "an exchange prints nothing",
-    "class-brief": "an exchange computes for less than 5 ms",
-    "class-kept": "no call of it changes the folder, the environment, the file mask or a signal handler of its process",
-    "class-counters": "its counters never fall",
-    "class-values": "any command is refused, or leaves readings finite; afterwards the safe state comes about",
-    "class-parts": "a part rests while nothing commands it, follows what it is told, and its velocity has the sign of its motion",
-    "class-descriptors": "many exchanges and lives leave no descriptor behind",
-    "class-threads": "many exchanges and lives leave no thread behind",
-    "class-processes": "many exchanges and lives leave no process behind",
-    "class-memory": "memory is flat over many exchanges",
+    "class-brief": "an exchange takes less than 5 ms of computing time",
+    "class-kept": "no call changes the working directory, the environment, the file mask or a signal handler of the process",
+    "class-counters": "counters never decrease",
+    "class-values": "any command is refused or leaves readings finite, and the safe state is reached afterwards",
+    "class-parts": "a part rests without commands and follows commands, and its velocity has the sign of its motion",
+    "class-descriptors": "repeated exchanges and restarts leak no file descriptor",
+    "class-threads": "repeated exchanges and restarts leak no thread",
+    "class-processes": "repeated exchanges and restarts leave no process behind",
+    "class-memory": "memory use stays constant over many exchanges",
 }
 EXCHANGES = 600
 """Exchanges of one run: more than the 200 after which a driver that counts its readings may change its behaviour."""
@@ -77,7 +77,7 @@ def prints(options: str) -> None:
                 os.close(descriptor)
         size = os.fstat(file.fileno()).st_size
         if size >= made:
-            raise Wrong(f"it prints {size} bytes in {made} exchanges; write to a log when something changes")
+            raise Wrong(f"it prints {size} bytes in {made} exchanges; write to a log instead, and only on changes")
 
 
 def brief(options: str) -> None:
@@ -87,7 +87,7 @@ def brief(options: str) -> None:
         made = subject.steady(20)
         mean = (time.thread_time() - before) / made
         if mean > BRIEF_S:
-            raise Wrong(f"it computes for {mean * 1e3:.1f} ms; wait for the machine by what blocks, not in a loop")
+            raise Wrong(f"it computes for {mean * 1e3:.1f} ms; wait for the machine with a blocking call instead of a loop")
 
 
 AT_FIRST: dict[str, Any] = {}
@@ -99,12 +99,12 @@ def shared() -> dict[str, Any]:
     mask = os.umask(0)
     os.umask(mask)
     handlers = {each.name: signal.getsignal(each) for each in signal.Signals}
-    return {"the folder": os.getcwd(), "the environment": dict(os.environ), "the file mask": mask, "a signal handler": handlers}
+    return {"the working directory": os.getcwd(), "the environment": dict(os.environ), "the file mask": mask, "a signal handler": handlers}
 
 
 def restore(found: dict[str, Any]) -> None:
     """Restores the initial state of this process, which an earlier check may have changed."""
-    os.chdir(found["the folder"])
+    os.chdir(found["the working directory"])
     os.umask(found["the file mask"])
     os.environ.clear()
     os.environ.update(found["the environment"])
@@ -128,7 +128,7 @@ def same(call: str) -> None:
     """Fails if a call has changed the initial state of this process."""
     for what, now in shared().items():
         if now != AT_FIRST[what]:
-            raise Wrong(f"{call} changes {what} of its process, which under the virtual clock is the program's")
+            raise Wrong(f"{call} changes {what} of its process, which is the program's own under the virtual clock")
 
 
 def counters(options: str) -> None:
@@ -140,7 +140,7 @@ def counters(options: str) -> None:
             raw = [subject.driver.__dict__[name] for name in names]
             for name, old, new in zip(names, before, raw, strict=True):
                 if new < old or new < 0:
-                    raise Wrong(f"counter '{name}' falls from {old} to {new}")
+                    raise Wrong(f"counter '{name}' decreases from {old} to {new}")
             before = raw
             if time.monotonic() > end_s:
                 return
@@ -183,8 +183,8 @@ def values(options: str) -> None:
                     # The command is refused: the device is lost, and its safe state is entered all the same.
                     continue
                 if odd := subject.odd():
-                    made = f"makes reading '{odd.name}' {subject.value(odd)!r}"
-                    raise Wrong(f"command '{channel.name}' that is {name} {made}; refuse it by raising")
+                    made = f"sets reading '{odd.name}' to {subject.value(odd)!r}"
+                    raise Wrong(f"a command '{channel.name}' that is {name} {made}; refuse it by raising an exception")
 
 
 def left(options: str, count: Callable[[], int], what: str) -> None:
@@ -194,7 +194,7 @@ def left(options: str, count: Callable[[], int], what: str) -> None:
         before = count()
         made = subject.steady(EXCHANGES)
         if count() - before > 2:
-            raise Wrong(f"{made} exchanges leave {count() - before} {what} behind")
+            raise Wrong(f"{made} exchanges leak {count() - before} {what}")
     lives, before = 5, count()
     for _ in range(lives):
         with opened(options) as subject:
@@ -202,7 +202,7 @@ def left(options: str, count: Callable[[], int], what: str) -> None:
         del subject
     gc.collect()
     if count() - before >= lives:
-        raise Wrong(f"{lives} lives leave {count() - before} {what} behind: close() ends what open() begins")
+        raise Wrong(f"{lives} restarts leak {count() - before} {what}; release in close() what open() acquires")
 
 
 def descriptors(options: str) -> None:
@@ -244,7 +244,7 @@ def memory(options: str) -> None:
         tracemalloc.stop()
         # Bounded buffers stop growing once they are full.
         if min(grown) > GROWTH_BYTES:
-            raise Wrong(f"each exchange leaves {min(grown):.0f} bytes behind")
+            raise Wrong(f"each exchange leaks {min(grown):.0f} bytes")
 
 
 CHECKS: dict[str, Callable[[str], None]] = {

@@ -47,7 +47,7 @@ class PartSubject:
         for _ in range(PUSHED):
             self.exchange(None)
         if abs(self.values["position"] - start) > CREEP:
-            raise Wrong(f"part '{self.part.name}' goes from {start} to {self.values['position']}, and nothing commands it")
+            raise Wrong(f"part '{self.part.name}' moves from {start} to {self.values['position']} without a command")
 
     def push(self, sign: float) -> tuple[float, float]:
         """Pushes the part gently in one direction. Returns the distance moved, and its mean velocity."""
@@ -78,7 +78,7 @@ def parts(options: str) -> None:
             one = PartSubject(subject, part)
             one.rests()
             if not one.is_ready():
-                raise Wrong(f"part '{part.name}' is engaged for {OPERATING_S:.0f} s, and does not say that it follows ('operating')")
+                raise Wrong(f"part '{part.name}' has been engaged for {OPERATING_S:.0f} s but does not report 'operating'")
             pushes = [one.push(1.0), one.push(-1.0)]
             (up, _), (down, _) = pushes
             if abs(up) < MOTION and abs(down) < MOTION:

@@ -26,19 +26,21 @@ from .loading import load
 
 def add_to(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
     """Adds the command `driver`."""
-    driver = commands.add_parser("driver", help="drivers of machines").add_subparsers(required=True, metavar="WHAT")
+    driver = commands.add_parser("driver", help="check drivers of machines").add_subparsers(required=True, metavar="WHAT")
     check = driver.add_parser("check", help="run the conformance kit on a driver; a file is compiled first")
+    check.add_argument("driver", metavar="NAME|FILE", help="name of a driver, C source, Python file, shared object or folder")
+    check.add_argument("options", nargs="*", metavar="OPTION=VALUE", help="options of the driver for the checks")
     check.add_argument(
-        "driver", metavar="NAME|FILE", help="a driver that is known, a source in C, a file in Python, a shared object or a folder"
+        "--exchanges", type=int, default=1_000_000, help="maximum number of exchanges in the check of memory (default: 1000000)"
     )
-    check.add_argument("options", nargs="*", metavar="OPTION=VALUE", help="options that it is checked with")
-    check.add_argument("--exchanges", type=int, default=1_000_000, help="how many the check of memory makes, at most (1000000)")
     check.add_argument(
-        "--machine-is-safe", action="store_true", help="send extreme commands without asking: no machine is connected, or nothing can move"
+        "--machine-is-safe",
+        action="store_true",
+        help="send extreme commands without asking, since no machine is connected or nothing can move",
     )
-    check.add_argument("--all", action="store_true", help="go on after a check that failed, to the end of the list")
-    check.add_argument("-v", "--verbose", action="store_true", help="also list the checks that passed")
-    check.add_argument("--json", action="store_true", help="the report for a program")
+    check.add_argument("--all", action="store_true", help="continue after a failed check")
+    check.add_argument("-v", "--verbose", action="store_true", help="also list passed checks")
+    check.add_argument("--json", action="store_true", help="print the report as JSON")
     check.set_defaults(run=run)
 
 
@@ -64,7 +66,7 @@ def run(given: argparse.Namespace) -> int:
         for report in reports:
             print(shown(report, given.verbose))
         if not given.all and not all(report["passed"] for report in reports):
-            print("A driver is checked up to the first check that fails; --all goes on.", file=sys.stderr)
+            print("Stops at the first failed check, unless --all is set.", file=sys.stderr)
     return 0 if all(report["passed"] for report in reports) else 1
 
 
@@ -106,12 +108,12 @@ def _ask(driver: Driver) -> None:
     """Asks the user for permission to send extreme commands. Refuses if there is no terminal or the answer is no."""
     if driver.kind in SIMULATED:
         return
-    what = "the kit sends infinite, extreme and absurd commands to whatever these options connect"
+    what = "the kit sends infinite, extreme and absurd commands to any machine that these options connect"
     if sys.stdin.isatty():
-        print(f"{what}.\nIs no machine connected, or can nothing that is connected move? [y/N] ", end="", file=sys.stderr, flush=True)
+        print(f"{what}.\nIs it certain that no machine is connected or that nothing can move? [y/N] ", end="", file=sys.stderr, flush=True)
         if sys.stdin.readline().strip().lower() in ("y", "yes"):
             return
-    refuse(CallError, f"driver '{driver.kind}' was not checked: {what}", "disconnect or secure the machine, then give --machine-is-safe")
+    refuse(CallError, f"driver '{driver.kind}' was not checked: {what}", "disconnect or secure the machine, then pass --machine-is-safe")
 
 
 def _of_class(driver: Driver, goes_on: Callable[[str, str], bool]) -> list[dict[str, Any]]:
@@ -131,7 +133,7 @@ def _of_class(driver: Driver, goes_on: Callable[[str, str], bool]) -> list[dict[
             limit.cancel()
             why = ""
             if not line:
-                why = f"it did not come back within {CLASS_S:.0f} s" if is_late else f"it ended its process: status {process.wait()}"
+                why = f"it did not return within {CLASS_S:.0f} s" if is_late else f"it ended its process with status {process.wait()}"
             outcome = {"check": name, "sentence": sentence, "verdict": "failed", "why": why} if why else json.loads(line)
             outcomes.append(outcome)
             if not goes_on(name, outcome["verdict"]) or outcome["verdict"] == "failed":
@@ -168,7 +170,7 @@ def _option(text: str) -> tuple[str, Any]:
     """Reads an option: `gain=2` is a number, `name=belt` a text, `ids=[1, 2]` a list."""
     name, is_one, value = text.partition("=")
     if not is_one:
-        refuse(CallError, f"'{text}' is no option", "write name=value")
+        refuse(CallError, f"'{text}' is not an option", "write name=value")
     try:
         return name, json.loads(value)
     except json.JSONDecodeError:
@@ -183,5 +185,5 @@ def _counting(folder: Path) -> str | None:
         with refusals:
             return _native.build([str(source)], str(folder / "counting.so"))
     except Error as why:
-        print(f"allocations are seen only where they are not given back: {why}", file=sys.stderr)
+        print(f"only leaked allocations are detected: {why}", file=sys.stderr)
         return None

@@ -35,11 +35,13 @@ def described(path: str | Path, *, type: str | None, product: int | None, revisi
     if not found or len({_type(device) for device in found}) > 1:
         types = sorted({_type(device) for device in found or devices})
         listed = ", ".join(types[:8]) + (", …" if len(types) > 8 else "")
-        _wrong(path, what, f"describes {'none like it' if not found else 'several'}: {listed or 'no subdevice'}", "say type= or product=")
+        _wrong(
+            path, what, f"describes {'no similar one' if not found else 'several'}: {listed or 'no subdevice'}", "specify type= or product="
+        )
     device = max(found, key=lambda of: _attribute(of, "RevisionNo", path))
     pdos = [_pdo(of, tag == "RxPdo", path) for tag in ("TxPdo", "RxPdo") for of in device.findall(tag) if of.get("Sm") is not None]
     if not pdos:
-        _wrong(path, what, f"lists no process data of '{_type(device)}'", "its modules or objects say them: name them with pdos=")
+        _wrong(path, what, f"lists no process data for '{_type(device)}'", "name them with pdos=, as its modules or objects define them")
     vendor = root.findtext("./Vendor/Id")
     found_product = _attribute(device, "ProductCode", path)
     return {"pdos": pdos, "vendor": _whole(vendor, path) if vendor else None, "product": found_product or product}
@@ -51,9 +53,9 @@ def _parsed(path: Path, what: str) -> Element:
     except OSError as why:
         refuse(CallError, f"{what}: cannot read '{path}': {(why.strerror or str(why)).lower()}")
     except XML_ERRORS as why:
-        _wrong(path, what, f"is no ESI file: {why}", "take the XML file that the vendor gives for EtherCAT")
+        _wrong(path, what, f"is not an ESI file: {why}", "use the XML file that the vendor provides for EtherCAT")
     if root.tag != "EtherCATInfo" or is_too_deep(root):
-        _wrong(path, what, f"is no ESI file: it begins with <{root.tag}>", "take the XML file that the vendor gives for EtherCAT")
+        _wrong(path, what, f"is not an ESI file: it begins with <{root.tag}>", "use the XML file that the vendor provides for EtherCAT")
     return root
 
 
@@ -103,7 +105,7 @@ def _number(text: str | None) -> int | None:
 def _whole(text: str, path: Path) -> int:
     number = _number(text)
     if number is None or not 0 <= number < 1 << 32:
-        refuse(CallError, f"'{path.name}' has '{text.strip()}' where a number is to be", "take the vendor's file as it is")
+        refuse(CallError, f"'{path.name}' has '{text.strip()}' where a number is expected", "use the vendor's file unchanged")
     return number
 
 

@@ -55,10 +55,10 @@ def ethercat(
     """
     for name, axis in axes.items():
         if not isinstance(axis, Mapping):
-            refuse(CallError, f"axis '{name}' is given {axis!r}", "give a dictionary: {'counts': 10000}")
+            refuse(CallError, f"axis '{name}' must be a dictionary, not {axis!r}", "write {'counts': 10000}, for example")
     for name, terminal in (terminals or {}).items():
         if not isinstance(terminal, Mapping):
-            refuse(CallError, f"terminal '{name}' is given {terminal!r}", "give a dictionary: {'at': 2}")
+            refuse(CallError, f"terminal '{name}' must be a dictionary, not {terminal!r}", "write {'at': 2}, for example")
     return Driver(
         "ethercat",
         given(
@@ -79,14 +79,16 @@ def _terminal(name: str, terminal: Mapping[str, Any]) -> dict[str, Any]:
     told = {"name": name, **terminal}
     if (channels := told.get("channels")) is not None:
         if not isinstance(channels, Mapping):
-            refuse(CallError, f"the channels of terminal '{name}' are {channels!r}", 'give a dictionary: {"door": "Channel 3"}')
+            refuse(
+                CallError,
+                f"the channels of terminal '{name}' must be a dictionary, not {channels!r}",
+                'write {"door": "Channel 3"}, for example',
+            )
         told["channels"] = {own: {"entry": of} if isinstance(of, str) else of for own, of in channels.items()}
     file, type_ = told.pop("esi", None), told.pop("type", None)
     if file is None:
         if type_ is not None:
-            refuse(
-                CallError, f"terminal '{name}' has type={type_!r} and no esi= in which it is looked for", "give its file, or leave type out"
-            )
+            refuse(CallError, f"terminal '{name}' has type={type_!r} but no esi= that describes it", "pass esi=, or omit type=")
         return told
     product, revision = told.get("product"), told.get("revision")
     found = esi.described(file, type=type_, product=product, revision=revision, what=f"terminal '{name}'")

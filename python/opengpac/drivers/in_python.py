@@ -52,16 +52,16 @@ def where(source: Any, class_: str | None) -> dict[str, str | None]:
         if source.__module__ == "__main__":
             refuse(
                 CallError,
-                f"driver {source.__name__} is a class of the program itself, which its process would run once more",
-                "put it in a file of its own and give its path, or import it from there",
+                f"driver {source.__name__} is defined in the program itself, which its process would run again",
+                "move it to a separate file and pass its path, or import it from there",
             )
         return {"module": source.__module__, "class": source.__qualname__}
     if isinstance(source, str) and ":" in source and os.sep not in source:
         module, _, name = source.partition(":")
         return {"module": module, "class": name}
     if not isinstance(source, str | os.PathLike):
-        refuse(CallError, f"a driver in Python is given {source!r}", 'give its file, "thermometer.py", or its class')
+        refuse(CallError, f"a driver in Python must be a file or a class, not {source!r}", 'pass its file, "thermometer.py", or its class')
     path = Path(source).expanduser().absolute()
     if not path.is_file():
-        refuse(CallError, f"there is no file '{source}'", "give the file with the driver's class")
+        refuse(CallError, f"file '{source}' does not exist", "pass the file with the driver's class")
     return {"path": str(path), "class": class_}

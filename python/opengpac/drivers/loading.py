@@ -38,7 +38,7 @@ class Drivers:
 
     def __call__(self, **options: Any) -> Driver:
         if len(self._kinds) != 1:
-            refuse(CallError, f"'{self._origin}' has {len(self._kinds)} drivers", f"say which: .{next(iter(self._kinds))}(...)")
+            refuse(CallError, f"'{self._origin}' has {len(self._kinds)} drivers", f"name one: .{next(iter(self._kinds))}(...)")
         return self._made(next(iter(self._kinds)), options)
 
     def __getattr__(self, name: str) -> Drivers:
@@ -76,8 +76,8 @@ class Drivers:
         except (TypeError, ValueError) as why:
             refuse(
                 CallError,
-                f"the options of driver '{name}' are {options!r}: {why}",
-                "give texts, numbers, truth values, lists and dictionaries",
+                f"the options of driver '{name}' cannot be sent: {options!r}: {why}",
+                "pass strings, numbers, booleans, lists and dictionaries",
             )
         with refusals:
             problem = _native.check_driver(kind, text)
@@ -117,17 +117,17 @@ def load(path: str | os.PathLike[str]) -> Drivers:
     """
     asked = Path(path).expanduser()
     if not asked.exists():
-        refuse(ModuleError, f"there is no file '{asked}'", "give a source in C, a shared object or a folder")
+        refuse(ModuleError, f"file '{asked}' does not exist", "pass a source in C, a shared object or a folder")
     files = sorted(file for file in asked.iterdir() if file.suffix == ".so" or is_source(file)) if asked.is_dir() else [asked]
     if not files:
-        refuse(ModuleError, f"folder '{asked}' has no driver", "put sources in C or shared objects into it")
+        refuse(ModuleError, f"folder '{asked}' has no driver", "put C sources or shared objects into it")
     kinds: dict[str, tuple[str, dict[str, Any]]] = {}
     for file in files:
         kept = _kept(file)
         for declared in _declared(kept, file):
             name = declared["kind"]
             if name in kinds:
-                refuse(ModuleError, f"driver '{name}' is in two files of '{asked}'", "leave one out")
+                refuse(ModuleError, f"driver '{name}' is defined in two files of '{asked}'", "remove one")
             kinds[name] = f"{name}@{kept}", declared
     return Drivers(str(asked), kinds)
 
@@ -141,8 +141,8 @@ def _kept(file: Path) -> Path:
         content = file.read_bytes()
     else:
         sources = ", ".join(f".{ending}" for ending in _native.source_endings())
-        remedy = f"give a source in C or C++ ({sources}), a shared object (.so) or a folder"
-        refuse(ModuleError, f"drivers do not come from '{file}'", remedy)
+        remedy = f"pass a source in C or C++ ({sources}), a shared object (.so) or a folder"
+        refuse(ModuleError, f"'{file}' is not a file of drivers", remedy)
     folder_kept = user_cache() / "drivers"
     kept = folder_kept / f"{file.stem}-{hashlib.sha256(content).hexdigest()[:16]}.so"
     if kept.exists() and kept.read_bytes() == content:
@@ -151,7 +151,11 @@ def _kept(file: Path) -> Path:
         folder_kept.mkdir(parents=True, exist_ok=True, mode=0o700)
         put(kept, content)
     except OSError as why:
-        refuse(ModuleError, f"the driver of '{file}' cannot be kept in '{folder_kept}': {why}", "set XDG_CACHE_HOME to a folder of yours")
+        refuse(
+            ModuleError,
+            f"the driver of '{file}' cannot be stored in '{folder_kept}': {why}",
+            "set XDG_CACHE_HOME to a folder that you may write",
+        )
     return kept
 
 
@@ -165,8 +169,8 @@ def _declared(kept: Path, file: Path) -> list[dict[str, Any]]:
     if tried.returncode < 0:
         refuse(
             ModuleError,
-            f"'{file}' killed the process that tried it with {signal.Signals(-tried.returncode).name}",
-            "its initialisation faults",
+            f"'{file}' crashed the process that tried it: {signal.Signals(-tried.returncode).name}",
+            "debug its initialisation",
         )
     with refusals:
         read = json.loads(_native.load_drivers(str(kept)) if tried.returncode == 0 else json.dumps({"problem": _said(tried.stderr)}))
@@ -176,4 +180,4 @@ def _declared(kept: Path, file: Path) -> list[dict[str, Any]]:
 
 
 def _said(printed: bytes) -> str:
-    return printed.decode(errors="replace").strip() or "the process that tried it failed and said nothing"
+    return printed.decode(errors="replace").strip() or "the process that tried it failed without a message"

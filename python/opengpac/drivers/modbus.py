@@ -47,7 +47,7 @@ def modbus(
             channels=channels_of(channels),
             unit=unit,
             period_ns=optional_ns(period, "the period"),
-            answer_ns=optional_ns(answer, "the time for an answer"),
+            answer_ns=optional_ns(answer, "the timeout of an answer"),
             retries=retries,
             gap=gap,
             age_max_ns=optional_ns(age_max, "the maximum age"),
@@ -60,10 +60,10 @@ def channels_of(channels: Mapping[str, Mapping[str, Any]]) -> dict[str, Any]:
     made = {}
     for name, channel in channels.items():
         if not isinstance(channel, Mapping):
-            refuse(CallError, f"channel '{name}' is {channel!r}", 'give a dictionary: {"input": 0, "unit": "bar"}')
+            refuse(CallError, f"channel '{name}' must be a dictionary, not {channel!r}", 'write {"input": 0, "unit": "bar"}, for example')
         words = dict(channel)
         if "every" in words:
-            words["every_ns"] = optional_ns(words.pop("every"), f"how often '{name}' is read")
+            words["every_ns"] = optional_ns(words.pop("every"), f"the interval of '{name}'")
         made[str(name)] = words
     return made
 
@@ -97,7 +97,7 @@ def modbus_server(
             channels=channels_of(channels),
             to_network=to_network,
             clients=clients,
-            silent_ns=optional_ns(silent, "how long clients may be silent"),
+            silent_ns=optional_ns(silent, "the timeout of clients"),
             period_ns=optional_ns(period, "the period"),
             age_max_ns=optional_ns(age_max, "the maximum age"),
         ),

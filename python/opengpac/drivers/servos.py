@@ -80,7 +80,9 @@ def _driver(
 ) -> Driver:
     for name, servo in (servos or {}).items():
         if not isinstance(servo, Mapping):
-            refuse(CallError, f"servo '{name}' of gpac.drivers.{kind}() is {servo!r}", 'give a dictionary: {"id": 1}')
+            refuse(
+                CallError, f"servo '{name}' of gpac.drivers.{kind}() must be a dictionary, not {servo!r}", 'write {"id": 1}, for example'
+            )
     return Driver(
         kind,
         given(

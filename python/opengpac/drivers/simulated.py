@@ -28,7 +28,7 @@ def mujoco(path: str | os.PathLike[str], *, timestep: Quantity | None = None, co
     """
     library = mujoco_folder()
     if library is None:
-        refuse(DeviceFailed, "the Python package 'mujoco' is not installed", "pip install 'opengpac[mujoco]'")
+        refuse(DeviceFailed, "the Python package 'mujoco' is not installed", "run pip install 'opengpac[mujoco]'")
     step = None if timestep is None else duration_ns(timestep, "the time step") * 1e-9
     return Driver("mujoco", given(path=str(Path(path).expanduser().absolute()), library=library, timestep=step, contacts=contacts or None))
 
@@ -95,7 +95,11 @@ def plant_process(
     most half of that. By default there is no watchdog.
     """
     if not isinstance(driver, Driver):
-        refuse(CallError, f"a plant process is given {driver!r}", 'give what it runs: gpac.drivers.mujoco("arm.xml")')
+        refuse(
+            CallError,
+            f"the driver of a plant process must be made by gpac.drivers, not {driver!r}",
+            'pass gpac.drivers.mujoco("arm.xml"), for example',
+        )
     return Driver(
         "plant_process",
         given(
@@ -122,8 +126,8 @@ def scripted(channels: Sequence[Mapping[str, Any]], table: Sequence[Mapping[str,
             if not isinstance(entry, Mapping):
                 refuse(
                     CallError,
-                    f"{what} of gpac.drivers.scripted() holds {entry!r}",
-                    "give dictionaries: {'name': 'a.b', 'direction': 'read'}",
+                    f"{what} of gpac.drivers.scripted() must contain dictionaries, not {entry!r}",
+                    "write {'name': 'a.b', 'direction': 'read'}, for example",
                 )
     options = given(
         channels=[dict(c) for c in channels], table=[dict(row) for row in table], timeout_ns=optional_ns(timeout, "the timeout")

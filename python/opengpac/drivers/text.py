@@ -51,7 +51,7 @@ def text(
     """
     for name, field in (fields or {}).items():
         if not isinstance(field, Mapping):
-            refuse(CallError, f"field '{name}' is {field!r}", 'give a dictionary: {"unit": "kg"}')
+            refuse(CallError, f"field '{name}' must be a dictionary, not {field!r}", 'write {"unit": "kg"}, for example')
     return Driver(
         "text",
         given(
@@ -64,8 +64,8 @@ def text(
             end=end,
             length=length,
             checksum=None if checksum is None else dict(checksum),
-            answer_ns=optional_ns(answer, "the time for an answer"),
-            silent_ns=optional_ns(silent, "how long it may be silent"),
+            answer_ns=optional_ns(answer, "the timeout of an answer"),
+            silent_ns=optional_ns(silent, "the timeout of silence"),
             period_ns=optional_ns(period, "the period"),
             age_max_ns=optional_ns(age_max, "the maximum age"),
         ),

@@ -34,8 +34,8 @@ class Archive:
         size = sum(self._archive.getinfo(entry).file_size for entry in entries)
         if size > most:
             what = f"'{entries[0]}'" if len(entries) == 1 else f"{len(entries)} entries"
-            text = f"{what} of '{self._path.name}' would be {size / 1e6:.0f} MB unpacked, at most {most / 1e6:.0f} MB are taken"
-            refuse(ModuleError, text, "take out what the model does not read while it runs")
+            text = f"{what} of '{self._path.name}' would be {size / 1e6:.0f} MB unpacked, more than {most / 1e6:.0f} MB"
+            refuse(ModuleError, text, "remove files that the model does not read at run time")
 
 
 @contextlib.contextmanager
@@ -47,10 +47,10 @@ def opened(path: Path) -> Iterator[Archive]:
     except OSError as why:
         refuse(ModuleError, f"cannot read '{path}': {(why.strerror or str(why)).lower()}")
     except NotImplementedError as why:
-        refuse(ModuleError, f"'{path.name}' is compressed in a way that cannot be read: {why}", "pack it with zip's deflate")
+        refuse(ModuleError, f"'{path.name}' has an unsupported compression: {why}", "pack it with zip's deflate")
     except RuntimeError:
         # The only other exception that `zipfile` raises when reading.
         refuse(ModuleError, f"'{path.name}' is encrypted", "export it without a password")
     except (zipfile.BadZipFile, zlib.error, EOFError, UnicodeDecodeError, ValueError) as why:
         text = "it is not a zip archive" if "not a zip file" in str(why) else f"its archive is damaged ({why})"
-        refuse(ModuleError, f"'{path.name}' is no FMU: {text}")
+        refuse(ModuleError, f"'{path.name}' is not an FMU: {text}")

@@ -27,12 +27,12 @@ KIND = "fmu-blocks"
 Chosen: TypeAlias = "Sequence[str] | Mapping[str, str]"
 
 PROBLEMS = {
-    3: "all its instances are in use by blocks that ran later: give more, instances=…",
-    7: "it refuses a value that it was given",
-    8: "it refuses to be initialised with these values",
-    10: "its binary cannot be loaded: a library that it needs is not there",
-    11: "its binary lacks a function that FMI asks for",
-    12: "it refuses to be instantiated",
+    3: "all its instances are used by blocks that ran later; pass a larger instances=",
+    7: "it rejects an input value",
+    8: "it rejects these values at initialisation",
+    10: "its binary cannot be loaded: a library that it needs is missing",
+    11: "its binary lacks a function that FMI requires",
+    12: "it rejects instantiation",
 }
 """Faults of a block's first invocation, in words."""
 
@@ -79,7 +79,9 @@ def fmu(
     given = block_name(f"fmu_{given}" if not given or given[0].isdigit() else given)
     instances = number(instances)
     if isinstance(instances, bool) or not isinstance(instances, int) or not 1 <= instances <= 1024:
-        refuse(DefinitionError, f"'{given}' is to have {instances!r} instances", "give a number, 1 to 1024")
+        refuse(
+            DefinitionError, f"instances= of '{given}' must be from 1 to 1024, not {instances!r}", "pass the number of its blocks that run"
+        )
     check_native(fmu)
     period_ns = _period(fmu, given, optional_ns(every, f"the interval of '{given}'"))
     ports = ports_of(fmu, given, inputs, outputs, parameters, units or {})
@@ -101,8 +103,8 @@ def _period(fmu: Description, name: str, every_ns: int | None) -> int | None:
     if fmu.any_step:
         return every_ns
     if every_ns is None and own is None:
-        text = f"'{fmu.file.name}' takes steps of one size only (no canHandleVariableCommunicationStepSize) and does not say which"
-        refuse(ModuleError, text, f"say it: gpac.fmu(…, every='10 ms') for '{name}'")
+        text = f"'{fmu.file.name}' takes steps of one size only (no canHandleVariableCommunicationStepSize) but does not specify it"
+        refuse(ModuleError, text, f"specify it: gpac.fmu(…, every='10 ms') for '{name}'")
     return every_ns or own
 
 
@@ -115,7 +117,7 @@ def unpacked(fmu: Description) -> tuple[Path, str]:
         for entry in [fmu.binary, *fmu.beside]:
             target = root / entry
             if not target.resolve().is_relative_to(root.resolve()):
-                refuse(ModuleError, f"'{fmu.file.name}' has an entry '{entry}', which is outside of it")
+                refuse(ModuleError, f"'{fmu.file.name}' has an entry '{entry}' outside the archive")
             if not target.exists():
                 keep(target, archive.read(entry))
     if not any(entry.startswith("resources/") for entry in fmu.beside):

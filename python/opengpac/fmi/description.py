@@ -75,11 +75,11 @@ class Description:
 def described(path: Path) -> Description:
     """Returns the description of an FMU for this machine; raises the reason if it cannot be used here."""
     if not path.is_file():
-        refuse(ModuleError, f"there is no file '{path}'", "give an FMU, x.fmu")
+        refuse(ModuleError, f"file '{path}' does not exist", "pass an FMU, x.fmu")
     with opened(path) as archive:
         names = archive.names
         if "modelDescription.xml" not in names:
-            refuse(ModuleError, f"'{path.name}' is no FMU: it has no modelDescription.xml")
+            refuse(ModuleError, f"'{path.name}' is not an FMU: it has no modelDescription.xml")
         text = archive.read("modelDescription.xml", DESCRIPTION_BYTES_MAX)
     try:
         root = ElementTree.fromstring(text)
@@ -88,7 +88,7 @@ def described(path: Path) -> Description:
         refuse(ModuleError, f"modelDescription.xml of '{path.name}' is damaged: {why}")
     told = root.get("fmiVersion", "none")
     if root.tag != "fmiModelDescription" or not told.startswith(("2.", "3.")):
-        refuse(ModuleError, f"'{path.name}' is of FMI version {told}", "export it as FMI 2 or 3, for co-simulation")
+        refuse(ModuleError, f"'{path.name}' has FMI version {told}", "export it as FMI 2 or 3, for co-simulation")
     step = root.find("CoSimulation")
     if step is None:
         kinds = [tag for tag in ("ModelExchange", "ScheduledExecution") if root.find(tag) is not None]
@@ -140,9 +140,9 @@ def _binary(path: Path, version: int, identifier: str, names: list[str]) -> tupl
             {name.split("/")[1] for name in names if name.startswith("binaries/") and name.count("/") > 1 and name.split("/")[1]}
         )
         if folder in there:
-            refuse(ModuleError, f"'{path.name}' has no {identifier}.so in binaries/{folder}, where its description says it is")
+            refuse(ModuleError, f"'{path.name}' has no {identifier}.so in binaries/{folder}, contrary to its description")
         has = f"binaries for {', '.join(there)}" if there else "no binary"
-        refuse(ModuleError, f"'{path.name}' has {has}, and this machine is {folder}", f"export it for {folder}")
+        refuse(ModuleError, f"'{path.name}' has {has}, but this machine is {folder}", f"export it for {folder}")
     return wanted, [name for name in names if name.startswith(("resources/", f"binaries/{folder}/")) and name != wanted and name[-1] != "/"]
 
 
@@ -178,7 +178,7 @@ def _size(path: Path, element: Element) -> int:
             refuse(ModuleError, text, "export it with fixed lengths")
         size *= _number(path, Element("Dimension", name=element.get("name", ""), start=length), "start", "0", int)
     if not 1 <= size <= ELEMENTS_MAX:
-        text = f"variable '{element.get('name')}' of '{path.name}' is an array of {size} elements"
+        text = f"variable '{element.get('name')}' of '{path.name}' has an unsupported number of elements: {size}"
         refuse(ModuleError, text, f"export it with arrays of 1 to {ELEMENTS_MAX} elements")
     return size
 

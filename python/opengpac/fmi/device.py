@@ -45,7 +45,7 @@ def fmu(
     own_ns = None if fmu.step_s is None else round(fmu.step_s * 1e9)
     if step_ns <= 0 or (not fmu.any_step and own_ns not in (None, step_ns)):
         text = f"'{fmu.file.name}' takes steps of {(own_ns or 0) / 1e6:g} ms only (no canHandleVariableCommunicationStepSize)"
-        refuse(ModuleError, text if step_ns > 0 else f"the step of '{fmu.file.name}' is {step!r}", "give step= that time")
+        refuse(ModuleError, text if step_ns > 0 else f"the step of '{fmu.file.name}' cannot be {step!r}", "set step= to that time")
     ports = ports_of(fmu, fmu.name, inputs, outputs, list(parameters or {}), units or {}, device=True)
     library, resources = unpacked(fmu)
     constants = [_constant(fmu, port, (parameters or {})[port.variable.name]) for port in (*ports.fixed, *ports.tunable)]
@@ -60,7 +60,11 @@ def _constant(fmu: Description, port: Port, value: Any) -> str:
     number = value if not port.variable.size else list(value)
     parts = number if isinstance(number, list) else [number]
     if not all(isinstance(part, bool | int | float) for part in parts) or len(parts) != port.count:
-        refuse(CallError, f"parameter '{port.variable.name}' of '{fmu.file.name}' is {value!r}", f"give {port.count} numbers, in its unit")
+        refuse(
+            CallError,
+            f"parameter '{port.variable.name}' of '{fmu.file.name}' must be numbers, not {value!r}",
+            f"pass {port.count} numbers, in its unit",
+        )
     return f"({_whole(port)}, {number!r})"
 
 

@@ -101,8 +101,8 @@ def _modules(graph: Graph) -> dict[str, Path]:
         elif isinstance(use.block, Block) and use.block.module != "library":
             file = Path(use.block.module)
             if file.suffix == ".onnx":
-                text = f"'{use.block.name}' is a policy, which is compiled where it is loaded"
-                refuse(CallError, text, "an FMU needs no compiler where it is used: leave the policy out")
+                text = f"'{use.block.name}' is a policy, which is compiled when it is loaded"
+                refuse(CallError, text, "leave the policy out: an FMU must run without a compiler")
             found[use.block.name.split(".", 1)[0]] = file
     return found
 
@@ -115,19 +115,17 @@ def _library(given: str | os.PathLike[str] | None) -> Path:
     for file in tried:
         if file.is_file():
             return file
-    refuse(
-        FileFailed, f"there is no {tried[0]}, the real-time system that an FMU carries", "build it with make c-package, or give its path"
-    )
+    refuse(FileFailed, f"{tried[0]}, the real-time system for FMUs, does not exist", "build it with make c-package, or pass its path")
 
 
 def _tool(command: list[str]) -> None:
     try:
         done = subprocess.run(command, capture_output=True, text=True, check=False)
     except FileNotFoundError:
-        refuse(FileFailed, f"there is no '{command[0]}', which makes the FMU's binary", "install a C compiler and binutils")
+        refuse(FileFailed, f"'{command[0]}', which builds the binary of the FMU, is not installed", "install a C compiler and binutils")
     if done.returncode:
         refuse(
-            FileFailed, f"{command[0]} refuses the FMU: {done.stderr.strip().splitlines()[-1] if done.stderr.strip() else done.returncode}"
+            FileFailed, f"{command[0]} rejects the FMU: {done.stderr.strip().splitlines()[-1] if done.stderr.strip() else done.returncode}"
         )
 
 
@@ -138,7 +136,7 @@ def _members(graph: Graph) -> list[Member]:
     free = [(n, "p", i) for n, i in graph.parameters.items() if n.count(".") == 1 and not _constant(graph, n) and _fits(i)]
     made = [_member(graph, name, role, item) for name, role, item in [*ports, *free]]
     if not any(member.role == "o" for member in made):
-        refuse(CallError, f"graph '{graph.name}' has no output, and an FMU of it would tell nothing", "give it outputs")
+        refuse(CallError, f"graph '{graph.name}' has no output, so its FMU would be useless", "add outputs")
     return made
 
 
@@ -154,8 +152,8 @@ def _fits(item: Item) -> bool:
 
 def _member(graph: Graph, name: str, role: str, item: Item) -> Member:
     if not _fits(item):
-        text = f"'{name}' of graph '{graph.name}' is a {item.type}, which FMI 2 has not"
-        refuse(CallError, text, "make it numbers of at most 32 bits, a truth value, or a list of them")
+        text = f"'{name}' of graph '{graph.name}' is a {item.type}, which FMI 2 does not support"
+        refuse(CallError, text, "use numbers of at most 32 bits, a boolean, or a list of them")
     element, _, length = item.type.rstrip("]").partition("[")
     size = int(length or 0)
     start = np.frombuffer(item.initial, WIDTHS[element].rstrip("_")) if role == "p" and item.initial else np.zeros(max(1, size))
@@ -261,6 +259,6 @@ def export_of_file(asked: str, every: str, output: str | None, library: str | No
     if name and name not in graphs:
         refuse(UnknownName, f"'{file}' has no graph '{name}'", did_you_mean(name, graphs))
     if not name and len(graphs) != 1:
-        refuse(CallError, f"'{file}' has {len(graphs)} graphs: {', '.join(graphs)}", f"say which: {file}:NAME")
+        refuse(CallError, f"'{file}' has {len(graphs)} graphs: {', '.join(graphs)}", f"name one: {file}:NAME")
     graph = graphs[name or next(iter(graphs))]
     return export_fmu(graph, output or f"{graph.name}.fmu", every, library=library)

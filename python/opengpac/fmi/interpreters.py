@@ -33,7 +33,7 @@ def check_native(fmu: Description) -> None:
     found = interpreter_in(fmu)
     if fmu.needs_tool and not found:
         tool = f" ({fmu.tool})" if fmu.tool else ""
-        refuse(ModuleError, f"'{fmu.file.name}' needs the tool that made it where it runs{tool}", "export it as stand-alone")
+        refuse(ModuleError, f"'{fmu.file.name}' requires the tool that made it at run time{tool}", "export it as stand-alone")
     if found:
-        text = f"'{fmu.file.name}' runs an interpreter ({found}), which allocates and waits: it cannot be a block"
-        refuse(ModuleError, text, "make it a device, which runs in a process of its own: gpac.drivers.fmu(path, step='10 ms')")
+        text = f"'{fmu.file.name}' runs an interpreter ({found}), which allocates and waits, so it cannot be a block"
+        refuse(ModuleError, text, "use it as a device, which runs in a separate process: gpac.drivers.fmu(path, step='10 ms')")

@@ -34,7 +34,11 @@ def ports_of(
     """Returns the ports of an FMU's block; refuses names or units that do not fit."""
     for name in units:
         if name not in fmu.variables:
-            refuse(DefinitionError, f"units of '{block}' name '{name}', which '{fmu.file.name}' has not", did_you_mean(name, fmu.variables))
+            refuse(
+                DefinitionError,
+                f"units= of '{block}' names '{name}', which '{fmu.file.name}' does not have",
+                did_you_mean(name, fmu.variables),
+            )
     sides = {
         "input": _chosen(fmu, block, "input", inputs),
         "output": _chosen(fmu, block, "output", outputs),
@@ -46,13 +50,13 @@ def ports_of(
         if names.count(name) > 1:
             both = [p.variable.name for ports in made.values() for p in ports if p.item.name == name]
             refuse(
-                DefinitionError, f"'{both[0]}' and '{both[1]}' of '{fmu.file.name}' are both '{name}'", f"name one: {{'{both[1]}': '…'}}"
+                DefinitionError, f"'{both[0]}' and '{both[1]}' of '{fmu.file.name}' are both '{name}'", f"rename one: {{'{both[1]}': '…'}}"
             )
     if len(names) > ITEMS_MAX and not device:
-        text = f"'{fmu.file.name}' has {len(names)} inputs, outputs and parameters, and a block has at most {ITEMS_MAX}"
+        text = f"'{fmu.file.name}' has {len(names)} inputs, outputs and parameters, but a block has at most {ITEMS_MAX}"
         refuse(DefinitionError, text, "choose: gpac.fmu(…, inputs=[…], outputs=[…], parameters=[…])")
     if not made["output"]:
-        refuse(DefinitionError, f"'{fmu.file.name}' has no output that a port could be", "choose one: gpac.fmu(…, outputs=[…])")
+        refuse(DefinitionError, f"'{fmu.file.name}' has no output that can be a port", "choose one: gpac.fmu(…, outputs=[…])")
     tunable = [port for port in made["parameter"] if port.variable.variability == "tunable"]
     return Ports(made["input"], made["output"], [port for port in made["parameter"] if port not in tunable], tunable)
 
@@ -68,7 +72,7 @@ def _chosen(fmu: Description, block: str, side: str, given: Sequence[str] | Mapp
     for name in named:
         if name not in there:
             other = fmu.variables.get(name)
-            what = f"is {'an' if other.causality[0] in 'aeiou' else 'a'} {other.causality} there" if other else "is not there as a number"
+            what = f"is {'an' if other.causality[0] in 'aeiou' else 'a'} {other.causality} there" if other else "is not a number there"
             refuse(DefinitionError, f"{side} '{name}' of '{block}' {what}: '{fmu.file.name}'", did_you_mean(name, there))
     return [(there[name], item) for name, item in named.items()]
 
@@ -85,7 +89,7 @@ def _c_name(name: str) -> str:
 
 def _port(fmu: Description, block: str, side: str, variable: Variable, name: str, units: Mapping[str, str]) -> Port:
     if not name.isidentifier() or not name.isascii() or _is_taken(name):
-        refuse(DefinitionError, f"'{variable.name}' of '{block}' is to be '{name}', which no item can be", "give another name")
+        refuse(DefinitionError, f"'{variable.name}' of '{block}' cannot be named '{name}'", "choose another name")
     unit = _unit(fmu, block, variable, units)
     shape = (variable.size,) if variable.size else ()
     word: Any = {"input": Input, "output": Output, "parameter": Parameter}[side](variable.doc, unit)
@@ -103,8 +107,8 @@ def _unit(fmu: Description, block: str, variable: Variable, units: Mapping[str, 
     spelled = "" if variable.name in units else _spelled(fmu.units.get(unit))
     if spelled and unknown_unit(spelled) is None:
         return spelled
-    text = f"variable '{variable.name}' of '{fmu.file.name}' has the unit '{unit}', which is not known"
-    refuse(UnitMismatch, text, f"{unknown_unit(unit)}; say it in another word, units={{'{variable.name}': 'rad/s'}}, or '' for none")
+    text = f"variable '{variable.name}' of '{fmu.file.name}' has the unknown unit '{unit}'"
+    refuse(UnitMismatch, text, f"{unknown_unit(unit)}; write it differently, units={{'{variable.name}': 'rad/s'}}, or '' for none")
 
 
 def _spelled(base: Element | None) -> str:
@@ -140,7 +144,7 @@ def _starts(fmu: Description, variable: Variable) -> list[Any]:
         except (ValueError, OverflowError):
             wrong = True
     if wrong:
-        text = f"the start of variable '{variable.name}' of '{fmu.file.name}' is '{' '.join(variable.start)[:60]}'"
+        text = f"the start of variable '{variable.name}' of '{fmu.file.name}' is not valid: '{' '.join(variable.start)[:60]}'"
         refuse(ModuleError, text, f"export it with {count} of {variable.type}")
     return values
 

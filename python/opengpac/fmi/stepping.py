@@ -47,7 +47,7 @@ class FmuInstance:
             off = c_bool(False)
             self._unit = made(text(name), text(token), resources.encode(), off, off, off, off, None, c_size_t(0), None, self._log_3, None)
         if not self._unit:
-            raise RuntimeError(f"the FMU refuses to be instantiated{self._words()}")
+            raise RuntimeError(f"the FMU rejects instantiation{self._words()}")
 
     def initialised(self, values: Iterable[tuple[Whole, Any]]) -> None:
         """Initialises the FMU at time 0 with these values."""
@@ -104,7 +104,7 @@ class FmuInstance:
     def _done(self, name: str, *arguments: Any) -> None:
         status = self._function(name)(c_void_p(self._unit), *arguments)
         if status > 1:
-            raise RuntimeError(f"fmi{self._version}{name} of the FMU gives status {status}{self._words()}")
+            raise RuntimeError(f"fmi{self._version}{name} of the FMU returns status {status}{self._words()}")
 
     def _hear(self, status: int, text: bytes | None) -> None:
         self._said = text.decode(errors="replace") if status > 0 and text else self._said

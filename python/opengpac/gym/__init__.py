@@ -14,6 +14,6 @@ try:
 except ModuleNotFoundError as missing:
     if missing.name != "gymnasium":
         raise
-    refuse(DefinitionError, "gpac.gym needs the package gymnasium, which is not installed", "pip install 'opengpac[gym]'")
+    refuse(DefinitionError, "gpac.gym needs the package gymnasium, which is not installed", "run pip install 'opengpac[gym]'")
 
 __all__ = ["Environment", "Task", "Values", "side_by_side"]

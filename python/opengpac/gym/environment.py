@@ -56,16 +56,18 @@ class Environment(gymnasium.Env[Any, np.ndarray]):
         """System of the environment."""
         if self.system.session is not None:
             self.system.close()
-            refuse(CallError, "an environment needs a system in this process, and OPENGPAC_SYSTEM names a remote one", "unset it")
+            refuse(
+                CallError, "an environment needs a system in this process, but OPENGPAC_SYSTEM names a remote one", "unset OPENGPAC_SYSTEM"
+            )
         self._every_ns = duration_ns(every, "the step of the environment")
         if self._every_ns <= 0:
-            refuse(OutOfRange, f"the step of the environment is {every!r}", "give a time, every='20 ms'")
+            refuse(OutOfRange, f"the step of the environment must be more than 0 s, not {every!r}", "pass every='20 ms', for example")
         self._reward, self._terminated = reward, terminated
         self._steps_max = None if seconds is None else round(seconds * 1e9 / self._every_ns)
         try:
             task = setup(self.system)
             if not isinstance(task, Task):
-                refuse(DefinitionError, f"the setup of the environment returns {task!r}", "return gpac.gym.Task(ports=…)")
+                refuse(DefinitionError, f"the setup of the environment must return a task, not {task!r}", "return gpac.gym.Task(ports=…)")
             self.task = task
             """Return value of `setup`."""
             self._devices = [*task.devices]
@@ -106,7 +108,7 @@ class Environment(gymnasium.Env[Any, np.ndarray]):
         """Makes one step of `every` with this `action`; returns observation, reward, terminated, truncated, info."""
         action = np.asarray(action, dtype=np.float32)
         if action.shape != self._acted.scale.shape:
-            refuse(CallError, f"an action has shape {action.shape}, the actions of the environment have {self._acted.scale.shape}")
+            refuse(CallError, f"an action must have shape {self._acted.scale.shape}, not {action.shape}")
         numbers = self._ports.turn(self._acted.stores(action), self._every_ns)
         self._steps += 1
         observation = self._observations.of(self._take(numbers), action)
@@ -124,7 +126,7 @@ class Environment(gymnasium.Env[Any, np.ndarray]):
         known = [*self._ports.variables, *(machine.name for machine in self._arms)]
         for name in start:
             if name not in known:
-                refuse(UnknownName, f"an episode is to begin with '{name}', which is no port of the task", did_you_mean(name, known))
+                refuse(UnknownName, f"an episode cannot begin with '{name}', which is not a port of the task", did_you_mean(name, known))
 
     def _end(self) -> None:
         """Ends the running verbs, and advances the clock to a multiple of the step."""

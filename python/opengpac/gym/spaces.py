@@ -26,14 +26,18 @@ class Side:
         columns: dict[str, list[np.ndarray]] = {key: [] for key in ("least", "most", "offset", "low", "high", "scale")}
         for term in self.terms:
             if not isinstance(term, Term):
-                refuse(DefinitionError, f"{side} of the environment has {term!r}", "give gpac.Term(port, …), or a list of them")
+                refuse(
+                    DefinitionError,
+                    f"{side} of the environment must consist of terms, not {term!r}",
+                    "pass gpac.Term(port, …), or a list of them",
+                )
             count = self._size(term, ports, side)
             self.widths.append(count * term.history)
             for key, numbers in _columns(term, count).items():
                 columns[key].append(np.tile(numbers, term.history))
         self.least, self.most, self.offset, self.low, self.high, self.scale = (np.concatenate(columns[key]) for key in columns)
         if np.any(self.scale == 0):
-            refuse(DefinitionError, f"{side} of the environment has a scale of 0")
+            refuse(DefinitionError, f"{side} of the environment cannot have a scale of 0")
 
     def _size(self, term: Term, ports: Ports, side: str) -> int:
         if term.previous:
@@ -42,10 +46,10 @@ class Side:
         count, declared = where.stop - where.start, term.elements()
         variables = ports.variables[term.port]
         if declared not in (0, count):
-            refuse(TypeMismatch, f"{side} '{term.port}' has {declared} numbers, port '{term.port}' of the task has {count}")
+            refuse(TypeMismatch, f"{side} '{term.port}' has {declared} numbers, but port '{term.port}' of the task has {count}")
         unit = ports.units[term.port]
         if term.unit and unit and term.unit != unit:
-            refuse(UnitMismatch, f"{side} '{term.port}' is in {term.unit}, port '{term.port}' of the task in {unit}: units differ")
+            refuse(UnitMismatch, f"{side} '{term.port}' is in {term.unit}, but port '{term.port}' of the task is in {unit}")
         check_names(f"{side} '{term.port}'", term.names, f"port '{term.port}'", [variable.name for variable in variables])
         return count
 
@@ -54,7 +58,7 @@ def _columns(term: Term, count: int) -> dict[str, np.ndarray]:
     def of(given: Numbers) -> np.ndarray:
         numbers = np.asarray(given, dtype=float)
         if numbers.shape not in ((), (count,)) or np.isnan(numbers).any():
-            refuse(DefinitionError, f"the numbers {given!r} of '{term.port}' are not one for each of its {count} elements")
+            refuse(DefinitionError, f"the numbers {given!r} of '{term.port}' must be one for each of its {count} elements")
         return np.broadcast_to(numbers, (count,)).copy()
 
     ends = lambda pair: (of(-np.inf if pair is None else pair[0]), of(np.inf if pair is None else pair[1]))  # noqa: E731
@@ -78,8 +82,8 @@ class NetworkInput(Side):
         if not isinstance(term, Term) or not term.previous:
             return term
         if term.history != 1 or term.size not in (None, actions):
-            text = f"the previous actions are given {term.history} times with {term.size or actions} numbers; they have {actions}"
-            refuse(DefinitionError, text, "give a history of actions by a port of the task")
+            text = f"the previous actions cannot have a history of {term.history} with {term.size or actions} numbers: they have {actions}"
+            refuse(DefinitionError, text, "use a port of the task for a history of actions")
         return Term(previous=term.previous, size=actions)
 
     def _scaled(self, numbers: np.ndarray) -> np.ndarray:
@@ -109,7 +113,7 @@ class NetworkOutput(Side):
         super().__init__(given, ports, "action")
         for term in self.terms:
             if term.previous or term.history != 1:
-                refuse(DefinitionError, f"action {term!r} has a history", "give the port that it goes to")
+                refuse(DefinitionError, f"action {term!r} cannot have a history", "name the port that receives it")
         stores = [store for term in self.terms for store in ports.stores(term.port)]
         ends_at = np.cumsum([count for _, count in stores]).tolist()
         self._places = [(name, slice(end - count, end)) for (name, count), end in zip(stores, ends_at, strict=True)]

@@ -42,7 +42,9 @@ class Ports:
             variables = [*given] if isinstance(given, Sequence) else [given]
             for variable in variables:
                 if not isinstance(variable, SVV):
-                    refuse(DefinitionError, f"port '{name}' of the task is {variable!r}", "give an SVV, or a list of SVVs")
+                    refuse(
+                        DefinitionError, f"port '{name}' of the task must be an SVV or a list of SVVs, not {variable!r}", "pass such SVVs"
+                    )
             shape = self._shape(name, variables, several)
             size = int(np.prod(shape, dtype=int))
             self.variables[name], self.units[name] = variables, variables[0].unit
@@ -54,13 +56,20 @@ class Ports:
 
     def _shape(self, name: str, variables: Sequence[SVV[Any]], several: bool) -> tuple[int, ...]:
         if not variables:
-            refuse(DefinitionError, f"port '{name}' of the task is an empty list of SVVs")
+            refuse(DefinitionError, f"port '{name}' of the task cannot be an empty list of SVVs")
         for variable in variables:
             if _base(variable.dtype).names or (several and variable.dtype.shape):
-                refuse(TypeMismatch, f"port '{name}' of the task has SVV '{variable.name}' ({variable.type})", "give numbers, or one array")
+                refuse(
+                    TypeMismatch,
+                    f"port '{name}' of the task cannot use SVV '{variable.name}' ({variable.type})",
+                    "use SVVs of numbers, or one array",
+                )
             if variable.unit != variables[0].unit:
-                text = f"port '{name}' has SVVs '{variables[0].name}' ({variables[0].unit}) and '{variable.name}' ({variable.unit})"
-                refuse(DefinitionError, text, "give SVVs of one unit")
+                text = (
+                    f"port '{name}' has SVVs of different units: '{variables[0].name}' ({variables[0].unit}) "
+                    f"and '{variable.name}' ({variable.unit})"
+                )
+                refuse(DefinitionError, text, "use SVVs of one unit")
         return (len(variables),) if several else variables[0].dtype.shape
 
     def size(self, name: str) -> int:
@@ -71,7 +80,7 @@ class Ports:
     def where(self, name: str, why: str) -> slice:
         """Returns the slice of a port's numbers in the result of `read`. `why` describes the user of the port in refusals."""
         if name not in self._places:
-            refuse(DefinitionError, f"{why} '{name}' is no port of the task", did_you_mean(name, self._places))
+            refuse(DefinitionError, f"{why} '{name}' is not a port of the task", did_you_mean(name, self._places))
         return self._places[name][0]
 
     def turn(self, stores: list[tuple[str, list[float]]], duration_ns: int) -> np.ndarray:
@@ -105,7 +114,7 @@ class Ports:
         elif len(variables) == 1:
             value = [np.asarray(value, dtype=float).reshape(self._places[name][1])]
         if len(value) != len(variables):
-            refuse(CallError, f"port '{name}' has {len(variables)} numbers, and is given {len(value)}")
+            refuse(CallError, f"port '{name}' has {len(variables)} numbers, not {len(value)}")
         with refusals:
             for variable, one in zip(variables, value, strict=True):
                 native.write(variable._asked, plain(one, f"the value of port '{name}'"))

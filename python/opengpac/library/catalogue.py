@@ -62,7 +62,9 @@ class Catalogue:
         """Adds components as described in `library.add`."""
         if not isinstance(given, ModuleType):
             if not isinstance(given, str | os.PathLike):
-                refuse(CallError, f"library.add was given {given!r}", "give the path of a folder or file, or a Python module")
+                refuse(
+                    CallError, f"library.add() needs the path of a folder or file, or a Python module, not {given!r}", "pass one of those"
+                )
             given = Path(given).expanduser().absolute()
         name = origin or (given.__name__.rsplit(".", 1)[-1] if isinstance(given, ModuleType) else given.stem)
         entries = list(of_thing(given, name, f"'{given}'"))
@@ -78,9 +80,9 @@ class Catalogue:
             if clash is not None:
                 refuse(
                     DefinitionError,
-                    f"nothing was added: '{component.short_name}' is the name of a {component.kind} of {component.where} and of "
+                    f"nothing was added: '{component.short_name}' names both a {component.kind} of {component.where} and "
                     f"a {clash.kind} of {clash.where}",
-                    "rename yours",
+                    "rename your own",
                 )
         self._added = [*again, (given, name)]
         self._components, self._problems = [*others, *new], [*self._problems, *broken]
@@ -102,7 +104,7 @@ class Catalogue:
             if any(c.value is entry.value for c in self._components):
                 continue
             if entry.short_name in standard_blocks() and entry.origin != "library":
-                reason = f"a {entry.kind} of {entry.where} has the name of a block of the standard library: it must be renamed"
+                reason = f"a {entry.kind} of {entry.where} has the name of a block of the standard library and must be renamed"
                 problems.append(Problem(f"'{entry.name}'", reason))
                 continue
             taken.append(entry)
@@ -114,9 +116,9 @@ class Catalogue:
         # Suggest short names for a short name.
         known = [n for c in self.components() for n in (c.names if "." in name else c.names[:1])]
         meant = did_you_mean(name, dict.fromkeys(known))
-        remedy = meant if meant.startswith("did you mean") else "opengpac blocks search WORDS finds what there is"
+        remedy = meant if meant.startswith("did you mean") else "search for one with opengpac blocks search WORDS"
         if self._problems:
-            remedy += "; left out: " + "; ".join(str(problem) for problem in self._problems)
+            remedy += "; not loaded: " + "; ".join(str(problem) for problem in self._problems)
         refuse(UnknownName, f"the library has no {what} '{name}'", remedy)
 
 
@@ -133,7 +135,7 @@ def _only_name(component: Component, others: list[Component]) -> str:
 
 def _warn(problems: Iterable[Problem]) -> None:
     for problem in problems:
-        _logger.warning("left out of the component data base: %s", problem)
+        _logger.warning("not loaded into the component database: %s", problem)
 
 
 CATALOGUE = Catalogue()

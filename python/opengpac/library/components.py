@@ -86,7 +86,7 @@ class Found(tuple[Component, ...], TableDisplay):
         return "\n".join(repr(component) for component in self) or "nothing"
 
     def _table(self) -> Table:
-        return Table("", ["name", "kind", "category", "what it is for"], [(c.name, c.kind, c.category, c.title) for c in self])
+        return Table("", ["name", "kind", "category", "description"], [(c.name, c.kind, c.category, c.title) for c in self])
 
 
 def block_component(block: Block, category: str, origin: str, source: str = "") -> Component:

@@ -49,7 +49,7 @@ def _block(component: Component) -> list[str]:
         rows = [_row(block, item) for item in items_of(block).values() if item.kind in kinds]
         lines += _table(title, rows)
     if faults:
-        lines += ["", "faults: the invocation stores nothing, and the verb gets the condition fault", *(f"  {f}" for f in faults)]
+        lines += ["", "faults: the invocation stores nothing, and the verb receives condition 'fault'", *(f"  {f}" for f in faults)]
     return [*lines, "", "to try it", *(f"  {line}" for line in example(component)), *_use(component)]
 
 
@@ -125,7 +125,7 @@ def _device_type(component: Component) -> list[str]:
     parameters = [
         (name, m["unit"] or "-", "tunable" if m["tunable"] else "-", str(m["default"])) for name, m in described["parameters"].items()
     ]
-    kept = f"  kept going by the verb {verb.name}{verb.signature}" if verb else "  no verb keeps it going"
+    kept = f"  kept up to date by verb {verb.name}{verb.signature}" if verb else "  not kept up to date by any verb"
     return [*_wrapped(component.doc, "  "), "", kept, *_table("SVVs", svvs), *_table("parameters", parameters)]
 
 

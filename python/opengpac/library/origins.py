@@ -83,7 +83,7 @@ def of_thing(given: Any, origin: str, what: str) -> Iterator[Entry]:
     elif isinstance(given, str | os.PathLike):
         yield from of_path(Path(given), origin)
     else:
-        yield Problem(what, f"{given!r} is neither a module nor the path of a folder; give one")
+        yield Problem(what, f"{given!r} is neither a module nor the path of a folder")
 
 
 def user_folders() -> list[Path]:
@@ -102,7 +102,7 @@ def of_users() -> Iterator[Entry]:
 def of_path(path: Path, origin: str) -> Iterator[Entry]:
     """Yields the blocks of a code module, or of each one in a folder."""
     if not path.exists():
-        yield Problem(f"'{path}'", "there is no such file or folder")
+        yield Problem(f"'{path}'", "no such file or folder exists")
     for file in sorted(path.iterdir()) if path.is_dir() else [path] if path.exists() else []:
         if path.is_dir() and not _is_code(file):
             continue

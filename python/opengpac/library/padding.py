@@ -16,5 +16,5 @@ def padded(values: Any, length: int = 8) -> np.ndarray:
     """
     given = np.asarray(values, dtype=float)
     if given.ndim not in (1, 2) or given.shape[-1] > length:
-        refuse(ValueRefused, f"{values!r} cannot be filled up", f"give a vector or a matrix whose rows have at most {length} numbers")
+        refuse(ValueRefused, f"{values!r} cannot be padded", f"pass a vector, or a matrix whose rows have at most {length} numbers")
     return np.pad(given, [(0, 0)] * (given.ndim - 1) + [(0, length - given.shape[-1])])

@@ -25,12 +25,12 @@ ORIENTATIONS = ("via", "goal", "path")
 """Orientations of the tool along an arc, by their numbers in the planner."""
 
 _NO_ARC = {
-    1: "'via' is where the tool is; give a pose between it and the goal",
-    2: "'via' is where the goal is; give a pose between it and the tool",
-    3: "the goal is where the tool is; for a whole circle give another place on it as the goal, and angle='360 deg'",
-    4: "tool, 'via' and goal are on a straight line, and 'via' is not between the other two; give a 'via' beside it, or use move_linear",
-    5: "tool, 'via' and goal are on a straight line, which has no angle; give a 'via' beside the line, or leave out 'angle'",
-    6: "the angle ends before 'via', whose orientation is asked for; give a larger angle, or orientation='goal' or 'path'",
+    1: "'via' is the present pose of the tool; choose a pose between it and the goal",
+    2: "'via' is the goal; choose a pose between it and the tool",
+    3: "the goal is the present pose of the tool; for a full circle pass another pose on it as the goal, and angle='360 deg'",
+    4: "tool, 'via' and goal are on a straight line, but 'via' is not between the other two; choose one beside it, or use move_linear",
+    5: "tool, 'via' and goal are on a straight line, which has no angle; choose a 'via' beside the line, or omit 'angle'",
+    6: "the angle ends before 'via', whose orientation is requested; choose a larger angle, or orientation='goal' or 'path'",
 }
 """Error in three poses, and the remedy, by the value of `no_arc`."""
 
@@ -46,7 +46,7 @@ class ArcRefused(LineRefused):
         if self.condition == "no_arc":
             return _NO_ARC[int(self.value)]
         if self.condition == "unreachable":
-            return f"a place of the arc is {self.value:.4g} m out of reach; the arc goes from the tool through 'via' to the goal"
+            return f"a point of the arc is {self.value:.4g} m out of reach; move 'via' or the goal closer to the arm"
         return super()._why().replace("of the line", "of the arc").replace("on the line", "on the arc")
 
 
@@ -56,7 +56,7 @@ def _orientation(given: Any, objects: Mapping[str, Any]) -> int:
         return ORIENTATIONS.index(given)
     if isinstance(given, int) and not isinstance(given, bool) and 0 <= given < len(ORIENTATIONS):
         return given
-    refuse(CallError, f"'orientation' is {given!r:.80}", "give 'via', 'goal' or 'path'")
+    refuse(CallError, f"'orientation' must be 'via', 'goal' or 'path', not {given!r:.80}", "pass orientation='path', for example")
 
 
 @verb(

@@ -44,16 +44,16 @@ class LineRefused(Terminated, Unreachable):
         if self.condition == "limit":
             return self._limit()
         if self.block == "generator":
-            return f"the arm came to a singularity after {self.value:.0%} of the line"
-        return f"near a singularity on the line only {self.value:.2%} of the speed would be possible; turn the tool, or go another way"
+            return f"the arm reached a singularity after {self.value:.0%} of the line"
+        return f"near a singularity on the line only {self.value:.2%} of the speed is possible; turn the tool, or take another path"
 
     def _limit(self) -> str:
         if "arm" not in self.objects:
-            return f"joint {self.value} (from 0) would have to leave its range; start from another posture"
+            return f"joint {self.value} (counted from 0) would leave its range; start from another posture"
         arm = self.objects["arm"]
         joint, self.joint = arm[int(self.value)], arm.short_names[int(self.value)]
         low, high = joint.position_min, joint.position_max
-        return f"joint '{self.joint}' would have to leave its range, {low:.6g} to {high:.6g}; start from another posture"
+        return f"joint '{self.joint}' would leave its range, {low:.6g} to {high:.6g}; start from another posture"
 
 
 @verb(

@@ -85,7 +85,7 @@ def _described(arm: Arm) -> dict[str, Any]:
     """Returns an arm in the form of the call `describe_arm`, with its geometry or the reason why it is unknown."""
     said: dict[str, Any] = {"name": arm.name, "joints": [joint.name for joint in arm]}
     if len(arm) > JOINTS_MAX:
-        return {**said, "missing": f"it has {len(arm)} joints, and a motion takes at most {JOINTS_MAX}"}
+        return {**said, "missing": f"it has {len(arm)} joints, but a motion can have at most {JOINTS_MAX}"}
     try:
         return {**said, "chain": arm.chain}
     except Error as error:

@@ -30,12 +30,15 @@ class PathRefused(Terminated, Unreachable):
     def explanation(self) -> str:
         """Returns the description of the way-point and the joint."""
         if "arm" not in self.objects:
-            return f"a way-point is outside the range of joint {self.value} (from 0)"
+            return f"a waypoint is outside the range of joint {self.value} (counted from 0)"
         arm = self.objects["arm"]
         joint, self.joint, self.point = arm[int(self.value)], arm.short_names[int(self.value)], int(self.outputs["refused"])
         low, high = joint.position_min, joint.position_max
         range_text = f"{low:.6g} to {high:.6g}"
-        return f"way-point {self.point} is outside the range of joint '{self.joint}', {range_text}; are degrees meant? gpac.deg(points)"
+        return (
+            f"waypoint {self.point} is outside the range of joint '{self.joint}', {range_text}; if the points are "
+            "in degrees, convert them: gpac.deg(points)"
+        )
 
 
 def _inputs(points: Form, each: Form) -> dict[str, Any]:

@@ -25,7 +25,7 @@ LONG_POINTS_MAX = int(library.long_path_planner.items["points"].type.split("[")[
 JOINTS_MAX = library.path_planner.items["n"].most
 """Maximum number of joints of one path."""
 
-_SHORTEN = "leave out points that lie on straight lines between others, or move in parts, each of which ends at rest"
+_SHORTEN = "leave out points on straight lines between others, or split the motion into parts, each of which ends at rest"
 
 
 def way_points(given: Any, objects: Mapping[str, Any]) -> np.ndarray:
@@ -66,17 +66,17 @@ def _way_points(given: Any, objects: Mapping[str, Any], most: int, longer: str =
     try:
         points = np.array([list(point) for point in given], dtype=float)
     except (TypeError, ValueError):
-        refuse(CallError, f"the way-points are {_shown(given)}", "give a list of joint positions, each a list of numbers in rad")
+        refuse(CallError, f"the waypoints must be a list of joint positions, not {_shown(given)}", "pass a list of lists of numbers in rad")
     joints = len(objects["arm"]) if "arm" in objects else points.shape[-1]
     if points.ndim != 2 or len(points) < 1 or points.shape[1] != joints or joints > JOINTS_MAX:
-        remedy = f"give 1 to {most} points of {joints} joint positions each"
-        refuse(CallError, f"the way-points have the shape {points.shape}", remedy)
-    _count(len(points), "way-points", most, longer)
+        remedy = f"pass 1 to {most} points with {joints} joint positions each"
+        refuse(CallError, f"the waypoints have the wrong shape, {points.shape}", remedy)
+    _count(len(points), "waypoints", most, longer)
     bad = np.argwhere(~np.isfinite(points))
     if len(bad):
         point, joint = bad[0]
-        what = f"way-point {point} is {points[point, joint]} for joint {joint} (both from 0)"
-        refuse(CallError, what, "each position is a finite number: look where the plan comes from")
+        what = f"position {joint} of waypoint {point} must be finite, not {points[point, joint]} (counted from 0)"
+        refuse(CallError, what, "check how the plan was computed")
     table = np.zeros((most, JOINTS_MAX))
     table[: len(points), :joints] = points
     table[len(points) :, :joints] = points[-1]
@@ -90,20 +90,20 @@ def _each_point(given: Any, most: int) -> list[float]:
         return [float(given)] * most
     is_list = isinstance(given, Sequence) and not isinstance(given, str | bytes)
     if not is_list and not (isinstance(given, np.ndarray) and given.ndim == 1):
-        refuse(CallError, f"{given!r} is given for the way-points", f"give one number for all, or a list of 1 to {most}")
+        refuse(CallError, f"a value for the waypoints cannot be {given!r}", f"pass one number for all, or a list of 1 to {most}")
     values: list[Any] = list(given)
     if not 1 <= len(values) <= most:
-        refuse(CallError, f"{len(values)} values are given for the way-points", f"give one for all, or 1 to {most}")
+        refuse(CallError, f"waypoints cannot have {len(values)} values", f"pass one for all, or 1 to {most}")
     return values + [values[-1]] * (most - len(values))
 
 
 def _poses(given: Any, most: int, longer: str = "") -> list[list[float]]:
     """Returns poses as a list of `most`, padded with the last pose. `longer` is that of `_way_points`."""
     if isinstance(given, Pose | str) or not hasattr(given, "__iter__"):
-        refuse(CallError, f"the poses are {_shown(given)}", "give a list of poses; for one there is move_linear")
+        refuse(CallError, f"the poses must be a list, not {_shown(given)}", "pass a list of poses, or use move_linear for a single one")
     found = [list(Pose.of(pose)) for pose in given]
     if not found:
-        refuse(CallError, "0 poses are given", f"give 1 to {most}")
+        refuse(CallError, "the list of poses is empty", f"pass 1 to {most}")
     _count(len(found), "poses", most, longer)
     return found + [found[-1]] * (most - len(found))
 
@@ -119,8 +119,12 @@ def _count(count: int, what: str, most: int, longer: str) -> None:
     if count <= most:
         return
     if longer and count <= LONG_POINTS_MAX:
-        refuse(CallError, f"{count} {what} are given", f"give 1 to {most} here; motion.{longer} takes up to {LONG_POINTS_MAX}")
-    refuse(CallError, f"{count} {what} are given, and one path has at most {LONG_POINTS_MAX}", _SHORTEN)
+        refuse(
+            CallError,
+            f"{count} {what} are too many",
+            f"pass 1 to {most} here, or use motion.{longer}, which accepts up to {LONG_POINTS_MAX}",
+        )
+    refuse(CallError, f"{count} {what} are too many: a path has at most {LONG_POINTS_MAX}", _SHORTEN)
 
 
 def speeds(points: Sequence[Sequence[float]] | np.ndarray, times: Sequence[float] | np.ndarray) -> list[float]:
@@ -131,14 +135,16 @@ def speeds(points: Sequence[Sequence[float]] | np.ndarray, times: Sequence[float
     """
     q, t = np.asarray(points, dtype=float), np.asarray(times, dtype=float)
     if q.ndim != 2 or t.shape != q.shape[:1] or len(t) < 2:
-        refuse(CallError, f"the way-points have the shape {q.shape}, their times {t.shape}", "give one time for each of 2 or more points")
+        refuse(
+            CallError, f"waypoints of shape {q.shape} do not match times of shape {t.shape}", "pass one time for each of 2 or more points"
+        )
     if not (np.isfinite(q).all() and np.isfinite(t).all()):
-        refuse(CallError, "the way-points or their times have a number that is not finite", "look where the plan comes from")
+        refuse(CallError, "the waypoints or their times contain a number that is not finite", "check how the plan was computed")
     spans = np.diff(t)
     if (late := np.flatnonzero(spans <= 0)).size:
         k = int(late[0])
-        what = f"the time of way-point {k + 1} is {t[k + 1]:.6g} s, that of way-point {k} is {t[k]:.6g} s"
-        refuse(CallError, what, "times ascend: leave out points that repeat one")
+        what = f"the time of waypoint {k + 1}, {t[k + 1]:.6g} s, is not after that of waypoint {k}, {t[k]:.6g} s"
+        refuse(CallError, what, "make the times ascend: leave out points that repeat another")
     found = np.abs(np.diff(q, axis=0)).max(axis=1) / spans
     # A repeated point counts once: any speed is valid for it.
     found[found == 0] = found.max() or 1.0

@@ -40,14 +40,14 @@ class JogBlocked(Terminated):
         """Returns the reason, naming the joint and its range."""
         number = int(self.value) if self.value is not None else -1
         if number < 0:
-            return "the arm is near a singularity or at the end of its reach there; jog another way, or move a joint"
+            return "the arm is near a singularity or at the end of its reach; jog in another direction, or move a joint"
         if "arm" not in self.objects:
-            return f"joint {number} (from 0) is at the end of its range; jog back, or move it by itself"
+            return f"joint {number} (counted from 0) is at the end of its range; jog back, or move this joint alone"
         joint = self.objects["arm"][number]
         self.joint = joint.short_name
         return (
             f"joint '{self.joint}' is at the end of its range, {joint.position_min:.6g} to {joint.position_max:.6g}; "
-            "jog back, or move it by itself"
+            "jog back, or move this joint alone"
         )
 
 

@@ -65,7 +65,7 @@ def policy(
     """
     source = Path(path).expanduser().absolute()
     if not source.is_file():
-        refuse(CallError, f"there is no file '{source}'")
+        refuse(CallError, f"file '{source}' does not exist")
     declaration: dict[str, Any] = {
         "name": name or _name_of(source), "doc": doc,
         "period_ns": _positive(every, "the interval of the policy"), "age_max_ns": _positive(age_max, "age_max of the policy"),
@@ -75,7 +75,7 @@ def policy(
     ports = [term["port"] for side in ("inputs", "outputs") for of in declaration[side].values() for term in of if term["port"]]
     for port in ports:
         if ports.count(port) > 1:
-            refuse(DefinitionError, f"policy '{declaration['name']}' has two ports '{port}'", "give each a name of its own")
+            refuse(DefinitionError, f"policy '{declaration['name']}' has two ports '{port}'", "give each its own name")
     content = whole_content(source) + _entry(_KEY, json.dumps(declaration))
     file = process_folder("policies") / f"{declaration['name']}-{hashlib.sha256(content).hexdigest()[:12]}.onnx"
     if not file.exists():
@@ -107,7 +107,7 @@ def _positive(duration: Quantity | None, what: str) -> int | None:
     """Returns a positive duration in ns, or None for None."""
     ns = optional_ns(duration, what)
     if ns is not None and ns <= 0:
-        refuse(OutOfRange, f"{what} is {duration!r}", "give more than 0, for example '20 ms'")
+        refuse(OutOfRange, f"{what} must be more than 0 s, not {duration!r}", "write '20 ms', for example")
     return ns
 
 

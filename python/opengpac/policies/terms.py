@@ -60,9 +60,13 @@ class Term(_Term):
     def elements(self) -> int:
         """Returns the declared number of elements; 0 if it is left to the port or to the file."""
         if bool(self.port) == bool(self.previous):
-            refuse(DefinitionError, f"{self!r} has {'both' if self.port else 'neither'} a port and a previous output", "give one of them")
+            refuse(
+                DefinitionError,
+                f"{self!r} must have either a port or a previous output, not {'both' if self.port else 'neither'}",
+                "pass one of them",
+            )
         if self.history < 1:
-            refuse(DefinitionError, f"the history of '{self.port}' is {self.history}", "give the number of values, at least 1")
+            refuse(DefinitionError, f"the history of '{self.port}' must be at least 1, not {self.history}", "pass the number of values")
         if self.size is not None:
             return self.size
         if self.names:
@@ -80,16 +84,16 @@ def _range(what: str, ends: Any, size: int, port: str) -> list[list[float]]:
     try:
         least, most = ends
     except (TypeError, ValueError):
-        refuse(DefinitionError, f"{what} of '{port}' is {ends!r}", f"give the least and the most, {what}=(-1, 1)")
+        refuse(DefinitionError, f"{what} of '{port}' must be a minimum and a maximum, not {ends!r}", f"write {what}=(-1, 1), for example")
     low, high = (_list(end, size, port, finite=False) or [] for end in (least, most))
     if len(low) != len(high):
-        text = f"{what} of '{port}' has {len(low)} least values and {len(high)} most"
-        refuse(DefinitionError, text, "give as many of both, or one number each")
+        text = f"{what} of '{port}' has {len(low)} minima but {len(high)} maxima"
+        refuse(DefinitionError, text, "pass as many of both, or one number each")
     for i, (a, b) in enumerate(zip(low, high, strict=True)):
         if not a <= b or a == np.inf or b == -np.inf:
             at = f" at element {i}" if np.ndim(least) or np.ndim(most) else ""
-            text = f"{what} of '{port}' is from {a:g} to {b:g}{at}, which no value is in"
-            refuse(DefinitionError, text, f"give the least first, {what}=(-1, 1)")
+            text = f"{what} of '{port}' is an empty range, {a:g} to {b:g}{at}"
+            refuse(DefinitionError, text, f"write the minimum first, {what}=(-1, 1)")
     return [[float(np.clip(x, -_FAR, _FAR)) for x in side] for side in (low, high)]
 
 
@@ -103,7 +107,7 @@ def _list(given: Numbers | None, size: int, port: str, finite: bool = True) -> l
     if np.isnan(numbers).any() or numbers.ndim != 1 or (finite and np.isinf(numbers).any()):
         refuse(DefinitionError, f"the numbers {given!r} of '{port}' are not a list of {'finite ' if finite else ''}numbers")
     if np.ndim(given) == 0 and size == 0:
-        refuse(DefinitionError, f"nothing says how many elements '{port}' has", "give size= or names=")
+        refuse(DefinitionError, f"the number of elements of '{port}' is not specified", "pass size= or names=")
     return [float(x) for x in (np.repeat(numbers, size) if np.ndim(given) == 0 else numbers)]
 
 
@@ -115,6 +119,10 @@ def terms_json(given: Mapping[str, Terms] | None, side: str) -> dict[str, list[d
         listed = [terms] if isinstance(terms, Term) else list(terms)
         for term in listed:
             if not isinstance(term, Term):
-                refuse(DefinitionError, f"{side} '{name}' of the policy has {term!r}", "give gpac.Term(port, …), or a list of them")
+                refuse(
+                    DefinitionError,
+                    f"{side} '{name}' of the policy must consist of terms, not {term!r}",
+                    "pass gpac.Term(port, …), or a list of them",
+                )
         made[name] = [term.json() for term in listed]
     return made

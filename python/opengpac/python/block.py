@@ -81,7 +81,7 @@ def _made(function: Callable[P, object], native: bool, deadline: Quantity | None
     doc = (ast.get_docstring(tree) or tree.name).strip()
     if native:
         if deadline is not None:
-            refusing(tree.lineno, "it has a deadline, and is compiled", "give a budget where it is activated, or native=False")
+            refusing(tree.lineno, "it has a deadline, but is compiled", "pass a budget when activating it, or native=False here")
         check_body(tree, items, invocation, names, refusing)
         code = _compiled(tree, items, invocation, names, file, text, doc, refusing)
     else:
@@ -124,11 +124,11 @@ def _interpreted(
     """Returns the file of the code that calls the function."""
     deadline_ns = duration_ns(deadline, f"the deadline of block '{tree.name}'") if deadline is not None else None
     if deadline_ns is not None and deadline_ns <= 0:
-        refusing(tree.lineno, f"its deadline is {deadline!r}", "give a time above 0")
+        refusing(tree.lineno, f"its deadline must be more than 0 s, not {deadline!r}", "write '1 ms', for example")
     if deadline_ns is not None and any(item.name == interpreted.LATE for item in items):
-        refusing(tree.lineno, "it has a deadline, whose condition is 'late', and an item of that name", "give the item another name")
+        refusing(tree.lineno, "it has an item 'late', which is the name of the condition of its deadline", "rename the item")
     if deadline_ns is not None and len(items) >= 32:
-        refusing(tree.lineno, "it has a deadline, whose condition is the 33rd item", "put several items into an array")
+        refusing(tree.lineno, "the condition of its deadline would be the 33rd item", "put several items into an array")
     space = {**function.__globals__, **nonlocals} if nonlocals else function.__globals__
     made = interpreted.returning(tree, items, space, file, refusing)
     source = interpreted.source(tree.name, doc, items, made, deadline_ns * 1e-9 if deadline_ns else None, file, tree.lineno)
@@ -138,17 +138,17 @@ def _interpreted(
 def _parsed(function: Callable[..., Any]) -> tuple[ast.FunctionDef, str, str]:
     """Returns the function's syntax tree with the lines of its file, the file, and its text."""
     if not inspect.isfunction(function):
-        refuse(DefinitionError, f"@gpac.block is on {function!r}, not on a function", "write @gpac.block over a def")
+        refuse(DefinitionError, f"@gpac.block must decorate a function, not {function!r}", "write @gpac.block above a def")
     code = function.__code__
     try:
         lines, first = inspect.getsourcelines(function)
     except (OSError, TypeError):
-        refuse(DefinitionError, f"the source of '{function.__name__}' is not to be had", "write it into a file or a notebook's cell")
+        refuse(DefinitionError, f"the source of '{function.__name__}' cannot be read", "write it in a file or in a cell of a notebook")
     text = textwrap.dedent("".join(lines))
     tree = ast.parse(text).body[0] if not text.lstrip().startswith("lambda") and function.__name__ != "<lambda>" else None
     if not isinstance(tree, ast.FunctionDef):
         place = Place(code.co_filename, first)
-        raise DefinitionError(f"'{function.__name__}' is not a plain function", remedy="write @gpac.block over a def", place=place)
+        raise DefinitionError(f"'{function.__name__}' is not a plain function", remedy="write @gpac.block above a def", place=place)
     ast.increment_lineno(tree, first - 1)
     return tree, code.co_filename, text
 

@@ -26,13 +26,13 @@ _OWN_ITEM = 'use numbers and arrays: declare an array as an item, State(type="do
 
 STATEMENTS: dict[type[ast.AST], tuple[str, str]] = {
     ast.Raise: ("it raises an exception", "set a condition, c: Annotated[bool, Condition(\"…\")], to True"),
-    ast.Assert: ("it asserts", "set a condition to True where that does not hold"),
-    ast.Try: ("it catches exceptions", "test for the case before, with if"),
-    ast.With: ("it has a 'with' statement", "leave resources to a driver; a block has its arguments only"),
-    ast.Lambda: ("it makes a function", "write its expression where it is used"),
-    ast.FunctionDef: ("it makes a function", "write its body where it is used"),
-    ast.AsyncFunctionDef: ("it makes a function", "write its body where it is used"),
-    ast.ClassDef: ("it makes a class", _OWN_ITEM),
+    ast.Assert: ("it asserts", "set a condition to True if that does not hold"),
+    ast.Try: ("it catches exceptions", "test for the case beforehand, with if"),
+    ast.With: ("it has a 'with' statement", "use a driver for resources; a block has only its arguments"),
+    ast.Lambda: ("it defines a function", "write its expression where it is used"),
+    ast.FunctionDef: ("it defines a function", "write its body where it is used"),
+    ast.AsyncFunctionDef: ("it defines a function", "write its body where it is used"),
+    ast.ClassDef: ("it defines a class", _OWN_ITEM),
     ast.Import: ("it imports", "import math at the top of the file"),
     ast.ImportFrom: ("it imports", "import math at the top of the file"),
     ast.Global: ("it changes a variable of its module", "declare a State"),
@@ -45,18 +45,18 @@ STATEMENTS: dict[type[ast.AST], tuple[str, str]] = {
     ast.SetComp: ("it makes a set, which is an allocation", _LOOP),
     ast.DictComp: ("it makes a dictionary, which is an allocation", _LOOP),
     ast.GeneratorExp: ("it makes a generator, which is an allocation", _LOOP),
-    ast.Yield: ("it is a generator", "keep what it remembers in a State"),
-    ast.YieldFrom: ("it is a generator", "keep what it remembers in a State"),
-    ast.Await: ("it waits", "let the input be asynchronous"),
-    ast.JoinedStr: ("it makes text", "set a condition; an SVV can be printed by the program"),
+    ast.Yield: ("it is a generator", "store its state in a State"),
+    ast.YieldFrom: ("it is a generator", "store its state in a State"),
+    ast.Await: ("it waits", "make the input asynchronous"),
+    ast.JoinedStr: ("it makes a string", "set a condition, or print an SVV in the program"),
     ast.Starred: ("it unpacks a sequence", _LOOP),
     ast.Match: ("it has a 'match' statement", "write if and elif"),
-    ast.NamedExpr: ("it assigns inside an expression", "write the assignment on a line of its own"),
+    ast.NamedExpr: ("it assigns inside an expression", "write the assignment on a separate line"),
     ast.MatMult: ("it multiplies matrices, which is an allocation", _LOOP),
 }  # fmt: skip
 
 
-RETURNS_A_VALUE = ("it returns a value", "assign it to an output; return alone, or with names of outputs and states: return y")
+RETURNS_A_VALUE = ("it returns a value", "assign it to an output; write return alone, or with names of outputs and states: return y")
 
 
 def tells_written(node: ast.Return, written: Collection[str]) -> bool:
@@ -100,7 +100,7 @@ def _problem(
         return RETURNS_A_VALUE
     if isinstance(node, ast.Constant) and (node.value is None or isinstance(node.value, str | bytes | complex)):
         what = "None" if node.value is None else "a complex number" if isinstance(node.value, complex) else "text"
-        return f"it uses {what}", "use numbers; a port is of the fixed-width integers, float, double, bool, or an array of one"
+        return f"it uses {what}", "use numbers: fixed-width integers, float, double, bool, or arrays of them"
     if isinstance(node, ast.Call):
         return _call_problem(node, names, own)
     if isinstance(node, ast.Attribute):
@@ -110,7 +110,7 @@ def _problem(
     if isinstance(node, ast.Subscript) and isinstance(node.ctx, ast.Store):
         base = node.value.id if isinstance(node.value, ast.Name) else ""
         if base in items and not items[base].written:
-            return f"it changes '{base}', which the block only reads", "write into an output or a State"
+            return f"it changes '{base}', which the block may only read", "write into an output or a State"
     if isinstance(node, ast.Name) and id(node) not in called | bases and node.id not in items and node.id not in local | {invocation}:
         return _outside_problem(node.id, names)
     return None
@@ -118,17 +118,17 @@ def _problem(
 
 def _call_problem(node: ast.Call, names: Mapping[str, Any], own: str) -> tuple[str, str] | None:
     if node.keywords:
-        return "it calls with a keyword", "give the arguments by position"
+        return "it passes an argument by keyword", "pass the arguments by position"
     if isinstance(node.func, ast.Name):
         name = node.func.id
         if name == own:
             return "it calls itself", "write a loop"
         if name == "print":
-            return "it prints", "let an output or a condition tell it"
+            return "it prints", "use an output or a condition instead"
         if name in ("list", "dict", "set", "str", "tuple", "sorted", "bytearray", "bytes", "map", "filter", "zip"):
-            return f"it calls {name}(), which makes an object of Python", _OWN_ITEM
+            return f"it calls {name}(), which makes a Python object", _OWN_ITEM
         if name == "round" and name not in names and len(node.args) > 1:
-            return "it rounds to digits, which compiled code does otherwise than Python", "write round(x * 100) / 100"
+            return "it rounds to digits, which compiled code does differently from Python", "write round(x * 100) / 100"
         if name in CALLS and name not in names:
             return None
         if getattr(names.get(name), "__module__", None) == "math":
@@ -140,19 +140,19 @@ def _call_problem(node: ast.Call, names: Mapping[str, Any], own: str) -> tuple[s
 
 
 def _allowed() -> str:
-    return f"a block may call {', '.join(sorted(CALLS))} and functions of math"
+    return f"call only {', '.join(sorted(CALLS))} and functions of math"
 
 
 def _math_problem(name: str) -> tuple[str, str] | None:
     """Returns the problem with a name of `math`, or None if it is supported."""
-    return None if name in MATH else (f"it uses math.{name}, which is not compiled", f"of math there are {', '.join(sorted(MATH))}")
+    return None if name in MATH else (f"it uses math.{name}, which is not compiled", f"use one of {', '.join(sorted(MATH))}")
 
 
 def _attribute_problem(node: ast.Attribute, invocation: str | None, names: Mapping[str, Any]) -> tuple[str, str] | None:
     base = node.value.id if isinstance(node.value, ast.Name) else None
     if base is not None and base == invocation:
         known = ("number", "time", "time_ns", "now_ns")
-        return None if node.attr in known else (f"an invocation has no '{node.attr}'", f"it has {', '.join(known)}")
+        return None if node.attr in known else (f"an invocation has no '{node.attr}'", f"use {', '.join(known)}")
     module = names.get(base) if base else None
     if module is math and hasattr(math, node.attr):
         return _math_problem(node.attr)
@@ -168,7 +168,7 @@ def _store_problem(name: str, items: Mapping[str, Item], invocation: str | None)
         return f"it changes '{name}'", "use another name"
     item = items.get(name)
     if item is not None and not item.written:
-        return f"it changes '{name}', which the block only reads", "use a variable of another name, or a State"
+        return f"it changes '{name}', which the block may only read", "use a variable of another name, or a State"
     if item is not None and item.shape:
         return f"it replaces array '{name}'", f"change its elements, {name}[i] = …"
     return None
@@ -176,8 +176,11 @@ def _store_problem(name: str, items: Mapping[str, Item], invocation: str | None)
 
 def _outside_problem(name: str, names: Mapping[str, Any]) -> tuple[str, str] | None:
     if name not in names:
-        return (f"there is no '{name}'", "declare it as an item, or assign to it before") if name not in CALLS else None
+        return (f"'{name}' is undefined", "declare it as an item, or assign to it first") if name not in CALLS else None
     if isinstance(names[name], bool | int | float):
         return None
     what = type(names[name]).__name__
-    return f"it uses '{name}' of its module, a {what}", "declare it as a Parameter or a State; of its module it may use numbers"
+    return (
+        f"it uses '{name}' of its module, which is a {what}",
+        "declare it as a Parameter or a State: a block may use only numbers of its module",
+    )

@@ -43,14 +43,14 @@ def numba_modules() -> dict[str, Any]:
         return {name: importlib.import_module(f"numba.{name}") for name in wanted} | {"version": found.__version__}
     except ImportError as why:
         text = f"a block in Python is compiled by numba, which is not installed ({why})"
-        raise DefinitionError(text, remedy="pip install 'opengpac[numba]'") from None
+        raise DefinitionError(text, remedy="run pip install 'opengpac[numba]'") from None
 
 
 def compiled(function: Callable[..., None], items: list[Item], file: str, refusing: Refusing, line: int) -> str:
     """Returns a function `opengpac_python_body` in C, with the arguments that `shim` passes."""
     numba = numba_modules()
     if numba["version"] != VERSION:
-        refusing(line, f"it is compiled by numba {VERSION}, and numba {numba['version']} is installed", "pip install 'opengpac[numba]'")
+        refusing(line, f"it requires numba {VERSION}, but numba {numba['version']} is installed", "run pip install 'opengpac[numba]'")
     types = numba["core.types"]
     target = numba["core.registry"].cpu_target
     typing, context = target.typing_context, target.target_context
@@ -86,15 +86,15 @@ def _check_types(made: Any, items: list[Item], refusing: Refusing) -> None:
         for name, found in made.type_annotation.typemap.items():
             if re.fullmatch(rf"{item.name}(\.\d+)*", name) and str(found).startswith("float"):
                 remedy = f"write int(…), or declare '{item.name}' as float"
-                refusing(item.line, f"'{item.name}' ({item.element}) is given a {found}", remedy)
+                refusing(item.line, f"'{item.name}' ({item.element}) cannot be assigned a {found}", remedy)
 
 
 _ITEM = 'declare an array as an item, State(type="double[6]"), and change its elements'
 REMEDIES = (
     ("NRT required|array_allocate|_empty_nd_impl|alloc", "it allocates memory", _ITEM),
-    ("Cannot unify", "a variable has two types that do not go together", "give it one type on each way to that line"),
-    ("readonly|read-only|Cannot modify", "it changes what the block only reads", "write into an output or a State"),
-    ("UndefinedVariable|referenced before", "it reads a variable before it is assigned", "assign to it on each way to that line"),
+    ("Cannot unify", "a variable has two incompatible types", "give it the same type on every path to that line"),
+    ("readonly|read-only|Cannot modify", "it changes a value that the block may only read", "write into an output or a State"),
+    ("UndefinedVariable|referenced before", "it reads a variable before it is assigned", "assign to it on every path to that line"),
 )
 """Pattern of numba's message → its meaning, and an alternative."""
 
@@ -130,7 +130,7 @@ def _linked(made: Any, items: list[Item], refusing: Refusing, line: int) -> str:
     calls = {f.name for f in body.functions if f.is_declaration and not f.name.startswith("llvm.") and f"@{f.name}(" in text}
     strange = sorted(calls - LIBM)
     if strange:
-        refusing(line, f"its machine code would call {', '.join(strange)}", "a block may call the functions of math, and nothing of Python")
+        refusing(line, f"its machine code would call {', '.join(strange)}", "call only functions of math")
     try:
         return HEAD + translated(text, SYMBOL)
     except Untranslatable:

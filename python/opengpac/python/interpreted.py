@@ -36,7 +36,7 @@ def source(name: str, doc: str, items: list[Item], function: Callable[..., Any],
     payload = _payload(name, items, function, line, file)
     words = [declared(item) for item in items]
     if deadline_s is not None:
-        text = "the function took longer than its deadline, by so many seconds in all"
+        text = "the function exceeded its deadline; the value is its duration, s"
         words.append(f'condition_of_default(double, {LATE}, {deadline_s!r}, {quoted(text)}, "s")')
     here = f"#line {line} {quoted(file)}"
     conditions = [i.name for i in items if isinstance(i.word, Condition)]
@@ -98,7 +98,7 @@ class _Ends(ast.NodeTransformer):
         return ast.copy_location(ast.Return(copy.deepcopy(self._held)), node)
 
     def visit_Yield(self, node: ast.Yield) -> ast.AST:
-        self._refusing(node.lineno, "it is a generator", "keep what it remembers in a State")
+        self._refusing(node.lineno, "it is a generator", "store its state in a State")
 
     visit_YieldFrom: Any = visit_Yield
 
@@ -115,14 +115,14 @@ def _payload(name: str, items: list[Item], function: Callable[..., Any], line: i
     try:
         cloudpickle = importlib.import_module("cloudpickle")
     except ImportError as why:
-        text = f"block '{name}' is sent to its process by cloudpickle, which is not installed ({why})"
-        raise DefinitionError(text, remedy="pip install 'opengpac[python]'") from None
+        text = f"block '{name}' requires cloudpickle, which is not installed ({why})"
+        raise DefinitionError(text, remedy="run pip install 'opengpac[python]'") from None
     refusing = Refusing(file, name)
     try:
         pickled = cloudpickle.dumps(function)
     except Exception as why:
-        remedy = "make it inside the function, at its first call, or in a module that the function imports"
-        refusing(line, f"what it uses of its module cannot be sent to a process: {why}", remedy)
+        remedy = "create it inside the function, at its first call, or in a module that the function imports"
+        refusing(line, f"an object of its module cannot be sent to a process: {why}", remedy)
     forms = [(i.name, i.element, i.shape, i.written, isinstance(i.word, Condition)) for i in items]
     key = hashlib.sha256(pickled + repr(forms).encode()).hexdigest()
     KNOWN[key] = function
@@ -139,6 +139,6 @@ try:
     load(at)
 except BaseException as why:
     import ctypes
-    told = f"its function cannot be made there: {{type(why).__name__}}: {{why}}".encode()[:199]
+    told = f"its function cannot be created there: {{type(why).__name__}}: {{why}}".encode()[:199]
     ctypes.memmove(at + 16, told, len(told))
 """

@@ -57,12 +57,12 @@ class _Form:
         """Stores a value. Raises `TypeError` if it does not fit."""
         values = np.asarray(value)
         if values.shape != self.shape and not (values.size == 1 and not self.shape):
-            raise TypeError(f"'{self.name}' has the shape {self.shape}, and is given {values.shape}")
+            raise TypeError(f"'{self.name}' has shape {self.shape}, but is assigned shape {values.shape}")
         if not np.can_cast(values.dtype, self.dtype, "same_kind") and not (values.dtype.kind in "iub" and self.dtype.kind in "iuf"):
-            raise TypeError(f"'{self.name}' ({self.dtype}) is given {values.dtype}")
+            raise TypeError(f"'{self.name}' ({self.dtype}) cannot be assigned {values.dtype}")
         packed = np.array(values.reshape(self.shape), self.dtype, order="C")
         if self.dtype.kind in "iu" and not np.array_equal(packed, values.reshape(self.shape)):
-            raise TypeError(f"'{self.name}' ({self.dtype}) is given {value!r}, which does not fit")
+            raise TypeError(f"'{self.name}' ({self.dtype}) cannot hold {value!r}")
         ctypes.memmove(at, packed.ctypes.data, self.size)
 
 

@@ -69,11 +69,11 @@ def items_of(function: Callable[..., Any], tree: ast.FunctionDef, refusing: Refu
     lines = {a.arg: a.lineno for a in [*tree.args.posonlyargs, *tree.args.args, *tree.args.kwonlyargs]}
     for star in (tree.args.vararg, tree.args.kwarg):
         if star:
-            refusing(star.lineno, f"'*{star.arg}' is no item of a block", "name each input, output, parameter and state")
+            refusing(star.lineno, f"'*{star.arg}' cannot be an item of a block", "name each input, output, parameter and state")
     try:
         hints = get_type_hints(function, include_extras=True)
     except (NameError, AttributeError, TypeError) as why:
-        refusing(tree.lineno, f"its annotations cannot be read: {why}", "use names of the module's own level in annotations")
+        refusing(tree.lineno, f"its annotations cannot be read: {why}", "use names of the module level in annotations")
     items: list[Item] = []
     invocation = None
     for name, formal in inspect.signature(function).parameters.items():
@@ -84,7 +84,9 @@ def items_of(function: Callable[..., Any], tree: ast.FunctionDef, refusing: Refu
     if not any(isinstance(item.word, Output | Condition) for item in items):
         refusing(tree.lineno, "it has neither an output nor a condition", 'declare one: y: Annotated[float, Output("what it is")]')
     if len(items) > 32:
-        refusing(items[32].line, f"it has {len(items)} items, and a block has at most 32", 'put several into an array, type="double[6]"')
+        refusing(
+            items[32].line, f"it has {len(items)} items, but a block has at most 32", 'combine several into an array, type="double[6]"'
+        )
     return items, invocation
 
 
@@ -95,11 +97,11 @@ def _item(name: str, hint: Any, default: Any, line: int, refusing: Refusing) -> 
     if len(words) != 1 or type(words[0]) is Word:
         refusing(
             line,
-            f"the annotation of '{name}' does not say once whether it is an input, output, state, parameter or condition",
+            f"the annotation of '{name}' must specify exactly one of input, output, state, parameter and condition",
             f'write {name}: Annotated[float, Input("what it is", "unit")]',
         )
     if _native.is_word_of_c(name):
-        refusing(line, f"'{name}' is a word of C or of OpenGPAC", f"choose another name, for example '{name.strip('_')}_value'")
+        refusing(line, f"'{name}' is reserved by C or OpenGPAC", f"choose another name, for example '{name.strip('_')}_value'")
     word = words[0]
     _check_unit(name, word, line, refusing)
     element, shape = _type_of(name, word, get_args(hint)[0], line, refusing)
@@ -108,7 +110,7 @@ def _item(name: str, hint: Any, default: Any, line: int, refusing: Refusing) -> 
         if word.history:
             shape = (word.history, *shape)
     if isinstance(word, Output) and word.ratio < 0:
-        refusing(line, f"the ratio of '{name}' is {word.ratio}", "give 1 or more")
+        refusing(line, f"the ratio of '{name}' must be at least 1, not {word.ratio}", "write ratio=10, for example")
     return Item(name, word, element, shape, _default(name, word, element, shape, default, line, refusing), line)
 
 
@@ -121,7 +123,7 @@ def _check_unit(name: str, word: Word | Condition, line: int, refusing: Refusing
             with refusals:
                 _native.number_in(f"1 {unit}", _NO_UNIT)
         except ValueRefused as why:
-            refusing(line, f"the unit '{word.unit}' of '{name}' is not known", why.remedy or "write for example 'N.m/rad'", UnitMismatch)
+            refusing(line, f"unit '{word.unit}' of '{name}' is unknown", why.remedy or "write 'N.m/rad', for example", UnitMismatch)
         except UnitMismatch:
             pass
 
@@ -129,32 +131,42 @@ def _check_unit(name: str, word: Word | Condition, line: int, refusing: Refusing
 def _type_of(name: str, word: Word | Condition, python: Any, line: int, refusing: Refusing) -> tuple[str, tuple[int, ...]]:
     if isinstance(word, Condition):
         if python is not bool:
-            refusing(line, f"condition '{name}' is annotated as {getattr(python, '__name__', python)}", "annotate it as bool")
+            refusing(
+                line,
+                f"condition '{name}' must be annotated as bool, not {getattr(python, '__name__', python)}",
+                "write {name}: Annotated[bool, Condition('…')]",
+            )
         return "bool", ()
     remedy = 'annotate it as float, int or bool, or as numpy.ndarray with type="double[6]"'
     text = word.type or PYTHON.get(python) if not isinstance(python, list) else word.type
     if not text:
-        refusing(line, f"the type of '{name}' is {getattr(python, '__name__', python)}, which no port has", remedy)
+        refusing(line, f"the type of '{name}' is {getattr(python, '__name__', python)}, which a port cannot have", remedy)
     if re.search(r"\[\s*[A-Za-z_]\w*\s*\]", text):
-        remedy = 'give a number, type="double[6]"; a block for any number of elements is written in C, with size(n, 1, 16)'
-        refusing(line, f"the type of '{name}' is '{text}', whose length is no number", remedy)
+        remedy = 'use a fixed number, type="double[6]", or write the block in C with size(n, 1, 16) for any number of elements'
+        refusing(line, f"the type of '{name}' is '{text}', whose length is not a number", remedy)
     found = _TYPE.fullmatch(text)
     if found is None or found[1] not in WIDTHS:
-        remedy = f"give one of {', '.join(WIDTHS)}, or an array of one, 'double[6]'; a struct is an item for each of its members"
-        refusing(line, f"the type of '{name}' is '{text}'", remedy)
+        remedy = f"use one of {', '.join(WIDTHS)}, or an array of one, 'double[6]'; replace a struct by one item for each member"
+        refusing(line, f"the type of '{name}' cannot be '{text}'", remedy)
     shape = tuple(int(n) for n in re.findall(r"\d+", found[2]))
     if 0 in shape:
-        refusing(line, f"the type of '{name}' is '{text}', which has no elements", "give each length as 1 or more")
+        refusing(line, f"the type of '{name}' is '{text}', which has no elements", "make each length at least 1")
     return found[1], shape
 
 
 def _check_mode(name: str, word: Input, line: int, refusing: Refusing) -> None:
     if word.mode not in ("synchronous", "asynchronous"):
-        refusing(line, f"the mode of input '{name}' is '{word.mode}'", "give 'synchronous' or 'asynchronous', or ratio=n")
+        refusing(line, f"the mode of input '{name}' cannot be '{word.mode}'", "use 'synchronous', 'asynchronous' or ratio=n")
     if word.ratio < 0 or not 0 <= word.history <= 4096:
-        refusing(line, f"input '{name}' has ratio={word.ratio}, history={word.history}", "give a ratio of 1 or more, a history up to 4096")
+        refusing(
+            line,
+            f"input '{name}' cannot have ratio={word.ratio}, history={word.history}",
+            "use a ratio of at least 1 and a history of at most 4096",
+        )
     if (word.ratio > 0) + (word.history > 0) + (word.mode == "asynchronous") > 1:
-        refusing(line, f"input '{name}' has more than one of ratio, history and mode", "give one of them; a history is asynchronous")
+        refusing(
+            line, f"input '{name}' can have only one of ratio, history and mode", "remove all but one; a history is always asynchronous"
+        )
 
 
 def _default(
@@ -163,9 +175,9 @@ def _default(
     if default is inspect.Parameter.empty:
         return None
     if isinstance(word, Output) or (isinstance(word, Condition) and default is not False):
-        refusing(line, f"'{name}' has a default, which an output or condition does not take", "leave it out; a State has an initial value")
+        refusing(line, f"'{name}' is an output or condition, which cannot have a default", "remove it; only a State has an initial value")
     if isinstance(word, Input) and (word.ratio or word.history):
-        refusing(line, f"input '{name}' has a default, which one with a ratio or history does not take", "leave it out")
+        refusing(line, f"input '{name}' has a ratio or history and cannot have a default", "remove it")
     try:
         values = np.asarray(default)
     except ValueError:
@@ -173,13 +185,15 @@ def _default(
     kinds = {"bool": "b", "double": "iuf", "float": "iuf"}.get(element, "iu")
     if values.dtype.kind not in kinds or (values.shape not in ((), shape)):
         type_text = element + "".join(f"[{n}]" for n in shape)
-        refusing(line, f"the default of '{name}' is {default!r}, and its type is {type_text}", f"give a value of {type_text}")
+        refusing(line, f"the default of '{name}' must be a value of {type_text}, not {default!r}", f"write a value of {type_text}")
     if element not in ("double", "float", "bool"):
         limits = np.iinfo(WIDTHS[element])
         if values.size and (int(values.min()) < limits.min or int(values.max()) > limits.max):
-            refusing(line, f"the default of '{name}' is {default!r}, beyond {element}", f"give {limits.min} to {limits.max}")
+            refusing(
+                line, f"the default of '{name}' is {default!r}, which is out of range for {element}", f"write {limits.min} to {limits.max}"
+            )
     if not all(math.isfinite(v) for v in values.ravel()):
-        refusing(line, f"the default of '{name}' is {default!r}", "give finite numbers")
+        refusing(line, f"the default of '{name}' must be finite, not {default!r}", "write finite numbers")
     flat = np.broadcast_to(values, shape).ravel().tolist()
     texts = [str(v).lower() if element == "bool" else repr(float(v)) if element in ("double", "float") else str(v) for v in flat]
     return texts[0] if len(texts) == 1 else f"({', '.join(texts)})"

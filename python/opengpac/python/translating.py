@@ -54,7 +54,7 @@ def translated(text: str, symbol: str) -> str:
     """Returns the function of that name in LLVM's text, as a static C function."""
     found = re.search(rf"^define [^\n]*@{symbol}\((.*)\)[^\n]*\{{\n(.*?)^\}}", text, re.M | re.S)
     if found is None:
-        raise Untranslatable(f"there is no '{symbol}'")
+        raise Untranslatable(f"symbol '{symbol}' is missing")
     return _Function(symbol, found[1], found[2]).text()
 
 

@@ -125,9 +125,9 @@ def begin(
 ) -> Recording:
     """Begins a recording; see `System.record`."""
     if isinstance(svvs, str) or not all(isinstance(name, str) for name in ([] if svvs is None else svvs)):
-        refuse(CallError, f"svvs= is {svvs!r}", 'give a list of names, for example ["arm.*"]')
+        refuse(CallError, f"svvs= must be a list of names, not {svvs!r}", 'write svvs=["arm.*"], for example')
     if keep is not None and not 0 <= keep < 2**32:
-        refuse(ValueRefused, f"{keep} files cannot be kept", "give a number of files, 2 or more")
+        refuse(ValueRefused, f"keep= must be at least 2, not {keep}", "pass the number of files to keep")
     file = os.fspath(path)
     if system.session is None:
         file = str(Path(file).expanduser().absolute())
@@ -205,13 +205,13 @@ class Recorded(Mapping[str, np.ndarray]):
         if self.damage:
             shown = "; ".join(str(one) for one in self.damage[:DAMAGE_SHOWN])
             rest = len(self.damage) - DAMAGE_SHOWN
-            more = f"; and {rest} more in recording.damage" if rest > 0 else ""
+            more = f"; see recording.damage for {rest} more" if rest > 0 else ""
             places = "one place" if len(self.damage) == 1 else f"{len(self.damage)} places"
             warnings.warn(f"recording '{self.path}' is damaged in {places}: {shown}{more}", UserWarning, stacklevel=4)
 
     def __getitem__(self, name: str) -> np.ndarray:
         if name not in self._series:
-            raise KeyError(f"there is no SVV '{name}' in '{self.path}'; {did_you_mean(name, self) or 'list(recording) names them'}")
+            raise KeyError(f"'{self.path}' has no SVV '{name}'; {did_you_mean(name, self) or 'list them with list(recording)'}")
         with refusals:
             numbers, times, values = self._native.series(name)
         dtype = dtype_of(self._series[name]["type"])
@@ -238,7 +238,7 @@ class Recorded(Mapping[str, np.ndarray]):
         for pattern in patterns:
             of = [name for name in self if fnmatch.fnmatchcase(name, pattern)]
             if not of:
-                refuse(UnknownName, f"there is no SVV '{pattern}' in '{self.path}'", did_you_mean(pattern.strip("*?"), self))
+                refuse(UnknownName, f"'{self.path}' has no SVV '{pattern}'", did_you_mean(pattern.strip("*?"), self))
             found += [name for name in of if name not in found]
         return found
 

@@ -77,7 +77,7 @@ class Replay:
 
     def __str__(self) -> str:
         at = f"firing {self.firing} of source '{self.source}' (at {self.time:.6f} s)"
-        so_far = f"{self.firings:,} firings, every value as it was recorded"
+        so_far = f"{self.firings:,} firings, all values equal to the recorded ones"
         if self.stopped == "unplayable":
             text = f"{self.firings:,} firings until {at}; {self.message}"
         elif self.difference is not None:
@@ -85,7 +85,7 @@ class Replay:
         elif self.stopped == "end":
             text = f"{so_far}{f'; {self.message}' if self.message else ''}"
         else:
-            text = f"{so_far}; {'the condition holds' if self.stopped == 'condition' else 'the time has come'} after {at}"
+            text = f"{so_far}; {'the condition held' if self.stopped == 'condition' else 'the time was reached'} after {at}"
         return "\n".join([text, *(f"  {name} = {', '.join(value)}" for name, value in self.svvs.items())])
 
 
@@ -117,7 +117,7 @@ def replay(
     if unmade is not None:
         return _unplayed(file, unmade[1])
     if not file.exists():
-        refuse(CallError, f"there is no record '{file}'", "make one: cell.record('run.mcap', replay=True)")
+        refuse(CallError, f"record '{file}' does not exist", "create one: cell.record('run.mcap', replay=True)")
     asked: dict[str, Any] = {"until": until, "to_ns": None if to is None else duration_ns(to), "show": list(show)}
     asked["trust"] = trust if isinstance(trust, bool) else list(trust)
     with refusals:
@@ -129,8 +129,8 @@ def replay(
 def _unplayed(file: Path, options: Mapping[str, Any]) -> Replay:
     """Returns the replay of a record that a run would have made."""
     if not options["replay"]:
-        refuse(CallError, f"in '{file}' there is nothing to replay", "begin it with cell.record(path, replay=True)")
-    return Replay("end", 0, True, "", 0, 0.0, None, "", "nothing ran: the program is only checked")
+        refuse(CallError, f"'{file}' contains nothing to replay", "record with cell.record(path, replay=True)")
+    return Replay("end", 0, True, "", 0, 0.0, None, "", "nothing ran: the program is only being checked")
 
 
 def _module(file: Path) -> tuple[str, str]:
@@ -153,15 +153,20 @@ def _replay(found: dict[str, Any]) -> Replay:
 
 def add_to(commands: Any) -> None:
     """Adds the command `replay`."""
-    again = commands.add_parser("replay", help="run a recorded run again, without its program, and compare every value")
+    again = commands.add_parser("replay", help="repeat a recorded run without its program, and compare every value")
     again.add_argument("record")
-    again.add_argument("--until", metavar="CONDITION", help="stop where it holds: 'force > 20 and joint.sensed[2] <= 0.5'")
-    again.add_argument("--to-time", metavar="TIME", help="stop behind this time on the clock of the record: '2.5 s'")
-    again.add_argument("--show", metavar="SVV", action="append", default=[], help="tell this SVV at the end; * stands for anything")
+    again.add_argument("--until", metavar="CONDITION", help="stop when this condition holds: 'force > 20 and joint.sensed[2] <= 0.5'")
+    again.add_argument("--to-time", metavar="TIME", help="stop after this time on the clock of the record: '2.5 s'")
+    again.add_argument("--show", metavar="SVV", action="append", default=[], help="print this SVV at the end; * stands for any text")
     again.add_argument(
-        "--with", metavar="FILE", action="append", default=[], dest="modules", help="C, C++ or a module in the place of the record's"
+        "--with",
+        metavar="FILE",
+        action="append",
+        default=[],
+        dest="modules",
+        help="C file, C++ file or module to use instead of the recorded one",
     )
-    again.add_argument("--trust", action="store_true", help="run the native code that the record brings, without asking")
+    again.add_argument("--trust", action="store_true", help="run the native code of the record without asking")
     again.set_defaults(run=_again)
 
 
@@ -180,8 +185,8 @@ def _asked_for(file: Path) -> Sequence[str]:
         brought = json.loads(_native.replay_modules(str(file)))
     if not brought:
         return ()
-    print(f"'{file}' brings native code, which a replay runs with all your rights:", file=sys.stderr)
+    print(f"'{file}' contains native code, which a replay runs with all your rights:", file=sys.stderr)
     for module in brought:
         print(f"  {module['name']}, {module['len']} bytes, SHA-256 {module['sha256']}", file=sys.stderr)
-    print("Who built it the file does not say. Run it? [y/N] ", end="", file=sys.stderr, flush=True)
+    print("The file does not say who built it. Run it? [y/N] ", end="", file=sys.stderr, flush=True)
     return [module["sha256"] for module in brought] if sys.stdin.readline().strip().lower() in ("y", "yes") else ()

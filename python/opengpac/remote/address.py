@@ -31,25 +31,29 @@ class Address:
 def address(url: object) -> Address:
     """Parses the URL of a system. Raises `CallError` for another scheme, a host without a port, or a malformed URL."""
     if not isinstance(url, str) or "://" not in url:
-        refuse(CallError, f"the URL of a system is {url!r}", FORMS)
+        refuse(CallError, f"{url!r} is not the URL of a system", FORMS)
     scheme = url.split("://", 1)[0]
     if scheme not in SCHEMES:
-        refuse(CallError, f"no system is reached by '{scheme}://', in {url!r}", did_you_mean(scheme, SCHEMES) or FORMS)
+        refuse(CallError, f"a system cannot be reached by '{scheme}://', in {url!r}", did_you_mean(scheme, SCHEMES) or FORMS)
     try:
         parts = urlsplit(url)
         port = parts.port
     except ValueError as error:
         refuse(CallError, f"the URL of a system is {url!r}: {error}".lower(), FORMS)
     if parts.query or parts.fragment or "@" in parts.netloc:
-        refuse(CallError, f"the URL of a system is {url!r}: it has more than an address", "give a token as token=, never in the URL")
+        refuse(CallError, f"the URL of a system must be a plain address, not {url!r}", "pass a token as token=, never in the URL")
     if scheme == "unix":
         return _socket(url, parts.netloc, parts.path)
     if not parts.hostname or port is None or parts.path not in ("", "/"):
-        refuse(CallError, f"the URL of a system is {url!r}", f"it needs a host and a port, and nothing after them: {scheme}://HOST:PORT")
+        refuse(CallError, f"{url!r} is not the URL of a system", f"write a host and a port only: {scheme}://HOST:PORT")
     return Address(url, host=parts.hostname, port=port, secure=scheme == "https")
 
 
 def _socket(url: str, host: str, path: str) -> Address:
     if host or not path.strip("/"):
-        refuse(CallError, f"the URL of a system is {url!r}", "a Unix socket has a whole path, with three strokes: unix:///run/cell.sock")
+        refuse(
+            CallError,
+            f"{url!r} is not the URL of a system",
+            "write an absolute path for a Unix socket, with three slashes: unix:///run/cell.sock",
+        )
     return Address(url, path=str(Path(path)))

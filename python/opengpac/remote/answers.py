@@ -120,7 +120,7 @@ def _body(incoming: Incoming, status: int, headers: dict[bytes, bytes]) -> tuple
     if length is None:
         return incoming.rest(), True
     if not length.isdigit():
-        raise http.client.BadStatusLine(f"a length of {length[:80]!r}")
+        raise http.client.BadStatusLine(f"an invalid length, {length[:80]!r}")
     return incoming.exactly(int(length)), False
 
 
@@ -130,7 +130,7 @@ def _chunks(incoming: Incoming) -> list[bytes]:
     while True:
         size = incoming.until(b"\r\n").partition(b";")[0].strip()
         if not size or size.strip(b"0123456789abcdefABCDEF"):
-            raise http.client.BadStatusLine(f"a part of length {size[:80]!r}")
+            raise http.client.BadStatusLine(f"a chunk of invalid length, {size[:80]!r}")
         part = incoming.exactly(int(size, 16))
         if not part:
             break

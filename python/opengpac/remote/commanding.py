@@ -33,7 +33,7 @@ class CommandRequest:
 
     def __str__(self) -> str:
         why = f": {self.reason}" if self.reason else ""
-        return f"session '{self.name}' of {self.person or self.who} asks for command{why} (waits {self.left_s:.0f} s more)"
+        return f"session '{self.name}' of {self.person or self.who} requests command{why} (waiting for another {self.left_s:.0f} s)"
 
 
 @dataclass(frozen=True)
@@ -46,7 +46,7 @@ class Commanding:
     requests: tuple[CommandRequest, ...]
 
     def __str__(self) -> str:
-        first = f"session '{self.holder}' of {self.person or self.who} commands" if self.holder else "no session commands"
+        first = f"session '{self.holder}' of {self.person or self.who} has command" if self.holder else "no session has command"
         return "\n".join([first, *map(str, self.requests)])
 
 
@@ -61,7 +61,7 @@ def asked_for(ask: Ask, name: str, reason: str, timeout: Quantity) -> None:
     """Requests command as the session `name`, and waits until it is granted. Raises `NotCommanding` if it is not."""
     wait_ns = duration_ns(timeout, "timeout")
     if not 1e9 <= wait_ns <= 600e9:
-        refuse(OutOfRange, f"the timeout of a request for command is {timeout!r}", "give 1 s to 10 min")
+        refuse(OutOfRange, f"the timeout of a request for command must be from 1 s to 10 min, not {timeout!r}", "pass '30 s', for example")
     with refusals:
         told = ask("POST", "/v1/command/request", {"reason": reason, "wait_ms": wait_ns // 1_000_000})
     mine = [*told["requests"], *told["settled"]]
@@ -86,18 +86,22 @@ def _settled(told: Mapping[str, Any], number: int, name: str, wait_ns: int) -> b
     if not ended:
         if any(one["number"] == number for one in told["requests"]):
             return False
-        refuse(NotCommanding, f"the request of session '{name}' for command is not known any more", "ask again")
+        refuse(NotCommanding, f"the request of session '{name}' for command is no longer known", "request it again")
     outcome, by, reason = ended[0]["outcome"], ended[0]["by"], ended[0]["reason"]
     holder = f"session '{told['holder']}' of {told['person'] or told['who']}" if told["holder"] else "no session"
     if outcome == "timed_out":
         refuse(
-            NotCommanding, f"nobody answered the request for command within {duration_text(wait_ns)}: {holder} commands", "ask its person"
+            NotCommanding,
+            f"nobody answered the request for command within {duration_text(wait_ns)}: {holder} has command",
+            "ask the person there",
         )
     if outcome == "granted":
-        refuse(NotCommanding, f"command was granted to session '{name}' and taken from it again: {holder} commands", "ask again")
+        refuse(NotCommanding, f"command was granted to session '{name}' but then taken away: {holder} has command", "request it again")
     by = f" by session '{by}'" if by and by != name else ""
     refuse(
-        NotCommanding, f"the request for command was {outcome}{by}{f': {reason}' if reason else ''}", f"{holder} commands; ask again later"
+        NotCommanding,
+        f"the request for command was {outcome}{by}{f': {reason}' if reason else ''}",
+        f"try again later: {holder} has command",
     )
 
 
@@ -105,7 +109,7 @@ def _withdraw(ask: Ask, name: str) -> None:
     """Withdraws the request, and releases command if it was granted meanwhile, since no caller waits for it."""
     with contextlib.suppress(ConnectionLost):
         try:
-            ask("DELETE", "/v1/command/request", {"reason": f"session '{name}' waits no longer"})
+            ask("DELETE", "/v1/command/request", {"reason": f"session '{name}' is no longer waiting"})
         except _native.Refused:
             with contextlib.suppress(_native.Refused):
                 ask("DELETE", "/v1/command", None)
@@ -118,7 +122,7 @@ def name_of(session: object) -> str:
     if not isinstance(session, str):
         refuse(
             CallError,
-            f"the session that command goes to is {session!r}",
-            "give one of session.command.requests, or a name of session.sessions",
+            f"command cannot be granted to {session!r}",
+            "pass one of session.command.requests, or a name of session.sessions",
         )
     return session

@@ -34,7 +34,7 @@ def put_module(session: Session, path: str, name: str | None) -> dict[str, Any]:
     """
     file = Path(path)
     if not file.is_file():
-        refuse(ModuleError, f"there is no file '{path}'", "give a C or C++ file, or a shared object")
+        refuse(ModuleError, f"file '{path}' does not exist", "pass a C or C++ file, or a shared object")
     module = name or file.stem.removeprefix("lib")
     if is_source(file) and file.suffix != ".onnx" and session.version["target"] == TARGET:
         with tempfile.TemporaryDirectory() as folder:
@@ -156,14 +156,16 @@ def _parsed(content: bytes, file: Path) -> ElementTree.Element:
     try:
         root = ElementTree.fromstring(content)
         if is_too_deep(root):
-            refuse(DeviceFailed, f"the elements of '{file}' are nested more than {XML_DEPTH_MAX} deep", "give the path of an MJCF file")
+            refuse(
+                DeviceFailed, f"the elements of '{file}' are nested more than {XML_DEPTH_MAX} levels deep", "pass the path of an MJCF file"
+            )
         return root
     except XML_ERRORS as error:
-        refuse(DeviceFailed, f"'{file}' is not XML: {error}", "give the path of an MJCF file")
+        refuse(DeviceFailed, f"'{file}' is not XML: {error}", "pass the path of an MJCF file")
 
 
 def _content(file: Path, kind: type[DeviceFailed | ModuleError]) -> bytes:
     try:
         return file.read_bytes()
     except OSError as error:
-        refuse(kind, f"cannot read '{file}': {(error.strerror or str(error)).lower()}", "is the path right?")
+        refuse(kind, f"cannot read '{file}': {(error.strerror or str(error)).lower()}", "check the path")

@@ -28,8 +28,8 @@ def instead(url: str, name: str, virtual: bool, interconnect: str | Mapping[str,
     if interconnect != "memory":
         refuse(
             CallError,
-            f"system '{name}' is made with interconnect={interconnect!r}, and OPENGPAC_SYSTEM says that it is the one at {url}",
-            "leave the interconnect out, or the variable",
+            f"system '{name}' cannot have interconnect={interconnect!r}: OPENGPAC_SYSTEM names the system at {url}",
+            "omit interconnect=, or unset the variable",
         )
     session = open_session(url, re.sub(r"[^A-Za-z0-9._-]", "-", name))
     there = session.version["clock"]
@@ -38,8 +38,8 @@ def instead(url: str, name: str, virtual: bool, interconnect: str | Mapping[str,
         wanted = "virtual" if virtual else "monotonic"
         refuse(
             CallError,
-            f"system '{name}' has the {wanted} clock, and the one at {url}, which OPENGPAC_SYSTEM names, the {there} clock",
-            f"start that one with --clock {wanted}",
+            f"system '{name}' needs the {wanted} clock, but the one at {url}, which OPENGPAC_SYSTEM names, has the {there} clock",
+            f"start that system with --clock {wanted}",
         )
     session.whole = True
     return session
@@ -60,10 +60,10 @@ def open_session(
     to = address(url)
     named = re.sub(r"[^A-Za-z0-9._-]", "-", f"{Path(sys.argv[0]).stem or 'python'}-{os.getpid()}") if name is None else name
     if not isinstance(named, str):
-        refuse(CallError, f"the name of a session is {name!r}", "give a name, for example 'operator'")
+        refuse(CallError, f"the name of a session must be a string, not {name!r}", "write 'operator', for example")
     lost_after_ns = duration_ns(lost_after, "lost_after")
     if lost_after_ns <= 0:
-        refuse(OutOfRange, f"lost_after is {lost_after!r}", "give 1 s to 60 s")
+        refuse(OutOfRange, f"lost_after= must be from 1 s to 60 s, not {lost_after!r}", "pass '5 s', for example")
     transport = Transport(to, token if token is not None else os.environ.get("OPENGPAC_TOKEN"), _tls(to, ca, certificate))
     before = _opened.get((to.url, named))
     take_up = before is not None and before.lost
@@ -86,7 +86,11 @@ def _tls(to: Address, ca: File | None, certificate: File | None) -> ssl.SSLConte
     """Returns the trusted certificates and the client's own, for an address with TLS."""
     if not to.secure:
         if ca is not None or certificate is not None:
-            refuse(CallError, f"{to} has no TLS, and is given a certificate", "write https://HOST:PORT, or leave ca= and certificate= out")
+            refuse(
+                CallError,
+                f"{to} does not use TLS, so a certificate cannot be used",
+                "write https://HOST:PORT, or omit ca= and certificate=",
+            )
         return None
     trusted, own = ca or os.environ.get("OPENGPAC_CA"), certificate or os.environ.get("OPENGPAC_CERTIFICATE")
     try:
@@ -95,5 +99,5 @@ def _tls(to: Address, ca: File | None, certificate: File | None) -> ssl.SSLConte
             context.load_cert_chain(own)
     except OSError as error:
         files = " and ".join(f"'{file}'" for file in (trusted, own) if file)
-        refuse(CallError, f"cannot use the certificates of {files}: {error}", "give files in PEM form")
+        refuse(CallError, f"cannot use the certificates of {files}: {error}", "pass files in PEM format")
     return context

@@ -49,7 +49,7 @@ class Session:
         self._id = ""
         self.version: dict[str, Any] = _version(transport)
         transport.reached = True
-        transport.remedy = f"what runs there follows its policy; gpac.connect({self.url!r}, name={name!r}) takes it up again"
+        transport.remedy = f"reconnect with gpac.connect({self.url!r}, name={name!r}); running verbs follow their policies"
         asked: dict[str, Any] = {"name": name, "lost_after_ms": lost_after_ns // 1_000_000, "take_up": take_up}
         if person is not None:
             asked["person"] = person
@@ -139,7 +139,7 @@ class Session:
             if kept["reports"]:
                 self.request("DELETE", f"{path}?through={kept['reports'][-1]['number']}")
         if kept["lost"]:
-            _logger.warning("%d end reports of session '%s' were not kept: there were too many", kept["lost"], self.name)
+            _logger.warning("%d end reports of session '%s' were discarded because there were too many", kept["lost"], self.name)
         return [Report(entry["report"]) for entry in kept["reports"]]
 
     # ---- requests ----
@@ -233,7 +233,7 @@ class Session:
         except ConnectionLost as lost:
             self.transport.cut(lost.message)
         except Exception as error:
-            self.transport.cut(f"the thread that shows that this program is there has ended: {error!r}")
+            self.transport.cut(f"the thread that sends heartbeats has ended: {error!r}")
         finally:
             if hold is not None:
                 self.transport.release(hold)
@@ -248,7 +248,7 @@ class Session:
                 told = json.loads(refused.args[0])[0]
                 if told["class"] == "NotAllowed":
                     return told["message"]
-        return "the system has ended this session, or itself"
+        return "the system has ended this session or has terminated"
 
     def __repr__(self) -> str:
         does = "commands" if self.commands else "watches"
@@ -260,7 +260,7 @@ def _told(answer: Answer) -> dict[str, Any]:
         told = json.loads(answer.body)
         errors = None if answer.status < 400 else json.dumps(told["errors"])
     except (ValueError, KeyError, TypeError):
-        refuse(ConnectionLost, f"what answers there is no control interface: status {answer.status}", "is the address right?")
+        refuse(ConnectionLost, f"the answer does not come from a control interface: status {answer.status}", "check the address")
     if errors is not None:
         raise _native.Refused(errors)
     return told
@@ -268,7 +268,7 @@ def _told(answer: Answer) -> dict[str, Any]:
 
 def _version(transport: Transport) -> dict[str, Any]:
     """Requests the versions of the server; refuses incompatible ones."""
-    transport.remedy = "is the system running there? opengpac rts starts one, and prints its address"
+    transport.remedy = "check that the system is running there; opengpac rts starts one and prints its address"
     with refusals:
         there = _told(transport.request("GET", "/v1/version", timeout_s=ANSWER_S))
     there = there.get("result", there)
@@ -276,8 +276,8 @@ def _version(transport: Transport) -> dict[str, Any]:
     if there.get("interface") != INTERFACE or mine.split(".")[:2] != theirs.split(".")[:2]:
         refuse(
             VersionMismatch,
-            f"the system at {transport.address} is OpenGPAC {theirs} with control interface {there.get('interface')}, "
-            f"this is OpenGPAC {mine} with control interface {INTERFACE}",
+            f"the system at {transport.address} has OpenGPAC {theirs} with control interface {there.get('interface')}, "
+            f"but this program has OpenGPAC {mine} with control interface {INTERFACE}",
             "install the same version on both sides",
         )
     return there

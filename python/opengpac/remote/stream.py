@@ -36,7 +36,7 @@ class Stream:
             self._answer.begin()
             accepted = base64.b64encode(hashlib.sha1(key + _ACCEPT).digest()).decode()
             if self._answer.status != 101 or self._answer.getheader("Sec-WebSocket-Accept") != accepted:
-                raise ConnectionLost(f"the system at {transport.address} gives no stream: status {self._answer.status}")
+                raise ConnectionLost(f"the system at {transport.address} does not provide a stream: status {self._answer.status}")
         except BaseException:
             self.close()
             raise

@@ -52,7 +52,7 @@ class Transport:
         self._tls = tls
         self._host = f"[{to.host}]:{to.port}" if ":" in to.host else f"{to.host}:{to.port}" if to.port else to.host
         if token is not None and not (token.isascii() and token.isprintable()):
-            refuse(CallError, "the token has characters that no token has", "give it as opengpac token new printed it")
+            refuse(CallError, "the token contains invalid characters", "pass it exactly as opengpac token new printed it")
         self.token = token
         """Token for authentication, if any."""
         self._headers = {"Authorization": f"Bearer {token}"} if token is not None else {}
@@ -197,7 +197,7 @@ class Transport:
 
     def _lost(self, error: Exception | None) -> NoReturn:
         why = self._cut or _reason(error)
-        what = f"the connection to the system at {self.address} is lost" if self.reached else f"no system answers at {self.address}"
+        what = f"the connection to the system at {self.address} was lost" if self.reached else f"no system answers at {self.address}"
         refuse(ConnectionLost, f"{what}: {why}", self.remedy)
 
 
@@ -241,7 +241,7 @@ def _reason(error: Exception | None) -> str:
     if isinstance(error, TimeoutError):
         return "it does not answer"
     if isinstance(error, http.client.HTTPException) and not isinstance(error, OSError):
-        return f"what answers there is no control interface: {type(error).__name__}"
+        return f"the answer does not come from a control interface: {type(error).__name__}"
     if isinstance(error, OSError) and error.strerror:
         return error.strerror.lower()
     return str(error).lower()

@@ -52,7 +52,11 @@ class Payload:
         items, centre = library.payload_effort.items, plain(self.centre, "the centre of mass of a payload")
         items["mass"].check(self.mass, "the mass of a payload")
         if not isinstance(centre, list) or len(centre) != 3:
-            refuse(CallError, f"the centre of mass of a payload is {self.centre!r}", "give three coordinates in the flange's frame, m")
+            refuse(
+                CallError,
+                f"the centre of mass of a payload must be three coordinates, not {self.centre!r}",
+                "pass them in the flange's frame, in m",
+            )
         for coordinate in centre:
             items["centre"].check(coordinate, "the centre of mass of a payload")
         # Use plain numbers: payloads of arrays could not be compared.
@@ -106,7 +110,7 @@ class Arm(Group[Joint]):
         """
         if isinstance(group, str) and group not in self.groups:
             refuse(
-                UnknownName, f"arm '{self.name}' has no group '{group}'", did_you_mean(group, self.groups) or "name its joints in a list"
+                UnknownName, f"arm '{self.name}' has no group '{group}'", did_you_mean(group, self.groups) or "pass a list of its joints"
             )
         wanted = self.groups[group] if isinstance(group, str) else group
         models = {joint.name.removeprefix(f"{self.name}."): joint for joint in self}
@@ -152,7 +156,7 @@ class Arm(Group[Joint]):
                 return "".join(f"; '{first}' touches '{second}'" for first, second in pairs)
             # An arm that has collided rebounds, and may no longer be in contact.
             pairs = self._touching_at("reference")[:TOUCHING_TOLD]
-            return "".join(f"; where it is commanded to be, '{first}' meets '{second}'" for first, second in pairs)
+            return "".join(f"; at its commanded position, '{first}' collides with '{second}'" for first, second in pairs)
         return ""
 
     @functools.cached_property
@@ -167,7 +171,7 @@ class Arm(Group[Joint]):
         Raises `DefinitionError` for an arm whose model is unknown here.
         """
         if self._dynamics_of is None:
-            refuse(DefinitionError, f"the masses of '{self.name}' are not known here", "load its URDF or MJCF file with the same driver")
+            refuse(DefinitionError, f"the masses of '{self.name}' are unknown", "load its URDF or MJCF file with the same driver")
         return self._dynamics_of(self.kinematics)
 
     @property
@@ -246,9 +250,9 @@ class Arm(Group[Joint]):
             if state not in _SENSED:
                 refuse(
                     NotEnabled,
-                    f"{what} is asked of arm '{self.name}', and joint '{joint.name}' is {state}: "
-                    "its position is that of when it was last enabled",
-                    f"enable it first: {self.name}.enable(); or give joint positions, for example the readings of its channels",
+                    f"cannot compute {what} of arm '{self.name}': joint '{joint.name}' is {state}, "
+                    "so its position is from when it was last enabled",
+                    f"enable it first with {self.name}.enable(), or pass joint positions, for example readings of its channels",
                 )
         return self.values("sensed")
 

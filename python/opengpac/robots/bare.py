@@ -67,12 +67,14 @@ class Bare:
     def open(self, rtp: Processor, name: str, on: Source, apart: bool | str, contacts: int) -> PhysicalDevice:
         """Refuses to open the arm, which is not simulated and requires a driver."""
         refuse(
-            CallError, f"'{self.name}' is not simulated here", f'give its driver: load("{self.name}", driver=gpac.drivers.feetech(port))'
+            CallError,
+            f"'{self.name}' cannot be simulated without a model",
+            f'pass its driver: load("{self.name}", driver=gpac.drivers.feetech(port))',
         )
 
     def kinematics(self, joints: list[str]) -> Kinematics:
         """Refuses, since the geometry is unknown."""
-        refuse(DefinitionError, f"the geometry of '{self.name}' is not known here", "load its URDF or MJCF file with the same driver")
+        refuse(DefinitionError, f"the geometry of '{self.name}' is unknown", "load its URDF or MJCF file with the same driver")
 
 
 BARE: Mapping[str, Bare] = {

@@ -80,7 +80,7 @@ class NamedArm:
         package, folder = self.package, self.package.folder_installed()
         if folder is None:
             missing = f"the model of '{self.name}' is in the package '{package.name}', which is not installed"
-            refuse(DeviceFailed, missing, package.installing)
+            refuse(DeviceFailed, missing, f"run {package.installing}")
         if not (folder / self.path).is_file():
             there = metadata.version(package.name)
             refuse(
@@ -199,5 +199,5 @@ ELSEWHERE: Mapping[str, str] = {
 def refuse_elsewhere(name: str) -> None:
     """Refuses an arm whose model is in no package, naming its place of publication; does nothing for other names."""
     if name in ELSEWHERE:
-        missing = f"no package has the model of '{name}': it is {ELSEWHERE[name]}"
-        refuse(UnknownName, missing, "fetch it with the files around it, and give its path: gpac.robots.load(FILE)")
+        missing = f"no package contains the model of '{name}': it is {ELSEWHERE[name]}"
+        refuse(UnknownName, missing, "download it with the files next to it, and pass its path: gpac.robots.load(FILE)")

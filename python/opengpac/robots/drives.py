@@ -71,11 +71,11 @@ def _keeper(joint: str, drive: Part, verb: Verb[..., Any] | None) -> Verb[..., A
         written = ", ".join(f"'{name}'" for name, channel in drive.channels.items() if channel.write) or "none"
         refuse(
             CallError,
-            f"verb '{chosen.name}' cannot keep joint '{joint}' going: it needs channel '{lacking[0]}' of part "
+            f"verb '{chosen.name}' cannot servo joint '{joint}': it needs channel '{lacking[0]}' of part "
             f"'{drive.device.name}.{drive.name}', whose written channels are {written}",
-            f"leave out verb=, then it is '{suits.name}'"
+            f"omit verb= to use '{suits.name}'"
             if chosen is not suits and not _lacking(drive, suits)
-            else "give a part that takes positions ('goal') or efforts ('effort'), or verb=, one of your own for what this part takes",
+            else "pass a part that takes positions ('goal') or efforts ('effort'), or your own verb for this part as verb=",
         )
     return verb if verb is not None else suits if suits is not joint_servo else None
 

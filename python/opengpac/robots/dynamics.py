@@ -109,7 +109,7 @@ class Dynamics:
             refuse(
                 DefinitionError,
                 f"no joint of {self.kinematics.joints} moves the flange, which carries the payload",
-                "leave the payload out",
+                "omit the payload",
             )
         at = self.kinematics.home @ Pose(payload.centre)
         links = list(self.links)
@@ -119,7 +119,7 @@ class Dynamics:
     def _run(self, **inputs: Any) -> np.ndarray:
         found = lib.block("inverse_dynamics").run(n=len(self.links), **self.parameters, **inputs)
         if found.fault is not None:
-            refuse(CallError, f"the efforts of {self.kinematics.joints} cannot be computed: {found.fault}", "give finite numbers")
+            refuse(CallError, f"the efforts of {self.kinematics.joints} cannot be computed: {found.fault}", "pass finite numbers")
         return found.effort
 
     @classmethod

@@ -24,7 +24,7 @@ PERIOD = "20 ms"
 LEAST = 1e-6
 """Minimum speed or acceleration of a request."""
 
-HOMED = required(NotHomed, when="arm.needs_home", remedy="find its zero first: gpac.motion.home(…) or home_here(…)")
+HOMED = required(NotHomed, when="arm.needs_home", remedy="home it first: gpac.motion.home(…) or home_here(…)")
 """Requirement of a motion to a position: the joint must be homed."""
 
 

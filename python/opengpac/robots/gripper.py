@@ -58,7 +58,7 @@ finger_servo = Verb(
 
 finger_follower = Verb(
     "robot_finger_follower",
-    doc="Tells a gripper that closes the loop itself where a finger is to be and with what force at most, and reads its touch sensor.",
+    doc="Sends the position and maximum force of a finger to a gripper that closes the loop itself, and reads its touch sensor.",
     blocks={
         "position": lib.block("read_channel"),
         "speed": lib.block("read_channel"),

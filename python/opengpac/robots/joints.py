@@ -106,7 +106,7 @@ class Joint(LogicalDevice, verb=joint_servo, name="robot_joint"):
         if self.needs_home or max(low - position, position - high) <= OUTSIDE.get(unit, 0.0):
             return
         _logger.warning(
-            "joint '%s' is at %.6g %s, outside its range, %.6g to %.6g %s, and stays there: gpac.motion.return_to_range(…) drives it "
-            "back in at a tenth of its speed",
+            "joint '%s' is at %.6g %s, outside its range, %.6g to %.6g %s, and stays there; move it back with "
+            "gpac.motion.return_to_range(…), at a tenth of its speed",
             self.name, position, unit, low, high, unit,
         )  # fmt: skip

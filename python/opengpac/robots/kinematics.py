@@ -164,8 +164,9 @@ class Kinematics(DeclaredNames):
         if forms is None:
             refuse(
                 DefinitionError,
-                f"the chain of {self.joints} has no inverse in closed form, so no configurations",
-                "choose by joint positions: near=; six joints with a spherical wrist, or as those of Universal Robots, have them",
+                f"the chain of {self.joints} has no inverse in closed form and therefore no configurations",
+                "select the solution by joint positions, near=; only arms of six joints with a spherical wrist, or "
+                "like those of Universal Robots, have configurations",
             )
         return forms
 
@@ -174,11 +175,15 @@ class Kinematics(DeclaredNames):
     ) -> np.ndarray:
         forms = self._closed()
         if of.turns and len(of.turns) != len(forms.joints):
-            refuse(CallError, f"a configuration has {len(of.turns)} turns for {len(forms.joints)} joints", "give one for each joint")
+            refuse(
+                CallError,
+                f"a configuration must have one turn for each of its {len(forms.joints)} joints, not {len(of.turns)}",
+                "pass one for each joint",
+            )
         found = {forms.configuration(q).signs: q for q in forms.all(pose, near)}
         if of.signs not in found:
             others = ", ".join(f"'{signs}'" for signs in sorted(found))
-            remedy = f"these reach it: {others}" if found else "give a pose nearer to the arm"
+            remedy = f"choose one that reaches it: {others}" if found else "choose a pose nearer to the arm"
             refuse(Unreachable, f"{pose} is out of reach in the configuration '{of.signs}'", remedy)
         q = found[of.signs]
         if of.turns:
@@ -226,22 +231,22 @@ class Kinematics(DeclaredNames):
         return q if reached.distance(pose) < EXACT and reached.angle(pose) < EXACT else self.inverse(pose, q, attempts=1)
 
     def _unreachable(self, pose: Pose, position: float, angle: float, limit: int | None, ranges: Mapping[str, Any]) -> None:
-        far = f"the nearest that was found is {position:.4g} m away and turned by {np.degrees(angle):.4g} degrees"
+        far = f"the nearest solution is {position:.4g} m away and turned by {np.degrees(angle):.4g} degrees"
         if limit is None:
-            refuse(Unreachable, f"{pose} is out of reach: {far}", "give a pose nearer to the arm, or start from another posture: near=")
+            refuse(Unreachable, f"{pose} is out of reach: {far}", "choose a pose nearer to the arm, or start from another posture: near=")
         low, high = (ranges.get(name, [float("nan")] * len(self.axes))[limit] for name in ("position_min", "position_max"))
         range_text = f"the range of joint '{self.axes[limit].name}', {low:.6g} to {high:.6g}"
         refuse(Unreachable, f"{pose} is out of {range_text}: {far}", "start from another posture: near=")
 
     def _positions(self, given: Iterable[float]) -> list[float]:
         if not 1 <= len(self.axes) <= JOINTS_MAX:
-            refuse(DefinitionError, f"a chain of {len(self.axes)} joints cannot be computed", f"give it 1 to {JOINTS_MAX} axes")
+            refuse(DefinitionError, f"a chain cannot have {len(self.axes)} joints", f"use 1 to {JOINTS_MAX} axes")
         listed = self._in_order(given) if isinstance(given, Mapping) else rows(given)
         found: list[Any] = [number(x) for x in listed] if isinstance(listed, Iterable) and not isinstance(listed, str | bytes) else [listed]
         if not all(is_number(x) for x in found):
-            refuse(CallError, f"{repr(given)[:80]} is no list of joint positions", "give a number for each joint, rad or m")
+            refuse(CallError, f"{repr(given)[:80]} is not a list of joint positions", "pass a number for each joint, rad or m")
         if len(found) != len(self.axes):
-            refuse(CallError, f"{len(found)} joint positions are given for {len(self.axes)} joints", f"give one for each: {self.joints}")
+            refuse(CallError, f"{len(self.axes)} joints need one position each, not {len(found)}", f"pass one for each of {self.joints}")
         return found
 
     def _in_order(self, given: Mapping[Any, Any]) -> list[Any]:
@@ -251,13 +256,15 @@ class Kinematics(DeclaredNames):
             position = next((value for name, value in given.items() if joint == name or joint.endswith(f".{name}")), None)
             if position is None:
                 there = ", ".join(map(str, given)) or "none"
-                refuse(CallError, f"the joint positions lack joint '{joint}': there are {there}", "give a number for each joint, rad or m")
+                refuse(CallError, f"the joint positions lack joint '{joint}'; they have {there}", "pass a number for each joint, rad or m")
             found.append(position)
         return found
 
     def _check(self, fault: Any) -> None:
         if fault is not None:
-            refuse(DefinitionError, f"the chain of {self.joints} cannot be used: {fault}", "its axes are unit vectors and its frames poses")
+            refuse(
+                DefinitionError, f"the chain of {self.joints} cannot be used: {fault}", "make its axes unit vectors and its frames poses"
+            )
 
     @classmethod
     def of_mjcf(cls, path: str | os.PathLike[str], joints: Sequence[str], *, site: str | None = None) -> Kinematics:
@@ -272,7 +279,7 @@ class Kinematics(DeclaredNames):
         try:
             mujoco = importlib.import_module("mujoco")
         except ImportError:
-            refuse(DeviceFailed, "the Python package 'mujoco' is not installed", "pip install 'opengpac[mujoco]'")
+            refuse(DeviceFailed, "the Python package 'mujoco' is not installed", "run pip install 'opengpac[mujoco]'")
         with refusals:
             problem = _native.try_driver("mujoco", json.dumps({"path": os.fspath(path), "library": mujoco_folder()}))
         if problem is not None:
@@ -290,12 +297,14 @@ def _names(joints: Any) -> list[str]:
     listed = rows(joints)
     names = [] if isinstance(listed, str) or not isinstance(listed, Iterable) else list(listed)
     if not all(isinstance(name, str) for name in names) or (not names and listed not in ([], ())):
-        refuse(CallError, f"the joints of a chain are {repr(joints)[:80]}", "give a list of names")
+        refuse(
+            CallError, f"the joints of a chain must be a list of names, not {repr(joints)[:80]}", "pass ['shoulder', 'elbow'], for example"
+        )
     if not names:
-        refuse(CallError, "a chain is asked for without joints", "name the driven joints in order, at least one")
+        refuse(CallError, "a chain needs at least one joint", "name the driven joints in order")
     twice = next((name for index, name in enumerate(names) if name in names[:index]), None)
     if twice is not None:
-        refuse(CallError, f"joint '{twice}' stands twice in the chain", "name each joint once")
+        refuse(CallError, f"joint '{twice}' occurs twice in the chain", "name each joint once")
     return names
 
 
@@ -313,7 +322,7 @@ def _read(mujoco: Any, model: Any, names: list[str], named: str | None) -> Kinem
     on_the_way = joints_before(model, body)
     for j in on_the_way - set(ids):
         name = model.joint(j).name or f"joint_{j}"
-        refuse(DefinitionError, f"joint '{name}' moves the tool but is not driven", "drive it, or weld it in the model")
+        refuse(DefinitionError, f"joint '{name}' moves the tool but is not driven", "add an actuator, or weld the joint in the model")
     slide = int(mujoco.mjtJoint.mjJNT_SLIDE)
     axes = [
         Axis(name, SLIDE if model.jnt_type[j] == slide else HINGE, tuple(data.xaxis[j].tolist()), tuple(data.xanchor[j].tolist()))

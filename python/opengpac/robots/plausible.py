@@ -68,14 +68,14 @@ def check_mjcf(source: Source) -> None:
             if attribute in _WORDS or text in names or not (values := _numbers(text)):
                 continue
             if any(abs(value) == float("inf") or value != value for value in values):
-                source.refuse_number(element, attribute, "is not finite", "write a number there, or leave it out")
+                source.refuse_number(element, attribute, "is not finite", "write a number there, or remove it")
             check_bounds(source, element, attribute, values, _MJCF.get(attribute, Bounds()))
 
 
 def check_bounds(source: Source, element: ElementTree.Element, attribute: str, values: list[float], bounds: Bounds) -> None:
     """Refuses a file for an attribute with a number beyond its bounds."""
     if passed := bounds.broken_by(values):
-        source.refuse_number(element, attribute, f"is {passed}, which nothing has", "check its unit, and write the number there")
+        source.refuse_number(element, attribute, f"is {passed}, which is not plausible", "check its unit, and correct the number")
 
 
 def _numbers(text: str) -> list[float]:

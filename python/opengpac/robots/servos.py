@@ -44,7 +44,7 @@ HISTORY = 10_000
 
 reading = Graph(
     "joint_position",
-    doc="Where a joint is: its channel, counted from the zero that was found.",
+    doc="Position of a joint: its channel, counted from the zero that homing found.",
     blocks={"read": lib.block("read_channel"), "zero": lib.block("offset")},
     inputs={"offset": "zero.offset"},
     outputs={"y": "zero.y"},
@@ -88,7 +88,7 @@ def _ends(says: Mapping[str, str]) -> dict[str, Any]:
 
 joint_servo = Verb(
     "robot_joint_servo",
-    doc="Keeps a joint at its commanded position, within its range and maximum speed: PID with the plant's gravity compensation.",
+    doc="Holds a joint at its commanded position, within its range and maximum speed: PID with the plant's gravity compensation.",
     blocks={
         "position": reading,
         "speed": lib.block("read_channel"),
@@ -181,7 +181,7 @@ def _decoupled(name: str, doc: str, motor: Mapping[str, str], says: Mapping[str,
 
 
 _DECOUPLED_DOC = (
-    "Keeps a joint at its commanded position, within its range and maximum speed: PID on a drive that knows the arm's dynamics."
+    "Holds a joint at its commanded position, within its range and maximum speed: PID on a drive that compensates the arm's dynamics."
 )
 
 joint_decoupled_servo = _decoupled(
@@ -195,7 +195,7 @@ quiet_decoupled_servo = _decoupled("robot_joint_quiet_decoupled_servo", _DECOUPL
 
 joint_follower = Verb(
     "robot_joint_follower",
-    doc="Tells a drive that closes the loop itself where a joint is to be: its commanded position, within its range and maximum speed.",
+    doc="Sends the commanded position of a joint, within its range and maximum speed, to a drive that closes the loop itself.",
     blocks={
         "position": reading,
         "speed": lib.block("read_channel"),

@@ -53,8 +53,8 @@ def tool_by_touching(
     without = arm.tool.inverse()
     poses = [_pose(arm, place, point) @ without for place, point in enumerate(points)]
     if len(poses) < LEAST:
-        what = f"{len(poses)} places are given"
-        refuse(CallError, what, f"give {LEAST} or more at which the tip touches one point, each with the tool turned differently")
+        what = f"{len(poses)} positions are too few"
+        refuse(CallError, what, f"pass {LEAST} or more at which the tip touches one point, each with a different orientation of the tool")
     turns, places = np.array([pose.matrix[:3, :3] for pose in poses]), np.array([pose.position for pose in poses])
     # The part common to all poses is the tip's: differences from the mean isolate the tool.
     rows = (turns - turns.mean(axis=0)).reshape(-1, 3) / np.sqrt(len(poses))
@@ -62,8 +62,8 @@ def tool_by_touching(
     if spread < SPREAD:
         refuse(
             ValueRefused,
-            f"the {len(poses)} places have the tool turned too much alike (spread {spread:.3f}, {SPREAD} is the minimum)",
-            "touch the point from directions that differ by 30 degrees or more, about two axes",
+            f"the {len(poses)} positions have too similar orientations of the tool (spread {spread:.3f}, minimum {SPREAD})",
+            "touch the point from directions that differ by at least 30 degrees, about two axes",
         )
     found = np.linalg.lstsq(rows, -(places - places.mean(axis=0)).ravel() / np.sqrt(len(poses)), rcond=None)[0]
     tips = places + turns @ found
@@ -71,8 +71,8 @@ def tool_by_touching(
     residuals = np.linalg.norm(tips - tip, axis=1)
     if residuals.max() > residual_max:
         worst = int(residuals.argmax())
-        what = f"the tip at place {worst} (from 0) is {residuals[worst]:.3g} m from that of all; {residual_max:g} m is the maximum"
-        refuse(ValueRefused, what, "touch the point again there, or give a larger residual_max")
+        what = f"the tip at position {worst} (counted from 0) is {residuals[worst]:.3g} m from the common one, more than {residual_max:g} m"
+        refuse(ValueRefused, what, "touch the point again there, or pass a larger residual_max")
     residual = float(np.sqrt((residuals**2).mean()))
     return TouchedTool(Pose(tuple(found), rpy=tuple(orientation)), tip, residuals, residual, spread)
 
@@ -82,5 +82,5 @@ def _pose(arm: Arm, place: int, point: Any) -> Pose:
     try:
         return arm.forward(point)
     except (CallError, ValueRefused) as error:
-        error.message = f"place {place} (from 0): {error.message}"
+        error.message = f"position {place} (counted from 0): {error.message}"
         raise

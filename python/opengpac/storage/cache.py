@@ -42,7 +42,9 @@ def keep(file: Path, content: bytes) -> None:
         file.parent.mkdir(parents=True, exist_ok=True)
         put(file, content)
     except OSError as why:
-        refuse(ModuleError, f"'{file.name}' cannot be kept in '{file.parent}': {why.strerror}", "make room there, or set OPENGPAC_COMPILED")
+        refuse(
+            ModuleError, f"'{file.name}' cannot be stored in '{file.parent}': {why.strerror}", "free space there, or set OPENGPAC_COMPILED"
+        )
 
 
 def folder(kind: str) -> Path:
@@ -54,5 +56,5 @@ def folder(kind: str) -> Path:
         made.mkdir(parents=True, exist_ok=True, mode=0o700)
     except OSError as why:
         what = kind.replace("-", " ")
-        refuse(ModuleError, f"{what} cannot be kept in '{made}': {why}", "set OPENGPAC_COMPILED to a folder of yours")
+        refuse(ModuleError, f"{what} cannot be stored in '{made}': {why}", "set OPENGPAC_COMPILED to a folder that you may write")
     return made

@@ -21,11 +21,11 @@ from ..errors import CallError, FileFailed, refuse
 def path_of(given: Any, what: str) -> Path:
     """Returns the absolute path in the argument `what`. Raises CallError if it is not a path."""
     if not isinstance(given, str | os.PathLike) or not str(given).strip() or not str(given).isprintable():
-        refuse(CallError, f"{what} is given {str(given)[:80]!r}", "give the path of a file")
+        refuse(CallError, f"{what} must be a path, not {str(given)[:80]!r}", "pass the path of a file")
     try:
         return Path(given).expanduser().absolute()
     except RuntimeError as error:
-        refuse(CallError, f"{what} is given {str(given)[:80]!r}: {error}", "give the path of a file")
+        refuse(CallError, f"the path of {what} is {str(given)[:80]!r}: {error}", "pass the path of a file")
 
 
 def is_source(path: Path) -> bool:
@@ -48,7 +48,7 @@ def read(path: Path, what: str) -> str | None:
     except FileNotFoundError:
         return None
     except (OSError, UnicodeDecodeError) as error:
-        refuse(FileFailed, f"cannot read {what} '{path}': {_why(error)}", "is it a text file that you may read?")
+        refuse(FileFailed, f"cannot read {what} '{path}': {_why(error)}", "check that it is a text file and that you may read it")
 
 
 def write(path: Path, text: str, what: str, *, previous: Path | None = None) -> None:
@@ -78,7 +78,11 @@ def write(path: Path, text: str, what: str, *, previous: Path | None = None) -> 
         with contextlib.suppress(OSError):
             if previous is not None and previous.exists() and not path.exists():
                 os.replace(previous, path)
-        refuse(FileFailed, f"cannot write {what} '{path}': {_why(error)}", "the file is as it was; is there room, and may you write there?")
+        refuse(
+            FileFailed,
+            f"cannot write {what} '{path}': {_why(error)}",
+            "the file is unchanged; check that there is space and that you may write there",
+        )
 
 
 LOCK_WAIT_S = 10.0
@@ -126,7 +130,7 @@ def _settle(folder: Path) -> None:
 
 
 def _why(error: OSError | UnicodeDecodeError) -> str:
-    return (error.strerror or str(error)).lower() if isinstance(error, OSError) else f"byte {error.start} is no text"
+    return (error.strerror or str(error)).lower() if isinstance(error, OSError) else f"byte {error.start} is not valid UTF-8"
 
 
 XML_ERRORS = (ElementTree.ParseError, LookupError, ValueError)

@@ -95,9 +95,9 @@ class Studio:
 def serve(system: SystemObservation, port: int, role: str, audit: str | None = None, page: Path | None = None) -> Studio:
     """Serves the page of a system of this process. Raises `FileFailed` if it was not built, `InUse` if the port is in use."""
     if not isinstance(port, int) or isinstance(port, bool) or not 0 <= port <= 65535:
-        refuse(CallError, f"the port of a studio is {port!r}", "take 1024 to 65535, or 0 for any that is free")
+        refuse(CallError, f"the port of a studio must be from 1024 to 65535, not {port!r}", "pass 0 for any that is free")
     if role not in ROLES:
-        refuse(CallError, f"the role of a studio is {role!r}", f"take {', '.join(map(repr, ROLES))}")
+        refuse(CallError, f"the role of a studio cannot be {role!r}", f"take {', '.join(map(repr, ROLES))}")
     embedded = system._alive()
     if checking.active() or not isinstance(embedded, _native.System):
         return Studio(system.name, "", role)
@@ -127,7 +127,7 @@ def built(page: Path | None = None) -> Path:
     """Returns the folder of the page's files. Raises `FileFailed` if they do not exist: a checkout in which the page was not built."""
     folder = page or PAGE
     if not (folder / "index.html").is_file():
-        remedy = "`make page` builds it in the sources, with Node 20.19 or newer; the wheel has it"
+        remedy = "build it in the sources with `make page`, which needs Node 20.19 or newer, or install a wheel, which contains it"
         refuse(FileFailed, f"the studio's page is not in '{folder}'", remedy)
     return folder
 
@@ -138,10 +138,10 @@ def of_daemon(system: SystemObservation) -> Studio:
     assert session is not None
     remedy = "start it with --listen 127.0.0.1:8777 --tokens FILE, or --studio, and open the address that it prints"
     if urlsplit(session.url).scheme == "unix":
-        refuse(NotAllowed, f"system '{system.name}' is reached by a Unix socket, which no browser opens", remedy)
+        refuse(NotAllowed, f"system '{system.name}' is reached through a Unix socket, which a browser cannot open", remedy)
     there = session.transport.request("GET", "/", timeout_s=_ANSWER_S)
     if there.status != 200 or b"<html" not in there.body.lower():
-        refuse(NotAllowed, f"the daemon at {session.url} serves no page", remedy)
+        refuse(NotAllowed, f"the daemon at {session.url} does not serve a page", remedy)
     token = session.transport.token
     return Studio(system.name, f"{session.url.rstrip('/')}/{f'#token={token}' if token else ''}", None)
 
@@ -181,19 +181,19 @@ class _Shown(programs.Watcher):
     def left(self, system: System) -> None:
         # Continue until Ctrl-C.
         if not system.closed:
-            print(f"'{self.program}' is through with system '{system.name}', which goes on; Ctrl-C ends it", flush=True)
+            print(f"'{self.program}' has finished with system '{system.name}', which keeps running; end it with Ctrl-C", flush=True)
             while True:
                 time.sleep(_SLICE_S)
 
 
 def add_to(commands: Any) -> None:
     """Adds `studio` to the command `opengpac`."""
-    parser = commands.add_parser("studio", help="run a program with the page of its system, which goes on until Ctrl-C")
-    parser.add_argument("--port", type=int, default=0, help="of 127.0.0.1; default: any that is free")
-    parser.add_argument("--role", choices=ROLES, default="operate", help="what the page may do; default: operate")
-    parser.add_argument("--edit", action="store_true", help="the page may also install definitions that were edited")
-    parser.add_argument("--no-browser", action="store_true", help="only print the address")
-    parser.add_argument("--page", metavar="FOLDER", help="the page's files, instead of those that come with OpenGPAC")
+    parser = commands.add_parser("studio", help="run a program and serve the page of its system until Ctrl-C")
+    parser.add_argument("--port", type=int, default=0, help="port of 127.0.0.1 (default: any that is free)")
+    parser.add_argument("--role", choices=ROLES, default="operate", help="role of the page (default: operate)")
+    parser.add_argument("--edit", action="store_true", help="let the page install edited definitions, too")
+    parser.add_argument("--no-browser", action="store_true", help="only print the address, without opening a browser")
+    parser.add_argument("--page", metavar="FOLDER", help="folder with other files of the page than those of OpenGPAC")
     programs.add_to(parser)
     parser.set_defaults(run=_studio)
 

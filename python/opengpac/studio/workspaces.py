@@ -63,7 +63,7 @@ class Workspaces(TableDisplay, DeclaredNames):
             found = self._system._alive().check_workspace(given)
             if checking.active():
                 # Nothing runs in a check: the instances that the program makes do not exist.
-                found = [one for one in found if "there is no verb instance" not in one["message"]]
+                found = [one for one in found if "no verb instance" not in one["message"]]
             if found:
                 raise _native.Refused(json.dumps(found))
 
@@ -133,17 +133,19 @@ def read(workspace: File | Mapping[str, Any]) -> dict[str, Any]:
         at = f"'{path}'"
         text = files.read(path, "the workspace")
         if text is None:
-            refuse(FileFailed, f"there is no file {at}", "give the path of a workspace, as the studio exports it")
+            refuse(FileFailed, f"file {at} does not exist", "pass the path of a workspace that the studio exported")
         try:
             given = json.loads(text)
         except (ValueError, RecursionError) as error:
-            why = "its objects and lists are nested too deep" if isinstance(error, RecursionError) else error
-            refuse(FileFailed, f"{at} is no workspace: {why}", "write it as JSON; docs/workspaces.md has examples")
+            why = "its objects and lists are nested too deeply" if isinstance(error, RecursionError) else error
+            refuse(FileFailed, f"{at} is not a workspace: {why}", "write it as JSON, as in docs/workspaces.md")
     if not isinstance(given, Mapping) or not isinstance(given.get("layout"), Mapping):
         refuse(CallError, f"{at} has no 'layout'", 'write {"workspace": 1, "name": NAME, "layout": {…}}')
     version = given.get("workspace", FORMAT)
     if version != FORMAT:
         refuse(
-            CallError, f"{at} has the format {version!r} of workspaces, and this OpenGPAC reads {FORMAT}", f'write "workspace": {FORMAT}'
+            CallError,
+            f"{at} has version {version!r} of the format of workspaces, but this OpenGPAC reads {FORMAT}",
+            f'write "workspace": {FORMAT}',
         )
     return {key: value for key, value in given.items() if key != "workspace"}

@@ -86,14 +86,14 @@ def arguments_of(
     ):  # fmt: skip
         for name in names:
             if name not in known:
-                text = f"{what} of block '{block}' name '{name}', and {function.name()} has {', '.join(known) or 'none'}"
-                refuse(DefinitionError, text, did_you_mean(name, known) or f"name those of the function in {what}=")
+                text = f"{what}= of block '{block}' names '{name}', but {function.name()} has {', '.join(known) or 'none'}"
+                refuse(DefinitionError, text, did_you_mean(name, known) or f"use names of the function in {what}=")
     for name in ins:
         if (name in inputs.given) + (name in parameters) + (name in states) > 1:
-            refuse(DefinitionError, f"'{name}' of block '{block}' is named twice", "it is an input, a parameter or a state")
+            refuse(DefinitionError, f"'{name}' of block '{block}' is named twice", "make it either an input, a parameter or a state")
     back = {output: state for state, output in states.items()}
     if len(back) < len(states):
-        refuse(DefinitionError, f"two states of block '{block}' have the same output", "give each state an output of its own")
+        refuse(DefinitionError, f"two states of block '{block}' use the same output", "give each state its own output")
     made = Arguments(
         [_input(block, function, i, name, inputs, parameters, states, initial) for i, name in enumerate(ins)],
         [_output(block, function, i, name, outputs, back.get(name)) for i, name in enumerate(outs)],
@@ -102,8 +102,8 @@ def arguments_of(
     if not any(isinstance(item.word, Output | Condition) for item in made.items):
         refuse(DefinitionError, f"block '{block}' has no output", "name an output in outputs=")
     if len(made.items) > ITEMS_MAX:
-        text = f"block '{block}' has {len(made.items)} items, and a block has at most {ITEMS_MAX}"
-        refuse(DefinitionError, text, "put several into a vector: casadi.vertcat(a, b)")
+        text = f"block '{block}' has {len(made.items)} items, but a block has at most {ITEMS_MAX}"
+        refuse(DefinitionError, text, "combine several into a vector: casadi.vertcat(a, b)")
     return made
 
 
@@ -122,7 +122,7 @@ def _input(
     places = tuple(r * columns + c for c in range(columns) for r in range(rows))
     if rows * columns == 0:
         if name in side.given or name in parameters or name in states:
-            refuse(DefinitionError, f"input '{name}' of block '{block}' is empty ({rows} x {columns})", "leave it out")
+            refuse(DefinitionError, f"input '{name}' of block '{block}' is empty ({rows} x {columns})", "remove it")
         return Argument(index, name, None, rows, columns, ())
     if not sparsity.is_dense():
         text = f"input '{name}' of block '{block}' is sparse: {sparsity.nnz()} of {rows} x {columns} elements"
@@ -139,8 +139,8 @@ def _input(
         if not isinstance(word, Input):
             _wrong_word(block, name, word, "a unit or Input(…)")
         if word.history and shape[:1] != (word.history,):
-            text = f"input '{name}' of block '{block}' has history={word.history}, and the function takes {rows} x {columns}"
-            refuse(DefinitionError, text, f"give it {word.history} rows, or history={rows}")
+            text = f"input '{name}' of block '{block}' has history={word.history}, but the function takes {rows} x {columns}"
+            refuse(DefinitionError, text, f"give it {word.history} rows, or set history={rows}")
         item = Item(name, _checked(block, name, word), "double", shape, None, 0)
     _check_name(block, name)
     return Argument(index, name, item, rows, columns, places)
@@ -153,7 +153,7 @@ def _output(block: str, function: Any, index: int, name: str, side: Side, back: 
     places = tuple(r * columns + c for r, c in zip(row, column, strict=True))
     if rows * columns == 0 or (back is not None and name not in side.given):
         if name in side.given:
-            refuse(DefinitionError, f"output '{name}' of block '{block}' is empty ({rows} x {columns})", "leave it out")
+            refuse(DefinitionError, f"output '{name}' of block '{block}' is empty ({rows} x {columns})", "remove it")
         return Argument(index, name, None, rows, columns, places, back)
     word = side.given.get(name, Output("output"))
     word = Output("output", word) if isinstance(word, str) else word
@@ -161,8 +161,8 @@ def _output(block: str, function: Any, index: int, name: str, side: Side, back: 
         _wrong_word(block, name, word, "a unit, Output(…) or Condition(…)")
     if isinstance(word, Condition):
         if rows * columns != 1:
-            text = f"condition '{name}' of block '{block}' is an output of {rows} x {columns}"
-            refuse(DefinitionError, text, "a condition is a scalar that is not 0 where it is reported")
+            text = f"condition '{name}' of block '{block}' must be a scalar output, not {rows} x {columns}"
+            refuse(DefinitionError, text, "use a scalar that is not 0 when the condition is reported")
         item = Item(name, word, "bool", (), None, 0)
     else:
         item = Item(name, _checked(block, name, word), "double", _shape(rows, columns), None, 0)
@@ -175,31 +175,35 @@ def _check_states(block: str, made: Arguments) -> None:
     for output in made.outputs:
         state = by_name.get(output.back or "")
         if state is not None and (state.rows, state.columns) != (output.rows, output.columns):
-            text = f"state '{state.name}' of block '{block}' is {state.rows} x {state.columns}, and its next value '{output.name}' is"
+            text = f"state '{state.name}' of block '{block}' is {state.rows} x {state.columns}, but its next value '{output.name}' is"
             refuse(DefinitionError, f"{text} {output.rows} x {output.columns}", "give both the same shape")
 
 
 def _checked(block: str, name: str, word: Any) -> Any:
     if word.type not in ("", "double"):
-        refuse(DefinitionError, f"'{name}' of block '{block}' has type={word.type!r}", "leave it out: the function says it")
+        refuse(DefinitionError, f"'{name}' of block '{block}' cannot have type={word.type!r}", "remove it: the function defines the type")
     if isinstance(word, Input) and (word.mode not in ("synchronous", "asynchronous") or word.ratio < 0 or not 0 <= word.history <= 4096):
-        text = f"input '{name}' of block '{block}' has mode='{word.mode}', ratio={word.ratio}, history={word.history}"
-        refuse(DefinitionError, text, "give mode 'synchronous' or 'asynchronous', a ratio of 1 or more, a history up to 4096")
+        text = f"input '{name}' of block '{block}' cannot have mode='{word.mode}', ratio={word.ratio}, history={word.history}"
+        refuse(DefinitionError, text, "use mode 'synchronous' or 'asynchronous', a ratio of at least 1, and a history of at most 4096")
     remedy = unknown_unit(word.unit) if word.unit else None
     if remedy is not None:
-        refuse(UnitMismatch, f"the unit '{word.unit}' of '{name}' of block '{block}' is not known", remedy)
+        refuse(UnitMismatch, f"unit '{word.unit}' of '{name}' of block '{block}' is unknown", remedy)
     if isinstance(word, Output) and word.ratio < 0:
-        refuse(DefinitionError, f"the ratio of output '{name}' of block '{block}' is {word.ratio}", "give 1 or more")
+        refuse(
+            DefinitionError,
+            f"the ratio of output '{name}' of block '{block}' must be at least 1, not {word.ratio}",
+            "write ratio=10, for example",
+        )
     return word if word.doc else dataclasses.replace(word, doc=name)
 
 
 def _wrong_word(block: str, name: str, word: Any, wanted: str) -> NoReturn:
-    refuse(DefinitionError, f"'{name}' of block '{block}' is given {word!r}", f"give {wanted}")
+    refuse(DefinitionError, f"'{name}' of block '{block}' cannot be {word!r}", f"give {wanted}")
 
 
 def _check_name(block: str, name: str) -> None:
     if not name.isidentifier() or not name.isascii() or _native.is_word_of_c(name) or name.startswith("casadi_"):
-        text = f"'{name}' of block '{block}' is a word of C, CasADi or OpenGPAC, or no name in C"
+        text = f"'{name}' of block '{block}' is reserved by C, CasADi or OpenGPAC, or not a valid name in C"
         refuse(DefinitionError, text, "name the function's inputs and outputs: casadi.Function('law', [x], [u], ['state'], ['force'])")
 
 
@@ -216,11 +220,15 @@ def _constant(block: str, name: str, given: Constant) -> tuple[Any, str]:
         return given, ""
     number, _, unit = given.strip().partition(" ")
     if not unit:
-        refuse(DefinitionError, f"parameter '{name}' of block '{block}' is the text {given!r}", "write a number and its unit, '2 N/m'")
+        refuse(
+            DefinitionError,
+            f"parameter '{name}' of block '{block}' must be a number with a unit, not {given!r}",
+            "write '2 N/m', for example",
+        )
     if unknown_unit(unit.strip()) is not None:
         refuse(
             UnitMismatch,
-            f"the unit '{unit.strip()}' of parameter '{name}' of block '{block}' is not known",
+            f"unit '{unit.strip()}' of parameter '{name}' of block '{block}' is unknown",
             unknown_unit(unit.strip()) or "",
         )
     with refusals:
@@ -235,12 +243,17 @@ def _default(block: str, name: str, shape: tuple[int, ...], given: Any) -> str:
         values = np.asarray(np.nan)
     if not np.isfinite(values).all() or values.shape not in ((), shape):
         wanted = "".join(f"[{n}]" for n in shape)
-        refuse(DefinitionError, f"'{name}' of block '{block}' begins with {given!r}", f"give finite numbers of double{wanted}")
+        refuse(
+            DefinitionError,
+            f"the initial value of '{name}' of block '{block}' cannot be {given!r}",
+            f"pass finite numbers of double{wanted}",
+        )
     # C pads with zeros.
     texts = [repr(float(v)) for v in np.trim_zeros(np.broadcast_to(values, shape).ravel(), "b")] or ["0"]
     if len(texts) > DEFAULTS_MAX:
         text = (
-            f"'{name}' of block '{block}' begins with {len(texts)} numbers, and a declaration has at most {DEFAULTS_MAX} before the zeros"
+            f"the initial value of '{name}' of block '{block}' has {len(texts)} numbers, but a declaration "
+            f"has at most {DEFAULTS_MAX} before the zeros"
         )
-        refuse(DefinitionError, text, "let it begin with 0, and add the numbers in the function")
+        refuse(DefinitionError, text, "start with 0, and add the numbers in the function")
     return texts[0] if len(texts) == 1 else f"({', '.join(texts)})"

@@ -75,11 +75,15 @@ def _library(function: Any) -> Any:
     try:
         library = importlib.import_module("casadi")
     except ImportError as why:
-        text = f"a symbolic function is translated by CasADi, which is not installed ({why})"
-        raise DefinitionError(text, remedy="pip install 'opengpac[casadi]'") from None
+        text = f"a symbolic function requires CasADi, which is not installed ({why})"
+        raise DefinitionError(text, remedy="run pip install 'opengpac[casadi]'") from None
     if not isinstance(function, library.Function):
-        remedy = "give a casadi.Function: casadi.Function('law', [x], [u], ['x'], ['u'])"
-        refuse(DefinitionError, f"gpac.casadi is given {type(function).__name__} {str(function)[:40]!r}, not a casadi.Function", remedy)
+        remedy = "pass a casadi.Function: casadi.Function('law', [x], [u], ['x'], ['u'])"
+        refuse(
+            DefinitionError,
+            f"the argument of gpac.casadi() must be a casadi.Function, not {type(function).__name__} {str(function)[:40]!r}",
+            remedy,
+        )
     return library
 
 

@@ -43,19 +43,21 @@ def generated(library: Any, function: Any, block: str, publish_unsolved: bool = 
         text = str(generator.dump())
     except (RuntimeError, NotImplementedError) as why:
         lines = [line.strip() for line in str(why).splitlines() if line.strip()]
-        remedy = "use operations that CasADi generates C for: no Callback; of solvers 'qrqp' in qpsol, 'sqpmethod' with it in nlpsol"
-        refuse(DefinitionError, f"block '{block}': CasADi makes no C of {function.name()}: {lines[-1] if lines else why}", remedy)
+        remedy = (
+            "use only operations for which CasADi generates C: no Callback, and as solvers 'qrqp' in qpsol, or with 'sqpmethod' in nlpsol"
+        )
+        refuse(DefinitionError, f"block '{block}': CasADi generates no C for {function.name()}: {lines[-1] if lines else why}", remedy)
     errors = re.findall(r"#\s*error\s+(.+)", text)
     if errors:
-        remedy = "write what it does in CasADi's own operations; of solvers 'qrqp' and 'sqpmethod' are generated"
-        refuse(DefinitionError, f"block '{block}': CasADi makes no C of a part of {function.name()}: {errors[0].strip()}", remedy)
+        remedy = "use operations of CasADi itself; as solvers only 'qrqp' and 'sqpmethod' can be generated"
+        refuse(DefinitionError, f"block '{block}': CasADi generates no C for a part of {function.name()}: {errors[0].strip()}", remedy)
     strange = sorted(set(re.findall(r'#\s*include\s*[<"]([^>"]+)[>"]', text)) - _HEADERS - {"stdio.h", "stdlib.h"})
     if strange:
-        remedy = "use a solver that is generated whole: qpsol(…, 'qrqp', …), nlpsol(…, 'sqpmethod', …, {'qpsol': 'qrqp'})"
-        refuse(DefinitionError, f"block '{block}': {function.name()} needs a library where it runs: {', '.join(strange)}", remedy)
+        remedy = "use a solver that is generated completely: qpsol(…, 'qrqp', …), nlpsol(…, 'sqpmethod', …, {'qpsol': 'qrqp'})"
+        refuse(DefinitionError, f"block '{block}': {function.name()} needs a library at run time: {', '.join(strange)}", remedy)
     if _ALLOCATES.search(text):
         found = _ALLOCATES.findall(text)[0]
-        refuse(DefinitionError, f"block '{block}': the C of {function.name()} calls {found}, and a block may not allocate")
+        refuse(DefinitionError, f"block '{block}': the C of {function.name()} calls {found}, but a block must not allocate")
     return reporting(text, function, block, publish_unsolved)
 
 
@@ -71,7 +73,9 @@ def source(name: str, doc: str, arguments: Arguments, text: str, function: Any) 
     if work > WORK_BYTES_MAX:
         remedy = "make the problem smaller, or expand the function: function.expand()"
         refuse(
-            DefinitionError, f"block '{name}' needs {work >> 10} kB of work vectors, at most {WORK_BYTES_MAX >> 10} kB are there", remedy
+            DefinitionError,
+            f"block '{name}' needs {work >> 10} kB of work vectors, but at most {WORK_BYTES_MAX >> 10} kB are available",
+            remedy,
         )
     symbol = str(function.name())
     lines = [

@@ -174,9 +174,9 @@ class Alarms(TableDisplay, DeclaredNames):
         """
         for what, given in (("code", code), ("text", text), ("remedy", remedy)):
             if not isinstance(given, str):
-                refuse(CallError, f"the {what} of an alarm is {given!r}", "give a text")
+                refuse(CallError, f"the {what} of an alarm must be a string, not {given!r}")
         if severity not in SEVERITIES:
-            refuse(CallError, f"the severity of alarm '{code}' is {severity!r}", did_you_mean(str(severity), SEVERITIES))
+            refuse(CallError, f"the severity of alarm '{code}' cannot be {severity!r}", did_you_mean(str(severity), SEVERITIES))
         with refusals:
             self._system._alive().define_alarm({"text": text, "remedy": remedy, "severity": severity}, code)
 
@@ -227,7 +227,7 @@ class Alarms(TableDisplay, DeclaredNames):
         alarms = list(self)
         found = [alarm for alarm in alarms if code in (alarm.code, alarm.number)]
         if not found:
-            refuse(UnknownName, f"there is no alarm '{code}' now", did_you_mean(str(code), {alarm.code for alarm in alarms}))
+            refuse(UnknownName, f"alarm '{code}' is not present", did_you_mean(str(code), {alarm.code for alarm in alarms}))
         return max(found, key=lambda alarm: alarm.time_ns)
 
     def __repr__(self) -> str:
@@ -236,7 +236,7 @@ class Alarms(TableDisplay, DeclaredNames):
         described = self._described()
         lines = [str(_alarm(given)) for given in described["current"]]
         if dropped := described.get("dropped", 0):
-            lines.append(f"{dropped} more left before they were over, because there was no room for them: see .history and the log")
+            lines.append(f"{dropped} more were dropped before they ended, for lack of space: see .history and the log")
         return "\n".join(lines) if lines else "no alarms"
 
     def _table(self) -> Table | None:
@@ -259,11 +259,15 @@ def _alarm_table(alarms: Iterable[Alarm]) -> Table:
 def _numbered(alarm: Any, what: str, more: str = "") -> int:
     which = number(alarm.number if isinstance(alarm, Alarm) else alarm)
     if isinstance(which, bool) or not isinstance(which, int) or which < 0:
-        refuse(CallError, f"the alarm to {what} is {alarm!r}", f"give an alarm of this list or its number{more}")
+        refuse(
+            CallError,
+            f"the alarm to {what} must be an alarm or its number, not {alarm!r}",
+            f"pass an alarm of this list or its number{more}",
+        )
     return which
 
 
 def _text(given: Any, what: str) -> str:
     if not isinstance(given, str):
-        refuse(CallError, f"the {what} of an alarm is {given!r}", "give a text")
+        refuse(CallError, f"the {what} of an alarm must be a string, not {given!r}")
     return given

@@ -33,7 +33,7 @@ class SystemTime:
         """
         native = self._alive()
         if (duration is None) == (until is None):
-            refuse(CallError, "advance() takes a duration or until=", "write advance('2 s') or advance(until=svv > 1.0)")
+            refuse(CallError, "advance() needs a duration or until=", "write advance('2 s') or advance(until=svv > 1.0)")
         if until is None:
             ns = span_ns(duration or 0, "the duration to advance")
             with refusals:
@@ -47,5 +47,5 @@ class SystemTime:
                 moved = native.step()
                 is_late = native.now() > deadline
             if not moved or is_late:
-                why = "nothing more is going to happen" if not moved else f"not within {within}"
+                why = "no further event is pending" if not moved else f"not within {within}"
                 raise TimeoutError(f"{until!r} did not become true: {why}")

@@ -47,7 +47,7 @@ def instance(system: System, name: str, verb: Verb[..., R] | None) -> VerbInstan
     if found is None:
         refuse(UnknownName, f"system '{system.name}' has no verb instance '{name}'", did_you_mean(str(name), known))
     if verb is not None and verb.name != found["verb"]:
-        refuse(CallError, f"verb instance '{name}' is one of verb '{found['verb']}', not of '{verb.name}'", "give its own verb, or none")
+        refuse(CallError, f"verb instance '{name}' belongs to verb '{found['verb']}', not '{verb.name}'", "pass its own verb, or none")
     return VerbInstance(verb or _verb(found["verb"]), system, found["id"], {}, once=False)
 
 
@@ -62,7 +62,7 @@ def _verb(name: str) -> Any:
             self.signature = self.arguments_signature = self.inputs_signature = Signature()
 
         def __repr__(self) -> str:
-            return f"verb {name}, of which its name is known only"
+            return f"verb {name}, of which only the name is known"
 
     return Unwritten()
 
@@ -76,7 +76,7 @@ def device(system: System, name: str, kind: type[D]) -> D:
     if kind is LogicalDevice:
         made: Any = _kind(there["device_types"][of])
     elif kind.definition_name() != of:
-        refuse(CallError, f"device '{name}' is a {of}, not a {kind.definition_name()}", "give the class of its type, or none")
+        refuse(CallError, f"device '{name}' is a {of}, not a {kind.definition_name()}", "pass the class of its type, or none")
     else:
         made = kind
     found = made.__new__(made)

@@ -25,8 +25,8 @@ class NotHere:
         self._name, self._process = name, process
 
     def __getattr__(self, call: str) -> NoReturn:
-        where = f"system '{self._name}' runs in process {self._process}; process {os.getpid()} was forked from that and has no part in it"
-        refuse(InvalidState, where, "make a system of its own here, or start processes with multiprocessing's 'spawn'")
+        where = f"system '{self._name}' runs in process {self._process}; process {os.getpid()} was forked from it and cannot use it"
+        refuse(InvalidState, where, "create a separate system here, or start processes with 'spawn' of multiprocessing")
 
 
 def known(system: System) -> None:

@@ -43,14 +43,18 @@ def host_name() -> str:
 
 def add_to(commands: Any) -> None:
     """Adds `join` to the command `opengpac`."""
-    join = commands.add_parser("join", help="lend this host to a remote system: its processors with host=NAME run here")
+    join = commands.add_parser("join", help="run processors of a remote system (those with host=NAME) on this host")
     join.add_argument("--system", required=True, help="name of the system")
-    join.add_argument("--at", required=True, metavar="tcp/HOST:PORT", help="where it listens; tls/HOST:PORT beyond this machine")
+    join.add_argument(
+        "--at", required=True, metavar="tcp/HOST:PORT", help="address at which it listens; tls/HOST:PORT if on another machine"
+    )
     join.add_argument("--name", default=host_name(), help="name of this host (default: %(default)s)")
     join.add_argument("--ca", metavar="FILE", help="certificate of the authority (PEM), for tls/")
     join.add_argument("--cert", metavar="FILE", help="this host's certificate (PEM), for tls/")
     join.add_argument("--key", metavar="FILE", help="its private key (PEM), readable by its owner only")
-    join.add_argument("--token-file", metavar="FILE", help="the secret that the system was given; else this user's own, or certificates")
+    join.add_argument(
+        "--token-file", metavar="FILE", help="file with the secret of the system (default: that of this user, or certificates)"
+    )
     join.set_defaults(run=_join)
 
 
@@ -60,14 +64,14 @@ def _join(given: argparse.Namespace) -> int:
     # A service manager ends it by this signal; the effect is that of Ctrl-C.
     signal.signal(signal.SIGTERM, signal.default_int_handler)
     try:
-        print(f"host '{given.name}' joins system '{given.system}' at {given.at}; Ctrl-C ends it", flush=True)
+        print(f"host '{given.name}' joins system '{given.system}' at {given.at}; end it with Ctrl-C", flush=True)
         with refusals:
             why = _native.join_system(given.system, json.dumps(asked))
-        end = f"system '{given.system}' is gone"
+        end = f"system '{given.system}' has ended"
     except KeyboardInterrupt:
-        why, end = None, f"host '{given.name}' was called back"
+        why, end = None, f"host '{given.name}' has left"
     if why is not None:
         print(why, file=sys.stderr)
         return 1
-    print(f"{end}; its devices are in their safe state")
+    print(f"{end}; the devices are in their safe state")
     return 0

@@ -30,7 +30,7 @@ class VerbEntry(NamedTuple):
     @property
     def columns(self) -> tuple[str, ...]:
         """Returns the headings of the line."""
-        return ("verb", "kind", "shape", "what it is for")
+        return ("verb", "kind", "shape", "description")
 
     def row(self) -> tuple[str, ...]:
         """Returns the entry's line of the listing."""
@@ -54,7 +54,7 @@ class InstanceEntry(NamedTuple):
     @property
     def columns(self) -> tuple[str, ...]:
         """Returns the headings of the line."""
-        return ("instance", "state", "list", "what it does")
+        return ("instance", "state", "list", "description")
 
     def row(self) -> tuple[str, ...]:
         """Returns the entry's line of the listing."""

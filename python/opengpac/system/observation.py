@@ -81,7 +81,7 @@ class SystemObservation(TableDisplay):
         device is read as it was last exchanged."""
         for svv in svvs:
             if not isinstance(svv, SVV | Channel) or svv.system is not self:
-                refuse(CallError, f"system '{self.name}' cannot read {svv!r}", "give SVVs and channels of this system")
+                refuse(CallError, f"system '{self.name}' cannot read {svv!r}", "pass SVVs and channels of this system")
         return snapshot(cast("System", self), svvs)
 
     def log(self, since: int = 0) -> Log:
@@ -125,7 +125,11 @@ class SystemObservation(TableDisplay):
         computed values; times are real even under the virtual clock. `source`: only its blocks.
         """
         if source is not None and not isinstance(source, Source):
-            refuse(CallError, f"block times of {source!r} are asked for", "give an interrupt source, or nothing for all")
+            refuse(
+                CallError,
+                f"block times can be taken of interrupt sources, not of {source!r}",
+                "pass an interrupt source, or nothing for all of them",
+            )
         with refusals:
             self._alive().probe(duration_ns(during, "the time to look"), None if source is None else source.name)
         return self.statistics.blocks(None if source is None else source.name)
@@ -153,7 +157,7 @@ class SystemObservation(TableDisplay):
         """
         role = "configure" if edit and role == "operate" else role
         if edit and role != "configure":
-            refuse(CallError, f"the studio is to edit, and its role is {role!r}", "leave role out, or edit=True")
+            refuse(CallError, f"a studio that edits cannot have the role {role!r}", "omit role= or edit=True")
         from ..studio import server
 
         there = self._studio
@@ -164,8 +168,8 @@ class SystemObservation(TableDisplay):
         elif there.role not in (None, role) or port not in (0, urlsplit(there.url).port):
             refuse(
                 InvalidState,
-                f"the studio of system '{self.name}' is served already, with role '{there.role}' at {there.url.split('#')[0]}",
-                "stop() it first",
+                f"the studio of system '{self.name}' is already served, with role '{there.role}' at {there.url.split('#')[0]}",
+                "call stop() on it first",
             )
         if open:
             there.open()

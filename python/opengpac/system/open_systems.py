@@ -53,7 +53,11 @@ def close_last(name: str) -> None:
 
 
 def _refuse(name: str, instances: list[str], why: str = "") -> NoReturn:
-    refuse(InUse, f"system '{name}' exists and runs {', '.join(instances)}{why}", "halt them, or close the system first: system.close()")
+    refuse(
+        InUse,
+        f"system '{name}' already exists and runs {', '.join(instances)}{why}",
+        "halt them, or close the system first: system.close()",
+    )
 
 
 @atexit.register

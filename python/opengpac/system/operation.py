@@ -58,7 +58,11 @@ class SystemCommands(SystemObservation):
         firing. Loss of the channel's device also stops.
         """
         if not isinstance(channel, Channel):
-            refuse(CallError, f"an emergency stop input is {channel!r}", "give a channel of a physical device")
+            refuse(
+                CallError,
+                f"an emergency stop input must be a channel of a physical device, not {channel!r}",
+                "pass io['stop'], for example",
+            )
         with refusals:
             self._alive().emergency_stop_input(channel.device.name, channel.name, not trips)
 
@@ -117,14 +121,20 @@ class SystemCommands(SystemObservation):
     @mode.setter
     def mode(self, mode: str) -> None:
         if mode not in ("automatic", "manual"):
-            refuse(CallError, f"the mode of system '{self.name}' is given {mode!r}", "say 'automatic' or 'manual'")
+            refuse(
+                CallError,
+                f"the mode of system '{self.name}' must be 'automatic' or 'manual', not {mode!r}",
+                "write mode = 'manual', for example",
+            )
         with refusals:
             self._alive().set_mode(mode)
 
     def enabling_switch(self, channel: Channel) -> None:
         """Sets the channel that is true while a person holds the enabling switch: in manual mode actions start, and continue, only then."""
         if not isinstance(channel, Channel):
-            refuse(CallError, f"an enabling switch is {channel!r}", "give a channel of a physical device")
+            refuse(
+                CallError, f"an enabling switch must be a channel of a physical device, not {channel!r}", "pass io['switch'], for example"
+            )
         with refusals:
             self._alive().enabling_switch(channel.device.name, channel.name)
 
@@ -150,5 +160,9 @@ class SystemCommands(SystemObservation):
 def _names(devices: tuple[Any, ...], call: str) -> list[str] | None:
     for device in devices:
         if not isinstance(device, LogicalDevice):
-            refuse(CallError, f"{call}() is given {device!r}", "give logical devices, or nothing for all; a group has pause() and resume()")
+            refuse(
+                CallError,
+                f"{call}() applies to logical devices, not to {device!r}",
+                "pass logical devices, or nothing for all; for a group call its pause() and resume()",
+            )
     return [device.name for device in devices] or None

@@ -63,9 +63,13 @@ class Processor(TableDisplay, DeclaredNames):
         opened, `InUse` if another device has that name.
         """
         if not isinstance(driver, Driver):
-            refuse(CallError, f"physical device '{name}' is given {driver!r}", "give a driver: gpac.drivers.mujoco('arm.xml')")
+            refuse(CallError, f"physical device '{name}' needs a driver, not {driver!r}", "pass a driver: gpac.drivers.mujoco('arm.xml')")
         if not isinstance(exchange, Source):
-            refuse(CallError, f"physical device '{name}' is given exchange={exchange!r}", "give the interrupt source that serves it")
+            refuse(
+                CallError,
+                f"exchange= of physical device '{name}' must be an interrupt source, not {exchange!r}",
+                "pass the source that exchanges with it",
+            )
         asked = {"driver": driver.kind, "options": driver.options, "exchange": exchange.name}
         if self.system._by_name.equal("physical device", name, asked):
             return self.system.physical_devices[name]
@@ -107,4 +111,4 @@ def system_of(where: Any) -> System:
         return cast("System", where)
     if isinstance(where, Source | Processor):
         return where.system
-    refuse(CallError, f"a verb cannot be placed on {where!r}", "give an interrupt source, {'label': source}, or a system")
+    refuse(CallError, f"a verb cannot be placed on {where!r}", "pass an interrupt source, {'label': source}, or a system")

@@ -41,7 +41,7 @@ def _note_options_behind(given: argparse.Namespace) -> None:
     for action in given._command._actions:
         meant = behind.intersection(action.option_strings)
         if meant and action.dest != "help" and getattr(given, action.dest) == action.default:
-            note = f"note: {min(meant)} stands behind '{given.program}' and is the program's; the command's own comes before it"
+            note = f"note: {min(meant)} follows '{given.program}' and is passed to the program; write options of the command before it"
             print(note, file=sys.stderr)
 
 

@@ -34,7 +34,7 @@ class Source(DeclaredNames):
             self.system._alive().request(self.name)
 
     def _instead(self, name: str) -> str:
-        return "say it when the source is made" if name in vars(self) else ""
+        return "set it when you create the source" if name in vars(self) else ""
 
     def _called(self) -> str:
         return f"{self.kind} '{self.name}'"
@@ -49,6 +49,6 @@ def placement_json(placement: Mapping[Any, Any]) -> dict[str, str]:
     placed: dict[str, str] = {}
     for pattern, source in placement.items():
         if not isinstance(source, Source):
-            refuse(CallError, f"'{pattern}' is placed on {source!r}", "give an interrupt source: rtp.timer(...)")
+            refuse(CallError, f"'{pattern}' must be placed on an interrupt source, not on {source!r}", "pass a source: rtp.timer(...)")
         placed[str(pattern)] = source.name
     return placed

@@ -104,7 +104,7 @@ class FusedBlocks(dict[str, Any], TableDisplay):
 
     def _table(self) -> Tables:
         count = sum(len(g["blocks"]) for g in self["groups"] if g["fused"])
-        head = f"{count} blocks are fused" if self["on"] else "blocks are not fused: cell.fuse()"
+        head = f"{count} blocks are fused" if self["on"] else "blocks are not fused; fuse them with cell.fuse()"
         return Tables([table for table in (self.groups(), self.single()) if table.rows], head)
 
 

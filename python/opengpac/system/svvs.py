@@ -88,7 +88,7 @@ class SVV(TableDisplay, DeclaredNames, Argument, Generic[T]):
         """Returns the name for binding a verb. Refuses if another SVV of that name was made since."""
         known = self.system._svvs.get(self.name, self)
         if known is not self and known._asked != self._asked:
-            refuse(UnknownName, f"the SVV '{self.name}' that this stands for is gone: it was deleted, and another has its name", "use that")
+            refuse(UnknownName, f"this SVV '{self.name}' was deleted, and another one now has its name", "use the newest one")
         return self.name
 
     def _argument(self) -> dict[str, Any]:
@@ -139,7 +139,7 @@ class SVV(TableDisplay, DeclaredNames, Argument, Generic[T]):
         """Refuses a reading of a device that was never enabled: no value was read from it."""
         device = self._reading_of
         if device is not None and number == 0 and time == 0.0 and device.state == "disabled" and not checking.active():
-            refuse(NotEnabled, f"cannot read '{self.name}': '{device.name}' was never enabled, so nobody has read it", "enable it first")
+            refuse(NotEnabled, f"cannot read '{self.name}': '{device.name}' was never enabled, so its value is unknown", "enable it first")
 
     @value.setter
     def value(self, value: T) -> None:
@@ -190,7 +190,7 @@ class SVV(TableDisplay, DeclaredNames, Argument, Generic[T]):
         return self._compare(operator.le, "<=", other)
 
     def __bool__(self) -> bool:
-        raise TypeError(f"whether SVV '{self.name}' is true means nothing: compare its .value")
+        raise TypeError(f"SVV '{self.name}' has no truth value; compare its .value")
 
     def _table(self) -> Table | None:
         if self.system.closed:
@@ -222,7 +222,7 @@ class History:
     def _rows(self) -> list[tuple[int, int, bytes]]:
         kept = self._svv._about["history"]
         if not kept:
-            refuse(ValueRefused, f"SVV '{self._svv.name}' keeps no history", "make it with history=1000")
+            refuse(ValueRefused, f"SVV '{self._svv.name}' has no history", "make it with history=1000")
         with refusals:
             return self._svv.system._alive().history(self._svv._asked, kept)
 
@@ -235,7 +235,7 @@ class History:
         try:
             return array[which]
         except (TypeError, ValueError, OverflowError, KeyError) as error:
-            refuse(CallError, f"the history of '{self._svv.name}' has no {which!r}: {error}", "give an index or a slice: history[-100:]")
+            refuse(CallError, f"the history of '{self._svv.name}' has no {which!r}: {error}", "use an index or a slice: history[-100:]")
 
     def __repr__(self) -> str:
         try:

@@ -98,11 +98,15 @@ class System(SystemCommands, SystemTime, DeclaredNames):
         if "_given" in self.__dict__:
             return
         if clock not in ("monotonic", "virtual"):
-            refuse(CallError, f"the clock of system '{name}' is {clock!r}", "say 'monotonic' or 'virtual'")
+            refuse(
+                CallError,
+                f"the clock of system '{name}' must be 'monotonic' or 'virtual', not {clock!r}",
+                "write clock='virtual', for example",
+            )
         if not isinstance(name, str) or not name:
-            refuse(CallError, f"the name of a system is {name!r}", "give a name, for example 'cell'")
+            refuse(CallError, f"the name of a system must be a string, not {name!r}", "write 'cell', for example")
         if "://" in name:
-            refuse(CallError, f"the name of a system is {name!r}, which is a URL", f"connect to the system there: gpac.connect({name!r})")
+            refuse(CallError, f"the name of a system cannot be a URL: {name!r}", f"connect to that system: gpac.connect({name!r})")
         open_systems.close_last(name)
         seed = whole(seed, f"the seed of system '{name}'", 0, 2**64 - 1)
         given = {"seed": seed, "interconnect": interconnect, "progress": progress, "restore": restore, "adopt": adopt}
@@ -342,7 +346,7 @@ class System(SystemCommands, SystemTime, DeclaredNames):
         missing = [m for source in statistics["sources"].values() for m in source["rights_missing"]]
         missing += statistics["supervisor_rights_missing"]
         if missing:
-            _logger.warning("system '%s' runs with less than real-time rights: %s", self.name, "; ".join(dict.fromkeys(missing)))
+            _logger.warning("system '%s' lacks real-time rights: %s", self.name, "; ".join(dict.fromkeys(missing)))
 
     def save(self, path: str | os.PathLike[str]) -> None:
         """Writes the contents of a warm restart, `gpac.System(name, restore=path)`, to `path`: tunable parameters and members declared
@@ -407,7 +411,7 @@ class System(SystemCommands, SystemTime, DeclaredNames):
 
     def _alive(self) -> RealTimeSystem:
         if self.closed and not isinstance(self._native, forks.NotHere):
-            refuse(InvalidState, f"system '{self.name}' is closed", f"make it again: gpac.System('{self.name}')")
+            refuse(InvalidState, f"system '{self.name}' is closed", f"create it again: gpac.System('{self.name}')")
         return self._native
 
     def _there(self, kind: str, name: str) -> bool:

@@ -32,9 +32,9 @@ class TakenProcessor:
         if not self.adopted:
             return f"{of}: {'it' if shared else 'its process'} was started for this system"
         gap = "" if self.gap is None else f"; outputs held for {self.gap * 1e3:.3g} ms"
-        lines = [f"{of}: {len(self.carried)} blocks go on{gap}"]
-        lines += [f"  {block} begins anew: {why}" for block, why in self.anew.items()]
-        lines += [f"  {block} has ended: it was not started again" for block in self.ended]
+        lines = [f"{of}: {len(self.carried)} blocks continue{gap}"]
+        lines += [f"  {block} starts from its initial state: {why}" for block, why in self.anew.items()]
+        lines += [f"  {block} has ended and was not restarted" for block in self.ended]
         return "\n".join(lines)
 
 
@@ -55,10 +55,10 @@ class TakenOver:
             if name in (of.name, *of.processors):
                 return of
         there = ", ".join(name for of in self.processors for name in of.processors)
-        raise KeyError(f"no processor '{name}' in a process of its own; there are {there or 'none'}")
+        raise KeyError(f"'{name}' is not a processor in a separate process; choose one of {there or 'none'}")
 
     def __str__(self) -> str:
-        return "\n".join(str(of) for of in self.processors) or "there was nothing to take over: no processor has a process of its own"
+        return "\n".join(str(of) for of in self.processors) or "there is nothing to take over: no processor runs in a separate process"
 
 
 def taken_over(answer: Mapping[str, Any]) -> TakenOver:

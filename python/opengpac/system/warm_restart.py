@@ -65,7 +65,7 @@ class RestartContents:
         if kept is None:
             return
         if kept["type"] != device.definition_name():
-            self._leave(f"'{device.name}' was a {kept['type']}, it is a {device.definition_name()}")
+            self._leave(f"'{device.name}' was a {kept['type']}, but is now a {device.definition_name()}")
             return
         native = device.system._alive()
         for name, value in kept["parameters"].items():
@@ -100,17 +100,17 @@ def load(system: System, path: Path) -> RestartContents | None:
 
 def _content(text: str, path: Path) -> dict[str, Any]:
     previous = path.with_name(path.name + ".previous")
-    remedy = f"the one before it is '{previous}'" if previous.exists() else "move it away to start without"
+    remedy = f"the previous one is '{previous}'" if previous.exists() else "move it away to start without it"
     try:
         document = json.loads(text)
         version, content = document["format"], document["content"]
         if version != FORMAT:
-            refuse(FileFailed, f"the restart file '{path}' has format {version!r}, this version reads {FORMAT}", remedy)
+            refuse(FileFailed, f"restart file '{path}' has format {version!r}, but this version reads {FORMAT}", remedy)
         whole = document["checksum"] == _checksum(content) and _finite(content)
     except (ValueError, TypeError, KeyError, RecursionError):
         whole, content = False, {}
     if not whole:
-        refuse(FileFailed, f"the restart file '{path}' is damaged: it was cut off or changed", remedy)
+        refuse(FileFailed, f"restart file '{path}' is damaged: it was truncated or changed", remedy)
     return content
 
 

@@ -22,22 +22,22 @@ _LEAST_S, _MOST_S = 0.1, 60.0
 
 def add_to(commands: Any) -> None:
     """Adds the command to the parser."""
-    top = commands.add_parser("top", help="a live table of a daemon: processors, sources, blocks by time, verbs, devices, alarms")
-    top.add_argument("where", nargs="?", metavar="URL", help="of the daemon, or its name; default: the one that this user runs")
-    top.add_argument("--name", help="of the daemon, where this user runs several")
-    top.add_argument("--token", help="on a port; default: OPENGPAC_TOKEN")
-    top.add_argument("--every", type=float, default=1.0, metavar="SECONDS", help="between two looks, 0.1 to 60; default: 1")
-    top.add_argument("--sort", choices=ORDERS, default=ORDERS[0], help="of the blocks; default: %(default)s")
-    top.add_argument("--filter", default="", metavar="TEXT", help="only lines with that text")
-    top.add_argument("--once", action="store_true", help="prints once and ends, as it does where there is no terminal")
-    top.add_argument("--json", action="store_true", help="prints once, as JSON")
-    top.add_argument("--no-probe", action="store_true", help="takes no block times: costs the system nothing at all")
+    top = commands.add_parser("top", help="show a live table of a daemon: processors, sources, block times, verbs, devices, alarms")
+    top.add_argument("where", nargs="?", metavar="URL", help="URL or name of the daemon (default: the one that this user runs)")
+    top.add_argument("--name", help="name of the daemon, if this user runs several")
+    top.add_argument("--token", help="token for a daemon on a port (default: OPENGPAC_TOKEN)")
+    top.add_argument("--every", type=float, default=1.0, metavar="SECONDS", help="interval between two updates, 0.1 to 60 (default: 1)")
+    top.add_argument("--sort", choices=ORDERS, default=ORDERS[0], help="order of the blocks (default: %(default)s)")
+    top.add_argument("--filter", default="", metavar="TEXT", help="show only lines with this text")
+    top.add_argument("--once", action="store_true", help="print the table once and exit, as without a terminal")
+    top.add_argument("--json", action="store_true", help="print the table once, as JSON")
+    top.add_argument("--no-probe", action="store_true", help="do not measure block times, at no cost to the system")
     top.set_defaults(run=_top)
 
 
 def _top(given: argparse.Namespace) -> int:
     if not _LEAST_S <= given.every <= _MOST_S:
-        refuse(OutOfRange, f"--every is {given.every:g}", f"{_LEAST_S:g} to {_MOST_S:g} s between two looks")
+        refuse(OutOfRange, f"--every must be from {_LEAST_S:g} to {_MOST_S:g} s, not {given.every:g}")
     try:
         session = open_session(url_of(given.where, given.name), None, token=given.token, command=False)
         try:
@@ -89,9 +89,9 @@ def url_of(where: str | None, name: str | None) -> str:
     if len(found) == 1:
         return found[0].url
     if not found:
-        what = "no daemon" if wanted is None else f"no daemon of the name '{wanted}'"
+        what = "no daemon" if wanted is None else f"no daemon named '{wanted}'"
         refuse(CallError, f"this user runs {what}", "start one with opengpac rts, or give the URL that it printed")
-    refuse(CallError, f"this user runs {len(found)} daemons: {_listed(found)}", "say which with --name, or give its URL")
+    refuse(CallError, f"this user runs {len(found)} daemons: {_listed(found)}", "choose one with --name, or give its URL")
 
 
 def _listed(found: list[FoundDaemon]) -> str:

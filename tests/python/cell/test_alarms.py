@@ -270,7 +270,7 @@ def test_an_alarm_that_leaves_for_want_of_a_place_is_counted_and_told() -> None:
         assert cell.alarms["grave"].active, "a severe one stays"
         assert [alarm.source for alarm in cell.alarms.history] == ["s0"]
         assert [(e["about"], "no place" in e["text"]) for e in cell.log() if e["kind"] == "lost"] == [("s0", True)]
-        assert "1 more left before they were over" in repr(cell.alarms)
+        assert "1 more were dropped before they ended" in repr(cell.alarms)
 
 
 def test_a_shelved_alarm_is_out_of_the_list_until_its_time_is_over(cell: gpac.System) -> None:

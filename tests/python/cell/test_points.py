@@ -89,7 +89,7 @@ def test_points_of_another_arm_are_refused(cell: gpac.System, bench: Bench, tmp_
     path = tmp_path / "points.toml"
     gpac.Points(path, bench.arm).teach("pick")
     other = gpac.Group("other", bench.arm.x)
-    with pytest.raises(gpac.ValueRefused, match="are of x, y; arm 'other' has x"):
+    with pytest.raises(gpac.ValueRefused, match="are for joints x, y, but arm 'other' has x"):
         gpac.Points(path, other)
     with pytest.raises(gpac.ValueRefused, match="are of x, y"):
         gpac.Points(path).teach("pick", other)
@@ -137,19 +137,22 @@ DAMAGE = {
     "no tables": ("format = 1\n", r"\[arm\] and \[points\]"),
     "no units": ("format = 1\n[arm]\nname='a'\nmodel='m'\njoints=['x']\n[points]\n", "'units'"),
     "unit": (HEAD.replace("rad", "turns"), "turns"),
-    "units": (HEAD.replace("['rad']", "['rad', 'rad']"), "1 joints and 2 units"),
+    "units": (HEAD.replace("['rad']", "['rad', 'rad']"), "1 joints but 2 units"),
     "no joints": (HEAD, "no 'joints"),
     "joint": (HEAD + "joints={elbov=1}\n", "did you mean 'elbow'"),
     "missing": (HEAD + "joints={}\n", "'elbow' is missing"),
-    "nan": (HEAD + "joints={elbow=nan}\n", "not a finite number"),
-    "text": (HEAD + "joints={elbow='1'}\n", "not a finite number"),
+    "nan": (HEAD + "joints={elbow=nan}\n", "must be finite, not"),
+    "text": (HEAD + "joints={elbow='1'}\n", "must be finite, not"),
     "frame": (HEAD + "joints={elbow=1}\nframe='table'\n", r"line 7, cannot be used: point 'p': its frame 'table' is not in \[frames\]"),
-    "count": (LINES + "p = {joints = [1, 2]}\n", r"line 8, cannot be used: point 'p': it has 2 joints, and the arm 1: elbow"),
+    "count": (LINES + "p = {joints = [1, 2]}\n", r"line 8, cannot be used: point 'p': it has 2 joints, but the arm has 1: elbow"),
     "no pose": (LINES + "p = {joints = [1], frame = 'world'}\n", "point 'p': it has no 'position"),
     "no frame": (LINES + "p = {joints = [1], position = [1, 2, 3]}\n", "its frame is 'joints'"),
     "far": (LINES + "p = {joints = [1], frame = 'world', position = [1, 2e30, 3]}\n", "coordinate of a pose"),
     "signs": (LINES + "p = {joints = [1], frame = 'world', position = [1, 2, 3], configuration = '+'}\n", "three signs"),
-    "turns": (LINES + "p = {joints = [1], frame = 'world', position = [1, 2, 3], turns = [0.5]}\n", "its turns are"),
+    "turns": (
+        LINES + "p = {joints = [1], frame = 'world', position = [1, 2, 3], turns = [0.5]}\n",
+        "its turns must be an integer for each joint",
+    ),
     "tool": (LINES + "p = {joints = [1], frame = 'world', position = [1, 2, 3], tool = 'x'}\n", r"tool 'x' is not in \[tools\]"),
     "work frame": (LINES + "[frames]\ntable = {position = [1, 2]}\n", r"line 9, cannot be used: frame 'table': it has no 'position"),
 }
@@ -175,7 +178,7 @@ def test_a_file_that_becomes_damaged_is_not_written_over(bench: Bench, tmp_path:
             call()
     assert path.read_text() == "half a li"
     path.write_bytes(b"\xff\xfe")
-    with pytest.raises(gpac.FileFailed, match="no text"):
+    with pytest.raises(gpac.FileFailed, match="is not valid UTF-8"):
         points.teach("pick")
 
 

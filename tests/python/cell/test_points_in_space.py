@@ -185,14 +185,14 @@ def test_a_frame_that_points_are_of_stays(ur5e: Arm, tmp_path: Path) -> None:
     line = next(line for line in points.path.read_text().split("\n") if line.startswith("pick"))
     assert line.startswith('pick = {frame = "table", tool = "pen", position = [')
     cases = [
-        (gpac.ValueRefused, "point 'pick' is of it", lambda: points.frames.__delitem__("table")),
-        (gpac.ValueRefused, "point 'pick' is of it", lambda: points.tools.__delitem__("pen")),
+        (gpac.ValueRefused, "point 'pick' uses it", lambda: points.frames.__delitem__("table")),
+        (gpac.ValueRefused, "point 'pick' uses it", lambda: points.tools.__delitem__("pen")),
         (gpac.UnknownName, "did you mean 'table'", lambda: points.teach("p", frame="tabel")),
         (gpac.UnknownName, "which '", lambda: points.teach("p", frame="world", tool="gripper")),
-        (gpac.CallError, "a tool and no frame", lambda: points.teach("p", tool="pen")),
+        (gpac.CallError, "a tool but no frame", lambda: points.teach("p", tool="pen")),
         (gpac.CallError, "the name of a frame", lambda: points.frames.__setitem__("world", gpac.Pose())),
         (gpac.ValueRefused, "is a pose in 'table'", lambda: points.edit("pick", {"elbow": 1.0})),
-        (gpac.CallError, "needs the geometry of its arm", lambda: gpac.Points(points.path)["pick"].pose),
+        (gpac.CallError, "requires the geometry of its arm", lambda: gpac.Points(points.path)["pick"].pose),
     ]
     before = points.path.read_text()
     for kind, says, call in cases:

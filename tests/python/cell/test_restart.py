@@ -93,7 +93,7 @@ def test_what_does_not_fit_any_more_is_said(tmp_path: Path) -> None:
         Other("other", system=cell)
         assert len(cell.left_over) == 3
         assert any("axis.reference" in line for line in cell.left_over)
-        assert "'other' was a Axis, it is a Other" in cell.left_over
+        assert "'other' was a Axis, but is now a Other" in cell.left_over
 
 
 def test_a_first_start_has_nothing_to_restore(tmp_path: Path) -> None:

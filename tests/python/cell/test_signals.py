@@ -127,7 +127,7 @@ def test_a_snapshot_has_svvs_and_channels(cell: gpac.System) -> None:
     cell.advance("2 ms")
     snapshot = cell.read(number, bench.io["pressure"], bench.io["gate"])
     assert snapshot == (3.0, 0.25, True) and snapshot.time == cell.now
-    with pytest.raises(gpac.CallError, match="give SVVs and channels of this system"):
+    with pytest.raises(gpac.CallError, match="pass SVVs and channels of this system"):
         cell.read("io.pressure")  # type: ignore[arg-type]
 
 

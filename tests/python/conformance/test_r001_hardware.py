@@ -170,7 +170,7 @@ def test_r009_what_cannot_raise_a_source_is_refused(memory_rig: Rig) -> None:
         panel["v"].raises(door)
     with pytest.raises(gpac.TypeMismatch, match="the channel is written"):
         panel["w"].raises(door)
-    with pytest.raises(gpac.CallError, match="give a source"):
+    with pytest.raises(gpac.CallError, match="pass a source"):
         panel["u"].raises("door")  # type: ignore[arg-type]
 
 

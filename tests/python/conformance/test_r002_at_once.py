@@ -153,7 +153,7 @@ def test_r035_an_instance_stays_on_the_instruction_stream_of_its_processor(real:
     before = found["n"].value
     real.until(lambda: found["n"].value >= before + 20, "it goes on")
     assert found["moved"].value == 0 and found["thread"].value == thread
-    with pytest.raises(gpac.CallError, match="give an interrupt source"):
+    with pytest.raises(gpac.CallError, match="must be placed on an interrupt source"):
         where.on({"where": [real.fast, real.slow]})
     with pytest.raises(gpac.UnknownName, match=r"where\.n"):
         where.on({"where": real.fast, "where.n": real.slow}).new_instance(**found)

@@ -24,7 +24,8 @@ FAULTS = {
     "an unknown command": (
         '[verbs.v]\nblocks.w = "library.chirp"\ncommand_lists.start = [\n  { actvate = "w", every = "1 ms" },\n]\n',
         [
-            "6: UnknownName: 'verbs.v.command_lists.start[0]' must have one of command, install, execute, activate, deactivate, wait, ready; "
+            "6: UnknownName: 'verbs.v.command_lists.start[0]' must have one of command, install, "
+            "execute, activate, deactivate, wait, ready; "
             "did you mean 'activate'?"
         ],
     ),
@@ -134,7 +135,7 @@ def test_another_format_and_a_newer_version_are_refused_by_name(tmp_path: Path) 
     path = tmp_path / "file.toml"
     path.write_text("x = 1\n")
     assert said(path) == [
-        '1: DefinitionError: the file is not a file of definitions: it has no format; '
+        "1: DefinitionError: the file is not a file of definitions: it has no format; "
         'write at its beginning: format = "opengpac-definitions"'
     ]
     path.write_text('format = "opengpac-definitions"\nversion = 2\nshapes = 1\n')

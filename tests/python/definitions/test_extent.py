@@ -67,5 +67,5 @@ def test_a_model_that_is_nested_without_end_is_refused_in_a_sentence(tmp_path: P
 def test_a_workspace_that_is_nested_without_end_is_refused_in_a_sentence(tmp_path: Path) -> None:
     file = tmp_path / "deep.json"
     file.write_text(_nested("[", "]", 50_000))
-    with gpac.System("cell", clock="virtual") as cell, pytest.raises(gpac.FileFailed, match="nested too deep"):
+    with gpac.System("cell", clock="virtual") as cell, pytest.raises(gpac.FileFailed, match="nested too deeply"):
         cell.workspaces.ship(str(file))

@@ -100,20 +100,25 @@ BROKEN = {
     "overflows late": ("self.state = 1", "self.state = self.seen * 100", "class-readings", "channel 'state' (int16_t) is given 32800"),
     "prints": (SEEN, SEEN + "        print('reading', self.seen)\n", "class-prints", "bytes in 20 exchanges"),
     "prints to standard error": (SEEN, SEEN + "        os.write(2, b'reading')\n", "class-prints", "it prints 140 bytes in 20"),
-    "counter falls": ("self.exchanges += 1", "self.exchanges = self.seen % 50", "class-counters", "counter 'exchanges' falls from 49 to 0"),
-    "counter below 0": ("self.exchanges += 1", "self.exchanges -= 1", "class-counters", "counter 'exchanges' falls from 0 to -1"),
-    "counter starts anew": (SEEN, SEEN + "        if self.seen == 99: self.exchanges = 0\n", "class-counters", "falls from 98 to 1"),
+    "counter falls": (
+        "self.exchanges += 1",
+        "self.exchanges = self.seen % 50",
+        "class-counters",
+        "counter 'exchanges' decreases from 49 to 0",
+    ),
+    "counter below 0": ("self.exchanges += 1", "self.exchanges -= 1", "class-counters", "counter 'exchanges' decreases from 0 to -1"),
+    "counter starts anew": (SEEN, SEEN + "        if self.seen == 99: self.exchanges = 0\n", "class-counters", "decreases from 98 to 1"),
     "not a number goes through": (
         CHECK,
         "        if math.isinf(self.speed):\n",
         "class-values",
-        "'speed' that is not a number makes reading 'flow' nan",
+        "'speed' that is not a number sets reading 'flow' to nan",
     ),
     "infinity goes through": (
         CHECK,
         "        if math.isnan(self.speed):\n",
         "class-values",
-        "'speed' that is infinite makes reading 'flow' inf",
+        "'speed' that is infinite sets reading 'flow' to inf",
     ),
     "minus infinity goes through": (
         CHECK,
@@ -163,9 +168,9 @@ BROKEN |= {
         SEEN,
         SEEN + "        for _ in range(2_000_000): pass\n",
         "class-brief",
-        "ms; wait for the machine by what blocks",
+        "ms; wait for the machine with a blocking call",
     ),
-    "changes the folder": (OPEN, OPEN + "        os.chdir('/')\n", "class-kept", "open() changes the folder"),
+    "changes the folder": (OPEN, OPEN + "        os.chdir('/')\n", "class-kept", "open() changes the working directory"),
     "changes the environment": (
         SEEN,
         SEEN + "        os.environ['TZ'] = str(self.seen)\n",
@@ -262,9 +267,9 @@ def test_a_broken_class_is_rejected_with_its_cause(name: str, tmp_path: Path) ->
 
 
 ENDING = {
-    "exits at once": ("        os._exit(3)\n", "it ended its process: status 3"),
-    "aborts": ("        os.abort()\n", "it ended its process: status -6"),
-    "waits for ever": ("        threading.Event().wait()\n", "it did not come back within 15 s"),
+    "exits at once": ("        os._exit(3)\n", "it ended its process with status 3"),
+    "aborts": ("        os.abort()\n", "it ended its process with status -6"),
+    "waits for ever": ("        threading.Event().wait()\n", "it did not return within 15 s"),
 }
 
 

@@ -106,7 +106,7 @@ def test_nodes_are_found(bus: fake.CanOpenBus) -> None:
 
 
 def test_what_is_wrong_is_refused_with_its_remedy(cell: gpac.System) -> None:
-    with pytest.raises(gpac.CallError, match="give a dictionary"):
+    with pytest.raises(gpac.CallError, match="must be a dictionary"):
         gpac.drivers.canopen("can0", {"x": 5})  # type: ignore[dict-item]
     with pytest.raises(gpac.Error, match=r"option 'axes\.x\.node': it cannot be 200: its range is 1 to 127"):
         rtp = cell.processor("rtp0")

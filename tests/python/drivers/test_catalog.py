@@ -30,7 +30,7 @@ def test_a_manual_prints_everything() -> None:
         "loopback: parts that follow their effort exactly, x' = u, for tests",
         "exchanges: on the thread of its source",
         "safe state: each output carries its safe value, by driver and end of process",
-        "looks for devices: no",
+        "can search for devices: no",
     ):
         assert line in shown.splitlines()
     assert "fail_at_ns" in shown and "never" in shown
@@ -126,14 +126,14 @@ def test_the_driver_of_a_file_is_shown_and_looks(tmp_path: Path, capsys: pytest.
     file = lamps(tmp_path, 'return [{"what": f"{count} lamps", "options": {"line": line, "count": count}}]')
     found = gpac.drivers.scan(file, line="b", count=2)
     assert found == [{"driver": "Lamps", "what": "2 lamps", "options": {"line": "b", "count": 2}}]
-    assert f"looks for devices: opengpac devices scan {file}" in str(gpac.drivers.show(file))
+    assert f"can search for devices: opengpac devices scan {file}" in str(gpac.drivers.show(file))
     assert main(["devices", "scan", file, "--line", "c", "--count", "3"]) == 0
     assert '{"line": "c", "count": 3}' in capsys.readouterr().out
 
     conveyor = str(Path(__file__).parents[3] / "examples" / "drivers" / "conveyor.c")
     assert main(["drivers", "show", conveyor]) == 0
     shown = capsys.readouterr().out
-    assert "conveyor: A conveyor" in shown and "place" in shown and "looks for devices: no" in shown
+    assert "conveyor: A conveyor" in shown and "place" in shown and "can search for devices: no" in shown
     assert [manual.kind for manual in gpac.drivers.manuals(conveyor)] == ["conveyor"]
     with pytest.raises(gpac.CallError, match="driver 'conveyor' cannot look for devices"):
         gpac.drivers.scan(gpac.drivers.load(conveyor)().kind)
@@ -144,7 +144,7 @@ def test_the_driver_of_a_file_is_shown_and_looks(tmp_path: Path, capsys: pytest.
 def test_a_scan_in_python_that_fails_is_told(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     with pytest.raises(gpac.DeviceFailed, match="driver Lamps cannot look for devices: OSError: the line is cut"):
         gpac.drivers.scan(lamps(tmp_path, 'raise OSError("the line is cut")'))
-    with pytest.raises(gpac.DeviceFailed, match="what the scan of driver Lamps answers is none: KeyError: 'options'"):
+    with pytest.raises(gpac.DeviceFailed, match="the scan of driver Lamps returns invalid results: KeyError: 'options'"):
         gpac.drivers.scan(lamps(tmp_path, 'return [{"what": "a lamp"}]'))
     file = lamps(tmp_path, "return []")
     with pytest.raises(gpac.CallError, match="did you mean 'count'"):
@@ -155,4 +155,4 @@ def test_a_scan_in_python_that_fails_is_told(tmp_path: Path, capsys: pytest.Capt
     with pytest.raises(gpac.CallError, match="driver 'Furnace' cannot look for devices"):
         gpac.drivers.scan(without)
     assert main(["devices", "scan", "--on", "unix:///run/cell.sock", file]) == 1
-    assert "looks on the host that has the file" in capsys.readouterr().err
+    assert "can search only the host that has the file" in capsys.readouterr().err

@@ -50,7 +50,7 @@ def test_a_driver_that_is_begun_in_python_passes(capsys: pytest.CaptureFixture[s
     assert len(Path("slow_axis.py").read_text().splitlines()) <= 60
     assert ", 0 failed, " in checked("slow_axis.py", "gain=2")
     assert main(["drivers", "show", "slow_axis.py"]) == 0
-    assert "SlowAxis: An axis that moves as fast as it is told" in capsys.readouterr().out
+    assert "SlowAxis: An axis that moves at the commanded speed" in capsys.readouterr().out
 
 
 def test_a_driver_in_rust_that_is_begun_is_built_and_passes(capsys: pytest.CaptureFixture[str]) -> None:
@@ -122,4 +122,4 @@ def test_extreme_commands_are_sent_only_where_somebody_says_that_the_machine_is_
     monkeypatch.setattr("sys.stdin", io.StringIO("y\n"))
     assert main(["driver", "check", "conveyor.c"]) == 1
     printed = capfd.readouterr()
-    assert "give --machine-is-safe" in printed.err + printed.out
+    assert "pass --machine-is-safe" in printed.err + printed.out

@@ -133,14 +133,14 @@ def test_an_esi_file_names_the_entries_of_a_terminal(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("text", "wanted", "said"),
     [
-        (ESI, {}, r"terminal 'in': 'vendor.xml' describes several: EL1008, EL9999; say type= or product="),
-        (ESI, {"type": "EL1009"}, r"describes none like it: EL1008, EL9999"),
-        (ESI, {"type": "EL9999"}, r"lists no process data of 'EL9999'"),
-        (ESI, {"type": "EL1008", "revision": 7}, r"describes none like it"),
-        (ESI.replace("#x6000", "#xGG"), {"type": "EL1008"}, r"'vendor.xml' has '#xGG' where a number is to be"),
-        (ESI[:200], {}, r"'vendor.xml' is no ESI file"),
-        ("<robot/>", {}, r"is no ESI file: it begins with <robot>"),
-        (ESI.replace("Input", "\x00"), {}, r"is no ESI file"),
+        (ESI, {}, r"terminal 'in': 'vendor.xml' describes several: EL1008, EL9999; specify type= or product="),
+        (ESI, {"type": "EL1009"}, r"describes no similar one: EL1008, EL9999"),
+        (ESI, {"type": "EL9999"}, r"lists no process data for 'EL9999'"),
+        (ESI, {"type": "EL1008", "revision": 7}, r"describes no similar one"),
+        (ESI.replace("#x6000", "#xGG"), {"type": "EL1008"}, r"'vendor.xml' has '#xGG' where a number is expected"),
+        (ESI[:200], {}, r"'vendor.xml' is not an ESI file"),
+        ("<robot/>", {}, r"is not an ESI file: it begins with <robot>"),
+        (ESI.replace("Input", "\x00"), {}, r"is not an ESI file"),
     ],
 )
 def test_what_is_wrong_with_an_esi_file_is_said(tmp_path: Path, text: str, wanted: dict[str, object], said: str) -> None:

@@ -157,7 +157,7 @@ def test_a_process_that_is_left_and_does_not_end_is_named(tmp_path: Path) -> Non
         program.kill()
         program.wait()
         try:
-            with pytest.raises(TimeoutError, match=rf"process {left}, which a killed program left behind, .*kill -9 {left}"):
+            with pytest.raises(TimeoutError, match=rf"process {left} of a killed program still holds the device; .*kill -9 {left}"):
                 until(lambda: taken_over(device, patience_s=0.01).close(), "it is not waited for")
         finally:
             os.kill(left, signal.SIGKILL)
@@ -167,7 +167,7 @@ def test_a_process_that_is_left_and_does_not_end_is_named(tmp_path: Path) -> Non
 def test_a_process_of_another_user_holds_nothing_up(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     device, other = str(tmp_path), os.getuid() + 1
     monkeypatch.setattr(os, "getppid", lambda: 1)
-    with taken_over(device), pytest.raises(TimeoutError, match=rf"process {os.getpid()}, which a killed program left behind"):
+    with taken_over(device), pytest.raises(TimeoutError, match=rf"process {os.getpid()} of a killed program still holds the device"):
         taken_over(device, patience_s=0.01)
     monkeypatch.setattr(os, "getuid", lambda: other)
     with taken_over(device):
@@ -193,11 +193,11 @@ def test_what_is_no_driver_is_refused() -> None:
         """Driver inside a function."""
 
     Inner.__module__ = "__main__"
-    with pytest.raises(gpac.CallError, match="a class of the program itself"):
+    with pytest.raises(gpac.CallError, match="defined in the program itself"):
         gpac.drivers.python(Inner)
-    with pytest.raises(gpac.CallError, match=r"there is no file 'nowhere.py'"):
+    with pytest.raises(gpac.CallError, match=r"file 'nowhere.py' does not exist"):
         gpac.drivers.python("nowhere.py")
-    with pytest.raises(gpac.DefinitionError, match=r"a channel of type 'duble'.*did you mean 'double'"):
+    with pytest.raises(gpac.DefinitionError, match=r"a channel cannot have type 'duble'.*did you mean 'double'"):
         read("duble")
 
 

@@ -198,7 +198,7 @@ def test_what_is_wrong_in_a_declaration_is_named(virtual: gpac.System) -> None:
     slow = rtp.timer("slow", period="10 ms", priority=60)
     with pytest.raises(gpac.Error, match=r"option 'channels': 'x': give its address in one table"):
         rtp.physical_device("plc", gpac.drivers.modbus("tcp/127.0.0.1", channels={"x": {}}), exchange=slow)
-    with pytest.raises(gpac.CallError, match="channel 'x' is 3; give a dictionary"):
+    with pytest.raises(gpac.CallError, match="channel 'x' must be a dictionary, not 3"):
         gpac.drivers.modbus("tcp/127.0.0.1", channels={"x": 3})  # type: ignore[dict-item]
 
 

@@ -38,7 +38,7 @@ def test_a_service_is_a_typed_method(furnace: gpac.PhysicalDevice, tmp_path: Pat
     assert repr(furnace.services.calibrate) == "calibrate(at: float, often: int | None = None) -> float"
     assert (
         furnace.services.calibrate.__doc__
-        == "Takes a temperature for that without heat.\n\nat: the temperature that it has without heat, K.\noften: often; left out: 1."
+        == "Takes a temperature for that without heat.\n\nat: the temperature that it has without heat, K.\noften: often; default: 1."
     )
     assert furnace.services.calibrate(at=350) == 350.0
 
@@ -62,7 +62,7 @@ def test_what_is_wrong_with_an_argument_is_said(furnace: gpac.PhysicalDevice) ->
         furnace.services.calibrat()
     with pytest.raises(gpac.DeviceFailed, match="ValueError: nobody may call it that"):
         furnace.services.label(text="forbidden")
-    with pytest.raises(gpac.DeviceFailed, match="service 'lie' answers 'seven', and declares int"):
+    with pytest.raises(gpac.DeviceFailed, match="service 'lie' returns 'seven', but declares int"):
         furnace.services.lie()
     passes(furnace.system)
     assert furnace.system.statistics["physical_devices"]["furnace"]["lost"] is None, "a service that fails loses nothing"
@@ -95,7 +95,7 @@ def test_an_emergency_stop_brings_the_safe_state_and_lets_no_service_move(furnac
         lines = (tmp_path / "told").read_text().splitlines()
         return sum(line.startswith(word) for line in lines)
 
-    doc = "Opens its door by a motor. It moves the machine: refused while an emergency stop is latched."
+    doc = "Opens its door by a motor. It moves the machine and is refused while an emergency stop is latched."
     assert furnace.services.open_door.__doc__ == doc
     furnace.services.open_door()
     assert (told("door"), told("safe")) == (1, 0)
@@ -190,7 +190,7 @@ def test_a_manual_says_what_the_class_declares(capsys: pytest.CaptureFixture[str
     printed = capsys.readouterr().out
     for word in ("Furnace: A furnace that is as warm as its heater says", "calibrate", "exchanges so far", "ambient", "20.0"):
         assert word in printed
-    with pytest.raises(gpac.CallError, match=r"there is no file 'nowhere.py'"):
+    with pytest.raises(gpac.CallError, match=r"file 'nowhere.py' does not exist"):
         gpac.drivers.show("nowhere.py")
 
 
@@ -201,7 +201,7 @@ def test_what_cannot_be_declared_is_refused() -> None:
             @service
             def f(self) -> None: ...
 
-    with pytest.raises(gpac.DefinitionError, match="argument 'x' of service 'f' has no type that can be sent"):
+    with pytest.raises(gpac.DefinitionError, match="the type of argument 'x' of service 'f' cannot be sent"):
 
         class Untyped(Driver):
             @service

@@ -48,7 +48,7 @@ def test_what_a_daemon_refuses_is_told(url: str, capsys: pytest.CaptureFixture[s
     assert main(["devices", "scan", "--on", "unix:///nowhere/cell.sock", "dynamixel"]) == 1
     assert "/nowhere/cell.sock" in capsys.readouterr().err
     assert main(["devices", "scan", "--on", "nobody", "dynamixel"]) == 1
-    assert "no daemon of the name 'nobody'" in capsys.readouterr().err
+    assert "no daemon named 'nobody'" in capsys.readouterr().err
 
 
 def test_a_system_of_this_process_looks_here() -> None:

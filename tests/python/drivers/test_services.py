@@ -63,7 +63,7 @@ def test_a_service_says_what_it_is(drives: PhysicalDevice) -> None:
     assert str(inspect.signature(place)) == "(part: str, position: float | None = None) -> None"
     assert (
         inspect.getdoc(place)
-        == "Puts a part somewhere, at once.\n\npart: its name.\nposition: where it is from the next reading on, rad; left out: 0."
+        == "Puts a part somewhere, at once.\n\npart: its name.\nposition: where it is from the next reading on, rad; default: 0."
     )
     assert repr(drives.services) == "services of drives: place, hold"
     assert "hold(seconds: float) -> float" in str(drives.services)
@@ -77,7 +77,7 @@ def test_what_is_wrong_with_a_service_is_said(drives: PhysicalDevice) -> None:
         drives.services.place(prt="x")
     with pytest.raises(gpac.CallError, match="argument 'part': it is missing; give a text: its name"):
         drives.services.place()
-    with pytest.raises(gpac.CallError, match="takes 1 arguments, and is given 2"):
+    with pytest.raises(gpac.CallError, match="takes 1 arguments, not 2"):
         drives.services.hold(1, 2)
     with pytest.raises(gpac.DeviceFailed, match="has not carried out service 'place': there is no part 'y', but x"):
         drives.services.place("y")
@@ -142,5 +142,5 @@ def test_a_device_without_services_says_so() -> None:
         )
         assert repr(io.services) == "services of io: none"
         assert io.counters == {}
-        with pytest.raises(gpac.UnknownName, match="its driver has none"):
+        with pytest.raises(gpac.UnknownName, match="choose another device: its driver declares no services"):
             io.services.home()

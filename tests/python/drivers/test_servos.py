@@ -221,7 +221,7 @@ def test_an_so101_that_is_unplugged_is_lost_and_comes_back_where_it_is(so101: tu
 def test_an_so101_with_a_driver_has_no_geometry() -> None:
     with gpac.drivers.fake.servos("feetech") as bus:
         arm = gpac.robots.load("so101", driver=gpac.drivers.feetech(bus.port, **PATIENT), clock="virtual")
-        with arm.system, pytest.raises(gpac.DefinitionError, match="the geometry of 'so101' is not known here"):
+        with arm.system, pytest.raises(gpac.DefinitionError, match="the geometry of 'so101' is unknown"):
             arm.forward([0.0] * 6)
 
 

@@ -46,7 +46,7 @@ def test_a_new_supervisor_takes_over_and_the_joint_does_not_move(orphaned: Orpha
         of = taken["rtp1"]
         assert taken.adopted == ("rtp1",) and of.anew == {} and of.ended == ()
         assert f"{keeping.name}.kept" in of.carried and of.gap is not None
-        assert "blocks go on; outputs held for" in str(taken)
+        assert "blocks continue; outputs held for" in str(taken)
         assert orphaned.held(), "it goes on where the one before stopped"
         until(lambda: cell.level.value == LEVEL, "the other block too")
         assert cell.joint.commanded.value == pytest.approx(HOLDS)
@@ -135,7 +135,7 @@ def test_a_block_with_another_face_begins_anew_and_is_named(orphaned: Orphaned) 
         block = f"{cell.counting().name}.kept"
         of = system.take_over()["rtp1"]
         assert list(of.anew) == [block] and "items" in of.anew[block]
-        assert f"{block} begins anew" in str(of)
+        assert f"{block} starts from its initial state" in str(of)
         assert orphaned.held()
 
 

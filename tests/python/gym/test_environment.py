@@ -156,13 +156,17 @@ def test_many_of_them_side_by_side_are_each_as_one_alone(env: Environment) -> No
 
 
 REFUSED: dict[str, tuple[dict[str, Any], type[gpac.Error], str]] = {
-    "unit": ({"observations": gpac.Term("y", unit="rad")}, gpac.UnitMismatch, "observation 'y' is in rad, port 'y' of the task in m"),
-    "size": ({"observations": gpac.Term("y", size=2)}, gpac.TypeMismatch, "observation 'y' has 2 numbers, port 'y' of the task has 1"),
-    "port": ({"actions": gpac.Term("v")}, gpac.DefinitionError, "action 'v' is no port of the task"),
-    "action's history": ({"actions": gpac.Term("u", history=2)}, gpac.DefinitionError, "has a history"),
-    "no task": ({"setup": lambda cell: None}, gpac.DefinitionError, "the setup of the environment returns None"),
-    "no step": ({"every": "0 ms"}, gpac.OutOfRange, "the step of the environment is '0 ms'"),
-    "no term": ({"observations": "y"}, gpac.DefinitionError, "observation of the environment has 'y'"),
+    "unit": (
+        {"observations": gpac.Term("y", unit="rad")},
+        gpac.UnitMismatch,
+        "observation 'y' is in rad, but port 'y' of the task is in m",
+    ),
+    "size": ({"observations": gpac.Term("y", size=2)}, gpac.TypeMismatch, "observation 'y' has 2 numbers, but port 'y' of the task has 1"),
+    "port": ({"actions": gpac.Term("v")}, gpac.DefinitionError, "action 'v' is not a port of the task"),
+    "action's history": ({"actions": gpac.Term("u", history=2)}, gpac.DefinitionError, "cannot have a history"),
+    "no task": ({"setup": lambda cell: None}, gpac.DefinitionError, "the setup of the environment must return a task, not None"),
+    "no step": ({"every": "0 ms"}, gpac.OutOfRange, "the step of the environment must be more than 0 s, not '0 ms'"),
+    "no term": ({"observations": "y"}, gpac.DefinitionError, "observation of the environment must consist of terms, not 'y'"),
 }
 
 
@@ -184,9 +188,9 @@ def test_joints_in_another_order_are_refused() -> None:
 
 def test_wrong_actions_and_beginnings_are_refused(env: Environment) -> None:
     env.reset(seed=1)
-    with pytest.raises(gpac.CallError, match=r"an action has shape \(2,\), the actions of the environment have \(1,\)"):
+    with pytest.raises(gpac.CallError, match=r"an action must have shape \(1,\), not \(2,\)"):
         env.step(np.zeros(2, np.float32))
-    with pytest.raises(gpac.UnknownName, match="an episode is to begin with 'gaol'") as refused:
+    with pytest.raises(gpac.UnknownName, match="an episode cannot begin with 'gaol'") as refused:
         env.reset(options={"gaol": 1.0})
     assert "goal" in str(refused.value)
 

@@ -68,16 +68,16 @@ def test_a_host_is_called_back(mine: gpac.System, joins: Callable[..., Joining],
     there = mine.processor("rtp1", host="cell-b").timer("fast", period="5 ms", priority=80)
     goes = endless().on(there).asynch(mine.svv("goes"))
     host.process.send_signal(number)
-    assert "host 'cell-b' was called back; its devices are in their safe state" in in_order(host)
+    assert "host 'cell-b' has left; the devices are in their safe state" in in_order(host)
     with pytest.raises(gpac.Terminated, match="processor_lost"):
         goes.wait(timeout=LIMIT)
 
 
 def test_a_host_is_called_back_before_it_is_let_in(joins: Callable[..., Joining]) -> None:
     host = joins()
-    assert "Ctrl-C ends it" in host.first_line()
+    assert "end it with Ctrl-C" in host.first_line()
     host.interrupt()
-    assert "host 'cell-b' was called back" in in_order(host)
+    assert "host 'cell-b' has left" in in_order(host)
 
 
 def test_a_host_ends_with_its_system(endpoint: str, joins: Callable[..., Joining]) -> None:
@@ -86,7 +86,7 @@ def test_a_host_ends_with_its_system(endpoint: str, joins: Callable[..., Joining
         host = joins(system=NAME)
         cell.processor("rtp0")
         cell.processor("rtp1", host="cell-b").timer("fast", period="5 ms", priority=80)
-    assert f"system '{NAME}' is gone; its devices are in their safe state" in in_order(host)
+    assert f"system '{NAME}' has ended; the devices are in their safe state" in in_order(host)
 
 
 def test_a_host_ends_when_its_system_is_killed(endpoint: str, joins: Callable[..., Joining]) -> None:
@@ -95,4 +95,4 @@ def test_a_host_ends_when_its_system_is_killed(endpoint: str, joins: Callable[..
         host = joins(system=NAME)
         assert program.stdout is not None and program.stdout.readline() == "ready\n"
         program.kill()
-    assert f"system '{NAME}' is gone; its devices are in their safe state" in in_order(host)
+    assert f"system '{NAME}' has ended; the devices are in their safe state" in in_order(host)

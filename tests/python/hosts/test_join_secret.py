@@ -76,4 +76,4 @@ def test_a_token_lets_another_user_in_on_loopback(tmp_path: Path) -> None:
         finally:
             invited.terminate()
             said, _ = invited.communicate(timeout=PATIENCE_S)
-    assert "was called back" in said, said
+    assert "has left" in said, said

@@ -146,14 +146,14 @@ def test_poses_on_a_line_are_gone_straight(arm: gpac.robots.Arm) -> None:
 @pytest.mark.parametrize(
     ("via", "goal", "given", "condition", "words"),
     [
-        ((0, 0, 0), (0.1, 0, 0), {}, "no_arc", "'via' is where the tool is"),
-        ((0.1, 0, 0), (0.1, 0, 0), {}, "no_arc", "'via' is where the goal is"),
-        ((0.05, 0.05, 0), (0, 0, 0), {"angle": "360 deg"}, "no_arc", "give another place on it as the goal"),
+        ((0, 0, 0), (0.1, 0, 0), {}, "no_arc", "'via' is the present pose of the tool"),
+        ((0.1, 0, 0), (0.1, 0, 0), {}, "no_arc", "'via' is the goal"),
+        ((0.05, 0.05, 0), (0, 0, 0), {"angle": "360 deg"}, "no_arc", "pass another pose on it as the goal"),
         ((0.2, 0, 0), (0.1, 0, 0), {}, "no_arc", "'via' is not between the other two"),
         ((-0.05, 1e-4, 0), (0.1, 0, 0), {}, "no_arc", "'via' is not between the other two"),
         ((0.05, 0, 0), (0.1, 0, 0), {"angle": 1.0}, "no_arc", "a straight line, which has no angle"),
         ((0.05, 0.05, 0), (0.1, 0, 0), {"angle": "30 deg"}, "no_arc", "the angle ends before 'via'"),
-        ((1, -1, 0), (2, 0, 0), {}, "unreachable", "a place of the arc is .* m out of reach"),
+        ((1, -1, 0), (2, 0, 0), {}, "unreachable", "a point of the arc is .* m out of reach"),
     ],
 )
 def test_poses_that_make_no_arc_are_refused_in_words(
@@ -165,14 +165,14 @@ def test_poses_that_make_no_arc_are_refused_in_words(
     assert refused.value.condition == condition
     arm.system.advance("0.1 s")
     assert arm.values("commanded") == before
-    with pytest.raises(gpac.CallError, match="give 'via', 'goal' or 'path'"):
+    with pytest.raises(gpac.CallError, match="must be 'via', 'goal' or 'path'"):
         move_circular(arm, start, start, orientation="tool")  # type: ignore[arg-type]
 
 
 def test_the_joint_whose_range_ends_on_an_arc_is_named(arm: gpac.robots.Arm) -> None:
     start = here(arm)
     arm.elbow.position_max = arm.elbow.commanded.value + 0.01
-    with pytest.raises(ArcRefused, match=r"joint 'elbow' would have to leave its range") as refused:
+    with pytest.raises(ArcRefused, match=r"joint 'elbow' would leave its range") as refused:
         move_circular(arm, away((0.08, 0, -0.08), start), away((0.16, 0, 0), start))
     assert (refused.value.joint, refused.value.condition) == ("elbow", "limit")
 

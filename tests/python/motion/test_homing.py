@@ -54,7 +54,7 @@ def test_moves_to_positions_need_a_home(unhomed: gpac.Group[Joint]) -> None:
     axes = unhomed
     assert axes.values("homed") == [False, False]
     for verb in (motion.move_absolute, motion.move_relative):
-        with pytest.raises(gpac.NotHomed, match=r"'axes.x.homed' is not true; find its zero first"):
+        with pytest.raises(gpac.NotHomed, match=r"'axes.x.homed' is not true; home it first"):
             verb(axes, [0.1, 0.1])
     with pytest.raises(gpac.NotHomed):
         gpac.robots.move(axes, [0.1, 0.1])

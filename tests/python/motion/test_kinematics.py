@@ -115,7 +115,7 @@ def test_inverse_keeps_the_posture_near_by(arm: gpac.robots.Arm) -> None:
 
 
 def test_out_of_reach_and_out_of_range_are_told_apart(arm: gpac.robots.Arm) -> None:
-    with pytest.raises(gpac.Unreachable, match=r"out of reach: the nearest that was found is 2.* m away"):
+    with pytest.raises(gpac.Unreachable, match=r"out of reach: the nearest solution is 2.* m away"):
         arm.inverse(gpac.Pose((3, 0, 0.3)), near=np.zeros(6))
     folded = arm.forward([0, -1, 2.0, 0, -1, 0])
     with pytest.raises(gpac.Unreachable, match="out of the range of joint 'elbow'"):
@@ -141,7 +141,7 @@ def test_the_arm_knows_where_its_tool_is(arm: gpac.robots.Arm) -> None:
         # The tool points down at home.
         assert np.allclose(arm.pose().position, home.position - (0, 0, 0.1), atol=1e-6)
         assert arm.jacobian().shape == (6, 6)
-    with pytest.raises(gpac.CallError, match="5 joint positions are given for 6 joints"):
+    with pytest.raises(gpac.CallError, match="6 joints need one position each, not 5"):
         arm.forward([0] * 5)
 
 
@@ -157,12 +157,12 @@ def test_a_chain_that_is_none_is_a_fault_and_an_undriven_joint_is_refused(gantry
 @pytest.mark.parametrize(
     ("joints", "error", "says"),
     [
-        ([], gpac.CallError, "a chain is asked for without joints; name the driven joints"),
-        ("elbow", gpac.CallError, "the joints of a chain are 'elbow'; give a list of names"),
-        (None, gpac.CallError, "the joints of a chain are None"),
-        ([1], gpac.CallError, r"the joints of a chain are \[1\]"),
+        ([], gpac.CallError, "a chain needs at least one joint; name the driven joints"),
+        ("elbow", gpac.CallError, "the joints of a chain must be a list of names, not 'elbow'"),
+        (None, gpac.CallError, "the joints of a chain must be a list of names, not None"),
+        ([1], gpac.CallError, r"the joints of a chain must be a list of names, not \[1\]"),
         (["elbo"], gpac.UnknownName, "the model has no joint 'elbo'; did you mean 'elbow'"),
-        (["shoulder_pan", "shoulder_pan"], gpac.CallError, "joint 'shoulder_pan' stands twice"),
+        (["shoulder_pan", "shoulder_pan"], gpac.CallError, "joint 'shoulder_pan' occurs twice"),
     ],
 )
 def test_a_chain_of_joints_that_are_none_is_refused(joints: Any, error: type[gpac.Error], says: str) -> None:
@@ -173,15 +173,15 @@ def test_a_chain_of_joints_that_are_none_is_refused(joints: Any, error: type[gpa
 def test_empty_lists_and_other_values_are_refused_in_words(arm: gpac.robots.Arm) -> None:
     nothing: Any = gpac.robots.Kinematics([], gpac.Pose())
     for call in (nothing.forward, nothing.jacobian, lambda q: nothing.inverse(gpac.Pose(), q)):
-        with pytest.raises(gpac.DefinitionError, match="a chain of 0 joints cannot be computed; give it 1 to 16"):
+        with pytest.raises(gpac.DefinitionError, match="a chain cannot have 0 joints; use 1 to 16 axes"):
             call([])
     for odd in ("x", None, [[0.0] * 6], ["1"] * 6):
-        with pytest.raises(gpac.CallError, match="is no list of joint positions; give a number for each joint"):
+        with pytest.raises(gpac.CallError, match="is not a list of joint positions; pass a number for each joint"):
             arm.forward(odd)  # pyright: ignore[reportArgumentType]
     with pytest.raises(gpac.UnknownName, match="the model has no site 'hand'"):
         gpac.robots.Kinematics.of_mjcf(MODEL, ["elbow"], site="hand")
     for centre in ((), (1.0,), 2.0):
-        with pytest.raises(gpac.CallError, match=r"the centre of mass of a payload is .*; give three coordinates"):
+        with pytest.raises(gpac.CallError, match=r"the centre of mass of a payload must be three coordinates, not"):
             gpac.robots.Payload(1.0, centre)  # pyright: ignore[reportArgumentType]
 
 

@@ -103,7 +103,7 @@ def test_a_line_that_cannot_be_gone_moves_nothing(arm: gpac.robots.Arm, way: tup
 def test_the_joint_whose_range_ends_is_named(arm: gpac.robots.Arm) -> None:
     arm.elbow.position_max = 1.6
     before, start = arm.values("commanded"), arm.pose()
-    with pytest.raises(LineRefused, match=r"joint 'elbow' would have to leave its range, -3\.14159 to 1\.6") as refused:
+    with pytest.raises(LineRefused, match=r"joint 'elbow' would leave its range, -3\.14159 to 1\.6") as refused:
         move_linear(arm, gpac.Pose((0.25, 0, -0.25)) @ start)
     assert (refused.value.joint, refused.value.condition) == ("elbow", "limit")
     assert arm.values("commanded") == before
@@ -172,7 +172,7 @@ def test_of_several_poses_the_one_that_cannot_be_had_is_named(arm: gpac.robots.A
     assert refused.value.point == 1
     arm.system.advance("0.1 s")
     assert arm.values("commanded") == before
-    with pytest.raises(gpac.CallError, match="give a list of poses"):
+    with pytest.raises(gpac.CallError, match="pass a list of poses"):
         follow_linear(arm, start)  # type: ignore[arg-type]
 
 
@@ -203,7 +203,9 @@ def test_speed_and_blend_may_differ_from_point_to_point(arm: gpac.robots.Arm) ->
 
 def test_a_path_out_of_range_names_the_point_and_the_joint(arm: gpac.robots.Arm) -> None:
     before = arm.values("commanded")
-    with pytest.raises(PathRefused, match=r"way-point 1 is outside the range of joint 'shoulder_lift'.*are degrees meant") as refused:
+    with pytest.raises(
+        PathRefused, match=r"waypoint 1 is outside the range of joint 'shoulder_lift'.*if the points are in degrees"
+    ) as refused:
         follow(arm, [before, [0, -90, 90, -90, -90, 0]])
     assert (refused.value.joint, refused.value.point) == ("shoulder_lift", 1)
     arm.system.advance("0.1 s")
@@ -215,9 +217,9 @@ def test_a_path_out_of_range_names_the_point_and_the_joint(arm: gpac.robots.Arm)
     [
         ({"points": [[0, 0]]}, "shape"),
         ({"points": []}, "shape"),
-        ({"points": 5}, "way-points are 5"),
+        ({"points": 5}, "waypoints must be a list of joint positions, not 5"),
         ({"points": [[0] * 6] * 4097}, "4097 way-points"),
-        ({"points": [["a"] * 6]}, "way-points are"),
+        ({"points": [["a"] * 6]}, "waypoints must be"),
         ({"points": [[0] * 6], "blend": []}, "0 values"),
     ],
 )

@@ -162,7 +162,7 @@ def test_a_pose_out_of_reach_among_many_is_named(arm: gpac.robots.Arm) -> None:
         follow_linear(arm, [*poses[:100], gpac.Pose((3, 0, 0)) @ start, *poses[100:]])
     assert refused.value.point == 100
     assert arm.values("commanded") == before
-    with pytest.raises(gpac.motion.PathRefused, match="way-point 70 is outside the range of joint 'elbow'"):
+    with pytest.raises(gpac.motion.PathRefused, match="waypoint 70 is outside the range of joint 'elbow'"):
         follow(arm, [before] * 70 + [[0, 0, 90, 0, 0, 0]])
 
 
@@ -175,9 +175,9 @@ def test_points_that_are_one_count_once(arm: gpac.robots.Arm) -> None:
 @pytest.mark.parametrize(
     ("points", "message"),
     [
-        (np.zeros((4097, 6)), r"4097 way-points are given, and one path has at most 4096; leave out points that lie on straight lines"),
-        (np.full((100, 6), np.nan), r"way-point 0 is nan for joint 0 \(both from 0\)"),
-        (np.zeros((100, 5)), r"the way-points have the shape \(100, 5\); give 1 to 4096 points of 6"),
+        (np.zeros((4097, 6)), r"4097 waypoints are too many: a path has at most 4096; leave out points on straight lines"),
+        (np.full((100, 6), np.nan), r"position 0 of waypoint 0 must be finite, not nan"),
+        (np.zeros((100, 5)), r"the waypoints have the wrong shape, \(100, 5\); pass 1 to 4096 points with 6"),
     ],
 )
 def test_what_is_no_plan_is_refused_in_plain_words(arm: gpac.robots.Arm, points: np.ndarray, message: str) -> None:
@@ -186,13 +186,16 @@ def test_what_is_no_plan_is_refused_in_plain_words(arm: gpac.robots.Arm, points:
 
 
 def test_too_many_poses_are_refused(arm: gpac.robots.Arm) -> None:
-    with pytest.raises(gpac.CallError, match="4097 poses are given, and one path has at most 4096"):
+    with pytest.raises(gpac.CallError, match="4097 poses are too many: a path has at most 4096"):
         follow_linear(arm, [arm.pose()] * 4097)
 
 
 def test_an_instance_and_a_composition_take_long_paths_by_their_own_verb(arm: gpac.robots.Arm) -> None:
     points = smooth(np.array(arm.values("commanded")), 8, 100)
-    with follow.new_instance(arm) as short, pytest.raises(gpac.CallError, match=r"give 1 to 64 here; motion\.follow_long takes up to 4096"):
+    with (
+        follow.new_instance(arm) as short,
+        pytest.raises(gpac.CallError, match=r"pass 1 to 64 here, or use motion\.follow_long, which accepts up to 4096"),
+    ):
         short.start(points)
     with follow_long.new_instance(arm) as long:
         assert long.start(points).wait().condition == "arrived"
@@ -231,10 +234,14 @@ def test_the_speeds_of_a_plan_with_times(arm: gpac.robots.Arm) -> None:
 @pytest.mark.parametrize(
     ("points", "times", "message"),
     [
-        ([[0.0], [1.0], [2.0]], [0.0, 1.0, 1.0], "the time of way-point 2 is 1 s, that of way-point 1 is 1 s; times ascend"),
-        ([[0.0], [1.0]], [1.0, 0.5], "the time of way-point 1 is 0.5 s"),
+        (
+            [[0.0], [1.0], [2.0]],
+            [0.0, 1.0, 1.0],
+            "the time of waypoint 2, 1 s, is not after that of waypoint 1, 1 s; make the times ascend",
+        ),
+        ([[0.0], [1.0]], [1.0, 0.5], "the time of waypoint 1, 0.5 s, is not after"),
         ([[0.0], [np.inf]], [0.0, 0.5], "not finite"),
-        ([[0.0], [1.0]], [0.0], "give one time for each"),
+        ([[0.0], [1.0]], [0.0], "pass one time for each"),
     ],
 )
 def test_times_that_do_not_ascend_are_refused(points: list[list[float]], times: list[float], message: str) -> None:

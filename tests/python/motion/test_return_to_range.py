@@ -30,7 +30,7 @@ def test_a_joint_that_is_enabled_outside_its_range_says_so_and_stays(caplog: pyt
         group.enable()
         told = [record.getMessage() for record in caplog.records if record.levelno == logging.WARNING]
         assert [text.partition(",")[0] for text in told] == ["joint 'x0' is at 0.3 rad", "joint 'x2' is at -0.9 rad"]
-        assert "outside its range, -0.5 to 0.2 rad, and stays there: gpac.motion.return_to_range(…)" in told[0]
+        assert "outside its range, -0.5 to 0.2 rad, and stays there; move it back with gpac.motion.return_to_range(…)" in told[0]
         cell.advance("300 ms")
         assert np.allclose(group.values("sensed"), [0.3, 0.1, -0.9])
 

@@ -87,14 +87,14 @@ def test_errors_of_the_touches_are_told_and_bounded(arm: gpac.robots.Arm) -> Non
     assert found.frame.distance(TOOL) < 3 * 2e-4 / found.spread
     wrong = touches(arm, 0.4, 6)
     wrong[2] = wrong[2] + np.array([0.05, 0, 0, 0, 0, 0])
-    with pytest.raises(gpac.ValueRefused, match=r"the tip at place 2 \(from 0\) is .* m from that of all; 0.002 m is the maximum"):
+    with pytest.raises(gpac.ValueRefused, match=r"the tip at position 2 \(counted from 0\) is .* m from the common one, more than 0.002 m"):
         tool_by_touching(arm, wrong)
 
 
 def test_places_that_tell_no_tool_are_refused(arm: gpac.robots.Arm) -> None:
-    with pytest.raises(gpac.CallError, match="3 places are given; give 4 or more"):
+    with pytest.raises(gpac.CallError, match="3 positions are too few; pass 4 or more"):
         tool_by_touching(arm, touches(arm, 0.4)[:3])
-    with pytest.raises(gpac.ValueRefused, match="turned too much alike"):
+    with pytest.raises(gpac.ValueRefused, match="too similar orientations of the tool"):
         tool_by_touching(arm, touches(arm, 0.02))
     # All turns are about one axis: the displacement along that axis cannot be observed.
     about_one = [[*arm.values("sensed")[:5], angle] for angle in (0.0, 1.0, 2.0, 3.0)]
@@ -116,7 +116,9 @@ def test_a_point_that_lacks_a_joint_is_refused_with_its_place_and_the_joint(arm:
     places: list[Any] = [dict(zip(arm.short_names, q, strict=True)) for q in touches(arm, 0.4)]
     assert tool_by_touching(arm, places).frame.distance(TOOL) < 1e-5
     del places[2]["wrist_1"]
-    with pytest.raises(gpac.CallError, match=r"place 2 \(from 0\): the joint positions lack joint 'wrist_1': there are shoulder_pan"):
+    with pytest.raises(
+        gpac.CallError, match=r"position 2 \(counted from 0\): the joint positions lack joint 'wrist_1'; they have shoulder_pan"
+    ):
         tool_by_touching(arm, places)
-    with pytest.raises(gpac.CallError, match="give a number for each joint"):
+    with pytest.raises(gpac.CallError, match="pass a number for each joint"):
         arm.kinematics.forward(places[2])

@@ -13,7 +13,7 @@ def test_nothing_is_read_of_an_arm_that_was_never_enabled() -> None:
     arm = gpac.robots.load("ur5e", clock="virtual")
     with arm.system as cell:
         cell.advance("50 ms")
-        words = "cannot read 'ur5e.shoulder_pan.sensed': 'ur5e.shoulder_pan' was never enabled, so nobody has read it; enable it first"
+        words = "cannot read 'ur5e.shoulder_pan.sensed': 'ur5e.shoulder_pan' was never enabled, so its value is unknown; enable it first"
         with pytest.raises(gpac.NotEnabled, match=words):
             arm.values("sensed")
         for ask in (lambda: arm["elbow"].sensed.value, lambda: arm["elbow"].velocity.value, lambda: cell.read(arm["elbow"].sensed)):

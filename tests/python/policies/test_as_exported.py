@@ -239,14 +239,14 @@ def test_two_names_that_become_one_port_are_refused(tmp_path: Path) -> None:
 
 
 DECLARATIONS = {
-    "reversed clip": ({"clip": (1, -1)}, {}, "clip of 'q' is from 1 to -1, which no value is in"),
-    "a reversed element": ({"clip": ([-1, 2, -1], [1, 1, 1])}, {}, "clip of 'q' is from 2 to 1 at element 1"),
-    "reversed within": ({"within": (2, 1)}, {}, "within of 'q' is from 2 to 1, which no value is in"),
-    "one end": ({"clip": 3.0}, {}, "give the least and the most"),
-    "two lengths": ({"clip": ([1, 2], [3, 4, 5])}, {}, "has 2 least values and 3 most"),
+    "reversed clip": ({"clip": (1, -1)}, {}, "clip of 'q' is an empty range, 1 to -1"),
+    "a reversed element": ({"clip": ([-1, 2, -1], [1, 1, 1])}, {}, "clip of 'q' is an empty range, 2 to 1 at element 1"),
+    "reversed within": ({"within": (2, 1)}, {}, "within of 'q' is an empty range, 2 to 1"),
+    "one end": ({"clip": 3.0}, {}, "must be a minimum and a maximum"),
+    "two lengths": ({"clip": ([1, 2], [3, 4, 5])}, {}, "has 2 minima but 3 maxima"),
     "an infinite scale": ({"scale": float("inf")}, {}, "not a list of finite numbers"),
     "text": ({"offset": "much"}, {}, "not a list of finite numbers"),
-    "never": ({}, {"every": "0 s"}, "the interval of the policy is '0 s'; give more than 0"),
+    "never": ({}, {"every": "0 s"}, "the interval of the policy must be more than 0 s, not '0 s'"),
     "negative": ({}, {"every": -0.02}, "the interval of the policy cannot be -0.02 s: its range is at least 0 s"),
     "a negative age": ({}, {"age_max": "-1 s"}, "age_max of the policy cannot be -1 s: its range is at least 0 s"),
 }

@@ -213,7 +213,9 @@ def test_on_a_thread_of_this_program_it_is_refused() -> None:
     eyes = Eyes()
     with eyes.cell:
         verb = looking(slow).on(eyes.fast)
-        with pytest.raises(gpac.PlacementError, match=r"'look' of .* runs as Python \(slow\), .*'rtp0.fast' is a thread") as refused:
+        with pytest.raises(
+            gpac.PlacementError, match=r"'look' of .* runs in a Python interpreter \(slow\), .*'rtp0.fast' is a thread"
+        ) as refused:
             verb(eyes.pid, eyes.copied, eyes.counted)
         assert "process=True" in refused.value.remedy
 
@@ -228,15 +230,21 @@ FAULTY = {
         "cannot be sent to a process",
         "inside the function",
     ),
-    "a deadline of nothing": ("def f(u: U, y: Y):\n    y = u\n", "(native=False, deadline='0 s')", 1, "deadline is '0 s'", "above 0"),
+    "a deadline of nothing": (
+        "def f(u: U, y: Y):\n    y = u\n",
+        "(native=False, deadline='0 s')",
+        1,
+        "deadline must be more than 0 s, not '0 s'",
+        "above 0",
+    ),
     "an item as the deadline's condition": (
         "def f(late: U, y: Y):\n    y = late\n",
         "(native=False, deadline='1 s')",
         1,
-        "an item of that name",
-        "another name",
+        "an item 'late'",
+        "rename the item",
     ),
-    "a deadline of native code": ("def f(u: U, y: Y):\n    y = u\n", "(deadline='1 ms')", 1, "has a deadline, and is compiled", "budget"),
+    "a deadline of native code": ("def f(u: U, y: Y):\n    y = u\n", "(deadline='1 ms')", 1, "has a deadline, but is compiled", "budget"),
 }
 
 
@@ -256,5 +264,5 @@ def test_without_cloudpickle_one_line_says_what_to_install(monkeypatch: pytest.M
         raise ModuleNotFoundError(f"No module named '{name}'", name=name)
 
     monkeypatch.setattr(importlib, "import_module", missing)
-    with pytest.raises(gpac.DefinitionError, match=r"cloudpickle, which is not installed.*; pip install 'opengpac\[python\]'"):
+    with pytest.raises(gpac.DefinitionError, match=r"cloudpickle, which is not installed.*; run pip install 'opengpac\[python\]'"):
         gpac.block(native=False)(slow.function)

@@ -128,7 +128,7 @@ def test_without_numba_one_line_says_what_to_install(tmp_path: Path, monkeypatch
         raise ModuleNotFoundError(f"No module named '{name}'", name=name)
 
     monkeypatch.setattr(importlib, "import_module", missing)
-    with pytest.raises(gpac.DefinitionError, match=r"numba, which is not installed.*; pip install 'opengpac\[numba\]'") as refused:
+    with pytest.raises(gpac.DefinitionError, match=r"numba, which is not installed.*; run pip install 'opengpac\[numba\]'") as refused:
         _defined(tmp_path / "p.py", HEAD + "def f(u: U, y: Y):\n    y = u\n")
     assert "\n" not in str(refused.value)
 

@@ -78,7 +78,7 @@ def test_an_instance_with_its_verb_and_without(cell: gpac.System) -> None:
     assert type(ended.value) is gpac.Terminated and ended.value.condition == "over"
     with pytest.raises(gpac.CallError):
         plain.start(seconds=1.0)
-    with pytest.raises(gpac.CallError, match="is one of verb 'swing', not of 'other'"):
+    with pytest.raises(gpac.CallError, match="belongs to verb 'swing', not 'other'"):
         cell.instance("one", swing.swing("other"))
     with pytest.raises(gpac.UnknownName, match="did you mean 'one'"):
         cell.instance("onee")

@@ -125,7 +125,7 @@ def test_an_arm_with_a_tool_is_drawn_and_tells_its_contacts(tmp_path: Path) -> N
         x, y, z, *force = reading["value"][:6]
         assert np.allclose([x, y, z], [1, 1, 0], atol=1e-3) and np.allclose(force, [0, 0, 2 * 9.81], atol=0.05)
         assert reading["value"][6:] == [0.0] * 6
-        with pytest.raises(gpac.CallError, match="contacts are told of a simulated arm"):
+        with pytest.raises(gpac.CallError, match="contacts= applies to a simulated arm"):
             gpac.robots.load("ur5e", rtp, on=fast, name="other", driver=gpac.drivers.loopback("x"), contacts=2)
 
 

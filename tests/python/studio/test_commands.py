@@ -55,7 +55,7 @@ def test_a_program_goes_on_with_its_page_until_it_is_ended(page: Path, tmp_path:
     try:
         browser = Browser(running.line().removeprefix("studio: "))
         assert running.line() == "ready a b"
-        assert "goes on; Ctrl-C ends it" in running.line()
+        assert "keeps running; end it with Ctrl-C" in running.line()
         assert browser.call("read", names=["level"])["values"]["level"]["value"] == 2.0
     finally:
         ended = running.end(number)
@@ -137,7 +137,7 @@ def test_a_daemon_without_a_page_is_named(tmp_path: Path) -> None:
             if (Path(gpac.__file__).parent / "studio_page" / "index.html").is_file():
                 assert cell.studio().url.startswith(daemon.urls[1])
             else:
-                with pytest.raises(gpac.NotAllowed, match="serves no page"):
+                with pytest.raises(gpac.NotAllowed, match="does not serve a page"):
                     cell.studio()
     finally:
         daemon.stop()

@@ -131,24 +131,24 @@ def refused() -> dict[str, tuple[Any, dict[str, Any], str]]:
     KEPT.append(Outside())
     ipopt = ca.nlpsol("s", "ipopt", {"x": x, "f": (x - 1) ** 2}, {"print_time": False, "ipopt.print_level": 0})
     return {
-        "not a function": (lambda x: x, {}, "not a casadi.Function"),
-        "an expression": (x + 1, {}, "not a casadi.Function"),
-        "a wrong input": (one(), {"inputs": {"z": "rad"}}, "inputs of block 'f' name 'z', and f has x"),
-        "a wrong output": (one(), {"outputs": {"z": "rad"}}, "outputs of block 'f' name 'z'"),
+        "not a function": (lambda x: x, {}, "must be a casadi.Function"),
+        "an expression": (x + 1, {}, "must be a casadi.Function"),
+        "a wrong input": (one(), {"inputs": {"z": "rad"}}, "inputs= of block 'f' names 'z', but f has x"),
+        "a wrong output": (one(), {"outputs": {"z": "rad"}}, "outputs= of block 'f' names 'z'"),
         "a wrong parameter": (one(), {"parameters": {"k": 1.0}}, "parameters of block 'f' name 'k'"),
-        "a wrong state": (one(), {"states": {"x": "z"}}, "states of block 'f' name 'z'"),
+        "a wrong state": (one(), {"states": {"x": "z"}}, "states= of block 'f' names 'z'"),
         "two roles": (one(), {"inputs": {"x": "rad"}, "parameters": {"x": 1.0}}, "'x' of block 'f' is named twice"),
         "a sparse input": (one(ca.MX.sym("x", ca.Sparsity.diag(2))), {}, "input 'x' of block 'f' is sparse: 2 of 2 x 2"),
         "a default's shape": (one(ca.MX.sym("x", 3)), {"parameters": {"x": [1, 2]}}, "finite numbers of double[3]"),
         "a state's shape": (one(outs=ca.MX.ones(2)), {"states": {"x": "y"}, "outputs": {"y": ""}}, "1 x 1"),
-        "a condition's shape": (one(ca.MX.sym("x", 3)), {"outputs": {"y": Condition("c")}}, "an output of 3 x 1"),
+        "a condition's shape": (one(ca.MX.sym("x", 3)), {"outputs": {"y": Condition("c")}}, "must be a scalar output, not 3 x 1"),
         "an unknown unit": (one(), {"inputs": {"x": "furlong"}}, "furlong"),
         "another type": (one(), {"inputs": {"x": Input(type="float")}}, "type='float'"),
-        "a word of C": (one(names=(["in"], ["out"])), {}, "a word of C"),
+        "a word of C": (one(names=(["in"], ["out"])), {}, "reserved by C"),
         "no output": (one(), {"states": {"x": "y"}}, "has no output"),
-        "a name": (one(), {"name": "my law"}, "no name of a block"),
+        "a name": (one(), {"name": "my law"}, "not a valid name of a block"),
         "Python inside": (one(x, outs=KEPT[-1](x)), {}, "CallbackInternal"),
-        "ipopt": (one(x, outs=ipopt(x0=x)["x"]), {}, "needs a library where it runs: coin-or/IpStdCInterface.h"),
+        "ipopt": (one(x, outs=ipopt(x0=x)["x"]), {}, "needs a library at run time: coin-or/IpStdCInterface.h"),
         "too large": (one(ca.MX.sym("x", 200, 200)), {}, "of work vectors"),
     }
 

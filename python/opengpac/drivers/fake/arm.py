@@ -40,11 +40,11 @@ class JointArm:
     def command(self, goal: Sequence[float]) -> None:
         """Sets the next goal; raises `RefusedCommand` if it jumps."""
         if len(goal) != 6:
-            raise ValueError(f"{len(goal)} joint positions are given")
+            raise ValueError(f"the number of joint positions is wrong: {len(goal)}")
         step = max(abs(to - before) for to, before in zip(goal, self.goal, strict=True))
         self.step_max = max(self.step_max, step)
         if step > self.leap_max:
-            raise RefusedCommand(f"a goal is {step:.3f} rad from the one before")
+            raise RefusedCommand(f"a goal is {step:.3f} rad from the previous one")
         self.goal = [float(value) for value in goal]
 
     def rest(self) -> None:

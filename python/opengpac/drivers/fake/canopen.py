@@ -112,6 +112,6 @@ def canopen(*nodes: str | Mapping[str, Any]) -> CanOpenBus:
     program under the virtual clock has the same values each time.
     """
     if not nodes:
-        refuse(CallError, "a bus has no drive", 'name them: gpac.drivers.fake.canopen("x", "y")')
+        refuse(CallError, "a bus needs at least one drive", 'name them: gpac.drivers.fake.canopen("x", "y")')
     named = [{"name": node, "node": at} if isinstance(node, str) else {"node": at, **node} for at, node in enumerate(nodes, 1)]
     return CanOpenBus(named)

@@ -33,7 +33,7 @@ class SimulatedArm(JointArm):
         try:
             mujoco: Any = importlib.import_module("mujoco")
         except ImportError:
-            refuse(DeviceFailed, "the Python package 'mujoco' is not installed", "pip install 'opengpac[mujoco]'")
+            refuse(DeviceFailed, "the Python package 'mujoco' is not installed", "run pip install 'opengpac[mujoco]'")
         self._mujoco = mujoco
         self._model: Any = mujoco.MjModel.from_xml_string(assemble(arm, tool, scene))
         self._model.opt.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_ACTUATION)
@@ -43,13 +43,13 @@ class SimulatedArm(JointArm):
         driven = [int(joint) for joint, _ in self._model.actuator_trnid][: len(self.q)]
         more = range(len(self.q), self._model.nu)
         if len(driven) != len(self.q):
-            refuse(CallError, f"model '{arm}' has {len(driven)} driven joints", "give the model of an arm of six")
+            refuse(CallError, f"model '{arm}' has {len(driven)} driven joints", "use the model of an arm with six")
         self._places = self._model.jnt_qposadr[driven]
         self._speeds = self._model.jnt_dofadr[driven]
         self._efforts = np.abs(self._model.actuator_ctrlrange[: len(self.q)]).max(axis=1)
         self._site: int = mujoco.mj_name2id(self._model, mujoco.mjtObj.mjOBJ_SITE, "tool")
         if min(self._site, mujoco.mj_name2id(self._model, mujoco.mjtObj.mjOBJ_SENSOR, "tool_force")) < 0:
-            refuse(CallError, f"model '{arm}' has no site 'tool' or no sensor 'tool_force'", "give it both: they are its force sensor")
+            refuse(CallError, f"model '{arm}' lacks site 'tool' or sensor 'tool_force'", "add both, which form its force sensor")
         self._sensed = self.sensor("tool_force")
         self._steps = max(1, round(CYCLE / self._model.opt.timestep))
         self._before = np.array(self.q)

@@ -37,10 +37,10 @@ class EmulatedBus:
         if not line:
             reason = stderr.read().strip() or "its process has ended"
             self.close()
-            refuse(DeviceFailed, f"{self._what} does not answer: {reason}", "start another one")
+            refuse(DeviceFailed, f"{self._what} does not answer: {reason}", "start a new one")
         answer = json.loads(line)
         if "refused" in answer:
-            refuse(CallError, f"{self._what} refused {dict(what)}: {answer['refused']}", "ask for what it can do")
+            refuse(CallError, f"{self._what} refused {dict(what)}: {answer['refused']}", "use a call that it supports")
         return answer
 
     def _shown(self) -> dict[str, Any]:

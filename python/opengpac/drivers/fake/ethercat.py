@@ -131,7 +131,7 @@ def ethercat(*drives: str | Mapping[str, Any], interface: str | None = None) -> 
     CAP_NET_RAW.
     """
     if not drives:
-        refuse(CallError, "a segment has no drive", 'name them: gpac.drivers.fake.ethercat("x", "y")')
+        refuse(CallError, "a segment needs at least one drive", 'name them: gpac.drivers.fake.ethercat("x", "y")')
     at = interface if interface is not None else f"local:{secrets.token_hex(8)}"
     named = [{"name": drive} if isinstance(drive, str) else dict(drive) for drive in drives]
     return EtherCatSegment({"interface": at, "drives": named}, at)

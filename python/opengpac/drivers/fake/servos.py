@@ -320,9 +320,9 @@ def servos(
     of the watchdogs of Dynamixel servos, s.
     """
     if kind not in _TABLES:
-        refuse(CallError, f"there are no servos of kind {kind!r}", did_you_mean(str(kind), _TABLES) or f"one of {', '.join(_TABLES)}")
+        refuse(CallError, f"servos of kind {kind!r} are unknown", did_you_mean(str(kind), _TABLES) or f"choose one of {', '.join(_TABLES)}")
     table = _TABLES[kind]
     name = model or next(iter(table.numbers))
     if name not in table.numbers:
-        refuse(CallError, f"there is no model {name!r} of kind '{kind}' here", f"one of {', '.join(table.numbers)}")
+        refuse(CallError, f"model {name!r} of kind '{kind}' is unknown", f"choose one of {', '.join(table.numbers)}")
     return FakeServos(table, {id: FakeServo(table, id, table.numbers[name], position, follow) for id in ids}, echo, clock=clock)

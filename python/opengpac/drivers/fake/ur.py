@@ -59,11 +59,11 @@ class ur:
         scene: str | os.PathLike[str] | None = None,
     ) -> None:
         if len(position) != 6:
-            refuse(CallError, f"{len(position)} joint positions are given to an arm of 6", "give six numbers in rad")
+            refuse(CallError, f"an arm with 6 joints cannot have {len(position)} joint positions", "pass six numbers in rad")
         self.lockstep = lockstep
         for kind, given in (("scene", scene), ("tool", tool)):
             if model is None and given is not None:
-                refuse(CallError, f"a {kind} '{given}' is given without a model", "give both: model='ur5e'")
+                refuse(CallError, f"{kind} '{given}' requires a model", "pass both: model='ur5e'")
         self.arm = (
             JointArm(position, leap_max)
             if model is None
@@ -118,7 +118,7 @@ class ur:
         """Gripper at its tool. Raises CallError if there is none."""
         found = self.arm.gripper if isinstance(self.arm, SimulatedArm) else None
         if found is None:
-            refuse(CallError, "this emulated controller has no gripper", "give it one: fake.ur(model='ur5e', tool='two_finger')")
+            refuse(CallError, "this emulated controller has no gripper", "add one: fake.ur(model='ur5e', tool='two_finger')")
         return found
 
     def sensor(self, name: str) -> list[float]:
@@ -126,7 +126,7 @@ class ur:
         Raises CallError if its `name` does not exist."""
         arm = self.arm
         if not isinstance(arm, SimulatedArm):
-            refuse(CallError, f"an arm without a model has no sensor '{name}'", "give it one: fake.ur(model='ur5e')")
+            refuse(CallError, f"an arm without a model does not have sensor '{name}'", "add one: fake.ur(model='ur5e')")
         at = arm.sensor(name)
         return self.do(lambda: arm.reading(at))
 
@@ -249,7 +249,7 @@ class ur:
         """Starts a program in place of the running one; an invalid one is refused silently, as on a real controller: the log has the
         reason."""
         if not self.is_remote or self.safety != NORMAL or self.mode != RUNNING:
-            self.log.append("a program was refused: the arm is not ready, or not in remote control")
+            self.log.append("a program was refused: the arm is not ready or not in remote control")
             return
         self.end_program()
         try:
@@ -342,7 +342,7 @@ class ur:
             except OSError as why:
                 if why.errno != errno.EADDRINUSE:
                     raise
-        refuse(DeviceFailed, "no address of this host is free for an emulated controller", "give one: host='127.0.0.2'")
+        refuse(DeviceFailed, "this host has no free address for an emulated controller", "pass one: host='127.0.0.2'")
 
     def _listen(self, host: str) -> str:
         kinds = [(kind, port) for kind, ports in ((Rtde, RTDE), (Dashboard, DASHBOARD), (Scripts, SCRIPTS)) for port in ports]

@@ -133,7 +133,7 @@ def _translated(text: str, lasting: set[str]) -> tuple[ast.Module, str]:
         raise ScriptError(f"line {why.lineno} of the program: {why.msg}") from why
     program = next((node for node in module.body if isinstance(node, ast.FunctionDef)), None)
     if program is None:
-        raise ScriptError("there is no 'def' in the program")
+        raise ScriptError("the program has no 'def'")
     made = _Generators(functions | lasting | {"_join"}, set(locals_of)).visit(module)
     return ast.fix_missing_locations(made), program.name
 

@@ -36,7 +36,7 @@ def put_right(file: Path, is_whole: bool = False) -> tuple[str | None, tuple[str
         return None, (), frozenset()
     found = json.loads(lines[-1])
     if isinstance(found, str):
-        refuse(DeviceFailed, f"{file}: {found}", "mend it in the file")
+        refuse(DeviceFailed, f"{file}: {found}", "fix it in the file")
     text, notes, held_back = found
     return text, tuple(f"{file.name}: {note}" for note in notes), frozenset(held_back)
 

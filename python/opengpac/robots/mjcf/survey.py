@@ -71,7 +71,7 @@ def _compiled(spec: Any) -> tuple[Any, list[str]]:
             mesh = _blamed(spec, problem)
             if mesh is None:
                 raise
-            notes.append(f"mesh '{Path(mesh.file).name or mesh.name}' is left out: {problem}")
+            notes.append(f"mesh '{Path(mesh.file).name or mesh.name}' is ignored: {problem}")
             for geom in [geom for geom in spec.geoms if geom.meshname == mesh.name]:
                 spec.delete(geom)
             spec.delete(mesh)
@@ -93,9 +93,9 @@ def _impossible(spec: Any, model: Any) -> str | None:
     """Returns a sentence about a mass or an inertia, as computed from sizes and densities, that makes simulation impossible."""
     for body in spec.bodies:
         if not 0.0 <= model.body_mass[body.id] <= NUMBER_MAX:
-            return f"body '{body.name}' has mass {model.body_mass[body.id]:g} kg: it is a number from 0"
+            return f"body '{body.name}' has an invalid mass, {model.body_mass[body.id]:g}"
         if not np.all(np.abs(model.body_inertia[body.id]) <= NUMBER_MAX):
-            return f"body '{body.name}' has an inertia that is no number, or its mass or a size is too large"
+            return f"body '{body.name}' has an inertia that is not a number, or too large a mass or size"
     return None
 
 
@@ -128,7 +128,7 @@ def _give_motors(spec: Any, model: Any) -> list[str]:
     notes = []
     leaders = {body.name for body in spec.bodies if body.mocap}
     for equality in [equality for equality in spec.equalities if {equality.name1, equality.name2} & leaders]:
-        notes.append(f"the file leads '{equality.name1}' and '{equality.name2}' together by a mocap body: motors lead the arm instead")
+        notes.append(f"the file couples '{equality.name1}' and '{equality.name2}' by a mocap body; motors drive the arm instead")
         spec.delete(equality)
     followers = {equality.name1 for equality in spec.equalities if equality.type == mujoco.mjtEq.mjEQ_JOINT and equality.name2}
     efforts, given = _efforts(model), []
@@ -137,7 +137,7 @@ def _give_motors(spec: Any, model: Any) -> list[str]:
         if joint.type not in _KINDS or joint.name in followers or not joint.name:
             continue
         if model.dof_damping[model.jnt_dofadr[id]] > DAMPING_MAX:
-            notes.append(f"joint '{joint.name}' is locked by its damping: it has no motor")
+            notes.append(f"joint '{joint.name}' is locked by its damping and gets no motor")
             continue
         motor = spec.add_actuator(name=f"motor of {joint.name}", target=joint.name, trntype=mujoco.mjtTrn.mjTRN_JOINT)
         unit = "N.m" if joint.type == mujoco.mjtJoint.mjJNT_HINGE else "N"
@@ -146,7 +146,7 @@ def _give_motors(spec: Any, model: Any) -> list[str]:
             continue
         motor.forcelimited, motor.forcerange = True, [-efforts[id], efforts[id]]
         given.append(f"'{joint.name}' {efforts[id]:g} {unit}")
-    return [*notes, f"no actuator drives a joint: motors are added, {', '.join(given)}"] if given else []
+    return [*notes, f"no actuator drives a joint, so motors are added: {', '.join(given)}"] if given else []
 
 
 def _efforts(model: Any) -> Any:
@@ -199,7 +199,7 @@ def exclude_touching(spec: Any, model: Any) -> list[str]:
         # Tree -1 is static. An object that the arm touches is not part of the arm.
         if of & trees and not of - trees - {-1} and first and second:
             spec.add_exclude(bodyname1=first, bodyname2=second)
-            notes.append(f"'{first}' and '{second}' touch at the arm's home: they do not collide with each other")
+            notes.append(f"'{first}' and '{second}' touch at the arm's home, so their collisions are ignored")
     return notes
 
 
@@ -224,8 +224,9 @@ def too_weak(model: Any) -> list[str]:
         unit = "N.m" if model.jnt_type[j] == mujoco.mjtJoint.mjJNT_HINGE else "N"
         if 0.0 < most <= model.dof_frictionloss[dof]:
             notes.append(
-                f"joint '{model.joint(j).name}' has a dry friction of {model.dof_frictionloss[dof]:.3g} {unit}, and its motor has "
-                f"{most:.3g} {unit}: it cannot move; give it more effort, or less friction"
+                f"joint '{model.joint(j).name}' cannot move: its dry friction is "
+                f"{model.dof_frictionloss[dof]:.3g} {unit}, but its motor has "
+                f"only {most:.3g} {unit}; increase the effort or reduce the friction"
             )
             continue
         needed = float(data.qfrc_bias[dof] - data.qfrc_passive[dof])
@@ -233,8 +234,8 @@ def too_weak(model: Any) -> list[str]:
         stop = model.jnt_range[j][0 if needed > 0.0 else 1]
         if abs(needed) > most + model.dof_frictionloss[dof] and not (model.jnt_limited[j] and abs(position - stop) < STOP):
             notes.append(
-                f"joint '{model.joint(j).name}' needs {abs(needed):.3g} {unit} at the arm's home, and its motor has {most:.3g} {unit}: it "
-                "sinks; begin in another pose, or give it more effort"
+                f"joint '{model.joint(j).name}' sinks: it needs {abs(needed):.3g} {unit} at the arm's home, but its motor has only "
+                f"{most:.3g} {unit}; choose another home, or increase the effort"
             )
     return notes
 

@@ -73,7 +73,7 @@ def convert(
     try:
         mujoco: Any = importlib.import_module("mujoco")
     except ImportError:
-        refuse(DeviceFailed, "the Python package 'mujoco' is not installed", "pip install 'opengpac[mujoco]'")
+        refuse(DeviceFailed, "the Python package 'mujoco' is not installed", "run pip install 'opengpac[mujoco]'")
     found = packages.Packages(file, package_paths)
     source = Source.read(file, found)
     controls = control.read(source)
@@ -93,7 +93,7 @@ def convert(
     try:
         spec = _compiled(mujoco, source, selected, semantics.pairs if self_collision else None)
     except (ValueError, OSError, mujoco.FatalError) as error:
-        refuse(DeviceFailed, f"MuJoCo cannot read the URDF file '{file}': {error}", "mend what it names, or give the arm as MJCF")
+        refuse(DeviceFailed, f"MuJoCo cannot read the URDF file '{file}': {error}", "fix that, or load the arm as MJCF")
     states = semantics.states_of(selected.arm or selected.motors)
     return ConvertedArm(
         _balanced(spec.to_xml()), speeds, tuple(source.notes), held_back, selected.arm, semantics.groups, states, controls.interfaces
@@ -104,12 +104,12 @@ def _refuse_still(source: Source) -> NoReturn:
     """Refuses a file without a joint that a motor could move, with the reason for each joint."""
     joints = source.root.findall("joint")
     if not joints:
-        source.refuse(source.root, "the robot has no joint", "give it a revolute, continuous or prismatic one")
-    ranges = [note for note in source.notes if "it is fixed there" in note]
+        source.refuse(source.root, "the robot has no joint", "add a revolute, continuous or prismatic joint")
+    ranges = [note for note in source.notes if "is fixed there" in note]
     kinds = {"fixed": "is fixed", "floating": "is floating", "planar": "is planar"}
     named = (f"'{joint.get('name')}' {kinds.get(joint.get('type', ''), 'follows another joint or is passive')}" for joint in joints)
     reasons = "; ".join([*ranges[:JOINTS_TOLD]] or [*itertools.islice(named, JOINTS_TOLD)])
-    source.refuse(joints[0], f"no joint of the robot can move: {reasons}", "give one a range whose upper limit is above its lower one")
+    source.refuse(joints[0], f"no joint of the robot can move: {reasons}", "define a range whose upper limit is above the lower one")
 
 
 def _semantics(source: Source, semantic: Path | bool, packages: packages.Packages) -> srdf.Semantics:
@@ -122,16 +122,18 @@ def _semantics(source: Source, semantic: Path | bool, packages: packages.Package
     found = srdf.beside(source.file) if semantic else []
     if len(found) > 1:
         names = ", ".join(f"'{file.name}'" for file in found)
-        _logger.info("'%s': there are several SRDF files beside it (%s), and none is read; srdf= names one", source.file.name, names)
+        _logger.info(
+            "'%s': none of the SRDF files beside it (%s) is read, because there are several; choose one with srdf=", source.file.name, names
+        )
     if len(found) != 1:
         return srdf.Semantics()
     try:
         semantics = srdf.read(found[0], source, packages)
     except DeviceFailed as error:
-        source.note(f"the SRDF file beside it is left out: {error.message}")
+        source.note(f"the SRDF file beside it is ignored: {error.message}")
         return srdf.Semantics()
     groups = ", ".join(semantics.groups) or "none"
-    _logger.info("'%s': the SRDF file beside it is read, '%s'; its groups: %s", source.file.name, found[0], groups)
+    _logger.info("'%s': read the SRDF file beside it, '%s', with the groups %s", source.file.name, found[0], groups)
     return semantics
 
 

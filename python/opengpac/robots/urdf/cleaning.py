@@ -62,7 +62,7 @@ def _drop_second(source: Source, element: ElementTree.Element) -> None:
     for part in list(element):
         if part.tag in seen:
             called = f"<{element.tag}> '{element.get('name')}'" if element.get("name") else f"a <{element.tag}>"
-            source.note(f"{called} has two <{part.tag}>: the first is taken", part)
+            source.note(f"{called} has two <{part.tag}>; the first is used", part)
             element.remove(part)
         if part.tag in _ONCE:
             seen.add(part.tag)
@@ -73,7 +73,7 @@ def _drop_second_shape(source: Source, geometry: ElementTree.Element) -> None:
     first, *more = [part for part in geometry if part.tag in _SIZES] or [None]
     for part in more:
         assert first is not None and part is not None
-        source.note(f"a <geometry> has a <{part.tag}> behind its <{first.tag}>: the first is taken", part)
+        source.note(f"a <geometry> has a <{part.tag}> after its <{first.tag}>; the first is used", part)
         geometry.remove(part)
 
 
@@ -83,16 +83,14 @@ def _number_names(source: Source, tag: str) -> None:
     for element in source.root.findall(tag):
         name = element.get("name", "").strip()
         if not name:
-            source.refuse(element, f"a <{tag}> has no name", "give it one")
+            source.refuse(element, f"a <{tag}> has no name", "add one")
         if name in known and tag == "link":
-            source.refuse(
-                element, f"there are two links '{name}': it is not said which of them a joint means", "name one of them otherwise"
-            )
+            source.refuse(element, f"two links are named '{name}', so references by joints are ambiguous", "rename one of them")
         fresh, number = name, 2
         while fresh in known:
             fresh, number = f"{name}_{number}", number + 1
         if fresh != name:
-            source.note(f"a second joint '{name}' is called '{fresh}'", element)
+            source.note(f"a second joint '{name}' is renamed '{fresh}'", element)
         element.set("name", fresh)
         known.add(fresh)
 
@@ -101,17 +99,17 @@ def _clean_joint(source: Source, joint: ElementTree.Element, links: set[str]) ->
     """Corrects a joint, and returns its maximum speed, 0 without one. `links` are those of the file."""
     name, kind = joint.get("name", ""), joint.get("type", "")
     if kind not in _KINDS:
-        source.refuse(joint, f"joint '{name}' is of type '{kind}'", f"its type is one of {', '.join(_KINDS)}")
+        source.refuse(joint, f"joint '{name}' has the unknown type '{kind}'", f"use one of {', '.join(_KINDS)}")
     for end in ("parent", "child"):
         link = joint.find(end)
         if link is None or link.get("link") not in links:
             found = "none" if link is None else f"'{link.get('link')}'"
-            source.refuse(joint, f"the {end} link of joint '{name}' is {found}, which is not in the file", "name one of its links")
+            source.refuse(joint, f"the {end} link of joint '{name}', {found}, is not in the file", "name an existing link")
     if kind not in MOVING:
         return 0.0
     axis = joint.find("axis")
     if axis is not None and not any(source.numbers(axis, "xyz", 3, "1 0 0")):
-        source.refuse(axis, f"the axis of joint '{name}' is 0 0 0", "give it a direction")
+        source.refuse(axis, f"the axis of joint '{name}' is 0 0 0", "write a direction")
     _clean_dynamics(source, joint)
     return _clean_limit(source, joint)
 
@@ -121,32 +119,32 @@ def _clean_limit(source: Source, joint: ElementTree.Element) -> float:
     name, kind, limit = joint.get("name", ""), joint.get("type"), joint.find("limit")
     if limit is None:
         if kind != "continuous":
-            source.note(f"{kind} joint '{name}' has no limit: it turns or slides without end, with any effort", joint)
+            source.note(f"{kind} joint '{name}' has no limit; its range and effort are unlimited", joint)
             _free(joint)
         return 0.0
     low, high = (source.numbers(limit, bound, 1, "0", is_finite=False)[0] for bound in ("lower", "upper"))
     speed, effort = (source.numbers(limit, word, 1, "0", is_finite=False)[0] for word in ("velocity", "effort"))
     if kind == "continuous":
         if max(abs(low), abs(high)) > RANGE_MAX:
-            source.note(f"continuous joint '{name}' has the range {low:g} to {high:g}: it has none", limit)
+            source.note(f"the range of continuous joint '{name}', {low:g} to {high:g}, is ignored", limit)
         limit.attrib.pop("lower", None)
         limit.attrib.pop("upper", None)
     elif max(abs(low), abs(high)) > RANGE_MAX:
-        source.note(f"the range of joint '{name}' is {low:g} to {high:g}: it turns or slides without end", limit)
+        source.note(f"the range of joint '{name}' is {low:g} to {high:g}; it is treated as unlimited", limit)
         limit.attrib.pop("lower", None)
         limit.attrib.pop("upper", None)
         _free(joint)
     elif low > high:
-        source.note(f"the range of joint '{name}' is {low:g} to {high:g}, which is empty: its ends are exchanged", limit)
+        source.note(f"the range of joint '{name}', {low:g} to {high:g}, is empty; its ends are exchanged", limit)
         limit.attrib.update({"lower": f"{high}", "upper": f"{low}"})
     elif ("lower" not in limit.attrib and "upper" not in limit.attrib) or not any((low, high, speed, effort)):
-        source.note(f"{kind} joint '{name}' has no range: it turns or slides without end", limit)
+        source.note(f"{kind} joint '{name}' has no range; it is treated as unlimited", limit)
         _free(joint)
     elif low == high:
-        source.note(f"the range of joint '{name}' is {low:g} to {high:g}: it is fixed there", limit)
+        source.note(f"the range of joint '{name}' is {low:g} to {high:g}; the joint is fixed there", limit)
         source.fixed[name] = low
     if effort < 0.0 or speed < 0.0:
-        source.note(f"joint '{name}' has a negative limit: its absolute value is taken", limit)
+        source.note(f"joint '{name}' has a negative limit; its absolute value is used", limit)
     limit.set("effort", f"{_effort(source, limit, name, abs(effort))}")
     return _speed(source, limit, name, abs(speed))
 
@@ -155,8 +153,8 @@ def _effort(source: Source, limit: ElementTree.Element, joint: str, effort: floa
     """Returns the effort limit of a joint, 0 for none."""
     if 0.0 < effort <= EFFORT_MAX:
         return effort
-    said = "no limit of effort" if effort == 0.0 else f"an effort of {effort:g}, which is no limit"
-    source.note(f"joint '{joint}' has {said}: its motor has none", limit)
+    said = "no effort limit" if effort == 0.0 else f"an effort limit of {effort:g}"
+    source.note(f"joint '{joint}' has {said}; the effort of its motor is unlimited", limit)
     return 0.0
 
 
@@ -165,7 +163,7 @@ def _speed(source: Source, limit: ElementTree.Element, joint: str, speed: float)
     low, high = SPEEDS
     if speed == 0.0 or low <= speed <= high:
         return speed
-    source.note(f"joint '{joint}' has a maximum speed of {speed:g}, which no joint has: it is left out", limit)
+    source.note(f"joint '{joint}' has an implausible maximum speed of {speed:g}; it is ignored", limit)
     return 0.0
 
 
@@ -175,7 +173,7 @@ def _clean_dynamics(source: Source, joint: ElementTree.Element) -> None:
         for word in ("damping", "friction"):
             value = source.numbers(dynamics, word, 1, "0")[0]
             if value < 0.0:
-                source.note(f"joint '{joint.get('name')}' has a {word} of {value:g}: its absolute value is taken", dynamics)
+                source.note(f"joint '{joint.get('name')}' has a {word} of {value:g}; its absolute value is used", dynamics)
                 dynamics.set(word, f"{-value}")
 
 
@@ -193,14 +191,14 @@ def _clean_link(source: Source, link: ElementTree.Element, moves: bool) -> None:
     for shape in [*link.findall("visual"), *link.findall("collision")]:
         found = next((part for kind in _SIZES for part in shape.findall(f"geometry/{kind}")), None)
         if found is None:
-            source.note(f"a <{shape.tag}> of link '{name}' has no shape, and is left out; it is one of {', '.join(_SIZES)}", shape)
+            source.note(f"a <{shape.tag}> of link '{name}' has no shape and is ignored; use one of {', '.join(_SIZES)}", shape)
             link.remove(shape)
         elif flat := _flat(found):
-            source.note(f"a <{shape.tag}> of link '{name}' is left out: its <{found.tag}> has {flat}, and a size is above 0", found)
+            source.note(f"a <{shape.tag}> of link '{name}' is ignored: its <{found.tag}> has {flat}, but a size must be above 0", found)
             link.remove(shape)
     if inertial is None:
         if moves and link.find("collision") is None:
-            source.note(f"link '{name}' has neither an inertia nor a shape to take it from: it has the least mass", link)
+            source.note(f"link '{name}' has neither an inertia nor a shape to compute it from; it gets the minimum mass", link)
         return
     mass, inertia = inertial.find("mass"), inertial.find("inertia")
     kilograms = 0.0 if mass is None else source.numbers(mass, "value", 1, "0")[0]
@@ -209,11 +207,11 @@ def _clean_link(source: Source, link: ElementTree.Element, moves: bool) -> None:
         moments = [source.numbers(inertia, word, 1, "0")[0] for word in numbers.MOMENTS]
     if kilograms <= 0.0:
         if moves:
-            source.note(f"link '{name}' has a mass of {kilograms:g} kg: it is taken from its shapes", inertial)
+            source.note(f"link '{name}' has a mass of {kilograms:g} kg; it is computed from its shapes instead", inertial)
         link.remove(inertial)
     elif not _is_possible(moments):
         if moves:
-            source.note(f"link '{name}' has an inertia that no body has: that of a ball of 5 cm is taken", inertial)
+            source.note(f"link '{name}' has a physically impossible inertia; that of a ball of 5 cm is used", inertial)
         moment = 0.4 * kilograms * BALL_M**2
         element = ElementTree.SubElement(inertial, "inertia") if inertia is None else inertia
         element.attrib.update({word: f"{0.0 if word in _PRODUCTS else moment}" for word in numbers.MOMENTS})

@@ -41,9 +41,7 @@ def read(source: Source) -> Control:
             name = element.get("name", "")
             if name not in known:
                 hardware = system.get("name", "")
-                source.note(
-                    f"joint '{name}' of <ros2_control name=\"{hardware}\"> is not in the file: what is said of it is left out", element
-                )
+                source.note(f"joint '{name}' of <ros2_control name=\"{hardware}\"> is not in the file; its entries are ignored", element)
                 continue
             _read_joint(source, found, element, system.get("name", ""))
     return found
@@ -78,7 +76,7 @@ def _param(source: Source, interface: ElementTree.Element, word: str, joint: str
     if abs(value) < float("inf"):
         return value
     of = f"'{word}' of the interface '{interface.get('name', '')}' of joint '{joint}'"
-    source.note(f"{of} is '{text[:60]}', which is not a number: it is left out", element)
+    source.note(f"{of} is '{text[:60]}', which is not a number; it is ignored", element)
     return None
 
 
@@ -106,8 +104,8 @@ def _narrow_range(source: Source, limit: ElementTree.Element, name: str, limits:
     low, high = max(given[0], least), min(given[1], most)
     if low >= high:
         source.note(
-            f"<ros2_control> gives joint '{name}' the range {least:g} to {most:g}, its limit is {given[0]:g} to {given[1]:g}: "
-            "they have nothing in common, and the limit is taken",
+            f"<ros2_control> gives joint '{name}' the range {least:g} to {most:g}, which does not overlap with its limit, "
+            f"{given[0]:g} to {given[1]:g}; the limit is used",
             limit,
         )
     elif (low, high) != given:

@@ -38,7 +38,7 @@ def decoded(file: Path, content: bytes) -> tuple[bytes, str | None]:
     try:
         return content.decode(wide).rstrip("\0").encode(), "utf-8"
     except (LookupError, ValueError) as error:
-        refuse(DeviceFailed, f"{file}:1: this is not in the encoding '{wide}' that it names: {error}", "save it as UTF-8")
+        refuse(DeviceFailed, f"{file}:1: the file does not have the encoding '{wide}' that it declares: {error}", "save it as UTF-8")
 
 
 def _without_late_declaration(content: bytes) -> bytes:
@@ -56,7 +56,7 @@ def save_remedy(content: bytes, line: int) -> str:
         content.decode()
     except UnicodeDecodeError as error:
         if line == content.count(b"\n", 0, error.start) + 1:
-            return "save it as UTF-8, or name its encoding in the first line"
+            return "save it as UTF-8, or declare its encoding in the first line"
     return ""
 
 

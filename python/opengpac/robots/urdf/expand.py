@@ -39,7 +39,7 @@ def _answer_find(packages: Any) -> None:
 
     def get_package_share_directory(name: str) -> str:
         if (folder := packages.folder(name)) is None:
-            raise LookupError(f"package '{name}' was not found; package_paths= says where packages are")
+            raise LookupError(f"package '{name}' was not found; specify where packages are with package_paths=")
         return str(folder)
 
     module = types.ModuleType("ament_index_python.packages")

@@ -35,8 +35,8 @@ def _is_macro(element: ElementTree.Element) -> bool:
 def expanded(file: Path, packages: Packages, line: int) -> bytes:
     """Returns the expanded XML of a file whose first macro is on `line`. Raises `DeviceFailed` if it cannot be expanded."""
     if importlib.util.find_spec("xacro") is None:
-        missing = f"'{file}' has macros of xacro, the first in line {line}, and xacro is not installed"
-        refuse(DeviceFailed, missing, "pip install xacro, or expand it before: xacro FILE > arm.urdf")
+        missing = f"'{file}' has macros of xacro, the first in line {line}, but xacro is not installed"
+        refuse(DeviceFailed, missing, "run pip install xacro, or expand the file first: xacro FILE > arm.urdf")
     command = [sys.executable, "-P", _EXPAND, str(SECONDS_MAX), file, *packages.roots]
     try:
         run = subprocess.run(command, capture_output=True, timeout=WAIT_S, check=False)
@@ -49,4 +49,4 @@ def expanded(file: Path, packages: Packages, line: int) -> bytes:
         why = f"it takes more than {error.timeout:g} s"
     except OSError as error:
         why = str(error)
-    refuse(DeviceFailed, f"xacro cannot expand '{file}': {why}", "try it in a terminal: xacro FILE")
+    refuse(DeviceFailed, f"xacro cannot expand '{file}': {why}", "run it in a terminal: xacro FILE")

@@ -57,7 +57,7 @@ def leave_out(source: Source, problem: str) -> bool:
                 link.remove(shape)
                 left_out.add(Path(mesh.get("filename", "")).name)
     for name in sorted(left_out):
-        source.note(f"mesh '{name}' is left out: {' '.join(problem.removeprefix('Error: ').split())}")
+        source.note(f"mesh '{name}' is ignored: {' '.join(problem.removeprefix('Error: ').split())}")
     return bool(left_out)
 
 
@@ -65,14 +65,14 @@ def _usable(source: Source, mesh: ElementTree.Element, file: Path | None) -> str
     """Returns the path of a file that MuJoCo reads, possibly a converted one, or None, with a note."""
     name = mesh.get("filename", "")
     if file is None:
-        source.note(f"mesh '{name}' was not found, and is left out; package_paths= says where packages are", mesh)
+        source.note(f"mesh '{name}' was not found and is ignored; specify where packages are with package_paths=", mesh)
         return None
     if file.suffix.lower() in READ_BY_MUJOCO and not _is_ascii_stl(file):
         return str(file)
     try:
         trimesh = importlib.import_module("trimesh")
     except ImportError:
-        source.note(f"mesh '{name}' is left out: 'trimesh' reads {file.suffix or 'such files'}, and is not installed", mesh)
+        source.note(f"mesh '{name}' is ignored: 'trimesh', which reads {file.suffix or 'such files'}, is not installed", mesh)
         return None
     try:
         shape = trimesh.load(file, force="mesh")
@@ -82,7 +82,7 @@ def _usable(source: Source, mesh: ElementTree.Element, file: Path | None) -> str
             shape.convert_units("meters")
         content = shape.export(file_type="stl")
     except Exception as error:  # the reader of each format raises its own
-        source.note(f"mesh '{name}' is left out: {' '.join(str(error).split())}", mesh)
+        source.note(f"mesh '{name}' is ignored: {' '.join(str(error).split())}", mesh)
         return None
     kept = cache.folder("models") / hashlib.sha256(content).hexdigest()[:32] / f"{file.stem}.stl"
     if not kept.exists():

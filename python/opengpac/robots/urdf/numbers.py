@@ -49,9 +49,9 @@ def _tidy(source: Source, element: ElementTree.Element, attribute: str, count: i
     wrong = "separates its numbers by commas" if "," in text else ""
     if len(words) > count:
         taken = "is" if count == 1 else f"{count} are"
-        wrong, words = f"has {len(words)} numbers, and the first {taken} taken", words[:count]
+        wrong, words = f"has {len(words)} numbers; the first {taken} used", words[:count]
     if attribute == "scale" and len(words) == 1:
-        wrong, words = "has one number, which is taken for all directions", words * 3
+        wrong, words = "has one number, which is used for all directions", words * 3
     # A comma in a single number may be a decimal comma.
     if wrong and (count > 1 or "," not in text):
         source.note(f'{attribute}="{text[:60]}" of {source.called(element)} {wrong}', element)

@@ -87,7 +87,8 @@ def _inside(source: Source, tree: Tree, home: Mapping[str, float], state: str) -
         if abs(found[name] - position) > 1e-6:
             where = f"in state '{state}'" if state else "at its initial value"
             source.note(
-                f"joint '{name}' is {where} at {position:g}, outside its range, {low:g} to {high:g}: it begins at the end of it", joint
+                f"joint '{name}' is {where} at {position:g}, outside its range, {low:g} to {high:g}; it starts at the end of the range",
+                joint,
             )
     return found
 

@@ -35,7 +35,7 @@ class Source:
         try:
             content = file.read_bytes()
         except OSError as error:
-            refuse(DeviceFailed, f"cannot read '{file}': {error.strerror}", f"give the path of a {kind} file")
+            refuse(DeviceFailed, f"cannot read '{file}': {error.strerror}", f"pass the path of a {kind} file")
         kinds = "URDF or MJCF" if kind == "URDF" else kind
         found = parsed(file, content, kinds)
         macro = macros.first(found.root.iter())
@@ -43,7 +43,7 @@ class Source:
             line = found.line(found.root if macro is None else macro)
             found = parsed(file, macros.expanded(file, packages, line), kinds)
         if found.root.tag != "robot":
-            refuse(DeviceFailed, f"'{file}' begins with <{found.root.tag}>, not with <robot>", f"give a {kinds} file")
+            refuse(DeviceFailed, f"'{file}' begins with <{found.root.tag}>, not with <robot>", f"pass a {kinds} file")
         return found
 
     def line(self, element: ElementTree.Element) -> int:
@@ -108,8 +108,8 @@ def parsed(file: Path, content: bytes, kinds: str) -> Source:
         around = places[open_elements[-1]][1] if len(open_elements) > 1 else ""
         places[element] = parser.CurrentLineNumber, f"{tag} '{name}'" if name else around
         if len(open_elements) >= XML_DEPTH_MAX:
-            deep = f"{file}:{parser.CurrentLineNumber}: its elements are nested more than {XML_DEPTH_MAX} deep"
-            refuse(DeviceFailed, deep, f"give a {kinds} file")
+            deep = f"{file}:{parser.CurrentLineNumber}: the elements are nested more than {XML_DEPTH_MAX} levels deep"
+            refuse(DeviceFailed, deep, f"pass a {kinds} file")
         (open_elements[-1] if open_elements else roots).append(element)
         open_elements.append(element)
 
@@ -125,6 +125,6 @@ def parsed(file: Path, content: bytes, kinds: str) -> Source:
         parser.Parse(content, True)
     except expat.ExpatError as error:
         what = expat.ErrorString(error.code)
-        remedy = save_remedy(content, error.lineno) or f"give the path of a {kinds} file"
-        refuse(DeviceFailed, f"{file}:{error.lineno}: this is not XML: {what}", remedy)
+        remedy = save_remedy(content, error.lineno) or f"pass the path of a {kinds} file"
+        refuse(DeviceFailed, f"{file}:{error.lineno}: the file is not valid XML: {what}", remedy)
     return Source(file, roots[0], places)

@@ -105,7 +105,7 @@ class _Reading:
         for element in root.findall("group"):
             name = self._named(element)
             if name in self.groups:
-                self.source.refuse(element, f"there are two groups '{name}'", "name one of them otherwise")
+                self.source.refuse(element, f"two groups are named '{name}'", "rename one of them")
             self.groups[name] = element
             found.lines[name] = self.source.line(element)
         for name, element in self.groups.items():
@@ -130,7 +130,7 @@ class _Reading:
     def _named(self, element: ElementTree.Element) -> str:
         name = element.get("name", "").strip()
         if not name:
-            self.source.refuse(element, f"a <{element.tag}> has no name", "give it one")
+            self.source.refuse(element, f"a <{element.tag}> has no name", "add one")
         return name
 
     def _has(self, kind: str, name: str, element: ElementTree.Element) -> bool:
@@ -155,7 +155,7 @@ class _Reading:
                 found += [] if joint is None else [joint]
             else:
                 known = " or ".join(f"<{tag}>" for tag in _MEMBERS)
-                self.source.refuse(member, f"group '{inside[-1]}' has a <{member.tag}>", f"it has {known}")
+                self.source.refuse(member, f"group '{inside[-1]}' cannot have a <{member.tag}>", f"use only {known}")
         return found
 
     def _chain(self, chain: ElementTree.Element, group: str) -> list[str]:
@@ -168,16 +168,16 @@ class _Reading:
     def _subgroup(self, member: ElementTree.Element, inside: tuple[str, ...]) -> list[str]:
         name = self._named(member)
         if name in inside:
-            self.source.refuse(member, f"group '{name}' is a part of itself", "leave it out there")
+            self.source.refuse(member, f"group '{name}' contains itself", "remove it there")
         if name not in self.groups:
-            self.lost.setdefault(f"group '{inside[-1]}' has the group '{name}', which is not in the file: it is left out", member)
+            self.lost.setdefault(f"group '{inside[-1]}' contains group '{name}', which is not in the file; it is ignored", member)
             return []
         return self._joints(self.groups[name], (*inside, name))
 
     def _state(self, element: ElementTree.Element) -> State:
         name, group = self._named(element), element.get("group", "")
         if group and group not in self.groups:
-            self.lost[f"state '{name}' is of the group '{group}', which is not in the file: it is of none"] = element
+            self.lost[f"state '{name}' belongs to group '{group}', which is not in the file; it is used without a group"] = element
         positions: dict[str, float] = {}
         for member in element.findall("joint"):
             joint = self._named(member)
@@ -195,7 +195,7 @@ class _Reading:
         except ValueError:
             value = float("inf")
         if ANGLE.broken_by([value]) or value != value:
-            self.source.refuse(member, f"the value of {of} is '{text[:60]}'", "write a number there, rad or m")
+            self.source.refuse(member, f"the value of {of} must be a number, not '{text[:60]}'", "write a number, rad or m")
         return value
 
     def _pair(self, element: ElementTree.Element) -> tuple[str, str] | None:
@@ -209,20 +209,20 @@ class _Reading:
         """Notes ignored contents: names that the URDF file lacks, and elements that do not belong to SRDF."""
         name, robot = self.source.root.get("name", ""), self.arm.root.get("name", "")
         if name and robot and name != robot:
-            self.source.note(f"it is of the robot '{name}', the URDF file of '{robot}'", self.source.root)
+            self.source.note(f"it describes robot '{name}', but the URDF file describes '{robot}'", self.source.root)
         for sentence, element in self.lost.items():
             self.source.note(sentence, element)
         if self.foreign:
             what, element = next(iter(self.foreign.items()))
-            more = f", nor are {len(self.foreign) - 1} other names of it" if len(self.foreign) > 1 else ""
-            self.source.note(f"{what} is not in the URDF file{more}; what is said there is left out", element)
+            more = f", and neither are {len(self.foreign) - 1} other names in it" if len(self.foreign) > 1 else ""
+            self.source.note(f"{what} is not in the URDF file{more}; its entries are ignored", element)
         self.arm.notes += self.source.notes
 
 
 def chosen(semantics: Semantics, group: str, driven: Collection[str]) -> list[str]:
     """Returns the driven joints of the requested group. Raises `UnknownName` if it does not exist."""
     if semantics.file is None:
-        refuse(UnknownName, f"there is no group '{group}': no SRDF file is read", "give its file: srdf=")
+        refuse(UnknownName, f"group '{group}' is unknown, because no SRDF file is read", "pass its file: srdf=")
     if group not in semantics.groups:
         refuse(UnknownName, f"'{semantics.file}' has no group '{group}'", did_you_mean(group, semantics.groups))
     joints = [name for name in semantics.groups[group] if name in driven]
@@ -230,6 +230,6 @@ def chosen(semantics: Semantics, group: str, driven: Collection[str]) -> list[st
         refuse(
             DeviceFailed,
             f"{semantics.file}:{semantics.lines[group]}: group '{group}' has no joint that a motor drives",
-            "name joints of the URDF file in it that are neither fixed nor passive",
+            "add joints of the URDF file that are neither fixed nor passive",
         )
     return joints

@@ -17,13 +17,14 @@ def check_tree(source: Source) -> None:
     for joint in source.root.findall("joint"):
         name, parent, child = joint.get("name", ""), _end(joint, "parent"), _end(joint, "child")
         if parent == child:
-            source.refuse(joint, f"joint '{name}' joins link '{child}' to itself", "name the link that it hangs on as its parent")
+            source.refuse(joint, f"joint '{name}' joins link '{child}' to itself", "set its parent to the link to which it is attached")
         if child in carriers:
             other = carriers[child]
             source.refuse(
                 joint,
-                f"link '{child}' hangs on two joints, '{other.get('name')}' (line {source.line(other)}) and '{name}': links are a tree",
-                "leave one of the joints out; a closed loop is an <equality> in MJCF",
+                f"link '{child}' is the child of two joints, '{other.get('name')}' (line {source.line(other)}) "
+                f"and '{name}', but links must form a tree",
+                "remove one of the joints; write a closed loop as an <equality> in MJCF",
             )
         carriers[child] = joint
     for link, joint in carriers.items():
@@ -32,7 +33,7 @@ def check_tree(source: Source) -> None:
             parent = _end(carrier, "parent")
             if parent == link:
                 circle = ", ".join(f"'{_name(carriers[each])}'" for each in way)
-                source.refuse(joint, f"joints {circle} are a circle: none of their links stands on the base", "leave one of them out")
+                source.refuse(joint, f"joints {circle} form a circle: none of their links is connected to the base", "remove one of them")
             if parent in way:
                 break
             way.append(parent)
@@ -53,12 +54,12 @@ def resolve_followers(source: Source) -> None:
             joint.remove(mimic)
             continue
         leader = mimic.get("joint", "").strip()
-        remedy = "name the joint that it follows, or leave <mimic> out"
+        remedy = "name the joint that it follows, or remove <mimic>"
         if leader == name:
             source.refuse(mimic, f"joint '{name}' mimics itself", remedy)
         if leader not in joints:
             said = f"joint '{leader}', which is not in the file" if leader else "no joint"
-            source.note(f"joint '{name}' mimics {said}: it stands still", joint)
+            source.note(f"joint '{name}' mimics {said}; it is fixed", joint)
             source.fixed[name] = _nearest_zero(joint)
             joint.remove(mimic)
             continue
@@ -69,7 +70,7 @@ def resolve_followers(source: Source) -> None:
         while way[-1] in leaders:
             if leaders[way[-1]] in way:
                 circle = ", ".join(f"'{each}'" for each in way)
-                source.refuse(joints[name], f"joints {circle} mimic each other: nobody leads", "leave the <mimic> of one of them out")
+                source.refuse(joints[name], f"joints {circle} mimic each other", "remove the <mimic> of one of them")
             way.append(leaders[way[-1]])
         source.followers.add(name)
         _follow(source, joints, way)
@@ -91,7 +92,7 @@ def _follow(source: Source, joints: dict[str, ElementTree.Element], way: list[st
         position = multiplier * position + offset
     source.fixed[way[0]] = position
     joints[way[0]].remove(joints[way[0]].findall("mimic")[0])
-    source.note(f"joint '{way[0]}' mimics '{leader}', which is fixed: it stands still at {position:g}", joints[way[0]])
+    source.note(f"joint '{way[0]}' mimics '{leader}', which is fixed; it is fixed at {position:g}", joints[way[0]])
 
 
 def _nearest_zero(joint: ElementTree.Element) -> float:
