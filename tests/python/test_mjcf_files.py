@@ -189,7 +189,7 @@ def test_friction_leaves_less_effort_for_accelerations(tmp_path: Path) -> None:
 def test_a_motor_that_is_too_weak_is_named_with_its_effort(tmp_path: Path) -> None:
     """The elbow needs 1.8 N.m for its weight alone; its servo exceeds its motor's effort only later."""
     weak = MOTORS.replace('"elbow" ctrlrange="-80 80"', '"elbow" ctrlrange="-1.5 1.5"')
-    with pytest.warns(UserWarning, match="it sinks"):
+    with pytest.warns(UserWarning, match="'elbow' sinks"):
         found = gpac.robots.load(arm(tmp_path, actuators=weak), name="weak", clock="virtual").enable()
     with pytest.raises(gpac.Terminated, match=r"joint 'weak\.elbow' is .*; its motor is at -1\.5 of 1\.5 N\.m \(saturated\)") as ended:
         gpac.motion.move_absolute(found, [0.5, -1.0, 0.3])

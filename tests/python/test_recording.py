@@ -196,8 +196,8 @@ def test_a_checked_program_reads_back_what_it_would_have_recorded(
     program.write_text(READS_BACK.format(svvs=["joint.*"], replay=False))
     assert cli.main(["check", str(program)]) == 1
     told = capsys.readouterr().err
-    assert "program.py:7:" in told and "there is nothing to replay\n" in told and "cell.record(path, replay=True)" in told
-    assert "program.py:10:" in told and "there is no SVV 'lev*'" in told
+    assert "program.py:7:" in told and "contains nothing to replay\n" in told and "cell.record(path, replay=True)" in told
+    assert "program.py:10:" in told and "has no SVV 'lev*'" in told
 
 
 def test_a_daemon_records_in_its_folder_or_refuses(tmp_path: Path) -> None:

@@ -91,7 +91,7 @@ def test_points_of_another_arm_are_refused(cell: gpac.System, bench: Bench, tmp_
     other = gpac.Group("other", bench.arm.x)
     with pytest.raises(gpac.ValueRefused, match="are for joints x, y, but arm 'other' has x"):
         gpac.Points(path, other)
-    with pytest.raises(gpac.ValueRefused, match="are of x, y"):
+    with pytest.raises(gpac.ValueRefused, match="are for joints x, y"):
         gpac.Points(path).teach("pick", other)
     twin = gpac.Group("twin", *bench.arm)
     twin.model = "file:0123"

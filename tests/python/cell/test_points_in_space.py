@@ -188,7 +188,7 @@ def test_a_frame_that_points_are_of_stays(ur5e: Arm, tmp_path: Path) -> None:
         (gpac.ValueRefused, "point 'pick' uses it", lambda: points.frames.__delitem__("table")),
         (gpac.ValueRefused, "point 'pick' uses it", lambda: points.tools.__delitem__("pen")),
         (gpac.UnknownName, "did you mean 'table'", lambda: points.teach("p", frame="tabel")),
-        (gpac.UnknownName, "which '", lambda: points.teach("p", frame="world", tool="gripper")),
+        (gpac.UnknownName, "is not in '", lambda: points.teach("p", frame="world", tool="gripper")),
         (gpac.CallError, "a tool but no frame", lambda: points.teach("p", tool="pen")),
         (gpac.CallError, "the name of a frame", lambda: points.frames.__setitem__("world", gpac.Pose())),
         (gpac.ValueRefused, "is a pose in 'table'", lambda: points.edit("pick", {"elbow": 1.0})),

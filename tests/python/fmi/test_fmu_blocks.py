@@ -195,7 +195,7 @@ def refused(folder: Path) -> dict[str, tuple[Path, dict[str, Any], str]]:
         "token": (wrong("token", xml=said(token="{other}")), {}, "rejects instantiation"),
         "library": (wrong("library", binary=b"\x7fELF nothing"), {}, "cannot be loaded"),
         "functions": (wrong("functions", 3, xml=said(3), binary=library_of(2)), {}, "lacks a function"),
-        "an input": (good, {"inputs": ["v"]}, "input 'v' of 'lag' is not there"),
+        "an input": (good, {"inputs": ["v"]}, "input 'v' of 'lag' is not a number there"),
         "a parameter": (good, {"parameters": ["u"]}, "parameter 'u' of 'lag' is an input"),
         "a name": (good, {"inputs": {"u": "in"}}, "cannot be named 'in'"),
         "two names": (good, {"inputs": {"u": "a", "hold": "a"}}, "are both 'a'"),

@@ -235,7 +235,7 @@ FAULTY = {
         "(native=False, deadline='0 s')",
         1,
         "deadline must be more than 0 s, not '0 s'",
-        "above 0",
+        "write '1 ms'",
     ),
     "an item as the deadline's condition": (
         "def f(late: U, y: Y):\n    y = late\n",

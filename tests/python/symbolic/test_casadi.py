@@ -135,7 +135,7 @@ def refused() -> dict[str, tuple[Any, dict[str, Any], str]]:
         "an expression": (x + 1, {}, "must be a casadi.Function"),
         "a wrong input": (one(), {"inputs": {"z": "rad"}}, "inputs= of block 'f' names 'z', but f has x"),
         "a wrong output": (one(), {"outputs": {"z": "rad"}}, "outputs= of block 'f' names 'z'"),
-        "a wrong parameter": (one(), {"parameters": {"k": 1.0}}, "parameters of block 'f' name 'k'"),
+        "a wrong parameter": (one(), {"parameters": {"k": 1.0}}, "parameters= of block 'f' names 'k'"),
         "a wrong state": (one(), {"states": {"x": "z"}}, "states= of block 'f' names 'z'"),
         "two roles": (one(), {"inputs": {"x": "rad"}, "parameters": {"x": 1.0}}, "'x' of block 'f' is named twice"),
         "a sparse input": (one(ca.MX.sym("x", ca.Sparsity.diag(2))), {}, "input 'x' of block 'f' is sparse: 2 of 2 x 2"),

@@ -93,7 +93,7 @@ def _impossible(spec: Any, model: Any) -> str | None:
     """Returns a sentence about a mass or an inertia, as computed from sizes and densities, that makes simulation impossible."""
     for body in spec.bodies:
         if not 0.0 <= model.body_mass[body.id] <= NUMBER_MAX:
-            return f"body '{body.name}' has an invalid mass, {model.body_mass[body.id]:g}"
+            return f"body '{body.name}' has an invalid mass, {model.body_mass[body.id]:g} kg"
         if not np.all(np.abs(model.body_inertia[body.id]) <= NUMBER_MAX):
             return f"body '{body.name}' has an inertia that is not a number, or too large a mass or size"
     return None
