@@ -53,7 +53,7 @@ def made(wheel: Path, folder: Path, python: str) -> Path:
     version, platform = wheel.name.split("-")[1], wheel.stem.split("-")[-1]
     machine = next((name for name in PROCESSORS if platform.split(".")[0].endswith(name)), None)
     if machine is None:
-        sys.exit(f"{wheel.name}: there is no package for this processor; there is one for {' and '.join(PROCESSORS)}")
+        sys.exit(f"{wheel.name}: packages exist only for {' and '.join(PROCESSORS)}")
     name = f"opengpac_{version}_{PROCESSORS[machine]}"
     with tempfile.TemporaryDirectory() as temporary:
         root = Path(temporary) / name
@@ -79,7 +79,7 @@ def install(wheel: Path, environment: Path, machine: str, python: str) -> None:
     target = ["--target", str(packages), "--no-compile"]
     ended = subprocess.run([*pip, *chosen, *target, "-c", str(HERE / "constraints.txt"), f"{wheel}[mujoco]"])
     if ended.returncode != 0:
-        sys.exit(f"what {wheel.name} depends on cannot be installed for Python {python} on {machine}")
+        sys.exit(f"the dependencies of {wheel.name} cannot be installed for Python {python} on {machine}")
     # The dependencies' commands contain the path of the Python that installed them.
     shutil.rmtree(packages / "bin", ignore_errors=True)
     if sys.version_info[:2] == tuple(map(int, python.split("."))):

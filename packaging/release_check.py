@@ -50,7 +50,7 @@ def ran(*words: str | Path, folder: Path = TOP, seconds: float = 3600, environme
         said = {"stdout": subprocess.PIPE, "stderr": subprocess.STDOUT, "text": True}
         ended = subprocess.run([str(word) for word in words], cwd=folder, timeout=seconds, env=environment, **said)
     except subprocess.TimeoutExpired:
-        raise Failed(f"{words[0]} … had not ended after {seconds:g} s") from None
+        raise Failed(f"{words[0]} … did not end within {seconds:g} s") from None
     if ended.returncode != 0:
         raise Failed(f"{' '.join(map(str, words))[:120]} … ended with {ended.returncode}: {ended.stdout[-1500:]}")
     return ended.stdout
@@ -60,7 +60,7 @@ def wheel_of(machine: str) -> Path:
     """Returns the newest wheel for a processor in dist/."""
     found = sorted(DIST.glob(f"opengpac-*_{machine}.whl"), key=lambda path: path.stat().st_mtime)
     if not found:
-        raise NotTried(f"no wheel of {machine} was built")
+        raise NotTried(f"no wheel was built for {machine}")
     return found[-1]
 
 
@@ -131,7 +131,7 @@ def package(machine: str) -> Callable[[], str]:
 
     def tried() -> str:
         if shutil.which("dpkg-deb") is None:
-            raise NotTried("dpkg-deb: it is part of Debian and its descendants")
+            raise NotTried("dpkg-deb, which is part of Debian and its derivatives")
         made = debian_package(machine)
         told = f"{made.stat().st_size / 1e6:.1f} MB"
         if shutil.which("systemd-analyze"):
@@ -187,7 +187,7 @@ def container() -> str:
         buildah("bud", "--quiet", "--build-arg", "BASE=localhost/base", "--tag", "opengpac", "--file", HERE / "Containerfile", name)
         program = "import opengpac as gpac; gpac.System('cell', clock='virtual'); print(gpac.robots.load('ur5e').enable())"
         buildah("run", buildah("from", "localhost/opengpac"), "--", "/opt/opengpac/bin/python", "-c", program)
-    return "built by buildah, an arm was enabled in it"
+    return "built by buildah; an arm was enabled in it"
 
 
 def carry_network(root: roots.Root) -> None:

@@ -38,7 +38,7 @@ class Distribution:
         """Returns the tool that this machine lacks to create and enter the root file system, with the command that installs it; `None`
         if nothing is missing."""
         if os.geteuid() != 0:
-            return "root: a root file system is made and entered with chroot"
+            return "root, to make a root file system and enter it with chroot"
         if shutil.which("debootstrap") is None:
             return "debootstrap: apt-get install debootstrap"
         if self.foreign and not QEMU.exists():
@@ -108,9 +108,9 @@ def made(distribution: Distribution) -> Path:
     unchecked = ["--no-check-gpg"] if "ubuntu" in distribution.mirror else []
     words = ["debootstrap", "--variant=minbase", f"--arch={distribution.processor}", f"--components={distribution.components}", *unchecked]
     words.append(f"--include={','.join(distribution.packages)}")
-    print(f"{distribution.name}: made by debootstrap, some minutes once", file=sys.stderr)
+    print(f"{distribution.name}: debootstrap makes it once, which takes a few minutes", file=sys.stderr)
     ended = subprocess.run([*words, distribution.suite, str(begun), distribution.mirror, *script], text=True, capture_output=True)
     if ended.returncode != 0:
-        sys.exit(f"{distribution.name} could not be made: is there a network?\n{ended.stdout[-600:]}{ended.stderr[-600:]}")
+        sys.exit(f"{distribution.name} could not be made; check the network\n{ended.stdout[-600:]}{ended.stderr[-600:]}")
     begun.rename(finished)
     return finished

@@ -106,15 +106,15 @@ def main() -> None:
     """Runs the command."""
     given = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
     given.add_argument("wheel", type=Path)
-    given.add_argument("--at-most", type=float, metavar="SECONDS", help="an error where it takes longer")
-    given.add_argument("--virtual", action="store_true", help="only on the virtual clock")
+    given.add_argument("--at-most", type=float, metavar="SECONDS", help="fail if it takes longer")
+    given.add_argument("--virtual", action="store_true", help="run only on the virtual clock")
     given.add_argument("--c", action="store_true", help="also build a block in C, without a compiler of the machine")
     options = given.parse_args()
     with tempfile.TemporaryDirectory(prefix="opengpac-wheel-") as folder:
         seconds = tried(options.wheel.resolve(), Path(folder), options.virtual, options.c)
-    print(f"{options.wheel.name}: the arm has arrived {seconds:.1f} s after pip install began")
+    print(f"{options.wheel.name}: the arm arrived {seconds:.1f} s after pip install began")
     if options.at_most is not None and seconds > options.at_most:
-        sys.exit(f"that is more than {options.at_most:g} s")
+        sys.exit(f"this exceeds the limit of {options.at_most:g} s")
 
 
 if __name__ == "__main__":

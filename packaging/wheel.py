@@ -45,9 +45,9 @@ def made(source: Path, folder: Path) -> Path:
 def complete(inside: Path, extension: Path) -> None:
     """Exits with an error if the wheel lacks a part. The extension is read, not loaded: it may be for another processor."""
     if not (inside / PAGE).is_file():
-        sys.exit("the studio's page is not in the wheel: make page builds it")
+        sys.exit("the page of the studio is not in the wheel; build it with make page")
     if b"zenoh" not in extension.read_bytes():
-        sys.exit("the wheel has no links between hosts: build it with --features hosts")
+        sys.exit("the wheel lacks links between hosts; build it with --features hosts")
 
 
 def packed(inside: Path, wheel: Path) -> Path:
@@ -76,7 +76,7 @@ def main() -> None:
     given = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
     given.add_argument("source", type=Path)
     given.add_argument("folder", type=Path)
-    given.add_argument("--at-most", type=float, default=40.0, metavar="MB", help="an error where the wheel is larger (default: 40)")
+    given.add_argument("--at-most", type=float, default=40.0, metavar="MB", help="maximum size of the wheel, MB (default: 40)")
     options = given.parse_args()
     wheel = made(options.source, options.folder)
     size = wheel.stat().st_size / 1e6

@@ -94,9 +94,9 @@ def main() -> None:
         print("==== strands (out/strands.svg)", *strands(notes), sep="\n")
     if tests := noted(out / "tests.jsonl"):
         print("==== longest tests", *longest(tests, "lasted_s"), sep="\n")
-        print("==== tests that took most processor time (out/tests.jsonl)", *longest(tests, "processor_s"), sep="\n")
+        print("==== tests that took the most processor time (out/tests.jsonl)", *longest(tests, "processor_s"), sep="\n")
         alone = [note["lasted_s"] for note in tests if note["alone"]]
-        print(f"Tests that have to be alone came last, {len(alone)} in {sum(alone):.0f} s.")
+        print(f"Tests that must run alone came last: {len(alone)} in {sum(alone):.0f} s.")
     for log in map(Path, sys.argv[1:]):
         print(f"==== {log.name}")
         print("\n".join(closing(log.read_text(errors="replace"))) if log.exists() else "it was not made")

@@ -23,7 +23,7 @@ signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
-    parser.addoption("--renew", action="store_true", help="write expected texts anew, to be read before they are committed")
+    parser.addoption("--renew", action="store_true", help="rewrite the expected texts, to be reviewed before they are committed")
 
 
 def pytest_configure(config: pytest.Config) -> None:

@@ -119,14 +119,14 @@ class Pose:
         if length < _APART:
             refuse(
                 ValueRefused,
-                f"the place on x is too near to the origin: {length:.3g} m",
+                f"the point on x is too near to the origin: {length:.3g} m",
                 "choose one further away: its error turns the frame",
             )
         x /= length
         y = other - (other @ x) * x
         beside = float(np.linalg.norm(y))
         if beside < _APART:
-            refuse(ValueRefused, f"the place in xy is too near to the x axis: {beside:.3g} m", "choose one further away from the axis")
+            refuse(ValueRefused, f"the point in xy is too near to the x axis: {beside:.3g} m", "choose one further away from the axis")
         y /= beside
         return cls(tuple(places[0]), quaternion=_quaternion(np.column_stack([x, y, np.cross(x, y)])))
 

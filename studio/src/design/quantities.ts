@@ -107,14 +107,14 @@ export function durationNs(text: string, bare: "s" | null = null): ReadResult<nu
   if (read.wrong !== undefined) return read;
   const [number, symbol] = read.value;
   if (symbol === "") {
-    if (bare === null) return { wrong: `'${text.trim()}' has no unit: write for example '20 ms'` };
+    if (bare === null) return { wrong: `'${text.trim()}' has no unit: write 20 ms, for example` };
     return inRange(number * 1e9, text);
   }
   const time = numberIn(text, "ns");
   if (time.wrong === undefined) return inRange(time.value, text);
   const rate = numberIn(text, "Hz");
   if (rate.wrong === undefined && rate.value > 0) return inRange(1e9 / rate.value, text);
-  return { wrong: `'${text.trim()}' is not a time: write for example '20 ms'` };
+  return { wrong: `'${text.trim()}' is not a time: write 20 ms, for example` };
 }
 
 function inRange(ns: number, text: string): ReadResult<number> {
@@ -127,7 +127,7 @@ function split(text: string): ReadResult<[number, string]> {
   const found = NUMBER.exec(text.trim());
   const number = Number(found?.[1]);
   if (!found || !Number.isFinite(number))
-    return { wrong: `'${text.trim()}' is not a number with a unit: write for example 20 ms or 90 deg` };
+    return { wrong: `'${text.trim()}' is not a number with a unit: write 20 ms or 90 deg, for example` };
   return { value: [number, found[2] ?? ""] };
 }
 

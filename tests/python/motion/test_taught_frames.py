@@ -45,9 +45,9 @@ def test_a_frame_is_found_from_three_of_its_points(
 def test_places_that_tell_no_frame_are_refused() -> None:
     assert gpac.Frame.by_points((0, 0, 0), ("100 mm", 0, 0), (0, "1 cm", 0)) == gpac.Frame()
     for given_places, words in [
-        (((0, 0, 0), (0, 0, 5e-4), (0, 1, 0)), "the place on x is too near to the origin: 0.0005 m"),
-        (((0, 0, 0), (1, 0, 0), (2, 0, 0)), "the place in xy is too near to the x axis: 0 m"),
-        (((0, 0, 0), (1, 0, 0), (-1, 5e-4, 0)), "the place in xy is too near to the x axis: 0.0005 m"),
+        (((0, 0, 0), (0, 0, 5e-4), (0, 1, 0)), "the point on x is too near to the origin: 0.0005 m"),
+        (((0, 0, 0), (1, 0, 0), (2, 0, 0)), "the point in xy is too near to the x axis: 0 m"),
+        (((0, 0, 0), (1, 0, 0), (-1, 5e-4, 0)), "the point in xy is too near to the x axis: 0.0005 m"),
         (((0, 0), (1, 0, 0), (0, 1, 0)), "must have 3 numbers, not 2"),
         (((0, 0, math.nan), (1, 0, 0), (0, 1, 0)), "write a finite number"),
     ]:

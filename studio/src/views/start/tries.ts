@@ -65,7 +65,7 @@ export function triesOf(known: SystemNames): Try[] {
     },
     mayConfigure && {
       title: "Record",
-      about: "Values, log and ends into a file that opens in the same views.",
+      about: "Save values, log and ends to a file that opens in the same views.",
       address: addressOf("recordings"),
     },
   ];
