@@ -160,7 +160,7 @@ def _check(given: argparse.Namespace) -> int:
         print(f"{text}\n  help: run the program to see whether it fails there: a check uses zeros for values that only a run has")
     print(f"{_count(findings.planned, 'verb application')} planned, {_count(errors, 'error')}")
     if findings.broken:
-        print(f"check incomplete: {_left_out(findings)} and everything that depends on them could not be checked")
+        print(f"check incomplete: {_left_out(findings)} and dependent statements were skipped")
     return 1 if errors or findings.broken else 0
 
 
@@ -190,7 +190,7 @@ def _stubs(given: argparse.Namespace) -> int:
     output = Path(given.output) if given.output else program.with_suffix(".pyi")
     files.write(output, stub(program, findings.names), "the stub")
     if findings.broken:
-        print(f"check incomplete: {_left_out(findings)} and everything that depends on them could not be checked")
+        print(f"check incomplete: {_left_out(findings)} and dependent statements were skipped")
     print(output)
     return 1 if findings.errors or findings.broken else 0
 
