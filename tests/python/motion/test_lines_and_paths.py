@@ -218,7 +218,7 @@ def test_a_path_out_of_range_names_the_point_and_the_joint(arm: gpac.robots.Arm)
         ({"points": [[0, 0]]}, "shape"),
         ({"points": []}, "shape"),
         ({"points": 5}, "waypoints must be a list of joint positions, not 5"),
-        ({"points": [[0] * 6] * 4097}, "4097 way-points"),
+        ({"points": [[0] * 6] * 4097}, "4097 waypoints"),
         ({"points": [["a"] * 6]}, "waypoints must be"),
         ({"points": [[0] * 6], "blend": []}, "0 values"),
     ],
