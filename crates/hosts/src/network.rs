@@ -20,7 +20,7 @@ pub trait Network: Send + Sync {
     fn subscribe(&self, key: &str, came: Arrival) -> Result<Subscription, NetworkError>;
 
     /// Notes that the listening side has answered a packet of this one, so that packets pass in both directions. A carrier that is told
-    /// nothing for seconds may connect anew.
+    /// nothing for seconds may connect again.
     fn answered(&self) {}
 }
 

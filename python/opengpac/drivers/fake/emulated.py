@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import contextlib
 import json
+import select
 import subprocess
 from collections.abc import Mapping
 from types import TracebackType
@@ -12,6 +13,11 @@ from typing import Any, Self
 
 from ...errors import CallError, DeviceFailed, refuse
 from ...system import processes
+
+ANSWER_S = 60.0
+"""Time limit of an answer, s: a safety net for busy machines."""
+END_S = 10.0
+"""Time limit for its process to end by itself, before it is killed, s."""
 
 
 class EmulatedBus:
@@ -33,6 +39,11 @@ class EmulatedBus:
         with contextlib.suppress(OSError):
             stdin.write(json.dumps(what) + "\n")
             stdin.flush()
+            answers = select.poll()
+            answers.register(stdout, select.POLLIN)
+            if not answers.poll(ANSWER_S * 1e3):
+                self.close()
+                refuse(DeviceFailed, f"{self._what} did not answer within {ANSWER_S:g} s", "start another one")
             line = stdout.readline()
         if not line:
             reason = stderr.read().strip() or "its process has ended"
@@ -61,7 +72,12 @@ class EmulatedBus:
                 # Unwritten data no longer matter.
                 with contextlib.suppress(OSError):
                     stream.close()
-        self._process.wait()
+        # A copy of its input in a forked process may keep it from ending.
+        try:
+            self._process.wait(END_S)
+        except subprocess.TimeoutExpired:
+            self._process.kill()
+            self._process.wait()
 
     def __enter__(self) -> Self:
         return self

@@ -1,5 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Endpoints for devices of a test: a port of this host, or a pseudo terminal."""
+"""Endpoints for devices of a test: a port of this host, or a pseudo terminal.
+
+No thread here waits for a client: what nobody reads is lost, as on a real line, and each wait ends when the endpoint is closed.
+"""
 
 from __future__ import annotations
 
@@ -7,12 +10,65 @@ import contextlib
 import os
 import select
 import socket
+import struct
 import threading
 import tty
 from collections.abc import Callable
 
 Receive = Callable[[bytearray, Callable[[bytes], None]], None]
 """Consumes complete messages from the front of the received bytes, and answers by the function passed."""
+
+UNREAD_S = 10
+"""Time for which a client may leave what is sent to it unread, before the rest is dropped, s."""
+
+
+class Closing:
+    """A flag that ends the waits of a thread on a descriptor. A copy of it in a forked process changes nothing, unlike one of a pipe."""
+
+    def __init__(self) -> None:
+        self._flag = os.eventfd(0)
+
+    def tell(self) -> None:
+        """Ends the wait that goes on and all later ones."""
+        os.eventfd_write(self._flag, 1)
+
+    def readable(self, descriptor: int) -> bool:
+        """Waits until a descriptor is readable; returns False if the flag was set first."""
+        polled = select.poll()
+        for each in (descriptor, self._flag):
+            polled.register(each, select.POLLIN)
+        return self._flag not in dict(polled.poll())
+
+    def close(self) -> None:
+        """Releases the flag, when nothing waits for it."""
+        os.close(self._flag)
+
+
+class Terminal:
+    """Pseudo terminal in raw mode; `path` is its name for a program."""
+
+    def __init__(self) -> None:
+        self.device, self._line = os.openpty()
+        tty.setraw(self._line)
+        os.set_blocking(self.device, False)
+        self.path = os.ttyname(self._line)
+
+    def read(self) -> bytes:
+        """Returns what a program has written."""
+        with contextlib.suppress(BlockingIOError):
+            return os.read(self.device, 4096)
+        return b""
+
+    def write(self, data: bytes) -> None:
+        """Sends to the program; what does not fit because nobody reads is lost."""
+        with contextlib.suppress(BlockingIOError):
+            while data:
+                data = data[os.write(self.device, data) :]
+
+    def close(self) -> None:
+        """Closes it: a program that has it open sees it disconnect."""
+        os.close(self._line)
+        os.close(self.device)
 
 
 class TcpEnd:
@@ -83,6 +139,7 @@ class TcpEnd:
             while self._listener is listener and select.select([listener], [], [], 0)[0]:
                 connection, _ = listener.accept()
                 connection.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+                connection.setsockopt(socket.SOL_SOCKET, socket.SO_SNDTIMEO, struct.pack("@ll", UNREAD_S, 0))
                 self._open.add(connection)
                 threading.Thread(target=self._serve, args=(connection,), daemon=True).start()
             return self._listener is listener
@@ -103,10 +160,8 @@ class SerialEnd:
 
     def __init__(self, receive: Receive) -> None:
         self._receive = receive
-        self._device, self._line = os.openpty()
-        tty.setraw(self._line)
-        self.path = os.ttyname(self._line)
-        self._woken, self._wake = os.pipe()
+        self._terminal, self._closing = Terminal(), Closing()
+        self.path = self._terminal.path
         self._is_on = threading.Event()
         self._thread = threading.Thread(target=self._serve, daemon=True)
         self._thread.start()
@@ -121,15 +176,15 @@ class SerialEnd:
 
     def close(self) -> None:
         """Closes the line."""
-        os.write(self._wake, b"x")
+        self._closing.tell()
         self._thread.join()
-        for descriptor in (self._device, self._line, self._woken, self._wake):
-            os.close(descriptor)
+        self._terminal.close()
+        self._closing.close()
 
     def send(self, data: bytes) -> None:
         """Sends on the line."""
         if self._is_on.is_set():
-            os.write(self._device, data)
+            self._terminal.write(data)
 
     @property
     def connected(self) -> int:
@@ -138,11 +193,8 @@ class SerialEnd:
 
     def _serve(self) -> None:
         came = bytearray()
-        while True:
-            ready, _, _ = select.select([self._device, self._woken], [], [])
-            if self._woken in ready:
-                return
-            came += os.read(self._device, 4096)
+        while self._closing.readable(self._terminal.device):
+            came += self._terminal.read()
             if self._is_on.is_set():
                 self._receive(came, self.send)
             else:

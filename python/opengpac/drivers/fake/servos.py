@@ -5,12 +5,9 @@ from __future__ import annotations
 
 import contextlib
 import os
-import pty
-import select
 import tempfile
 import threading
 import time
-import tty
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -19,6 +16,7 @@ from typing import Any, Self
 from ...errors import CallError, did_you_mean, refuse
 from ...refusals.argument_types import taking
 from . import servo_frames as words
+from .ends import Closing, Terminal
 from .servo_frames import BROADCAST, Dynamixel2, Request, Sts
 
 
@@ -272,34 +270,27 @@ class _Line:
 
     def __init__(self, bus: FakeServos) -> None:
         self._bus = bus
-        self._master, self._slave = pty.openpty()
-        tty.setraw(self._slave)
-        self.path = os.ttyname(self._slave)
-        self._ends, self._end = os.pipe()
+        self._terminal, self._closing = Terminal(), Closing()
+        self.path = self._terminal.path
         self._thread = threading.Thread(target=self._serve, name="servos", daemon=True)
         self._thread.start()
 
     def _serve(self) -> None:
         frames, stream = self._bus.table.frames(), bytearray()
-        while True:
-            ready, _, _ = select.select([self._master, self._ends], [], [])
-            if self._ends in ready:
-                return
-            came = os.read(self._master, 4096)
+        while self._closing.readable(self._terminal.device):
+            came = self._terminal.read()
             if self._bus.echo:
-                os.write(self._master, came)
+                self._terminal.write(came)
             stream += came
             while (request := frames.take(stream)) is not None:
-                os.write(self._master, self._bus._answers(frames, request))
+                self._terminal.write(self._bus._answers(frames, request))
 
     def close(self) -> None:
         """Ends the thread, then the terminal: a program that has it open sees it disconnect."""
-        # A process that was forked meanwhile may keep the other end open: closing it alone would wake nobody.
-        os.write(self._end, b"x")
+        self._closing.tell()
         self._thread.join()
-        os.close(self._end)
-        for file in (self._slave, self._master, self._ends):
-            os.close(file)
+        self._terminal.close()
+        self._closing.close()
 
 
 @taking
