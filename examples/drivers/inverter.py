@@ -18,7 +18,7 @@ class Inverter(Driver):
 
     host: str = Option("its address")
     port: int = Option("its port", 502)
-
+    timeout: float = Option("how long it may take to answer; then it is asked again, twice", 1.0, unit="s")
     frequency = read("double", unit="Hz", doc="at its motor")
     current = read("double", unit="A", doc="of its motor")
     fault = read("bool", doc="it has switched itself off")
@@ -27,7 +27,7 @@ class Inverter(Driver):
     unanswered = counter("requests without an answer")
 
     def open(self) -> None:
-        self.line = ModbusTcpClient(self.host, port=self.port, timeout=1.0, retries=0)
+        self.line = ModbusTcpClient(self.host, port=self.port, timeout=self.timeout, retries=2)
         assert self.line.connect(), f"no inverter answers at {self.host}:{self.port}"
 
     def exchange(self) -> None:

@@ -20,6 +20,7 @@ class IoModule(Driver):
     interface: str = Option("what python-can calls its kind: socketcan, slcan, pcan", "socketcan")
     bitrate: int = Option("of the bus, bit/s", 250_000)
     node: int = Option("the number of the module, 1 to 127", 1)
+    timeout: float = Option("how long it may take to answer", 1.0, unit="s")
     settle: float = Option("how long an adapter takes to begin, s", 0.0)
 
     inputs = read("uint8_t", doc="its inputs, a bit each")
@@ -33,7 +34,7 @@ class IoModule(Driver):
         self.bus.NOTIFIER_CYCLE = 0.02
         self.bus.connect(interface=self.interface, channel=self.channel, bitrate=self.bitrate, sleep_after_open=self.settle)
         self.module = self.bus.add_node(self.node, canopen.ObjectDictionary())
-        self.module.sdo.RESPONSE_TIMEOUT = 1.0
+        self.module.sdo.RESPONSE_TIMEOUT = self.timeout
         self.module.nmt.send_command(1)
         self.module.sdo.upload(*INPUTS)
 

@@ -14,6 +14,7 @@ class LabSupply(Driver):
 
     host: str = Option("its address")
     port: int = Option("its port", 5025)
+    timeout: float = Option("how long it may take to answer", 2.0, unit="s")
     current_max: float = Option("the limit of its current", 1.0, unit="A")
 
     voltage = read("double", unit="V", doc="measured at its clamps")
@@ -22,7 +23,7 @@ class LabSupply(Driver):
     target = write("double", unit="V", doc="what it is to hold", safe=0.0)
 
     def open(self) -> None:
-        self.line = socket.create_connection((self.host, self.port), timeout=2.0)
+        self.line = socket.create_connection((self.host, self.port), timeout=self.timeout)
         self.answers = self.line.makefile("r")
         self.told = {}
         self.tell("CURR", self.current_max)

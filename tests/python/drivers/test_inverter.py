@@ -34,7 +34,7 @@ def port(there: Modbus) -> int:
 def test_it_is_commanded_read_and_reset(there: Modbus) -> None:
     with gpac.System("cell") as cell:
         rtp = cell.processor("rtp0")
-        driver = gpac.drivers.python(DRIVER, host="127.0.0.1", port=port(there), age_max="30 s")
+        driver = gpac.drivers.python(DRIVER, host="127.0.0.1", port=port(there), timeout="3 s", age_max="30 s")
         fan = rtp.physical_device("fan", driver, exchange=rtp.timer("slow", period="10 ms", priority=50))
         until(lambda: tuple(cell.read(fan["frequency"], fan["current"])) == (12.5, 3.4), "it is read")
         run, wanted = DigitalOutput("run", fan["run"]).enable(), AnalogOutput("wanted", fan["wanted"], low=0, high=50).enable()
@@ -50,6 +50,23 @@ def test_it_is_commanded_read_and_reset(there: Modbus) -> None:
         there.silent.clear()
         cell.reset()
         until(lambda: cell.read(fan["frequency"])[0] == 12.5, "it answers again")
+
+
+def test_a_lost_answer_is_asked_for_again(there: Modbus, monkeypatch: pytest.MonkeyPatch) -> None:
+    answers, lost = there._answer, list[bytes]()
+
+    def answer(unit: int, request: bytes) -> bytes | None:
+        if len(lost) < 2:
+            return lost.append(request)
+        return answers(unit, request)
+
+    monkeypatch.setattr(there, "_answer", answer)
+    with gpac.System("cell") as cell:
+        rtp = cell.processor("rtp0")
+        driver = gpac.drivers.python(DRIVER, host="127.0.0.1", port=port(there), timeout="1 s", age_max="30 s")
+        fan = rtp.physical_device("fan", driver, exchange=rtp.timer("slow", period="10 ms", priority=50))
+        until(lambda: cell.read(fan["frequency"]) == (12.5,), "it is read")
+        assert len(lost) == 2 and fan.counters["unanswered"] == 0
 
 
 def test_it_passes_the_kit(there: Modbus) -> None:

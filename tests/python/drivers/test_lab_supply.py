@@ -65,7 +65,9 @@ def opened(cell: gpac.System, supply: Supply) -> tuple[gpac.PhysicalDevice, gpac
     """Returns the supply as a device, and the source that exchanges with it."""
     rtp = cell.processor("rtp0")
     slow = rtp.timer("slow", period="2 ms", priority=50)
-    driver = gpac.drivers.python(DRIVER, host="127.0.0.1", port=supply.server_address[1], current_max="500 mA", age_max="20 s")
+    driver = gpac.drivers.python(
+        DRIVER, host="127.0.0.1", port=supply.server_address[1], current_max="500 mA", timeout="60 s", age_max="20 s"
+    )
     return rtp.physical_device("supply", driver, exchange=slow), slow
 
 
