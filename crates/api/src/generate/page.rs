@@ -7,10 +7,12 @@ const HEAD: &str = "# The calls
 
 <!-- Made from the declarations in crates/api: do not edit. -->
 
-Every call on a real-time system, as a C program makes it ([opengpac_ps.h](../crates/c-package/include/opengpac_ps.h)),
-the control interface carries it ([control.md](control.md)) and the Python package uses it underneath. A call has a name
-and a JSON object of arguments; its answer is JSON. What stands in brackets may be left out; behind dots stands what is
-the rest of the object. Names of sources are `processor.source`, times are ns.
+This page lists every call on a real-time system. A C program makes these calls directly
+([opengpac_ps.h](../crates/c-package/include/opengpac_ps.h)), the control interface transmits them
+([control.md](control.md)), and the Python package uses them internally.
+
+A call has a name and a JSON object of arguments, and returns JSON. Arguments in brackets may be omitted; an argument after
+three dots consists of all remaining members of the object. Names of sources are `processor.source`, times are in ns.
 ";
 
 /// Returns the page.
@@ -41,11 +43,11 @@ fn one(call: &Call) -> String {
 fn properties(call: &Call) -> String {
     let role = format!("Role: {}{}.", call.role.word(), if call.free { ", without command" } else { "" });
     let more = [
-        (call.lasts, "It lasts, and goes on in slices."),
-        (call.stops, "It stops something, and is not queued behind other calls."),
-        (call.moves, "A machine may begin to move by it: with `OpenGPAC-As-Of` it is refused where it comes late."),
-        (call.costs, "Few are worked on at a time."),
-        (call.local, "Not over the control interface."),
+        (call.lasts, "A long wait is divided into slices."),
+        (call.stops, "This call is a stop, so it is not queued behind other calls."),
+        (call.moves, "The machine may begin to move, so a call with `OpenGPAC-As-Of` is refused if it arrives late."),
+        (call.costs, "Only a few such calls run at a time."),
+        (call.local, "The control interface does not offer this call."),
     ];
     let more = more.into_iter().filter(|(is, _)| *is).map(|(_, words)| format!(" {words}"));
     role + &more.collect::<String>()
