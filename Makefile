@@ -58,7 +58,7 @@ UV := $$([ -x $(BIN)/uv ] && echo --uv)
 # Notes the time and the processor time of one strand of `make test`: out/strands.jsonl.
 STRAND = $(PYTHON) $(CURDIR)/tests/strand.py $(CURDIR)/out/strands.jsonl $@
 NODE := node -e 'const [a, b] = process.versions.node.split("."); process.exit(a > 20 || (a == 20 && b >= 19) ? 0 : 1)' 2>/dev/null
-WITHOUT_PAGE := echo "without the studio's page: make page builds it, with Node 20.19 or newer and npm; all else works"
+WITHOUT_PAGE := echo "the page of the studio was not built; build it with make page, which needs Node 20.19 or newer and npm"
 
 # What is missing is named, or installed, before anything is built.
 run:
@@ -119,7 +119,7 @@ page-with-node:
 	@if $(NODE); then $(MAKE) --no-print-directory page || $(WITHOUT_PAGE); else $(WITHOUT_PAGE); fi
 
 studio/node_modules/ready: studio/package-lock.json
-	@$(NODE) || { echo "the studio's page is built with Node 20.19 or newer, which is not here: install it from nodejs.org or your distribution"; false; }
+	@$(NODE) || { echo "the page of the studio needs Node 20.19 or newer; install it from nodejs.org or your distribution"; false; }
 	cd studio && npm install --no-save --no-audit --no-fund --loglevel=error
 	touch $@
 
@@ -253,7 +253,7 @@ soak: setup $(VENV)/tests
 	$(BIN)/python tests/faults/soak.py --minutes $(MINUTES)
 
 bench: setup-hosts $(VENV)/tests
-	@$(call install,onnxruntime==1.32.0) || echo "without onnxruntime: the rows of policies are not taken"
+	@$(call install,onnxruntime==1.32.0) || echo "onnxruntime is missing, so the rows of policies are not measured"
 	$(BIN)/python bench/run.py
 
 # One wheel for every Python from 3.11 on and every Linux with glibc 2.28 or newer, to be installed where there is neither Rust nor Node; the debug
@@ -262,8 +262,8 @@ MACHINE ?= $(shell uname -m)
 FOREIGN = $(filter-out $(shell uname -m),$(MACHINE))
 LLVM = $(shell rustc --print sysroot)/lib/rustlib/$(shell uname -m)-unknown-linux-gnu/bin
 wheel: $(VENV)/builds $(PAGE) $(SITE)
-	@[ -d "$$(rustc --print sysroot)/lib/rustlib/$(MACHINE)-unknown-linux-gnu" ] || { echo "Rust for $(MACHINE) is not here: rustup target add $(MACHINE)-unknown-linux-gnu"; false; }
-	@[ -z "$(FOREIGN)" ] || [ -x $(LLVM)/llvm-objcopy ] || { echo "tools for files of $(MACHINE) are not here: rustup component add llvm-tools"; false; }
+	@[ -d "$$(rustc --print sysroot)/lib/rustlib/$(MACHINE)-unknown-linux-gnu" ] || { echo "Rust for $(MACHINE) is missing; run rustup target add $(MACHINE)-unknown-linux-gnu"; false; }
+	@[ -z "$(FOREIGN)" ] || [ -x $(LLVM)/llvm-objcopy ] || { echo "tools for files of $(MACHINE) are missing; run rustup component add llvm-tools"; false; }
 	@$(call install,ziglang==0.17.1)
 	@rm -rf target/wheels/release
 	$(MATURIN) build --release --quiet --features hosts --zig --compatibility manylinux_2_28 --target $(MACHINE)-unknown-linux-gnu --out target/wheels/release

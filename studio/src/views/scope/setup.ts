@@ -124,7 +124,8 @@ export function withFormula(setup: Setup, text: string): Setup {
   const plain = setup.traces.filter((trace) => !trace.derive && trace.component !== null);
   const of = names.map((name) => {
     const found = plain.find((trace) => traceId(trace) === name);
-    if (!found) throw new Error(`no trace '${name}' is on the screen; choose one of ${plain.map(traceId).join(", ") || "none"}`);
+    if (!found)
+      throw new Error(`no trace '${name}' is on the screen${plain.length > 0 ? `; choose one of ${plain.map(traceId).join(", ")}` : ""}`);
     return { channel: found.channel, component: found.component ?? "" };
   });
   const first = of[0] as { channel: string; component: string };
