@@ -408,12 +408,14 @@ def test_a_system_does_not_advance_backwards_through_any_door(cell: gpac.System)
 
 
 WHOLE_NUMBERS: dict[str, Callable[[gpac.System, int], Any]] = {
-    "the core of processor 'p' is {}; give a whole number, 0 to 65,535": lambda cell, n: cell.processor("p", core=n),
-    "the priority of source 't' is {}; give a whole number, 1 to 98": lambda cell, n: cell.processor("q").timer("t", period=1, priority=n),
-    "the history of SVV 'x' is {}; give a whole number, 0 to 4,294,967,295": lambda cell, n: cell.svv("x", history=n),
-    "the seed of system 'z' is {}; give a whole number, 0 to ": lambda _, n: gpac.System("z", clock="virtual", seed=n),
-    "the sequence number from which the log is asked for is {}; give": lambda cell, n: cell.log(n),
-    "the number of invocations of a trial is {}; give": lambda _, n: lib.block("gain").run(steps=n, u=1.0),
+    "the core of processor 'p' must be an integer from 0 to 65,535, not {}": lambda cell, n: cell.processor("p", core=n),
+    "the priority of source 't' must be an integer from 1 to 98, not {}": lambda cell, n: cell.processor("q").timer(
+        "t", period=1, priority=n
+    ),
+    "the history of SVV 'x' must be an integer from 0 to 4,294,967,295, not {}": lambda cell, n: cell.svv("x", history=n),
+    "the seed of system 'z' must be an integer from 0 to ": lambda _, n: gpac.System("z", clock="virtual", seed=n),
+    "the first sequence number of the log must be an integer from ": lambda cell, n: cell.log(n),
+    "the number of invocations of a trial must be an integer from ": lambda _, n: lib.block("gain").run(steps=n, u=1.0),
 }
 """Calls with an integer, and the beginning of the refusal of one out of range."""
 

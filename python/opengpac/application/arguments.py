@@ -34,7 +34,7 @@ def argument_json(given: Any, what: str) -> dict[str, Any]:
         for kind, several in _SEVERAL.items():
             if all(kind in each for each in made):
                 return {several: [each[kind] for each in made]}
-    refuse(CallError, f"{what} is {given!r}", "pass an SVV, a channel or part of a physical device, or a logical device")
+    refuse(CallError, f"{what} cannot be {given!r}", "pass an SVV, a channel or part of a physical device, or a logical device")
 
 
 def systems_in(given: Any) -> Iterable[System]:

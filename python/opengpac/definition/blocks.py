@@ -61,7 +61,7 @@ class Item:
         with refusals:
             number = _native.number_in(given, self.unit) if isinstance(given, str) else given
             if isinstance(number, bool) or not isinstance(number, int | float):
-                refuse(ValueRefused, f"{what} is {value!r}", "pass a number")
+                refuse(ValueRefused, f"{what} must be a number, not {value!r}")
             _native.check_range(what, f"{self.unit} {self.range}", number)
 
     def __repr__(self) -> str:

@@ -24,7 +24,7 @@ class Driver:
         for name, option in declared.items():
             given = options.get(name, option.default)
             if given is NEEDED:
-                refuse(CallError, f"driver {type(self).__name__} needs option '{name}'", f"give {name}: {option.doc}")
+                refuse(CallError, f"driver {type(self).__name__} needs option '{name}'", f"pass {name}: {option.doc}")
             what = f"option '{name}' of driver {type(self).__name__}"
             self.__dict__[name] = option.taken(annotated(type(self), name), given, what) if name in options else given
         for name, channel in self.members(Channel).items():

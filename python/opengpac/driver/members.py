@@ -63,7 +63,7 @@ class OptionMember(NamedMember):
             return float(value)
         if kind is not None and (not isinstance(value, kind) or (kind is int and isinstance(value, bool))):
             unit = f" in {self.unit}" if self.unit else ""
-            refuse(CallError, f"{what} is {value!r}", f"give {kind.__name__}{unit}: {self.doc}")
+            refuse(CallError, f"{what} must be of type {kind.__name__}{unit}, not {value!r}", f"pass such a value: {self.doc}")
         if kind in (int, float):
             with refusals:
                 _native.check_range(what, f"{self.unit} {self.range or ''}".strip(), float(value))
@@ -200,7 +200,7 @@ class Service:
         found: dict[str, Any] = {}
         for name, (option, kind) in self.arguments.items():
             if name not in given and option.default is NEEDED:
-                refuse(CallError, f"service '{self.name}' needs argument '{name}'", f"give {name}: {option.doc}")
+                refuse(CallError, f"service '{self.name}' needs argument '{name}'", f"pass {name}: {option.doc}")
             what = f"argument '{name}' of service '{self.name}'"
             found[name] = option.taken(kind, given[name], what) if name in given else option.default
         return found

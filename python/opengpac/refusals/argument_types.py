@@ -79,7 +79,8 @@ def whole(value: Any, what: str, least: int, most: int) -> int:
     value = number(value)
     if not _is_whole(value) or not least <= value <= most:
         kind = OutOfRange if _is_whole(value) else CallError
-        refuse(kind, f"{what} is {_short(value)}", f"give a whole number, {least} to {most:_}".replace("_", ","))
+        bounds = f"{least} to {most:_}".replace("_", ",")
+        refuse(kind, f"{what} must be an integer from {bounds}, not {_short(value)}")
     return int(value)
 
 

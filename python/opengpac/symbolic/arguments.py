@@ -198,7 +198,7 @@ def _checked(block: str, name: str, word: Any) -> Any:
 
 
 def _wrong_word(block: str, name: str, word: Any, wanted: str) -> NoReturn:
-    refuse(DefinitionError, f"'{name}' of block '{block}' cannot be {word!r}", f"give {wanted}")
+    refuse(DefinitionError, f"'{name}' of block '{block}' cannot be {word!r}", f"pass {wanted}")
 
 
 def _check_name(block: str, name: str) -> None:

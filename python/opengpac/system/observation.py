@@ -86,7 +86,7 @@ class SystemObservation(TableDisplay):
 
     def log(self, since: int = 0) -> Log:
         """Returns conditions, faults, transitions and end reports, in the order of their occurrence; `since` a sequence number."""
-        since = whole(since, "the sequence number from which the log is asked for", 0, 2**63 - 1)
+        since = whole(since, "the first sequence number of the log", 0, 2**63 - 1)
         with refusals:
             return Log(self._alive().log(since))
 

@@ -20,13 +20,17 @@ def _number(given: Any, unit: str, what: str) -> float:
             return _native.number_in(given, unit)
     given = number(given)
     if isinstance(given, bool) or not isinstance(given, int | float) or not math.isfinite(given):
-        refuse(ValueRefused, f"{what} is {given!r}", f"write a finite number{f' in {unit}, or a string with a unit' if unit else ''}")
+        refuse(
+            ValueRefused,
+            f"{what} must be a finite number, not {given!r}",
+            f"write a number{f' in {unit}, or a string with a unit' if unit else ''}",
+        )
     return float(given)
 
 
 def _numbers(given: Any, unit: str, what: str, count: int) -> tuple[float, ...]:
     if isinstance(given, str) or not isinstance(given, Iterable):
-        refuse(ValueRefused, f"{what} is {given!r}", f"write {count} numbers")
+        refuse(ValueRefused, f"{what} must be {count} numbers, not {given!r}")
     found = tuple(_number(x, unit, f"a number of {what}") for x in given)
     if len(found) != count:
         refuse(ValueRefused, f"{what} must have {count} numbers, not {len(found)}")

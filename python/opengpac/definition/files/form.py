@@ -83,7 +83,7 @@ def _check(value: Any, of: Schema | bool, path: Path) -> Iterator[Finding]:
     if "const" in of and value != of["const"]:
         yield Finding(ValueRefused, path, f"{_at(path)} must be {of['const']!r}, not {value!r}", f"write {of['const']!r}")
     if "enum" in of and value not in of["enum"]:
-        yield Finding(UnknownName, path, f"{_at(path)} is {value!r}", did_you_mean(str(value), [str(v) for v in of["enum"]]))
+        yield Finding(UnknownName, path, f"{_at(path)} cannot be {value!r}", did_you_mean(str(value), [str(v) for v in of["enum"]]))
     if of.get("format") == "time-with-unit" and isinstance(value, str):
         yield from _check_time(value, path)
     if isinstance(value, dict):
@@ -155,7 +155,7 @@ def _check_one_of(value: Any, variants: list[Schema], path: Path) -> Iterator[Fi
     tried = [[*_check(value, of, path)] for of in fitting]
     if all("const" in of or "enum" in of for of in fitting):
         words = [str(word) for of in fitting for word in of.get("enum", [of.get("const")])]
-        yield Finding(UnknownName, path, f"{_at(path)} is {value!r}", did_you_mean(str(value), words))
+        yield Finding(UnknownName, path, f"{_at(path)} cannot be {value!r}", did_you_mean(str(value), words))
         return
     if isinstance(value, dict):
         keyed = [(len({*of.get("required", [])} & {*value}), _tagged(value, of)) for of in fitting]
