@@ -157,7 +157,7 @@ test("command is asked for by name, declined with a reason, handed over; stoppin
   // A session that waits for command can still stop.
   await show(other, "#/panel/joint");
   await command(other.getByRole("button", { name: "Halt Sway" }), button(other, "Sway").getByText("ended: halted"));
-  await asked.getByLabel(/^Why/).fill("in a minute");
+  await asked.getByLabel(/^Reason for declining/).fill("in a minute");
   const declined = other.getByText(/The request for command was declined by studio-\w+: in a minute\./);
   await command(asked.getByRole("button", { name: "Decline" }), declined);
   await ask("");

@@ -156,7 +156,7 @@ test("a point is renamed in its place, deleted, and put back", async () => {
   const { page } = operator;
   await row(page, "tray").getByRole("radio").check();
   await panel(page).getByLabel("Name").fill("feeder");
-  await press(page, "Rename", "'tray' is 'feeder' now.");
+  await press(page, "Rename", "'tray' was renamed 'feeder'.");
   expect(await names()).toEqual(["far", "home", "feeder", "turned", "in frame"]);
   await press(page, "Delete", "'feeder' was deleted. Undo restores it.");
   expect(await names()).toEqual(["far", "home", "turned", "in frame"]);

@@ -96,7 +96,7 @@ async function step(page: Page, name: string, axis: string): Promise<number> {
     await press(page, name);
     await page.mouse.up();
     const said = async () => [await told(page).textContent(), ...(await panel(page).getByRole("alert").allTextContents())].join(" ");
-    await expect.poll(said).toMatch(/The step is done|heard nothing of this page|after it was given/);
+    await expect.poll(said).toMatch(/Step completed|received nothing from this page|after it was given/);
     await expect.poll(jogs).toBe(0);
     if (!(await said()).includes("Step completed.")) continue;
     // The figures are updated ten times a second.

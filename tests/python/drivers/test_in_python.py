@@ -182,7 +182,7 @@ def test_what_is_wrong_with_its_options_is_said(tmp_path: Path) -> None:
         slow = rtp.timer("other", period="2 ms", priority=40)
         with pytest.raises(gpac.DeviceFailed, match=r"driver Furnace needs option 'folder'.*where it writes down"):
             rtp.physical_device("furnace", gpac.drivers.python(FURNACE), exchange=slow)
-        with pytest.raises(gpac.DeviceFailed, match=r"option 'levels' of driver Furnace is 'many'.*give int"):
+        with pytest.raises(gpac.DeviceFailed, match=r"option 'levels' of driver Furnace must be of type int, not 'many'"):
             rtp.physical_device("furnace", gpac.drivers.python(FURNACE, folder="x", levels="many"), exchange=slow)
         with pytest.raises(gpac.DeviceFailed, match=r"has no driver 'Furnce'.*did you mean 'Furnace'"):
             rtp.physical_device("furnace", gpac.drivers.python(FURNACE, class_="Furnce", folder="x"), exchange=slow)

@@ -220,5 +220,5 @@ def test_a_service_can_be_called_by_itself() -> None:
 
     assert Lamp().dim(seconds="2 s") == 1.0  # type: ignore[arg-type]
     assert Lamp().dim(1, seconds=3.0) == 3.0
-    with pytest.raises(gpac.CallError, match="service 'dim' needs argument 'seconds'; give seconds: how long"):
+    with pytest.raises(gpac.CallError, match="service 'dim' needs argument 'seconds'; pass seconds: how long"):
         Lamp().dim()

@@ -49,7 +49,7 @@ def test_places_that_tell_no_frame_are_refused() -> None:
         (((0, 0, 0), (1, 0, 0), (2, 0, 0)), "the point in xy is too near to the x axis: 0 m"),
         (((0, 0, 0), (1, 0, 0), (-1, 5e-4, 0)), "the point in xy is too near to the x axis: 0.0005 m"),
         (((0, 0), (1, 0, 0), (0, 1, 0)), "must have 3 numbers, not 2"),
-        (((0, 0, math.nan), (1, 0, 0), (0, 1, 0)), "write a finite number"),
+        (((0, 0, math.nan), (1, 0, 0), (0, 1, 0)), "must be a finite number, not nan"),
     ]:
         with pytest.raises(gpac.ValueRefused, match=words):
             gpac.Frame.by_points(*given_places)
