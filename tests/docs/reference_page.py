@@ -143,8 +143,8 @@ FOR_OPENGPAC = [
 
 HEAD = """# Reference
 
-Every public name of `import opengpac as gpac` with its first sentence. Each heading leads to a page with signatures, units, errors and
-examples: the docstrings, as `help(gpac.Verb)` shows them.
+This page lists every public name of `import opengpac as gpac` with the first sentence of its description. Each heading leads to a page with
+signatures, units, errors and examples, which are the docstrings as `help(gpac.Verb)` shows them.
 
 | also | page |
 |---|---|
