@@ -29,7 +29,7 @@ test("a constant of another unit and a field that cannot be read are found, and 
   await begin(page, "wrong");
   await block(page, "library.signal_generator", "wave");
   await block(page, "library.signal_generator", "second");
-  await add(page, "Objects", "Object", "joint", "joint", { "type": "robot_joint" });
+  await add(page, "Objects", "Object", "joint", "joint", { type: "robot_joint" });
   await parameter(page, "joint.commanded");
   await wire(page, "wave", "Wire wave.y to", "joint.commanded");
   await wire(page, "second", "Wire second.y to", "joint.commanded");

@@ -41,7 +41,7 @@ test("swing, the first verb of the README", async () => {
   await begin(page, "swing");
   await block(page, "library.signal_generator", "wave", { shape: "1" });
   await block(page, "library.time_limit", "clock");
-  await add(page, "Objects", "Object", "joint", "joint", { "type": "robot_joint" });
+  await add(page, "Objects", "Object", "joint", "joint", { type: "robot_joint" });
   await parameter(page, "joint.commanded");
   await wire(page, "wave", "Wire wave.y to", "joint.commanded");
   const inputs = { amplitude: "wave.amplitude", frequency: "wave.frequency", seconds: "clock.limit" };
@@ -79,7 +79,7 @@ test("guarded_move, with two writers of a cell, modes, and a transition", async 
   await wire(page, "sensor", "Wire sensor.channel from", "force");
   await parameter(page, "magnitude");
   await wire(page, "guard", "Wire guard.magnitude to", "magnitude");
-  await add(page, "Objects", "Object", "joint", "arm", { "type": "robot_joint" });
+  await add(page, "Objects", "Object", "joint", "arm", { type: "robot_joint" });
   await panelOf(page, "Objects").getByLabel("several of them").check();
   const inputs = {
     distance: ["glide.distance", ""],
@@ -108,7 +108,7 @@ test("guarded_move, with two writers of a cell, modes, and a transition", async 
     during: "stop",
   });
   await add(page, "Conditions", "Condition", "done", "arrived", { is: "glide.there", returns: "nothing", during: "go" });
-  await panelOf(page, "Verb").getByLabel("begins with").selectOption("go");
+  await panelOf(page, "Execution").getByLabel("begins with").selectOption("go");
   await panelOf(page, "Transitions").getByRole("button", { name: "Add", exact: true }).click();
   const line = panelOf(page, "Transitions").getByRole("group");
   await line.getByLabel("Condition").selectOption("contact");
@@ -160,7 +160,7 @@ test("a verb that requires, comes to rest before it is suspended, has a budget a
   await page.setViewportSize({ width: 1440, height: 1400 });
   await begin(page, "careful");
   await block(page, "library.motion_generator", "generator");
-  await add(page, "Objects", "Object", "joint", "arm", { "type": "robot_joint" });
+  await add(page, "Objects", "Object", "joint", "arm", { type: "robot_joint" });
   await panelOf(page, "Objects").getByLabel("several of them").check();
   await parameter(page, "arm.commanded");
   await wire(page, "generator", "Wire generator.start from", "arm.commanded");
@@ -180,7 +180,7 @@ test("a verb that requires, comes to rest before it is suspended, has a budget a
   const override = panelOf(page, "Input parameters").getByRole("group", { name: "Input parameter override" });
   await override.getByLabel("may be set while it runs").check();
   await add(page, "Requirements", "Requirement", "arm.homed", "arm.homed", { "only when": "arm.needs_home", remedy: "home it first" });
-  const whole = panelOf(page, "Verb");
+  const whole = panelOf(page, "Execution");
   await whole.getByLabel("when it is suspended").selectOption({ label: "its blocks come to rest first" });
   const rest = whole.getByRole("group", { name: "Coming to rest 1" });
   await enter(rest, "sets", "generator.holding");
@@ -224,7 +224,7 @@ test("a graph in which a block runs once in five invocations", async () => {
   await enter(panelOf(page, "output"), "Name", "y");
   await choose(page, "slow");
   await enter(panelOf(page, "slow"), "once in", "0");
-  await panelOf(page, "slow").getByText("'0' is no number of invocations").waitFor();
+  await panelOf(page, "slow").getByText("'0' is not a number of invocations").waitFor();
   await enter(panelOf(page, "slow"), "once in", "5");
   await page.getByLabel("Mode of slow.u").selectOption("ratio");
   await enter(panelOf(page, "slow"), "values per invocation", "5");

@@ -249,7 +249,7 @@ test("two tabs have a draft each, and one that cannot be shown locks nothing", {
   await other.reload();
   await goTo(other, "Data flow");
   await other.getByRole("button", { name: "Edit", exact: true }).click();
-  await other.getByText("This draft cannot be shown").waitFor();
+  await other.getByText("This draft cannot be displayed").waitFor();
   const saved = other.waitForEvent("download");
   await other.getByRole("button", { name: "Save the draft as a file" }).click();
   expect(readFileSync(await (await saved).path(), "utf8")).toContain('"broken"');

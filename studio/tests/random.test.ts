@@ -99,7 +99,7 @@ test.each(rounds)("seed %i: no exception, and Undo leads exactly back to the sta
   const done: string[] = [];
   for (let action = 0; action < ROUND; action += 1) {
     done.push(await act(page, random));
-    const isBroken = (await page.getByText("This draft cannot be shown").count()) > 0;
+    const isBroken = (await page.getByText("This draft cannot be displayed").count()) > 0;
     expect([...errors, ...(isBroken ? ["the draft cannot be shown"] : [])], `seed ${seed}:\n${done.join("\n")}`).toEqual([]);
   }
   // Abandons an unfinished wire or field.

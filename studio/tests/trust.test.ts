@@ -226,7 +226,7 @@ test("no machine is drawn in a pose that nobody has told", async () => {
   });
   await page.goto(`${new URL("/", running.url).href}#/devices&${new URL(running.url).hash.slice(1)}`);
   await page.locator('.stage[data-placed="no"] canvas').waitFor();
-  await page.getByText("Waiting to hear where it stands").waitFor();
+  await page.getByText("Waiting for its position").waitFor();
   let_through();
   await page.locator('.stage[data-placed="yes"] canvas').waitFor();
   await context.close();

@@ -167,7 +167,7 @@ export function CompositionPanel(props: Of) {
   const { initial, together, until, share } = draft.of;
   const put = (whole: Parameters<typeof composed.setComposition>[1]) => change(composed.setComposition(draft, whole));
   return (
-    <Panel title="Composition">
+    <Panel title="Execution">
       <div className="stack">
         <label className="row">
           <input type="checkbox" checked={together} onChange={(event) => put({ together: event.target.checked })} />

@@ -17,7 +17,7 @@ export function WholePanel(props: { draft: VerbDraft; change: (draft: Draft) => 
   const { command_lists, initial, ending, ending_limit_ns, if_cut_off, manual } = draft.of;
   const lists = Object.keys(command_lists);
   return (
-    <Panel title="Verb">
+    <Panel title="Execution">
       <div className="stack" data-place={WHOLE}>
         <label className="row">
           <span className="quiet">begins with</span>
