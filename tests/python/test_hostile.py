@@ -28,7 +28,7 @@ HOSTILE: list[Any] = [
 ]  # fmt: skip
 
 NOT_OURS = re.compile(
-    r"at line \d+ column \d+|invalid type|invalid value|unknown variant|missing field|did not match any variant|of OpenGPAC itself|PyO3|object is not|cannot be converted|\{[a-z_]+\}"
+    r"at line \d+ column \d+|invalid type|invalid value|unknown variant|missing field|did not match any variant|a bug in OpenGPAC|PyO3|object is not|cannot be converted|\{[a-z_]+\}"
 )
 
 

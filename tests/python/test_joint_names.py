@@ -72,7 +72,7 @@ def test_values_by_name_reach_the_joint_that_they_name(arm: gpac.robots.Arm) -> 
     goal: dict[str, float | str] = {"right.elbow": 0.3, "arm/wrist 1": -0.2}
     assert gpac.motion.move_absolute(arm, goal).condition == "arrived"
     assert arm.values("sensed") == pytest.approx([before[0], 0.3, -0.2, *before[3:]], abs=1e-3)
-    with pytest.raises(gpac.UnknownName, match=r"names 'elbow', which is no member of group 'odd'; name one of them: 'left\.elbow'"):
+    with pytest.raises(gpac.UnknownName, match=r"names 'elbow', which is not a member of group 'odd'; name one of them: 'left\.elbow'"):
         gpac.motion.move_absolute(arm, {"elbow": 0.3})
 
 
@@ -86,5 +86,5 @@ def test_states_groups_and_points_have_the_names_of_the_file(arm: gpac.robots.Ar
     again: Any = gpac.Points(tmp_path / "points.toml", arm)["here"]
     assert gpac.motion.move_absolute(arm, again).condition == "arrived"
     assert arm.forward(again) == arm.forward(list(again.values())), "a point is taken by the names of its joints"
-    with pytest.raises(gpac.CallError, match=r"the joint positions lack joint 'arm/wrist 1': there are left\.elbow, right\.elbow"):
+    with pytest.raises(gpac.CallError, match=r"the joint positions lack joint 'arm/wrist 1'; they have left\.elbow, right\.elbow"):
         arm.forward(dict(list(again.items())[:2]))

@@ -121,9 +121,9 @@ def test_a_workspace_goes_through_a_file(cell: gpac.System, tmp_path: Path) -> N
     assert cell.workspaces["tank"] == one("plot", names=["level"])
     cell.workspaces.withdraw("tank")
     file.write_text("{")
-    with pytest.raises(gpac.FileFailed, match=r"is no workspace: .*line 1"):
+    with pytest.raises(gpac.FileFailed, match=r"is not a workspace: .*line 1"):
         cell.workspaces.ship(file)
-    with pytest.raises(gpac.FileFailed, match="there is no file"):
+    with pytest.raises(gpac.FileFailed, match="does not exist"):
         cell.workspaces.ship(tmp_path / "none.json")
 
 

@@ -162,7 +162,7 @@ BROKEN |= {
     "exits as it is opened": (OPEN, OPEN + "        sys.exit('no port')\n", "class-life", "open() raises SystemExit: no port"),
     "recursion": (SEEN, SEEN + "        self.exchange()\n", "class-life", "exchange() raises RecursionError"),
     "no exchange": ("    def exchange(self):\n", "    def exchanges_with(self):\n", "class-life", "exchange() raises NotImplementedError"),
-    "age of a text": (SEEN, "        self.seen += 1; return 'now'\n", "class-life", "exchange() returns 'now'"),
+    "age of a text": (SEEN, "        self.seen += 1; return 'now'\n", "class-life", "exchange() cannot return 'now'"),
     "age below 0": (SEEN, "        self.seen += 1; return -0.5\n", "class-life", "exchange() returns -0.5"),
     "computes for long": (
         SEEN,

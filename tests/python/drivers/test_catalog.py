@@ -149,7 +149,7 @@ def test_a_scan_in_python_that_fails_is_told(tmp_path: Path, capsys: pytest.Capt
     file = lamps(tmp_path, "return []")
     with pytest.raises(gpac.CallError, match="did you mean 'count'"):
         gpac.drivers.scan(file, coutn=1)
-    with pytest.raises(gpac.CallError, match="give int: how many"):
+    with pytest.raises(gpac.CallError, match="pass such a value: how many"):
         gpac.drivers.scan(file, count="many")
     without = str(Path(__file__).parent / "furnace.py")
     with pytest.raises(gpac.CallError, match="driver 'Furnace' cannot look for devices"):

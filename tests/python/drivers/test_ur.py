@@ -249,7 +249,7 @@ def test_no_order_of_events_makes_a_leap(arm: gpac.robots.Arm, robot: gpac.drive
     for event in random.choice(EVENTS, 10):
         happen(arm, robot, str(event), random)
         assert within_its_speed(robot), event
-    assert not [line for line in robot.log if "rad from the one before" in line]
+    assert not [line for line in robot.log if "rad from the previous one" in line]
 
 
 def happen(arm: gpac.robots.Arm, robot: gpac.drivers.fake.ur, event: str, random: np.random.Generator) -> None:

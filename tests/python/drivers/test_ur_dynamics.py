@@ -57,7 +57,7 @@ def test_it_feels_what_it_touches_and_not_its_own_weight() -> None:
 
 @pytest.mark.parametrize("given", [{"scene": MAT}, {"tool": "two_finger"}])
 def test_a_scene_and_a_tool_need_a_model(given: dict[str, Any]) -> None:
-    with pytest.raises(gpac.CallError, match="without a model; give both"):
+    with pytest.raises(gpac.CallError, match="requires a model; pass both"):
         gpac.drivers.fake.ur(**given)
 
 
@@ -87,11 +87,11 @@ def test_its_gripper_is_a_device_of_its_own_that_closes_with_no_more_force_than_
 
 def test_what_its_model_does_not_have_is_refused() -> None:
     with gpac.drivers.fake.ur(HOME, model="ur5e") as robot:
-        with pytest.raises(gpac.CallError, match="has no gripper; give it one"):
+        with pytest.raises(gpac.CallError, match="has no gripper; add one"):
             _ = robot.gripper
         with pytest.raises(gpac.CallError, match="no sensor 'tool_farce'; did you mean 'tool_force'"):
             robot.sensor("tool_farce")
-    with gpac.drivers.fake.ur(HOME) as robot, pytest.raises(gpac.CallError, match="without a model has no sensor"):
+    with gpac.drivers.fake.ur(HOME) as robot, pytest.raises(gpac.CallError, match="without a model does not have sensor"):
         robot.sensor("object")
 
 
