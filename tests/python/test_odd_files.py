@@ -228,7 +228,7 @@ DAMAGES: list[Callable[[random.Random, bytes], bytes]] = [
 ]
 
 
-SYNTAX = re.compile(r"not XML|XML [Pp]arse|XML_ERROR|is no text|UTF-8")
+SYNTAX = re.compile(r"not XML|not valid XML|XML [Pp]arse|XML_ERROR|UTF-8")
 """Pattern of errors of the XML itself, reported where they are noticed: at the damage or after it."""
 
 

@@ -119,7 +119,7 @@ def test_native_code_out_of_a_file_runs_only_where_it_is_trusted(
 
 
 def test_what_cannot_be_replayed_says_so(record: Path, tmp_path: Path) -> None:
-    with pytest.raises(gpac.CallError, match="record '.*' does not exist"):
+    with pytest.raises(gpac.CallError, match=r"record '.*' does not exist"):
         gpac.replay(tmp_path / "none.mcap")
     with pytest.raises(gpac.CallError, match="it compares nothing"):
         gpac.replay(record, until="count", trust=True)

@@ -88,7 +88,7 @@ def test_r077_an_uncovered_data_node_is_refused(rig: Rig) -> None:
 
 
 def test_r078_an_argument_is_an_svv_or_a_device(rig: Rig) -> None:
-    with pytest.raises(gpac.CallError, match="give an SVV"):
+    with pytest.raises(gpac.CallError, match="pass an SVV"):
         rig.counting().on(rig.fast)(3.0)
 
 
