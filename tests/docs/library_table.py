@@ -15,7 +15,7 @@ BEGIN, END = "<!-- table -->\n", "<!-- end of table -->\n"
 def table() -> str:
     """Returns every component of the standard library, by category."""
     found = sorted((c for c in standard() if isinstance(c, Component)), key=lambda c: (c.category, c.name))
-    lines = ["| category | name | what it is |", "|---|---|---|"]
+    lines = ["| category | name | description |", "|---|---|---|"]
     for component in found:
         kind = "" if component.kind == "block" else f"*{component.kind}*: "
         lines.append(f"| {component.category} | `{component.name}` | {kind}{component.title.replace('|', chr(92) + '|')} |")

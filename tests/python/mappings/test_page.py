@@ -25,7 +25,7 @@ def made() -> dict[str, str]:
     """Returns the generated parts of the page, by the word in their marks."""
     rows = [f"| `{name}` | {(entry.make.__doc__ or '').strip()} | {computed(name)} |" for name, entry in GRAPHS.items()]
     return {
-        "suite": f"{table()}\n\nIn real time: {', '.join(f'`{name}`' for name in in_real_time())}.",
+        "suite": f"{table()}\n\nThe following tests run in real time: {', '.join(f'`{name}`' for name in in_real_time())}.",
         "graphs": "\n".join(["| graph | content | agreement with an independent computation |", "|---|---|---|", *rows]),
     }
 
