@@ -305,7 +305,7 @@ class _Refusals:
             refuse(CallError, _unfit(error), "read the description of the call: help(...)")
         if type(error).__name__ == "PanicException":
             # A panic is not an `Exception`: error handlers would miss it.
-            refuse(Error, f"a call failed because of a bug in OpenGPAC: {error}", "report it, please; the system may be unusable now")
+            refuse(Error, f"a call failed because of a bug in OpenGPAC: {error}", "please report it; the system may be unusable now")
 
 
 refusals = _Refusals()

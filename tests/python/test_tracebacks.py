@@ -88,7 +88,7 @@ def test_traceback_of_a_refusal_ends_at_the_line_of_the_program(tmp_path: Path) 
     text = told(tmp_path, PROGRAM)
     assert lines_of(text, "program.py") == [8, 5]
     assert PACKAGE not in text
-    assert text.splitlines()[-1].startswith("opengpac.errors.InUse: there is an SVV 'level' already")
+    assert text.splitlines()[-1].startswith("opengpac.errors.InUse: an SVV 'level' already exists")
 
 
 def test_every_frame_is_shown_where_the_user_asks(tmp_path: Path) -> None:

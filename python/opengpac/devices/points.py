@@ -428,7 +428,7 @@ def _group(arm: Any) -> Group[Any]:
         refuse(CallError, f"the arm of points must be a group of joints, not {arm!r}", "pass a group of joints")
     lacking = [device.name for device in group if "sensed" not in device.svv_members()]
     if lacking:
-        refuse(InvalidState, f"points cannot be taught with {', '.join(lacking)}", "its type has no SVV 'sensed'")
+        refuse(InvalidState, f"points cannot be taught with {', '.join(lacking)}", "use an arm whose device type has an SVV 'sensed'")
     return group
 
 

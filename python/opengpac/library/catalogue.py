@@ -52,7 +52,7 @@ class Catalogue:
             refuse(
                 UnknownName,
                 f"'{name}' is the name of {' and of '.join(f'a {c.kind} of {c.where}' for c in exact)}",
-                f"say {' or '.join(repr(_only_name(c, exact)) for c in exact)}",
+                f"write {' or '.join(repr(_only_name(c, exact)) for c in exact)}",
             )
         if not exact:
             self._refuse(name, what)

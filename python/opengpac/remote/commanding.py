@@ -93,7 +93,7 @@ def _settled(told: Mapping[str, Any], number: int, name: str, wait_ns: int) -> b
         refuse(
             NotCommanding,
             f"nobody answered the request for command within {duration_text(wait_ns)}: {holder} has command",
-            "ask the person there",
+            "ask that person",
         )
     if outcome == "granted":
         refuse(NotCommanding, f"command was granted to session '{name}' but then taken away: {holder} has command", "request it again")

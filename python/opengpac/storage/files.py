@@ -25,7 +25,7 @@ def path_of(given: Any, what: str) -> Path:
     try:
         return Path(given).expanduser().absolute()
     except RuntimeError as error:
-        refuse(CallError, f"the path of {what} is {str(given)[:80]!r}: {error}", "pass the path of a file")
+        refuse(CallError, f"{what} cannot have the path {str(given)[:80]!r}: {error}", "pass the path of a file")
 
 
 def is_source(path: Path) -> bool:
@@ -81,7 +81,7 @@ def write(path: Path, text: str, what: str, *, previous: Path | None = None) -> 
         refuse(
             FileFailed,
             f"cannot write {what} '{path}': {_why(error)}",
-            "the file is unchanged; check that there is space and that you may write there",
+            "check that there is space and that you may write there; the file is unchanged",
         )
 
 

@@ -40,10 +40,10 @@ def duration_ns(duration: Quantity, what: str = "the duration") -> int:
             return _native.duration_ns(duration, what)
     duration = number(duration)
     if isinstance(duration, bool) or not isinstance(duration, int | float):
-        refuse(ValueRefused, f"{what} must be a time, not {duration!r}", "write for example '20 ms', or a number of seconds")
+        refuse(ValueRefused, f"{what} must be a time, not {duration!r}", "write '20 ms', for example, or a number of seconds")
     ns = float(duration) * 1e9
     if math.isnan(ns):
-        refuse(ValueRefused, f"{what} must be a time, not {duration!r}", "write for example '20 ms', or a number of seconds")
+        refuse(ValueRefused, f"{what} must be a time, not {duration!r}", "write '20 ms', for example, or a number of seconds")
     if not abs(ns) < 2**63:
         refuse(OutOfRange, f"{what} {duration!r} is out of range", "give less than 292 years")
     return round(ns)

@@ -186,7 +186,7 @@ def test_two_of_one_name_are_refused_naming_both(acme: Path, tmp_path: Path, mon
     folder.mkdir()
     (folder / "again.c").write_text(TRIPLE.format(name="triple", factor=30))
     monkeypatch.setenv("OPENGPAC_PATH", str(folder))
-    both = r"a block of acme .*gains\.c.* and of a block of mine .*again\.c.*say 'acme.triple' or 'mine.triple'"
+    both = r"a block of acme .*gains\.c.* and of a block of mine .*again\.c.*write 'acme.triple' or 'mine.triple'"
     with pytest.raises(gpac.UnknownName, match=both):
         _ = lib.triple
     assert (lib.block("acme.triple").run(u=1.0).y[0], lib.block("mine.triple").run(u=1.0).y[0]) == (3.0, 30.0)

@@ -105,7 +105,7 @@ function Conditions(props: OfVerb) {
           />
           <TextField
             label="returns"
-            placeholder="not a normal end; or nothing, or output values"
+            placeholder="empty: abnormal end; else nothing, or output values"
             value={condition.returns?.length === 0 ? NONE : (condition.returns ?? []).join(", ")}
             commit={(text) => put({ ...condition, returns: text === "" ? null : text === NONE ? [] : words(text) })}
           />
