@@ -22,6 +22,8 @@ beforeAll(async () => {
   studio = await open(browser, running.url);
   pressFreely(studio.page);
   other = await Commander.open(running.url, true);
+  // The page is served before the program has started its motions, which would count as starts of the page.
+  await expect.poll(async () => (await other.instances()).filter((one) => one.verb === "sway" && one.state === "running").length).toBe(2);
   await other.call("define_alarm", { code: "E7", text: "oil is low", remedy: "refill it", severity: "high" });
 });
 

@@ -84,6 +84,7 @@ GROUPS: dict[str, tuple[str, str]] = {
         "DigitalInput DigitalOutput AnalogInput AnalogOutput set_output pulse wait_for_input InputTimeout",
     ),
     "Alarms": ("opengpac.system.alarms", "Alarms Alarm Shelving"),
+    "Forced signals": ("opengpac.system.forcing", "Force ForcedSignal"),
     "Workspaces": ("opengpac.studio.workspaces", "Workspaces"),
     "Sessions with a remote system": ("opengpac.remote.session", "Session Commanding CommandRequest"),
     "The component data base": (

@@ -22,6 +22,9 @@ use crate::effect::Effect;
 use std::collections::HashMap;
 use std::sync::{LazyLock, OnceLock};
 
+/// Default name of the caller of a call that is signed.
+const PROGRAM: &str = "program";
+
 /// The calls by subject.
 const SUBJECTS: [&[Call]; 13] = [
     configuration::CONFIGURATION,

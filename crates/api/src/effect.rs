@@ -33,6 +33,8 @@ pub enum Effect {
     BeginsRecording,
     /// Ends the recording of the argument `recording`.
     EndsRecording,
+    /// Forces a signal; the force has the number in its answer.
+    ForcesSignal,
 }
 
 /// Argument that a driver interprets: it may name files of the caller, and code.

@@ -260,6 +260,18 @@ void opengpac_close(opengpac_system *system);
  *       Changes the mode.
  *   enabling_switch(device, channel)
  *       Sets the channel of the enabling switch, without which nothing moves in manual mode.
+ *   force(name, value, [who]) -> integer
+ *       Forces a signal, given by its logical device: an input has this value instead of its reading, an
+ *       output instead of its command. The force ends with the session that set it, when the device is
+ *       disabled or lost, and at an emergency stop; an alarm is active until then. Returns the number of the
+ *       force.
+ *         value: Value in the unit of the signal's channel.
+ *         who: Person or session that forces; set by the control interface to its caller.
+ *   unforce([name], [who]) -> list of text
+ *       Ends the forcing of one signal, or of all. Returns the signals that were forced.
+ *         who: Person or session that releases; set by the control interface to its caller.
+ *   forced() -> map of ForcedSignal
+ *       Returns the forced signals, by their logical devices.
  * alarms
  *   define_alarm(code, ...said)
  *       Defines the text of an alarm code.

@@ -273,6 +273,10 @@ impl Service {
                 self.sessions.disown(instance);
             }
             (Effect::DeletesInstance, Some(instance)) => self.sessions.disown(instance),
+            (Effect::ForcesSignal, _) => {
+                let force = result.as_u64().filter(|force| !self.sessions.add_force(name, *force));
+                self.end_forces(force.as_slice(), &format!("session '{name}' has ended"));
+            }
             (Effect::ReportsEnd | Effect::EndsInstance, Some(instance)) if !result.is_null() => {
                 self.drain();
                 self.sessions.told(name, instance);
@@ -309,6 +313,7 @@ impl Service {
         for (name, instances) in self.sessions.lose(now) {
             let who = Caller { who: "the system".to_owned(), role: Role::Download, from: "here".to_owned() };
             // A closed system has nothing left to cut off.
+            self.end_forces(&self.sessions.take_forces(&name), &format!("session '{name}' was lost"));
             let outcome = self.system.abandon(&instances, &name).map_or("InvalidState", |()| "ok");
             let act = Act::new(&who, &name, "cut_off", b"");
             let _said = self.audit.write(&act, outcome);
@@ -344,10 +349,17 @@ impl Service {
     /// Closes a session in order.
     pub fn close_session(&self, id: &str) -> Result<(), Failure> {
         let name = self.sessions.close(id)?;
+        self.end_forces(&self.sessions.take_forces(&name), &format!("session '{name}' was closed"));
         if let Some(journal) = &self.journal {
             journal.closed(&self.system, &name);
         }
         Ok(())
+    }
+
+    fn end_forces(&self, forces: &[u64], why: &str) {
+        if !forces.is_empty() {
+            self.system.end_forces(forces, why);
+        }
     }
 
     /// Returns the number, name and state of those instances that still exist.

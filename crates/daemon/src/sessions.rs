@@ -59,6 +59,8 @@ struct State {
     owners: HashMap<u64, String>,
     /// Session that created each instance. An instance of the program has none.
     makers: HashMap<u64, String>,
+    /// Session that set each force.
+    forces: HashMap<u64, String>,
     /// Number of the next end report to process.
     next_end: u64,
 }
@@ -295,6 +297,21 @@ impl Sessions {
         let mut state = self.locked();
         state.makers.insert(instance, name.to_owned());
         state.pass(instance, Some(name));
+    }
+
+    /// Records that a session has set a force, which ends with it. Returns false if the session has ended meanwhile.
+    pub fn add_force(&self, name: &str, force: u64) -> bool {
+        let mut state = self.locked();
+        let is_alive = state.by_name.get(name).is_some_and(|session| session.alive);
+        if is_alive {
+            state.forces.insert(force, name.to_owned());
+        }
+        is_alive
+    }
+
+    /// Returns the forces that a session has set, which no longer belong to it.
+    pub fn take_forces(&self, name: &str) -> Vec<u64> {
+        self.locked().forces.extract_if(|_, of| of == name).map(|(force, _)| force).collect()
     }
 
     /// Makes a session the owner of an instance that it starts, even if another session has created it: the end is reported to the

@@ -2,6 +2,7 @@
 //! Physical devices as the kernel serves them: read at the start of a firing of their source and written at its end.
 use crate::block::Block;
 use crate::device_state::{AT_ZERO, Ask, DeviceCall, DeviceStanding, OFF, STOP, TELL};
+use crate::forcing::Forcing;
 use crate::memory::{Cell, Extent};
 use crate::service::{LatestReading, Service};
 use crate::tape::Tape;
@@ -20,6 +21,7 @@ pub struct Device {
     /// For each channel: true if claimed by a running verb.
     pub(crate) engaged: Vec<AtomicBool>,
     pub(crate) standing: DeviceStanding,
+    pub(crate) forcing: Forcing,
     /// While set, every write is the safe one; the first invokes the driver's safe state.
     pub(crate) stop: OnceLock<Arc<AtomicBool>>,
     pub(crate) is_asking: AtomicBool,
@@ -59,14 +61,27 @@ impl Device {
         }
         let writes = channels.iter().filter(|channel| channel.direction == Direction::Write).count();
         let (out, engaged) = (commands.load(), vec![false; writes]);
-        let service =
-            Service { driver, out, engaged, written_ns: None, was_stopped: false, ahead_ns: 0, shows: None, looks: None, is_new: false, is_closed: false };
+        let service = Service {
+            driver,
+            out,
+            engaged,
+            unforced: vec![0; readings_len],
+            was_forced: false,
+            written_ns: None,
+            was_stopped: false,
+            ahead_ns: 0,
+            shows: None,
+            looks: None,
+            is_new: false,
+            is_closed: false,
+        };
         Ok(Arc::new(Device {
             name: name.to_owned(),
             readings,
             commands,
             engaged: channels.iter().map(|_| AtomicBool::new(false)).collect(),
             standing: DeviceStanding::new(channels.len()),
+            forcing: Forcing::new(channels.len()),
             channels,
             stop: OnceLock::new(),
             is_asking: AtomicBool::new(false),
@@ -220,9 +235,21 @@ impl Device {
         }
         // SAFETY: the caller is the one that touches both.
         let (service, readings) = unsafe { (&mut *self.service.get(), std::slice::from_raw_parts_mut(self.readings.start(), self.readings.len())) };
-        let mut live = |readings: &mut [u8]| match &mut service.looks {
-            None => service.driver.read(release_ns + service.ahead_ns, readings),
-            Some(looks) => looks.read(release_ns, readings),
+        let mut live = |readings: &mut [u8]| {
+            // A driver that has nothing new leaves its readings as they are: they must be its own.
+            if std::mem::take(&mut service.was_forced) {
+                readings.copy_from_slice(&service.unforced);
+            }
+            match &mut service.looks {
+                None => service.driver.read(release_ns + service.ahead_ns, readings),
+                Some(looks) => looks.read(release_ns, readings),
+            }?;
+            if self.forcing.is_any() {
+                service.unforced.copy_from_slice(readings);
+                service.was_forced = true;
+                self.force_readings(readings);
+            }
+            Ok(())
         };
         let read = match tape {
             None => live(readings),
@@ -269,7 +296,7 @@ impl Device {
         changed
     }
 
-    /// Writes every channel: claimed ones as stored, within their slew limits, the others with safe values. In the first write after an
+    /// Writes every channel: claimed ones as forced or stored, within their slew limits, the others with safe values. In the first write after an
     /// emergency stop, the driver brings the device to its safe state instead.
     ///
     /// # Safety
@@ -280,7 +307,7 @@ impl Device {
         }
         // SAFETY: the caller is the one that touches it.
         let service = unsafe { &mut *self.service.get() };
-        let is_stopped = self.is_stopped();
+        let (is_stopped, is_forcing) = (self.is_stopped(), self.forcing.is_any());
         let elapsed_s = service.written_ns.map_or(0.0, |written| (release_ns - written) as f64 * 1e-9);
         let writes = self.channels.iter().enumerate().filter(|(_, channel)| channel.direction == Direction::Write);
         for (place, (index, channel)) in writes.enumerate() {
@@ -292,7 +319,9 @@ impl Device {
                 continue;
             }
             // SAFETY: the channel lies within the commands, which only this source stores to.
-            let command = unsafe { std::slice::from_raw_parts(self.commands.start().add(channel.offset), channel.len) };
+            let stored = unsafe { std::slice::from_raw_parts(self.commands.start().add(channel.offset), channel.len) };
+            let forced = if is_forcing { self.forcing.of(index) } else { None };
+            let command = forced.as_ref().map_or(stored, |bytes| &bytes[..channel.len]);
             match channel.slew_max {
                 Some(slew_max) if channel.len == size_of::<f64>() => {
                     if limit(out, command, slew_max * elapsed_s) {

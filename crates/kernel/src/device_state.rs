@@ -75,4 +75,6 @@ pub enum DeviceCall {
     Ask { channel: u32, what: Ask, at_zero: bool },
     /// `Device::forget`.
     Forget { channel: u32 },
+    /// `Device::force`.
+    Force { channel: u32, value: Option<u64> },
 }

@@ -15,6 +15,10 @@ pub struct Service {
     pub out: Vec<u8>,
     /// True for each write channel that was claimed at the last write.
     pub(crate) engaged: Vec<bool>,
+    /// Readings of the driver while a channel is forced.
+    pub(crate) unforced: Vec<u8>,
+    /// True if a channel was forced at the last reading.
+    pub(crate) was_forced: bool,
     /// Release of the last write, ns.
     pub written_ns: Option<i64>,
     /// True if the emergency stop was in force at the last write.

@@ -184,6 +184,83 @@ fn a_slew_limit_is_enforced_and_counted_and_going_safe_is_exempt() {
 }
 
 #[test]
+fn a_forced_reading_replaces_the_drivers_and_a_forced_command_the_blocks() {
+    let (device, log) = drive(None, i64::MAX);
+    let (host, _) = program(&device);
+    device.engage(1, true);
+    run_until(&host, 2 * MS);
+    device.force(0, Some(7));
+    run_until(&host, 3 * MS);
+    assert_eq!(value(&device.cell(0)), 7, "blocks see it");
+    device.force(1, Some((-1.5_f64).to_bits()));
+    run_until(&host, 4 * MS);
+    device.force(0, None);
+    run_until(&host, 5 * MS);
+    device.unforce_all();
+    run_until(&host, 6 * MS);
+    assert_eq!(*log.lock().unwrap(), ["10 true", "20 true", "70 true", "-1.5 true", "-1.5 true", "60 true"]);
+    assert_eq!(value(&device.cell(0)), 6);
+}
+
+#[test]
+fn a_forced_command_obeys_claims_slew_limits_and_the_emergency_stop() {
+    let (device, log) = drive(Some(5_000.0), i64::MAX);
+    let stop = Arc::new(AtomicBool::new(false));
+    device.obey(stop.clone());
+    let (host, _) = program(&device);
+    device.force(1, Some(12.0_f64.to_bits()));
+    run_until(&host, MS);
+    device.engage(1, true);
+    run_until(&host, 4 * MS);
+    stop.store(true, Ordering::Release);
+    run_until(&host, 6 * MS);
+    assert_eq!(*log.lock().unwrap(), ["0 false", "5 true", "10 true", "12 true", "safe", "0 false"]);
+}
+
+#[test]
+fn a_driver_with_nothing_new_finds_its_own_readings_again_after_a_force() {
+    let (driver, _) = driver(None, i64::MAX);
+    let device = Device::open("drive", Box::new(Still { inner: driver }), 0).unwrap();
+    let (host, _) = program(&device);
+    run_until(&host, 2 * MS);
+    assert_eq!(value(&device.cell(0)), 1, "it read once");
+    device.force(0, Some(7));
+    run_until(&host, 3 * MS);
+    assert_eq!(value(&device.cell(0)), 7);
+    device.force(0, Some(8));
+    run_until(&host, 4 * MS);
+    device.force(0, None);
+    run_until(&host, 5 * MS);
+    assert_eq!(value(&device.cell(0)), 1);
+}
+
+/// A drive that has something new in its first reading only.
+struct Still {
+    inner: Box<dyn Driver>,
+}
+
+impl Driver for Still {
+    fn channels(&self) -> &[Channel] {
+        self.inner.channels()
+    }
+    fn open(&mut self, now_ns: i64) -> Result<(), DeviceError> {
+        self.inner.open(now_ns)
+    }
+    fn read(&mut self, release_ns: i64, readings: &mut [u8]) -> Result<(), DeviceError> {
+        if release_ns == MS { self.inner.read(release_ns, readings) } else { Ok(()) }
+    }
+    fn write(&mut self, release_ns: i64, commands: &[u8], engaged: &[bool]) -> Result<(), DeviceError> {
+        self.inner.write(release_ns, commands, engaged)
+    }
+    fn safe_state(&mut self) {
+        self.inner.safe_state();
+    }
+    fn close(&mut self) {
+        self.inner.close();
+    }
+}
+
+#[test]
 fn a_device_that_fails_is_lost_once_and_safe() {
     let (device, log) = drive(None, 2 * MS);
     let (host, _) = program(&device);

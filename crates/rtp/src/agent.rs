@@ -8,7 +8,7 @@ use crate::shared::{LOOK, ProcessorState, locked};
 use crate::tells;
 use device::{Beside, ServiceError};
 use interconnect::{Link, Memory};
-use kernel::{Device, DeviceCall, SourceId};
+use kernel::{Device, DeviceCall, FORCED_LEN_MAX, SourceId};
 use opengpac::abi::ABI as ABI_VERSION;
 use process_kit::Silence;
 use runtime::encoding::Parcel;
@@ -207,6 +207,11 @@ impl Agent {
                     match call {
                         DeviceCall::Ask { channel, what, at_zero } if (channel as usize) < device.channels().len() => {
                             device.ask(channel as usize, what, at_zero)
+                        }
+                        DeviceCall::Force { channel, value }
+                            if device.channels().get(channel as usize).is_some_and(|channel| channel.len <= FORCED_LEN_MAX) =>
+                        {
+                            device.force(channel as usize, value)
                         }
                         DeviceCall::Forget { channel } if (channel as usize) < device.channels().len() => device.forget(channel as usize),
                         _ => return Err(format!("device '{}' has no such channel", device.name())),

@@ -8,7 +8,7 @@ use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 
 /// Version of the protocol; sides with different versions disconnect with a message.
-pub const VERSION: u32 = 6;
+pub const VERSION: u32 = 7;
 
 /// Order to the processor.
 #[derive(Debug, Serialize, Deserialize)]

@@ -99,8 +99,9 @@ fn leave(agent: Agent, ended: ServiceEnd, door: Option<Box<dyn Door>>) -> Result
 
 impl Agent {
     /// Carries out the farewell of each process after the supervisor has disconnected; processes without one continue until the patience
-    /// runs out.
+    /// runs out. What a person has forced ends, because nobody could see or release it.
     fn bid(&mut self) {
+        locked(&self.shared.devices).values().for_each(|device| device.unforce_all());
         for ((process, source), parcel) in std::mem::take(&mut self.farewells) {
             let Some(parcel) = parcel else {
                 self.goes_on = true;

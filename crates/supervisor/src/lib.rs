@@ -50,6 +50,7 @@ pub use definitions::download::{build, library, load};
 pub use definitions::sane::check_name;
 pub use definitions::verbs::{VerbClass, VerbForm, VerbSummary};
 pub use device::{Geometry, Reach, ReachingValue};
+pub use devices::forcing_calls::ForcedSignal;
 pub use drivers::each_reach;
 pub use ending::latest::End;
 pub use ending::report::{Other, PassedList, Report};

@@ -315,6 +315,21 @@ class Calls(CallTransport):
         """Sets the channel of the enabling switch, without which nothing moves in manual mode."""
         return self._ask("enabling_switch", {"device": device, "channel": channel})
 
+    def force(self, name: str, value: Any, who: str | None = None) -> int:
+        """Forces a signal, given by its logical device: an input has this value instead of its reading, an
+        output instead of its command. The force ends with the session that set it, when the device is
+        disabled or lost, and at an emergency stop; an alarm is active until then. Returns the number of the
+        force."""
+        return self._ask("force", {"name": name, "value": value, "who": who})
+
+    def unforce(self, name: str | None = None, who: str | None = None) -> list[str]:
+        """Ends the forcing of one signal, or of all. Returns the signals that were forced."""
+        return self._ask("unforce", {"name": name, "who": who})
+
+    def forced(self) -> dict[str, Any]:
+        """Returns the forced signals, by their logical devices."""
+        return self._ask("forced")
+
     def define_alarm(self, said: Mapping[str, Any], code: str) -> None:
         """Defines the text of an alarm code."""
         return self._ask_of("define_alarm", said, {"code": code})

@@ -15,6 +15,10 @@ from ..refusals.argument_types import all_taking
 from ..studio.workspaces import Workspaces
 from ..values.quantities import Quantity, optional_ns
 from .alarms import Alarms
+from .forcing import Force, ForcedSignal
+from .forcing import force as _force
+from .forcing import forced as _forced
+from .forcing import release as _release
 from .observation import SystemObservation
 from .svvs import SVV
 
@@ -137,6 +141,31 @@ class SystemCommands(SystemObservation):
             )
         with refusals:
             self._alive().enabling_switch(channel.device.name, channel.name)
+
+    def force(self, signal: LogicalDevice, value: Any) -> Force:
+        """Forces an input or output of `gpac.cell`: an input has this value instead of its reading, an output instead of its command.
+
+        >>> with cell.force(part, True):
+        ...     wait_for_input(part, True).condition
+        'came'
+
+        value: a bool, or a number in the unit of the channel. The force lasts until it is released, its session ends, its device is
+        disabled or lost, or an emergency stop; an alarm `forced` is active until then. A disabled output stays safe. A remote system
+        requires the role `configure` and command.
+
+        Raises `NotEnabled` for a device that is not enabled, `NotAllowed` for an emergency stop input or the enabling switch,
+        `OutOfRange` for a value beyond the limits of an analog output, `CallError` for a device without a channel of its own.
+        """
+        return _force(cast("System", self), signal, value)
+
+    def release(self, *signals: LogicalDevice) -> list[str]:
+        """Ends the forces of these signals, or of all; returns their names. Raises `InvalidState` for one that is not forced."""
+        return _release(cast("System", self), signals)
+
+    @property
+    def forced(self) -> dict[str, ForcedSignal]:
+        """Forced signals, by the names of their devices."""
+        return _forced(cast("System", self))
 
     def scan_devices(self, kind: str | None = None, **options: Any) -> Found:
         """Searches for devices that a driver could open, on the host of this system; nothing moves. `kind` and `options` are those of

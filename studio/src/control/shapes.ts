@@ -583,6 +583,22 @@ export interface End {
   report: Report;
 }
 
+/** A forced signal. */
+export interface ForcedSignal {
+  /** Number of the force, counted over the system. */
+  number: number;
+  /** Channel, `device.channel`. */
+  channel: string;
+  /** True for an output, false for an input. */
+  output: boolean;
+  /** Value that replaces the reading or the command, in the unit of the channel. */
+  value: Value;
+  /** Person or session that forces. */
+  who: string;
+  /** Time on the system's clock at which it was forced, s. */
+  since_s: number;
+}
+
 /** An argument for creating an instance. */
 export interface FormArgument {
   name: string;
@@ -2238,6 +2254,8 @@ export interface Statistics {
   emergency: string | null;
   paused: PausesInForce;
   mode: Mode;
+  /** Forced signals, by their logical devices. */
+  forced: { [name: string]: ForcedSignal };
   /** Rights that the supervisor's thread requested from the operating system but did not get. */
   supervisor_rights_missing: string[];
 }
@@ -3442,6 +3460,34 @@ export interface Calls {
       channel: string;
     };
     result: null;
+  };
+  /** Forces a signal, given by its logical device: an input has this value instead of its reading, an output instead of its command. The force ends with the session that set it, when the device is disabled or lost, and at an emergency stop; an alarm is active until then. Returns the number of the force. */
+  force: {
+    role: "configure";
+    arguments: {
+      name: string;
+      /** Value in the unit of the signal's channel. */
+      value: Value;
+      /** Person or session that forces; set by the control interface to its caller. */
+      who?: string | null;
+    };
+    result: number;
+  };
+  /** Ends the forcing of one signal, or of all. Returns the signals that were forced. */
+  unforce: {
+    role: "operate";
+    arguments: {
+      name?: string | null;
+      /** Person or session that releases; set by the control interface to its caller. */
+      who?: string | null;
+    };
+    result: string[];
+  };
+  /** Returns the forced signals, by their logical devices. */
+  forced: {
+    role: "observe";
+    arguments: Record<string, never>;
+    result: { [name: string]: ForcedSignal };
   };
   /** Defines the text of an alarm code. */
   define_alarm: {

@@ -3,6 +3,7 @@ import { useEffect, useRef } from "react";
 import { isFloat, valueText } from "../design/numbers";
 import { unitText } from "../design/units";
 import { useControl } from "../shell/context";
+import { useForce } from "./forced";
 import { isStored } from "./stored";
 
 /**
@@ -19,6 +20,7 @@ export function LiveValue(props: {
   const control = useControl();
   const element = useRef<HTMLSpanElement>(null);
   const { name, type_text, initial = "grey" } = props;
+  const force = useForce(name);
   useEffect(() => {
     const float = isFloat(type_text);
     return control.values.watch(name, (reading, missing) => {
@@ -31,7 +33,8 @@ export function LiveValue(props: {
     });
   }, [control, name, type_text, initial]);
   return (
-    <span className="live">
+    <span className={`live ${force ? "forced" : ""}`} title={force ?? undefined}>
+      {force && <span className="unseen">{force}: </span>}
       <span className="figures" ref={element} data-live={name}>
         –
       </span>

@@ -9,6 +9,7 @@ import { CommandHolder, commanderOf } from "./CommandHolder";
 import { CommandRequests } from "./CommandRequests";
 import { useLive, useTopic, useWatched } from "./context";
 import { EmergencyStop, Stopped, StopUnheard, useEmergencyStop } from "./EmergencyStop";
+import { ForcedNote } from "./ForcedNote";
 import { ModeAndPause } from "./ModeAndPause";
 import { Aim, Notices } from "./Notices";
 import { TimeBar } from "./TimeBar";
@@ -54,6 +55,7 @@ export function TopBar() {
       <Notices>
         {/* First, so that nothing which comes or goes moves its reset. */}
         <Stopped now={now} />
+        <ForcedNote now={now} />
         <Unheard />
         <CommandRequests />
         <AlarmBar />

@@ -1,10 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Alarms.
+use crate::calls::PROGRAM;
 use crate::sure;
 use supervisor::{Alarm, AlarmList, AlarmText, ShelvingRequest};
-
-/// Default name of the caller that shelves an alarm.
-const PROGRAM: &str = "program";
 
 crate::calls! {
     /// Alarms.

@@ -1,8 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Calls about the whole cell: emergency stop, pause, modes.
+//! Calls about the whole cell: emergency stop, pause, modes, forced signals.
+use crate::calls::PROGRAM;
+use crate::effect::Effect;
 use crate::waits::paused as until_paused;
+use indexmap::IndexMap;
+use model::value::Value;
 use std::collections::BTreeMap;
-use supervisor::Mode;
+use supervisor::{ForcedSignal, Mode};
 
 crate::calls! {
     /// The whole cell.
@@ -44,5 +48,26 @@ crate::calls! {
         Configure enabling_switch(must device: String, must channel: String) -> ():
             commands("device"), replaces(&[]), goes_with("delete_physical_device", "device"), watches
             => |system| system.enabling_switch(&device, &channel);
+        /// Forces a signal, given by its logical device: an input has this value instead of its reading, an output instead of its command.
+        /// The force ends with the session that set it, when the device is disabled or lost, and at an emergency stop; an alarm is active
+        /// until then. Returns the number of the force.
+        Configure force(
+            must name: String,
+            /// Value in the unit of the signal's channel.
+            must value: Value,
+            /// Person or session that forces; set by the control interface to its caller.
+            may who: Option<String>,
+        ) -> u64: commands("name"), told, moves, unjournalled, signed("who"), effect(Effect::ForcesSignal)
+            => |system| system.force(&name, &value, who.as_deref().unwrap_or(PROGRAM));
+        /// Ends the forcing of one signal, or of all. Returns the signals that were forced.
+        Operate unforce(
+            may name: Option<String>,
+            /// Person or session that releases; set by the control interface to its caller.
+            may who: Option<String>,
+        ) -> Vec<String>: commands("name"), told, moves, signed("who")
+            => |system| system.unforce(name.as_deref(), who.as_deref().unwrap_or(PROGRAM));
+        /// Returns the forced signals, by their logical devices.
+        Observe forced() -> IndexMap<String, ForcedSignal>
+            => |system| crate::sure(system.forced());
     ];
 }

@@ -246,3 +246,20 @@ fn an_instance_belongs_to_who_started_it_last() {
     sessions.disown(7);
     assert!(sessions.orphans().is_empty());
 }
+
+#[test]
+fn a_force_belongs_to_the_session_that_set_it_until_that_ends() {
+    let (sessions, now, me) = (Sessions::default(), Instant::now(), caller("user 1", Role::Configure));
+    for name in ["a", "b"] {
+        sessions.open(&me, &asked(name, false), now).expect("it opens");
+    }
+    assert!(sessions.add_force("a", 1) && sessions.add_force("b", 2) && sessions.add_force("a", 3));
+    assert!(sessions.take_forces("nobody").is_empty());
+    sessions.lose(now + s(99));
+    let mut forces = sessions.take_forces("a");
+    forces.sort_unstable();
+    assert_eq!(forces, [1, 3]);
+    assert!(sessions.take_forces("a").is_empty(), "once");
+    assert!(!sessions.add_force("b", 4), "it was lost meanwhile");
+    assert_eq!(sessions.take_forces("b"), [2]);
+}

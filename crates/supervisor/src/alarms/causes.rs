@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Causes of alarms: the end of a device's own verb without a command (active until the device is enabled or reset), a lost physical
 //! device (active as long as it is lost), a lost processor (until the reset), the emergency stop (until the reset), an abnormal end of
-//! another verb (returned at once: the end is the event), a condition that names an alarm, and the programming system. Ends that follow
+//! another verb (returned at once: the end is the event), a forced signal (until it is released), a condition that names an alarm, and
+//! the programming system. Ends that follow
 //! from one of these raise no alarm of their own, so that each cause has a single line.
 use crate::alarms::list::{CURRENT_MAX, Cause, RaisedAlarm, Severity};
 use crate::core::Core;
+use crate::devices::forcing::FORCED;
 use crate::ending::report::Report;
 use crate::refuse::unknown;
 use model::plan::Plan;
@@ -65,6 +67,12 @@ pub(crate) fn alarm_processor(core: &mut Core, place: &str, message: &str) {
     }
     let (text, remedy) = (message.to_owned(), "see the log for why, then call reset()");
     raise(core, RaisedAlarm { code: "processor_lost", source: place, block: None, text, remedy, severity: Severity::Critical, cause: Cause::Processor });
+}
+
+/// Raises the alarm of a forced signal. `to`: the value, and who forces it.
+pub(crate) fn alarm_forced(core: &mut Core, signal: &str, is_output: bool, to: &str) {
+    let (text, remedy) = (format!("{} '{signal}' is forced {to}", if is_output { "output" } else { "input" }), "release it as soon as it is not needed");
+    raise(core, RaisedAlarm { code: FORCED, source: signal, block: None, text, remedy, severity: Severity::High, cause: Cause::Forced });
 }
 
 /// Raises the alarm of a recording that ended prematurely. It is an event that a person must see.

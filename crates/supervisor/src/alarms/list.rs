@@ -91,6 +91,8 @@ pub(crate) enum Cause {
     Loss,
     /// A lost processor, until a reset.
     Processor,
+    /// A forced signal, until it is released.
+    Forced,
 }
 
 /// Alarm to raise, before its texts are looked up.

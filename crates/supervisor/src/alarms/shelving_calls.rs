@@ -34,6 +34,7 @@ impl Alarm {
         match self.cause {
             Cause::Latch => Some("it is an emergency stop"),
             Cause::Loss | Cause::Processor => Some("what it tells of is lost"),
+            Cause::Forced => Some("it lasts as long as the signal is forced"),
             Cause::Event | Cause::Fault => (self.severity == Severity::Critical).then_some("its severity is critical"),
         }
     }

@@ -70,6 +70,7 @@ impl Core {
         };
         if self.registry.logical[device].state != DeviceState::Stopping {
             self.registry.set_device(device, DeviceState::Stopping);
+            self.release_idle_forces();
             self.course(instance).end_by(SystemCondition::DeviceDisabled, format!("device '{device}' was disabled"));
         }
         Ok(self.registry.logical[device].state == DeviceState::Disabled)

@@ -313,7 +313,11 @@ impl System {
         {
             record.parameters.insert(parameter.to_owned(), before);
         }
-        tuned
+        tuned?;
+        self.shared.command(|core| {
+            core.release_force_beyond(device, &definitions.configuration);
+            Ok(())
+        })
     }
 
     pub fn device_parameter(&self, device: &str, parameter: &str) -> Result<Value, Refusals> {

@@ -44,6 +44,7 @@ impl Core {
             self.take(event);
             came = true;
         }
+        self.release_idle_forces();
         came
     }
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Statistics of a system: firings, overruns and jitter of every interrupt source, instances, devices, and its stop and pause states.
 use crate::definitions::system_definitions::Definitions;
+use crate::devices::forcing_calls::{ForcedSignal, forced};
 use crate::observation::block_times::{self, BlockTimes};
 use crate::observation::states::{DeviceState, InstanceState, PausesInForce};
 use crate::pausing::modes::Mode;
@@ -28,6 +29,8 @@ pub struct Statistics {
     pub emergency: Option<String>,
     pub paused: PausesInForce,
     pub mode: Mode,
+    /// Forced signals, by their logical devices.
+    pub forced: IndexMap<String, ForcedSignal>,
     /// Rights that the supervisor's thread requested from the operating system but did not get.
     pub supervisor_rights_missing: Vec<String>,
 }
@@ -191,6 +194,7 @@ impl System {
             emergency: core.safety.emergency.reason.clone(),
             paused: core.safety.pause.shown(),
             mode: core.safety.modes.mode,
+            forced: forced(&core),
             supervisor_rights_missing: missing,
         }
     }

@@ -31,6 +31,7 @@ impl System {
             if core.safety.emergency.inputs.iter().any(|i| i.device == device && i.channel == index) {
                 return Err(refuse(Class::InUse, format!("channel '{device}.{channel}' is an emergency stop input"), "give the switch a channel of its own"));
             }
+            core.refuse_forced_switch(device, index)?;
             let physical = &core.registry.physical[device];
             let (source, of) = (physical.source, physical.device.clone());
             of.ask(index, Ask::Tell, true);

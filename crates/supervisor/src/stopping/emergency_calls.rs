@@ -19,6 +19,7 @@ impl System {
             if core.safety.emergency.inputs.iter().any(|i| i.device == device && i.channel == index) {
                 return Err(refuse(Class::InUse, format!("channel '{device}.{channel}' is an emergency stop input already"), "once is enough"));
             }
+            core.refuse_forced_switch(device, index)?;
             core.registry.physical[device].device.ask(index, Ask::Stop, at_zero);
             core.safety.emergency.inputs.push(Input { device: device.to_owned(), channel: index, told: false });
             Ok(())

@@ -27,6 +27,7 @@ pub(crate) fn emergency_stop(core: &mut Core, source: &str, reason: &str) {
     }
     core.safety.emergency.reason = Some(reason.to_owned());
     core.safety.pause.clear();
+    core.release_forces("the emergency stop", |_, _| true);
     safe_all(core);
     let (mut actions, servos): (Vec<u64>, Vec<u64>) = {
         let running = core.instances.values().filter(|i| i.is_busy());
@@ -109,6 +110,7 @@ pub(crate) fn watch_enabling_switch(core: &mut Core) {
         return;
     }
     let Some((false, name)) = core.safety.modes.enabling_switch(&core.registry) else { return };
+    core.release_forces(&format!("enabling switch '{name}' was let go"), |_, force| force.is_output);
     let actions: Vec<u64> =
         core.instances.values().filter(|i| i.is_busy() && !i.is_ending() && i.leaving.departure.is_none() && i.is_action()).map(|i| i.id).collect();
     for id in actions {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //! State of stops, holds and reports in the supervisor.
 use crate::alarms::list::Alarms;
+use crate::devices::forcing::Forces;
 use crate::pausing::modes::Modes;
 use crate::pausing::pause::Pause;
 use crate::stopping::latch::Emergency;
@@ -13,6 +14,7 @@ pub(crate) struct Safety {
     pub pause: Pause,
     pub modes: Modes,
     pub alarms: Alarms,
+    pub forces: Forces,
     /// Sources that did not answer; no wait includes them.
     pub lost: HashSet<SourceId>,
     /// Sources that a test has cut off.

@@ -2,10 +2,12 @@
 import type { Configuration, Statistics } from "../../control/shapes";
 import { Panel, Refusals } from "../../design/parts";
 import { Age } from "../../live/Age";
+import { forcedOf } from "../../live/forced";
 import { LiveValue } from "../../live/LiveValue";
 import { useAction, useControl } from "../../shell/context";
 import { addressOf } from "../../shell/route";
 import { StateTag } from "./Family";
+import { Forcing } from "./Forcing";
 import { isRenewed, svvName } from "./families";
 import { Parameters } from "./Parameters";
 import { WriteField } from "./WriteField";
@@ -86,6 +88,7 @@ export function DeviceDetail(props: { name: string; configuration: Configuration
             </tbody>
           </table>
         </div>
+        <Forcing device={name} type={type.name} state={state} forced={forcedOf(now)[name]} />
         {/* Parameters are of now: a recording has none. */}
         {control.past === null && <Parameters device={name} type={type} />}
       </div>

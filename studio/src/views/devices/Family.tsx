@@ -3,9 +3,11 @@ import type { DeviceState, Statistics } from "../../control/shapes";
 import { forEach } from "../../control/together";
 import { Panel, Refusals, Tag, type Tone } from "../../design/parts";
 import { Age } from "../../live/Age";
+import { forcedOf } from "../../live/forced";
 import { LiveValue } from "../../live/LiveValue";
 import { useAction, useControl } from "../../shell/context";
 import { addressOf } from "../../shell/route";
+import { ForcedTag } from "./Forcing";
 import { columnsOf, type DeviceFamily, isRenewed, shortName, svvName } from "./families";
 import { JogButtons, JogTools, useJog } from "./Jog";
 import { SetOutput, useSetVerb } from "./SetOutput";
@@ -96,7 +98,7 @@ export function Family(props: { of: DeviceFamily; now: Statistics; chosen: strin
                   </td>
                 )}
                 <td className="state">
-                  <StateTag of={states[index]} />
+                  <StateTag of={states[index]} /> <ForcedTag of={forcedOf(now)[device]} />
                   {!isRenewed(states[index]) && (
                     <>
                       {" "}

@@ -17,7 +17,7 @@ export function PhysicalDevices(props: { configuration: Configuration; now: Stat
         end={
           <>
             {state && state.slew_limited > 0 && <Tag tone="warn">{state.slew_limited} writes slew-limited</Tag>}
-            {state?.lost ? <Tag tone="bad">lost</Tag> : <Tag tone="good">there</Tag>}
+            {state?.lost ? <Tag tone="bad">lost</Tag> : <Tag tone="good">connected</Tag>}
             <span className="quiet">exchanged by {device.source}</span>
           </>
         }

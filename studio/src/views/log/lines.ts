@@ -23,7 +23,7 @@ export interface Line {
 
 /** Kinds that indicate a fault. */
 export const BAD_KINDS = new Set(["fault", "processor_lost", "emergency_stop", "lost"]);
-export const WARN_KINDS = new Set(["overrun", "late"]);
+export const WARN_KINDS = new Set(["overrun", "late", "force"]);
 
 export function linesOf(log: KeptEntries<LogEntry> | null, ends: KeptEntries<End> | null): Line[] {
   const earlier = merged((log?.earlier ?? []).map(entryLine), (ends?.earlier ?? []).map(reportLine));

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 import { useEffect, useRef } from "react";
 import { count, figure, reading } from "../../design/numbers";
+import { Tag } from "../../design/parts";
+import { useForce } from "../../live/forced";
 import { useWatched } from "../../shell/context";
 import { colourOf, patternOf } from "./looks";
 import type { Row } from "./messages";
@@ -21,7 +23,7 @@ const COLUMNS = [
   ["pp", "p–p", "peak to peak"],
   ["count", "values", "number of measured values"],
   ["hz", "strongest", "the strongest frequency above 0, Hz"],
-  ["peak", "there", "its amplitude, in the unit of the axis"],
+  ["peak", "level", "level of the strongest frequency, in the unit of the axis"],
 ] as const;
 
 type Column = (typeof COLUMNS)[number][0];
@@ -95,6 +97,7 @@ function TraceRows(props: {
   const id = traceId(trace);
   const unit = useWatched(scope.channels).get(trace.channel)?.unit || "";
   const refused = useWatched(scope.feeds.refused).get(trace.channel);
+  const force = useForce(trace.channel);
   return (
     <>
       <tr data-trace={id} className={`${trace.hidden ? "hidden-trace" : ""} ${props.chosen === id ? "chosen" : ""}`}>
@@ -107,6 +110,11 @@ function TraceRows(props: {
             onClick={() => props.choose(id)}
           >
             <Swatch look={trace.look} /> {id}
+            {force && (
+              <Tag tone="warn" title={force}>
+                forced
+              </Tag>
+            )}
           </button>
           {refused && <div className="bad small">{refused.map((one) => one.message).join("; ")}</div>}
         </th>

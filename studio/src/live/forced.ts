@@ -1,0 +1,33 @@
+// SPDX-License-Identifier: Apache-2.0
+// Forced signals: values that a person has set in place of a reading or a command.
+import { useSyncExternalStore } from "react";
+import type { ForcedSignal, Statistics } from "../control/shapes";
+import { valueText } from "../design/numbers";
+import { useControl } from "../shell/context";
+
+/** Returns the forced signals, by their devices. A recording of an earlier release has none. */
+export function forcedOf(now: Statistics | null): Record<string, ForcedSignal> {
+  return now?.forced ?? {};
+}
+
+/** Describes a force: "forced to true by anna". */
+export function forceText(of: ForcedSignal): string {
+  return `${of.output ? "output" : "input"} forced to ${valueText(of.value)} by ${of.who}`;
+}
+
+/**
+ * Returns the description of the force of an SVV or channel; null if it is not forced. The SVV `value` of a forced output has the value
+ * of the program, and is marked as well, because the machine has another one.
+ */
+export function forceOf(now: Statistics | null, name: string): string | null {
+  for (const [signal, of] of Object.entries(forcedOf(now))) {
+    if (name === of.channel || name === `${signal}.value`) return forceText(of);
+  }
+  return null;
+}
+
+/** Returns the description of the force of an SVV or channel; the component is rendered again when it changes. */
+export function useForce(name: string): string | null {
+  const { statistics } = useControl().topics;
+  return useSyncExternalStore(statistics.watch, () => forceOf(statistics.get(), name));
+}

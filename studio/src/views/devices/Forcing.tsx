@@ -1,0 +1,101 @@
+// SPDX-License-Identifier: Apache-2.0
+import { useState } from "react";
+import type { DeviceState, ForcedSignal, Value } from "../../control/shapes";
+import { valueText } from "../../design/numbers";
+import { Refusals, Tag } from "../../design/parts";
+import { forceText } from "../../live/forced";
+import { useAction, useControl } from "../../shell/context";
+import { valueFrom, wrongText } from "../verbs/fields";
+import { isRenewed, shortName } from "./families";
+
+/** Types of devices that can be forced, with the C types of their values: `gpac.cell`. */
+const SIGNALS: Record<string, { type_text: string; output: boolean }> = {
+  digital_input: { type_text: "bool", output: false },
+  analog_input: { type_text: "double", output: false },
+  digital_output: { type_text: "bool", output: true },
+  analog_output: { type_text: "double", output: true },
+};
+
+/** Mark of a forced signal next to its state. */
+export function ForcedTag(props: { of: ForcedSignal | undefined }) {
+  if (!props.of) return null;
+  return (
+    <Tag tone="warn" title={forceText(props.of)}>
+      forced {valueText(props.of.value)}
+    </Tag>
+  );
+}
+
+/** Forces and releases one input or output; null for devices that are no signals, and for pages that may not. */
+export function Forcing(props: { device: string; type: string; state: DeviceState | undefined; forced: ForcedSignal | undefined }) {
+  const { device, forced, state } = props;
+  const control = useControl();
+  const action = useAction();
+  const [text, setText] = useState("");
+  const signal = SIGNALS[props.type];
+  if (!signal || !control.may("operate") || (!control.may("configure") && !forced)) return null;
+  const name = shortName(device);
+  const force = (value: Value) => action.run(() => control.order("force", { name: device, value }));
+  const value = valueFrom(text, signal.type_text);
+  const unread = wrongText(text, signal.type_text);
+  const isAble = isRenewed(state) && !action.busy;
+  return (
+    <section className="forcing" aria-label={`Forcing of ${device}`}>
+      <h3>Forcing</h3>
+      <p className="quiet">
+        {signal.output
+          ? "The machine gets this value, whatever the program commands. A disabled output stays safe."
+          : "The program gets this value, whatever the machine reports."}{" "}
+        The force ends with this page, with the device, and at an emergency stop; an alarm stands until then.
+      </p>
+      <div className="row" data-commands>
+        {control.may("configure") &&
+          (signal.type_text === "bool" ? (
+            [false, true].map((to) => (
+              <button
+                key={String(to)}
+                type="button"
+                disabled={!isAble}
+                aria-pressed={forced?.value === to}
+                aria-label={`Force ${to ? "on" : "off"}: ${name}`}
+                onClick={() => force(to)}
+              >
+                Force {to ? "on" : "off"}
+              </button>
+            ))
+          ) : (
+            <form
+              className="row"
+              onSubmit={(event) => {
+                event.preventDefault();
+                if (value !== undefined && unread === null) void force(value);
+              }}
+            >
+              <input
+                aria-label={`Value to force ${name} to`}
+                aria-invalid={unread !== null}
+                title={unread ?? undefined}
+                size={6}
+                value={text}
+                onChange={(event) => setText(event.target.value)}
+              />
+              <button type="submit" aria-label={`Force ${name}`} disabled={!isAble || value === undefined || unread !== null}>
+                Force
+              </button>
+            </form>
+          ))}
+        <button
+          type="button"
+          aria-label={`Release ${name}`}
+          disabled={!forced || action.busy}
+          onClick={() => action.run(() => control.order("unforce", { name: device }))}
+        >
+          Release
+        </button>
+      </div>
+      {/* Below the buttons, so that its length moves none of them. */}
+      <p className={forced ? "" : "quiet"}>{forced ? forceText(forced) : isRenewed(state) ? "not forced" : "enable it first"}</p>
+      <Refusals of={action.refusals} />
+    </section>
+  );
+}
