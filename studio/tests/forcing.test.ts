@@ -30,6 +30,23 @@ const read = async (name: string) =>
   (await watch.call<{ values: Record<string, { value: unknown }> }>("read", { names: [name] })).values[name]?.value;
 const forced = async () => Object.keys(await watch.call<object>("forced", {}));
 
+test("a newcomer finds forcing: from the first page, and from the table of the signals", async () => {
+  const { page } = operator;
+  await goTo(page, "Start");
+  await page.getByRole("link", { name: /^Force a signal/ }).click();
+  await page.getByRole("region", { name: "Forcing of part" }).waitFor();
+  // In a low window the panel is below the tables: it comes into sight.
+  await page.setViewportSize({ width: 1440, height: 500 });
+  await page.getByRole("link", { name: "Force… flow" }).click();
+  await expect
+    .poll(() =>
+      page.getByRole("button", { name: "Force flow", exact: true }).evaluate((one) => one.getBoundingClientRect().bottom <= innerHeight),
+    )
+    .toBe(true);
+  await page.setViewportSize({ width: 1440, height: 900 });
+  await show(page, "#/devices/part");
+});
+
 test("an input is forced, marked in every view that shows it, and the alarm stands", async () => {
   const { page } = operator;
   await page.getByRole("region", { name: "Forcing of part" }).getByText("not forced").waitFor();

@@ -2,7 +2,7 @@
 //! Physical devices as the kernel serves them: read at the start of a firing of their source and written at its end.
 use crate::block::Block;
 use crate::device_state::{AT_ZERO, Ask, DeviceCall, DeviceStanding, OFF, STOP, TELL};
-use crate::forcing::Forcing;
+use crate::forcing::{FORCED_LEN_MAX, Forcing};
 use crate::memory::{Cell, Extent};
 use crate::service::{LatestReading, Service};
 use crate::tape::Tape;
@@ -206,6 +206,19 @@ impl Device {
         self.standing.asking[channel].once.load(Ordering::Acquire)
     }
 
+    /// Forces a channel to the bytes of this word from the next exchange on, or no longer forces it. A forced command is written only while
+    /// the channel is claimed and no emergency stop is in force, and within the slew limit. Panics if the channel is longer than a word.
+    pub fn force(&self, channel: usize, value: Option<u64>) {
+        assert!(self.channels[channel].len <= FORCED_LEN_MAX, "channel '{}' is too long to be forced", self.channels[channel].name);
+        self.forcing.set(channel, value);
+        self.call(DeviceCall::Force { channel: channel as u32, value });
+    }
+
+    /// Ends the forcing of all channels.
+    pub fn unforce_all(&self) {
+        (0..self.channels.len()).filter(|channel| self.forcing.of(*channel).is_some()).for_each(|channel| self.force(channel, None));
+    }
+
     /// Forwards a call to the processor of a remote device; does nothing for a local one.
     pub fn call(&self, call: DeviceCall) {
         if let Some(calls) = self.calls.get() {
@@ -247,7 +260,7 @@ impl Device {
             if self.forcing.is_any() {
                 service.unforced.copy_from_slice(readings);
                 service.was_forced = true;
-                self.force_readings(readings);
+                self.forcing.replace(&self.channels, readings);
             }
             Ok(())
         };

@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Forced values of a device's channels: they replace readings before any block sees them, and commands before they are written.
-use crate::device::Device;
-use crate::device_state::DeviceCall;
-use device::Direction;
+use device::{Channel, Direction};
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 
 /// Maximum size of a channel that can be forced, bytes.
@@ -54,30 +52,11 @@ impl Forcing {
         let of = &self.channels[channel];
         of.is_forced.load(Ordering::Acquire).then(|| of.value.load(Ordering::Acquire).to_ne_bytes())
     }
-}
-
-impl Device {
-    /// Forces a channel to the bytes of this word from the next exchange on, or no longer forces it. A forced command is written only while
-    /// the channel is claimed and no emergency stop is in force, and within the slew limit.
-    ///
-    /// # Panics
-    /// If the channel is longer than [`FORCED_LEN_MAX`].
-    pub fn force(&self, channel: usize, value: Option<u64>) {
-        let declared = &self.channels[channel];
-        assert!(declared.len <= FORCED_LEN_MAX, "channel '{}' of device '{}' has {} bytes and cannot be forced", declared.name, self.name, declared.len);
-        self.forcing.set(channel, value);
-        self.call(DeviceCall::Force { channel: channel as u32, value });
-    }
-
-    /// Ends the forcing of all channels.
-    pub fn unforce_all(&self) {
-        (0..self.channels.len()).filter(|channel| self.forcing.of(*channel).is_some()).for_each(|channel| self.force(channel, None));
-    }
 
     /// Replaces the readings of the forced channels.
-    pub(crate) fn force_readings(&self, readings: &mut [u8]) {
-        for (index, channel) in self.channels.iter().enumerate().filter(|(_, channel)| channel.direction == Direction::Read) {
-            if let Some(forced) = self.forcing.of(index) {
+    pub fn replace(&self, channels: &[Channel], readings: &mut [u8]) {
+        for (index, channel) in channels.iter().enumerate().filter(|(_, channel)| channel.direction == Direction::Read) {
+            if let Some(forced) = self.of(index) {
                 readings[channel.offset..channel.offset + channel.len].copy_from_slice(&forced[..channel.len]);
             }
         }

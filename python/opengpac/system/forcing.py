@@ -42,7 +42,7 @@ class Force:
 
     @property
     def active(self) -> bool:
-        """Whether the signal is still forced by this force."""
+        """True if the signal is still forced by this force."""
         now = forced(self.system).get(self.name)
         return now is not None and now.number == self._number
 
@@ -95,5 +95,9 @@ def forced(system: System) -> dict[str, ForcedSignal]:
 
 def _named(signal: Any, call: str) -> str:
     if not isinstance(signal, LogicalDevice):
-        refuse(CallError, f"{call}() is given {signal!r}", "give an input or output: gpac.cell.DigitalInput('part', io['part'])")
+        refuse(
+            CallError,
+            f"the argument of {call}() must be an input or output, not {signal!r}",
+            "give an input or output: gpac.cell.DigitalInput('part', io['part'])",
+        )
     return signal.name

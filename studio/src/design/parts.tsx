@@ -33,6 +33,12 @@ export function Name(props: { of: string }) {
   return props.of.split(/(?<=[_./])/).map((part, index) => [index > 0 && <wbr key={index} />, part]);
 }
 
+/** A text of a program in which words between backticks are code. */
+export function Coded(props: { of: string }) {
+  // biome-ignore lint/suspicious/noArrayIndexKey: a part is known by its place
+  return props.of.split("`").map((part, index) => (index % 2 === 1 ? <code key={index}>{part}</code> : part));
+}
+
 /** Refusals of the system in its words, each with its remedy. Screen readers announce them when they appear. */
 export function Refusals(props: { of: Refusal[]; id?: string }) {
   if (props.of.length === 0) return null;

@@ -35,6 +35,14 @@ pub(crate) struct Force {
     pub since_ns: i64,
 }
 
+impl Force {
+    /// Returns the time at which it was set, s.
+    #[allow(clippy::cast_precision_loss, reason = "a time in seconds")]
+    pub fn since_s(&self) -> f64 {
+        self.since_ns as f64 * 1e-9
+    }
+}
+
 /// Forces in effect, by logical device.
 #[derive(Default)]
 pub(crate) struct Forces {

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Calls that force signals, end their forcing, and list the forced ones.
 use crate::devices::forcing::ForceRequest;
-use crate::observation::statistics::seconds;
 use crate::refuse::{refuse, unknown};
 use crate::system::System;
 use indexmap::IndexMap;
@@ -74,7 +73,7 @@ pub(crate) fn forced(core: &crate::core::Core) -> IndexMap<String, ForcedSignal>
     let shown = core.safety.forces.by_signal.iter().map(|(name, force)| {
         let channel = core.registry.physical.get(&force.device).map_or("", |physical| &physical.device.channels()[force.channel].name);
         let (channel, output) = (format!("{}.{channel}", force.device), force.is_output);
-        let (number, value, who, since_s) = (force.number, force.value.clone(), force.who.clone(), seconds(force.since_ns));
+        let (number, value, who, since_s) = (force.number, force.value.clone(), force.who.clone(), force.since_s());
         (name.clone(), ForcedSignal { number, channel, output, value, who, since_s })
     });
     shown.collect()

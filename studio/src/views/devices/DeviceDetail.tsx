@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 import type { Configuration, Statistics } from "../../control/shapes";
-import { Panel, Refusals } from "../../design/parts";
+import { Coded, Panel, Refusals } from "../../design/parts";
 import { Age } from "../../live/Age";
 import { forcedOf } from "../../live/forced";
 import { LiveValue } from "../../live/LiveValue";
@@ -58,7 +58,7 @@ export function DeviceDetail(props: { name: string; configuration: Configuration
     >
       <Refusals of={action.refusals} />
       <p className="quiet">
-        {type.doc.split(/\n\s*\n/)[0]}{" "}
+        <Coded of={type.doc.split(/\n\s*\n/)[0] ?? ""} />{" "}
         {type.verb && <a href={addressOf("verbs", [type.verb, `${name}.${type.verb}`])}>Updated by {type.verb}</a>}
       </p>
       <div className="detail-columns">

@@ -7,7 +7,7 @@ import { forcedOf } from "../../live/forced";
 import { LiveValue } from "../../live/LiveValue";
 import { useAction, useControl } from "../../shell/context";
 import { addressOf } from "../../shell/route";
-import { ForcedTag } from "./Forcing";
+import { ForcedTag, isSignal } from "./Forcing";
 import { columnsOf, type DeviceFamily, isRenewed, shortName, svvName } from "./families";
 import { JogButtons, JogTools, useJog } from "./Jog";
 import { SetOutput, useSetVerb } from "./SetOutput";
@@ -25,6 +25,7 @@ export function Family(props: { of: DeviceFamily; now: Statistics; chosen: strin
   const action = useAction();
   const jog = useJog(of);
   const sets = useSetVerb(of) !== null;
+  const forces = isSignal(of.type.name) && control.may("configure");
   const columns = columnsOf(of.type);
   const states = of.devices.map((device) => now.devices[device]);
   const enable = (devices: string[]) => {
@@ -70,6 +71,7 @@ export function Family(props: { of: DeviceFamily; now: Statistics; chosen: strin
               <th scope="col">{of.type.name}</th>
               {jog.able && <th scope="col">Jog</th>}
               {sets && <th scope="col">Set</th>}
+              {forces && <th scope="col">Force</th>}
               <th scope="col">State</th>
               {columns.map(([name, svv]) => (
                 <th key={name} scope="col" className="number">
@@ -95,6 +97,13 @@ export function Family(props: { of: DeviceFamily; now: Statistics; chosen: strin
                 {sets && (
                   <td>
                     <SetOutput device={device} type={of.type.name} state={states[index]} />
+                  </td>
+                )}
+                {forces && (
+                  <td>
+                    <a href={addressOf("devices", [device])} aria-label={`Force… ${shortName(device)}`}>
+                      Force…
+                    </a>
                   </td>
                 )}
                 <td className="state">

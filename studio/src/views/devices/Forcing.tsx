@@ -16,6 +16,11 @@ const SIGNALS: Record<string, { type_text: string; output: boolean }> = {
   analog_output: { type_text: "double", output: true },
 };
 
+/** Returns true if the devices of a type can be forced. */
+export function isSignal(type: string): boolean {
+  return type in SIGNALS;
+}
+
 /** Mark of a forced signal next to its state. */
 export function ForcedTag(props: { of: ForcedSignal | undefined }) {
   if (!props.of) return null;
@@ -46,7 +51,7 @@ export function Forcing(props: { device: string; type: string; state: DeviceStat
         {signal.output
           ? "The machine gets this value, whatever the program commands. A disabled output stays safe."
           : "The program gets this value, whatever the machine reports."}{" "}
-        The force ends with this page, with the device, and at an emergency stop; an alarm stands until then.
+        The force ends with this page, with the device, and at an emergency stop; an alarm is active until then.
       </p>
       <div className="row" data-commands>
         {control.may("configure") &&

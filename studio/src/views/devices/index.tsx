@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-import { lazy, Suspense, useMemo } from "react";
+import { lazy, Suspense, useEffect, useMemo, useRef } from "react";
 import { Empty } from "../../design/parts";
 import { useConfiguration } from "../../shell/configuration";
 import { useControl, useTopic } from "../../shell/context";
@@ -7,6 +7,7 @@ import { useRoute } from "../../shell/route";
 import { useArms } from "./arms";
 import { DeviceDetail } from "./DeviceDetail";
 import { Family } from "./Family";
+import { isSignal } from "./Forcing";
 import { familiesOf } from "./families";
 import { PhysicalDevices } from "./PhysicalDevices";
 import { PointsPanel } from "./PointsPanel";
@@ -23,6 +24,15 @@ export default function Devices() {
   const configuration = useConfiguration();
   const { path } = useRoute();
   const arms = useArms();
+  const detail = useRef<HTMLDivElement>(null);
+  const before = useRef(path[0]);
+  const type = configuration?.logical_devices[path[0] ?? ""];
+  // The panel of a device opens below the tables, and comes into sight when its name is pressed. An address that leads here shows the
+  // tables, where joints are jogged, except for a signal, which has its buttons in the panel.
+  useEffect(() => {
+    if (type !== undefined && (path[0] !== before.current || isSignal(type))) detail.current?.scrollIntoView({ block: "nearest" });
+    before.current = path[0];
+  }, [path[0], type]);
   const families = useMemo(() => (configuration ? familiesOf(configuration) : []), [configuration]);
   if (!configuration || !now) return <p className="quiet wait">Waiting for the devices…</p>;
   const names = Object.keys(configuration.logical_devices);
@@ -61,7 +71,7 @@ export default function Devices() {
           </div>
         ))}
         {chosen && (
-          <div className="detail">
+          <div className="detail" ref={detail}>
             <DeviceDetail key={chosen} name={chosen} configuration={configuration} now={now} />
           </div>
         )}

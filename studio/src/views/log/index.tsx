@@ -93,7 +93,11 @@ export default function Log() {
       ) : lines.length > 0 ? (
         <Empty title="No entry matches the filter">Show more kinds, or shorten the text.</Empty>
       ) : (
-        <Empty title="Nothing has happened yet">Starts, conditions, transitions, ends and commands appear here as they occur.</Empty>
+        <Empty title={past ? "Nothing was logged in this recording" : "Nothing has happened yet"}>
+          {past
+            ? "Its values are in the scope and in Devices, at the time of the slider."
+            : "Starts, conditions, transitions, ends and commands appear here as they occur."}
+        </Empty>
       )}
       {chosen && <LineDetail of={chosen} close={() => setChosen(null)} />}
     </div>

@@ -42,6 +42,9 @@ export function Files(props: { begun: RunningRecording[]; changed: (one: Running
             <thead>
               <tr>
                 <th scope="col">File</th>
+                <th scope="col">
+                  <span className="unseen">Open or stop</span>
+                </th>
                 <th scope="col">When</th>
                 <th scope="col" className="number">
                   Length
@@ -51,9 +54,6 @@ export function Files(props: { begun: RunningRecording[]; changed: (one: Running
                 <th scope="col">State</th>
                 <th scope="col" className="number">
                   Size
-                </th>
-                <th scope="col">
-                  <span className="unseen">Open or stop</span>
                 </th>
               </tr>
             </thead>
@@ -100,6 +100,23 @@ function Row(props: {
         {of.name}
         {about?.system && about.system !== live.version.system && <div className="quiet small">of {about.system}</div>}
       </th>
+      {/* Beside the name: the other columns are beyond the edge of a narrow window. */}
+      <td className="row">
+        <button
+          type="button"
+          className="primary"
+          disabled={action.busy || about === null || isShown}
+          onClick={() => action.run(() => axis.open(of.name).then(() => go("log")))}
+        >
+          {isShown ? "Opened" : "Open"}
+        </button>
+        {running && (
+          <button type="button" disabled={action.busy} onClick={() => action.run(stop)}>
+            Stop
+          </button>
+        )}
+        <Refusals of={action.refusals} />
+      </td>
       <td className="figures">{about ? whenText(about) : ""}</td>
       <td className="number">{about ? seconds((about.ends_ns - about.begins_ns) / 1e9) : ""}</td>
       <td className="few" title={about?.verbs.join(", ")}>
@@ -130,22 +147,6 @@ function Row(props: {
       </td>
       <td className="number">
         {sizeText(running && begun?.summary?.files.length === 1 ? Math.max(of.bytes, begun.summary.bytes) : of.bytes)}
-      </td>
-      <td className="row">
-        <button
-          type="button"
-          className="primary"
-          disabled={action.busy || about === null || isShown}
-          onClick={() => action.run(() => axis.open(of.name).then(() => go("log")))}
-        >
-          {isShown ? "Opened" : "Open"}
-        </button>
-        {running && (
-          <button type="button" disabled={action.busy} onClick={() => action.run(stop)}>
-            Stop
-          </button>
-        )}
-        <Refusals of={action.refusals} />
       </td>
     </tr>
   );

@@ -25,6 +25,11 @@ test("what is offered can be done here", () => {
     "See what runs, and when",
     "Record",
   ]);
+  const cell = { ...ARM, logical_devices: { ...ARM.logical_devices, part: "digital_input" } } as unknown as Configuration;
+  const force = (mayConfigure: boolean) =>
+    triesOf({ ...known, ...all, mayConfigure, configuration: cell }).find((one) => one.title === "Force a signal");
+  expect(force(true)?.address).toBe("#/devices/part");
+  expect(force(false)).toBe(undefined);
   expect(titles({ ...all, mayOperate: false })[0]).toBe("View the machine");
   expect(triesOf({ ...known, ...all, configuration: ARM }).find((one) => one.title === "Watch a value")?.address).toBe(
     "#/scope?names=ur5e.elbow.sensed",

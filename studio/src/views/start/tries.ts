@@ -26,6 +26,7 @@ export function triesOf(known: SystemNames): Try[] {
     ([, type]) => "jog_speed" in (configuration.device_types[type]?.parameters ?? {}),
   )?.[0];
   const sensed = svvs.find((name) => name === `${joint}.sensed`) ?? svvs.find((name) => name !== "studio.heartbeat");
+  const signal = Object.entries(configuration.logical_devices).find(([, type]) => /^(digital|analog)_(input|output)$/.test(type))?.[0];
   const found: (Try | false | undefined)[] = [
     joint !== undefined &&
       mayOperate &&
@@ -47,6 +48,12 @@ export function triesOf(known: SystemNames): Try[] {
         title: "Move to a position",
         about: "Choose the joints, enter a goal or use the present position, and press Start.",
         address: addressOf("verbs", ["move_absolute"]),
+      },
+    signal !== undefined &&
+      mayConfigure && {
+        title: "Force a signal",
+        about: "Give an input or output a value of your choice, until you release it.",
+        address: addressOf("devices", [signal]),
       },
     joint !== undefined && {
       title: "View the machine",
