@@ -6,11 +6,13 @@
 //! from one of these raise no alarm of their own, so that each cause has a single line.
 use crate::alarms::list::{CURRENT_MAX, Cause, RaisedAlarm, Severity};
 use crate::core::Core;
-use crate::devices::forcing::FORCED;
 use crate::ending::report::Report;
 use crate::refuse::unknown;
 use model::plan::Plan;
 use model::refusal::Refusals;
+
+/// Code of the alarm of a forced signal.
+pub(crate) const FORCED: &str = "forced";
 
 /// Conditions of ends that follow from another alarm or from a command.
 const FOLLOWS: [&str; 6] = ["emergency_stop", "device_lost", "processor_lost", "device_disabled", "halted", "aborted"];

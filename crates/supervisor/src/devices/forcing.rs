@@ -3,8 +3,9 @@
 //!
 //! A signal is a logical device with an argument `channel`. It is forced only while it is enabled, and each force ends with the session
 //! that set it, with the device, and with an emergency stop; an alarm is active as long as it lasts.
-use crate::alarms::causes::{alarm_forced, alarm_returns};
+use crate::alarms::causes::{FORCED, alarm_forced, alarm_returns};
 use crate::core::Core;
+use crate::devices::forces::Force;
 use crate::pausing::modes::Mode;
 use crate::refuse::{invalid_state, refuse, unknown};
 use crate::registry::DeviceState;
@@ -16,39 +17,8 @@ use model::definition::Argument;
 use model::refusal::{Class, Refusals};
 use model::value::Value;
 
-/// Code of the alarm of a forced signal.
-pub(crate) const FORCED: &str = "forced";
 /// Argument of a signal's verb that is its channel.
 const CHANNEL: &str = "channel";
-
-/// A force in effect.
-pub(crate) struct Force {
-    /// Number of the force, counted over the system.
-    pub number: u64,
-    /// Physical device, and index of its channel.
-    pub device: String,
-    pub channel: usize,
-    pub is_output: bool,
-    pub value: Value,
-    /// Person or session that forces.
-    pub who: String,
-    pub since_ns: i64,
-}
-
-impl Force {
-    /// Returns the time at which it was set, s.
-    #[allow(clippy::cast_precision_loss, reason = "a time in seconds")]
-    pub fn since_s(&self) -> f64 {
-        self.since_ns as f64 * 1e-9
-    }
-}
-
-/// Forces in effect, by logical device.
-#[derive(Default)]
-pub(crate) struct Forces {
-    pub by_signal: IndexMap<String, Force>,
-    last: u64,
-}
 
 /// A request to force a signal, with its channel.
 pub(crate) struct ForceRequest<'a> {

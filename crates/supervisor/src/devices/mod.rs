@@ -4,6 +4,7 @@ pub(crate) mod enabling;
 pub(crate) mod errands;
 pub(crate) mod exchange;
 pub(crate) mod exchange_calls;
+pub(crate) mod forces;
 pub(crate) mod forcing;
 pub(crate) mod forcing_calls;
 pub(crate) mod physical;

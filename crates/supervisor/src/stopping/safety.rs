@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //! State of stops, holds and reports in the supervisor.
 use crate::alarms::list::Alarms;
-use crate::devices::forcing::Forces;
+use crate::devices::forces::Forces;
 use crate::pausing::modes::Modes;
 use crate::pausing::pause::Pause;
 use crate::stopping::latch::Emergency;
