@@ -41,8 +41,6 @@ SPANS_S = (0.3, 2.0, 20.0)
 HARDLY_LATE = 1.3
 """Share of the speed at which a servo makes up for set-points that are late by up to their period, as under load: 1.15 for one, more for
 several in a row (docs/motion.md). What is caught up with otherwise goes at many times the speed."""
-SKEWED = 2.0
-"""The same where hosts are stopped one after the other and go on so: set-points come in bursts."""
 MAX_GAP_S, LOST_AFTER_S = 0.5, 2.0
 """Bounds of a joint and of an output that nobody attends to, docs/motion.md."""
 BLAME = re.compile(
@@ -241,8 +239,7 @@ def judge(found: Freeze, program: Program, least_s: float, tops: Sequence[int], 
     found.ended = program.ask("look" if goes_on else "end")
     alarms, log = program.ask("told")
     found.speed = program.ask("speed")
-    is_skewed = (found.place, found.way) == ("two hosts", "stop")
-    if found.speed > ASKED * (SKEWED if is_skewed else HARDLY_LATE):
+    if found.speed > ASKED * HARDLY_LATE:
         found.wrong.append(f"the joint was commanded at {found.speed:.4f} rad/s, {ASKED} rad/s were asked for")
     expected = _expected(found.lasted_s, least_s)
     if found.place == "two hosts" and found.lasted_s > LOST_AFTER_S:

@@ -76,6 +76,8 @@ pub struct Spline {
     wary: u32,
     /// Speed that the set-point declares, per invocation; 0 if it declares none.
     declared: f64,
+    /// Number of invocations by which the set-point is younger than the previous one; 0 if that is not known.
+    apart: f64,
 }
 
 /// Motion of a reference that catches up with set-points that continued while its servo stood still: no faster than it moved and than the
@@ -93,7 +95,7 @@ struct CatchingUp {
 }
 
 impl CatchingUp {
-    /// Records a new set-point at a distance of `way` from the previous one, after `span` invocations and the lost ones.
+    /// Records a new set-point at a distance of `way` from the previous one, made `span` invocations after it, and the lost ones.
     fn note(&mut self, way: f64, span: f64) {
         self.speed = self.speed.max(way.abs() / (span + self.lost));
         self.pace = way / span;
@@ -134,7 +136,8 @@ impl Spline {
             if let Some(catching_up) = &mut self.catching_up
                 && wanted != self.setpoint
             {
-                catching_up.note(wanted - self.setpoint, span);
+                // Set-points that were held up on their way come in bursts, and have moved for longer than a period.
+                catching_up.note(wanted - self.setpoint, span.max(self.apart));
             }
             self.setpoint = wanted;
             // The next speed, from which an even change to rest ends at the set-point.
@@ -207,7 +210,9 @@ impl Spline {
         }
         let (most, change) = (change_max * span, (even - self.speed).abs());
         if change > 2.0 * most && self.catching_up.is_none() {
-            (self.catching_up, self.wary) = (Some(CatchingUp { speed: even.abs().max(self.speed.abs()), lost: 0.0, awaited: 0, pace: 0.0 }), 0);
+            // As fast as the set-points say that they move: the distance may be that of a burst.
+            let speed = if self.declared > 0.0 { self.declared } else { even.abs() };
+            (self.catching_up, self.wary) = (Some(CatchingUp { speed: speed.max(self.speed.abs()), lost: 0.0, awaited: 0, pace: 0.0 }), 0);
             return even;
         }
         // A change that is held back now is left to the next set-points.

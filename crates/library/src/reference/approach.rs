@@ -72,6 +72,7 @@ impl Approach {
         let velocity = if span_s > 0.0 { self.spline.speed / span_s } else { 0.0 };
         let next = self.lead.next(&led, interpolation, passed.cycle_s(), velocity, invocation.now_ns);
         self.spline.declared = if led.velocity.is_finite() { led.velocity.abs() * passed.cycle_s() } else { 0.0 };
+        self.spline.apart = if span_s > 0.0 { next.apart_s / passed.cycle_s() } else { 0.0 };
         if next.is_late {
             self.spline.catch_up_with(led.velocity * passed.cycle_s());
         } else if next.is_return {
@@ -218,6 +219,51 @@ mod tests {
                 assert!(fastest <= most, "{fastest} rad/s after {late} ms at {at} ms");
                 assert!(hardest <= 5.0 * (1.0 + 1e-6), "{hardest} rad/s² after {late} ms at {at} ms");
                 assert!((end - 0.6).abs() < 1e-9, "{end} rad after {late} ms at {at} ms");
+            }
+        }
+    }
+
+    /// Runs a servo at 1 ms whose set-points at 0.3 rad/s are held up from `at` ms on for `late` ms, on their way from a generator that goes on:
+    /// then an old one comes, made `old` ms after `at`, and 3 ms later the newest. Returns maximum speed, acceleration, and the end.
+    fn held_up(at: u64, late: u64, old: u64) -> (f64, f64, f64) {
+        let mut approach = Approach::default();
+        let (mut before, mut rate, mut fastest, mut hardest) = (0.0, 0.0, 0.0f64, 0.0f64);
+        for k in 0..8000u64 {
+            let came = match k {
+                k if k < at => k,
+                k if k < at + late => at,
+                k if k < at + late + 3 => at + old,
+                k => k,
+            };
+            let made = came / 20 * 20;
+            let t = made as f64 * 1e-3;
+            let left = (2.6 - t).max(0.0);
+            let (setpoint, velocity, acceleration) = match t {
+                t if t < 0.6 => (0.25 * t * t, 0.5 * t, 0.5),
+                t if t < 2.0 => (0.09 + 0.3 * (t - 0.6), 0.3, 0.0),
+                _ => (0.6 - 0.25 * left * left, 0.5 * left, if left > 0.0 { -0.5 } else { 0.0 }),
+            };
+            let limits = ReferenceInputs { speed_max: 3.0, acceleration_max: 5.0, jerk_max: 50.0, ..ReferenceInputs::default() };
+            let led = ReferenceInputs { setpoint, velocity, acceleration, time_ns: made as i64 * 1_000_000 + 1, ..limits };
+            let at_ns = k as i64 * 1_000_000;
+            let now = approach.advance(&Invocation { number: k, time_ns: at_ns, now_ns: at_ns + 2 }, led, |_| 20).reference;
+            let speed = (now - before) / 1e-3;
+            (fastest, hardest) = (fastest.max(speed.abs()), hardest.max((speed - rate).abs() / 1e-3));
+            (before, rate) = (now, speed);
+        }
+        (fastest, hardest, before)
+    }
+
+    #[test]
+    fn setpoints_that_come_in_a_burst_are_followed_at_the_speed_asked_for() {
+        for late in [70, 100, 200, 330, 450, 1000] {
+            for at in [200, 700, 707, 1210, 1911] {
+                for old in [20, 40, late / 2] {
+                    let (fastest, hardest, end) = held_up(at, late, old);
+                    assert!(fastest <= 0.3 * (1.0 + 1e-6), "{fastest} rad/s after {late} ms at {at} ms, the first of {old} ms");
+                    assert!(hardest <= 5.0 * (1.0 + 1e-6), "{hardest} rad/s² after {late} ms at {at} ms, the first of {old} ms");
+                    assert!((end - 0.6).abs() < 1e-9, "{end} rad after {late} ms at {at} ms, the first of {old} ms");
+                }
             }
         }
     }

@@ -69,6 +69,8 @@ pub struct Next {
     pub is_return: bool,
     /// It does not continue what the servo has led to: the generator was late, and has lost its time.
     pub is_late: bool,
+    /// Time by which it is younger than the previous one, if the generator made both, s; 0 if that is not known.
+    pub apart_s: f64,
 }
 
 /// Number of cycles whose change of speed a declared speed may differ from the reference's, which lags one and a half cycles behind.
@@ -92,7 +94,7 @@ impl Lead {
     /// Returns the set-point of this invocation. `interpolation` is the number of invocations between two set-points, `cycle_s` the time
     /// between two invocations; the reference moves at `velocity`.
     pub fn next(&mut self, led: &ReferenceInputs, interpolation: u32, cycle_s: f64, velocity: f64, now_ns: i64) -> Next {
-        let (mut is_return, mut is_late) = (false, false);
+        let (mut is_return, mut is_late, mut apart_s) = (false, false, 0.0);
         let span_s = f64::from(interpolation) * cycle_s;
         let is_new = led.setpoint != self.seen || led.time_ns != self.seen_ns;
         if is_new && self.passes_over(led, span_s) {
@@ -103,6 +105,9 @@ impl Lead {
             self.alone = None;
             is_return = self.braked_ns.is_some();
             is_late = is_return && !self.is_near(led, span_s);
+            if self.seen_ns > 0 {
+                apart_s = led.time_ns.saturating_sub(self.seen_ns).max(0) as f64 * 1e-9;
+            }
             self.now = declared(led, velocity, LAG * span_s * led.acceleration_max, led.time_ns != self.seen_ns);
             (self.seen, self.seen_ns, self.left, self.braked_ns) = (led.setpoint, led.time_ns, interpolation, None);
         }
@@ -115,7 +120,7 @@ impl Lead {
             alone.rested_s += cycle_s;
         }
         self.left = self.left.saturating_sub(1);
-        Next { position: self.now.position, is_return, is_late }
+        Next { position: self.now.position, is_return, is_late, apart_s }
     }
 
     /// Starts to lead itself from a state, because `lost_s` was lost: it brakes from there.
@@ -260,9 +265,9 @@ mod tests {
         let end = *ways.last().expect("many");
         let moved = led(0.7, 0.5, 0.0, 1);
         lead.shift(0.5, &moved);
-        assert_eq!(lead.next(&moved, 20, 1e-3, 0.0, 9), Next { position: end + 0.5, is_return: false, is_late: false });
+        assert_eq!(lead.next(&moved, 20, 1e-3, 0.0, 9), Next { position: end + 0.5, is_return: false, is_late: false, apart_s: 0.0 });
         assert!((lead.braking().distance - (end - 0.2)).abs() < 1e-15);
-        assert_eq!(lead.next(&led(0.6, 0.0, 0.0, 1), 20, 1e-3, 0.0, 10), Next { position: 0.6, is_return: true, is_late: true });
+        assert_eq!(lead.next(&led(0.6, 0.0, 0.0, 1), 20, 1e-3, 0.0, 10), Next { position: 0.6, is_return: true, is_late: true, apart_s: 0.0 });
         assert_eq!(lead.braking(), Braking::default());
     }
 
@@ -281,11 +286,8 @@ mod tests {
         }
         assert_eq!(told, [0.7], "once, when the joint stands still");
         let near = led(lead.now.position + 1e-3, 0.05, 0.0, 2_000);
-        assert_eq!(
-            lead.next(&near, 20, 1e-3, 0.0, 2_001),
-            Next { position: near.setpoint, is_return: true, is_late: false },
-            "a motion that begins there leads"
-        );
+        let next = lead.next(&near, 20, 1e-3, 0.0, 2_001);
+        assert_eq!((next.position, next.is_return, next.is_late), (near.setpoint, true, false), "a motion that begins there leads");
         lead.leave(&near, State { position: 0.4, ..State::default() }, 20, 0.7, 3_000);
         let far = |k: i64| led(0.1, 0.0, 0.0, 3_000 + k);
         assert!((0..500).all(|k| lead.next(&far(k), 20, 1e-3, 0.0, 3_000 + k).position == 0.4));
