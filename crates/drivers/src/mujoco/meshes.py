@@ -2,8 +2,8 @@
 # Loads a model with the package `mujoco` and writes the triangles of some of its meshes: for each two counts, then its vertices and its
 # faces.
 
-package, path, limit_s, *asked = sys.argv[1:]
-signal.alarm(int(limit_s))
+package, path, processor_s, wall_s, *asked = sys.argv[1:]
+limit_time(int(processor_s), int(wall_s))
 sys.path.insert(0, os.path.dirname(package))
 
 import mujoco

@@ -2,7 +2,7 @@
 //! Triangles of a model's meshes, for drawing. They are not among the fields that MuJoCo's library provides by name, but the Python
 //! package that contains the library has them: a child process reads them with that package. Without the package, or if the child fails,
 //! a mesh is drawn as its bounding box.
-use super::trial::LIMIT_S;
+use super::trial::limits;
 use device::Mesh;
 use std::path::Path;
 use std::process::{Command, Stdio};
@@ -19,7 +19,7 @@ pub(super) fn read(library: &Path, model: &Path, asked: &[i32]) -> Vec<Option<Me
     let none = || vec![None; asked.len()];
     let Some(package) = library.parent().filter(|_| !asked.is_empty()) else { return none() };
     let mut command = Command::new(device::interpreter());
-    command.args(["-I", "-c", SCRIPT]).args([package, model]).arg(LIMIT_S.to_string()).args(asked.iter().map(i32::to_string));
+    command.args(["-I", "-c", SCRIPT]).args([package, model]).args(limits()).args(asked.iter().map(i32::to_string));
     let output = command.stdin(Stdio::null()).stderr(Stdio::null()).output();
     let Some(output) = output.ok().filter(|output| output.status.success()) else { return none() };
     let (mut rest, mut left) = (output.stdout.as_slice(), FACES_MAX);

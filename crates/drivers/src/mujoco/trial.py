@@ -2,7 +2,7 @@
 # Loads a model and computes it once; the parent reads the output. A crash of MuJoCo only ends this process.
 import ctypes
 
-library, model, limit_s = sys.argv[1:]
+library, model, processor_s, wall_s = sys.argv[1:]
 
 
 def say(*words):
@@ -23,7 +23,7 @@ mujoco.mj_makeData.argtypes = [ctypes.c_void_p]
 mujoco.mj_forward.argtypes = [ctypes.c_void_p, ctypes.c_void_p]
 problem = ctypes.create_string_buffer(1000)
 os.write(1, b"trying ")
-signal.alarm(int(limit_s))
+limit_time(int(processor_s), int(wall_s))
 loaded = mujoco.mj_loadXML(os.fsencode(model), None, problem, len(problem))
 if not loaded:
     say(b"refused", problem.value)

@@ -2,9 +2,9 @@
 //! Trial of a model before it is loaded: a child process loads it and computes it once, so that failures that MuJoCo does not survive (a
 //! fatal error, an uncaught exception when out of memory, a crash in a damaged file) end the child and not the controller.
 //!
-//! The child is a Python interpreter, as the library is in the package `mujoco`, with at most half of the memory and 60 s. A model that
-//! has passed is not tried again in this process as long as its file is unchanged; included files are not checked. If no interpreter can
-//! be started, there is no trial: the model is loaded as it is.
+//! The child is a Python interpreter, as the library is in the package `mujoco`, with at most half of the memory, 60 s of processor time
+//! and ten minutes. A model that has passed is not tried again in this process as long as its file is unchanged; included files are not
+//! checked. If no interpreter can be started, there is no trial: the model is loaded as it is.
 use std::collections::VecDeque;
 use std::os::unix::process::ExitStatusExt;
 use std::path::{Path, PathBuf};
@@ -13,7 +13,10 @@ use std::sync::Mutex;
 use std::time::SystemTime;
 
 const SCRIPT: &str = concat!(include_str!("limits.py"), include_str!("trial.py"));
-pub(super) const LIMIT_S: u32 = 60;
+/// Limit of the processor time of a child that reads a model, s.
+const PROCESSOR_S: u32 = 60;
+/// Limit of its duration, on a busy machine or for a file that does not come, s.
+const WALL_S: u32 = 600;
 /// Number of passed models that are remembered.
 const PASSED_MAX: usize = 64;
 
@@ -36,7 +39,7 @@ pub(super) fn model(library: &Path, model: &Path) -> Result<(), String> {
         return Ok(());
     }
     let mut command = Command::new(device::interpreter());
-    command.args(["-I", "-S", "-c", SCRIPT]).args([library, model]).arg(LIMIT_S.to_string()).stdin(Stdio::null());
+    command.args(["-I", "-S", "-c", SCRIPT]).args([library, model]).args(limits()).stdin(Stdio::null());
     // Without an interpreter there is no trial, and the file is not recorded as passed.
     let Ok(output) = command.output() else { return Ok(()) };
     let Some(is_sound) = verdict(&output)? else { return Ok(()) };
@@ -46,6 +49,11 @@ pub(super) fn model(library: &Path, model: &Path) -> Result<(), String> {
         passed.push_front(seen);
     }
     Ok(())
+}
+
+/// Returns the arguments with the time limits of a child.
+pub(super) fn limits() -> [String; 2] {
+    [PROCESSOR_S, WALL_S].map(|limit| limit.to_string())
 }
 
 fn seen(library: &Path, model: &Path) -> Option<FileIdentity> {
@@ -63,7 +71,8 @@ fn verdict(output: &Output) -> Result<Option<bool>, String> {
         ("sound", None) => Ok(Some(true)),
         ("refused", None) => Err(line(text)),
         ("fatal", None) => Err(fatal("", &line(text))),
-        (_, Some(libc::SIGALRM)) => Err(format!("it was not loaded within {LIMIT_S} s; look for counts that are too large")),
+        (_, Some(libc::SIGXCPU)) => Err(format!("it was not loaded within {PROCESSOR_S} s of processor time; look for counts that are too large")),
+        (_, Some(libc::SIGALRM)) => Err(format!("it was not loaded within {WALL_S} s; look for files that cannot be read, and for other work of this machine")),
         (_, Some(signal)) => Err(fatal(&format!(" (signal {signal})"), &line(&String::from_utf8_lossy(&output.stderr)))),
         (_, None) => Err(fatal("", &line(&String::from_utf8_lossy(&output.stderr)))),
     }
@@ -88,7 +97,8 @@ mod tests {
         assert_eq!(of(0, "trying refused Error: no\nline 1", ""), Err("Error: no; line 1".to_owned()));
         assert!(of(0, "trying fatal stack overflow", "").unwrap_err().contains("says 'stack overflow'"));
         assert!(of(libc::SIGABRT, "trying ", "terminating\n").unwrap_err().contains("(signal 6) and says 'terminating'"));
-        assert!(of(libc::SIGALRM, "trying ", "").unwrap_err().contains("not loaded within 60 s"));
+        assert!(of(libc::SIGXCPU, "trying ", "").unwrap_err().contains("not loaded within 60 s of processor time"));
+        assert!(of(libc::SIGALRM, "trying ", "").unwrap_err().contains("not loaded within 600 s; look for files"));
         assert!(of(1 << 8, "trying ", "").unwrap_err().starts_with("MuJoCo ends the process that tries it; look"));
         assert_eq!(of(1 << 8, "", "No module named ctypes"), Ok(None), "an interpreter that cannot try has no verdict");
     }
