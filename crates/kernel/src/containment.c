@@ -40,11 +40,13 @@ typedef struct opengpac_containment {
     volatile uint32_t armed;
     volatile int64_t started_ns; // 0: no loop runs
     volatile int64_t budget_ns;
+    volatile int64_t spent_ns; // `started_ns` of the loop that the watchdog has found to have spent its budget
     const opengpac_call *volatile calls;
     volatile uint32_t late;  // 1 + the step in which the budget ran out; 0: it has not
     volatile uint32_t lost;  // it was ended in code that may hold a lock
     volatile uint32_t heard; // the budget's signal has come through
     volatile uint32_t forked; // 1 + the step that has called fork(); 0: none has
+    volatile uint32_t charged; // waits for a core do not count, so that the clock does not tell whether the budget is spent
     volatile uint32_t handling; // a handler of ours runs for it: what interrupts that is not what it looks at
     volatile int64_t foreign_ns; // since when it is led out of foreign code; 0: it is not
     volatile uint32_t steps, steps_seen;
@@ -287,14 +289,20 @@ static void is_late(opengpac_containment *containment, void *context)
     foreign_step(context, 1);
 }
 
-// The watchdog sends this signal to the thread of a loop that is too old. It may come late, so it looks for itself.
+static int is_spent(const opengpac_containment *containment)
+{
+    int64_t started_ns = containment->started_ns;
+    return started_ns && (containment->spent_ns == started_ns || (!containment->charged && time_ns() - started_ns > containment->budget_ns));
+}
+
+// The watchdog sends this signal to the thread of a loop whose budget is spent. It may come late, in another loop, so it looks for itself.
 static void budget(int number, siginfo_t *what, void *context)
 {
     end_if_child();
     opengpac_containment *containment = current;
     if (containment)
         containment->heard = 1;
-    if (is_in_a_block(containment) && !containment->handling && containment->started_ns && (number == SIGXCPU || time_ns() - containment->started_ns > containment->budget_ns)) {
+    if (is_in_a_block(containment) && !containment->handling && containment->started_ns && (number == SIGXCPU || is_spent(containment))) {
         containment->handling = 1;
         is_late(containment, context);
         containment->handling = 0;

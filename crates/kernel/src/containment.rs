@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Rust interface of the containment: a step loop that a signal inside block code can end, and the stack of its handlers.
+use crate::charge::Charge;
 use crate::hearing::{self, Unheard};
 use forks::UnforkedMemory;
 use opengpac::abi::Run;
@@ -18,11 +19,13 @@ struct ContainmentMemory {
     armed: AtomicU32,
     started_ns: AtomicI64,
     budget_ns: AtomicI64,
+    spent_ns: AtomicI64,
     calls: AtomicPtr<Call>,
     late: AtomicU32,
     lost: AtomicU32,
     heard: AtomicU32,
     forked: AtomicU32,
+    charged: AtomicU32,
 }
 
 unsafe extern "C" {
@@ -66,6 +69,8 @@ pub struct Containment {
     thread: AtomicPtr<c_void>,
     /// Kernel thread ID of the source's own thread; 0 if it has none.
     own_thread: AtomicI32,
+    /// Time charged to the current loop, if time for which its thread waits for a core does not count.
+    charge: Option<Mutex<Charge>>,
     /// Signals that the watchdog has sent for the current loop.
     unheard: Unheard,
     /// Number of watchdog polls since the process was to end; 0 if it is not.
@@ -135,9 +140,17 @@ impl Containment {
             _memory: memory,
             thread: AtomicPtr::new(ptr::null_mut()),
             own_thread: AtomicI32::new(0),
+            charge: None,
             unheard: Unheard::default(),
             retires: AtomicU32::new(0),
         }
+    }
+
+    /// Makes a containment whose budget does not count the time for which its thread only waits for a core.
+    #[must_use]
+    pub fn without_waits(self) -> Containment {
+        self.shared().charged.store(1, Ordering::Relaxed);
+        Containment { charge: Some(Mutex::default()), ..self }
     }
 
     fn shared(&self) -> &ContainmentMemory {
@@ -197,16 +210,38 @@ impl Containment {
         // A retiring thread has no age.
         if late_ns > 0 && started > 1 && now_ns - started > late_ns {
             // A thread that has started another loop meanwhile needs no correction.
-            let _other = self.shared().started_ns.compare_exchange(started, started + late_ns, Ordering::Relaxed, Ordering::Relaxed);
+            let is_same = self.shared().started_ns.compare_exchange(started, started + late_ns, Ordering::Relaxed, Ordering::Relaxed).is_ok();
+            if let Some(charge) = self.charge.as_ref().filter(|_| is_same) {
+                charge.lock().expect("nobody panics with the lock held").forgive(started, late_ns);
+            }
         }
     }
 
-    /// Sends the budget signal to the thread of a loop that is too old. `now_ns`: CLOCK_MONOTONIC; `waits`: returns true if the thread of
-    /// a clock is merely waiting for a core. Returns true if the signal does not get through.
+    /// Returns the start of the running loop if it has spent its budget. `now_ns`, `waits`: as for [`Containment::watch`].
+    pub fn spent(&self, now_ns: i64, waits: impl Fn(libc::clockid_t) -> bool) -> Option<i64> {
+        let (started_ns, thread) = (self.shared().started_ns.load(Ordering::Relaxed), self.thread.load(Ordering::Relaxed));
+        let (age_ns, budget_ns) = (now_ns - started_ns, self.shared().budget_ns.load(Ordering::Relaxed));
+        if started_ns == 0 || thread.is_null() {
+            return None;
+        }
+        // A retiring thread has no age, and is charged nothing.
+        let Some(charge) = self.charge.as_ref().filter(|_| started_ns > 1) else { return (age_ns > budget_ns).then_some(started_ns) };
+        // Half of the budget must be charged after the first half has passed, so that only loops that last are looked at.
+        if age_ns <= budget_ns / 2 {
+            return None;
+        }
+        let thread = thread as libc::pthread_t;
+        let (run_ns, clock) = hearing::run_ns(thread).zip(hearing::clock(thread))?;
+        let mut charge = charge.lock().expect("nobody panics with the lock held");
+        (charge.add(started_ns, now_ns, run_ns, || waits(clock)) > budget_ns / 2).then_some(started_ns)
+    }
+
+    /// Sends the budget signal to the thread of a loop that has spent its budget. `now_ns`: CLOCK_MONOTONIC; `waits`: returns true if the
+    /// thread of a clock is merely waiting for a core. Returns true if the signal does not get through.
     pub fn watch(&self, now_ns: i64, waits: impl Fn(libc::clockid_t) -> bool) -> bool {
-        let started = self.shared().started_ns.load(Ordering::Relaxed);
         let thread = self.thread.load(Ordering::Relaxed);
-        if started != 0 && !thread.is_null() && now_ns - started > self.shared().budget_ns.load(Ordering::Relaxed) {
+        if let Some(started) = self.spent(now_ns, &waits) {
+            self.shared().spent_ns.store(started, Ordering::Relaxed);
             if self.retires.load(Ordering::Relaxed) > RETIRE_LOOKS {
                 end_process();
             }
@@ -218,7 +253,7 @@ impl Containment {
             unsafe { libc::pthread_kill(thread as libc::pthread_t, budget_signal()) };
             self.unheard.add(thread as libc::pthread_t);
         }
-        if started == 0 || self.shared().heard.load(Ordering::Relaxed) != 0 {
+        if self.shared().started_ns.load(Ordering::Relaxed) == 0 || self.shared().heard.load(Ordering::Relaxed) != 0 {
             self.unheard.clear();
         }
         let is_deaf = self.unheard.is_deaf(thread as libc::pthread_t, waits);

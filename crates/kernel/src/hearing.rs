@@ -41,13 +41,14 @@ impl Unheard {
 }
 
 /// Returns the CPU-time clock of a thread; `None` if it has exited.
-fn clock(thread: libc::pthread_t) -> Option<libc::clockid_t> {
+pub(crate) fn clock(thread: libc::pthread_t) -> Option<libc::clockid_t> {
     let mut clock = 0;
     // SAFETY: the caller's word for the thread.
     (unsafe { libc::pthread_getcpuclockid(thread, &mut clock) } == 0).then_some(clock)
 }
 
-fn run_ns(thread: libc::pthread_t) -> Option<i64> {
+/// Returns the processor time that a thread has used; `None` if it has exited.
+pub(crate) fn run_ns(thread: libc::pthread_t) -> Option<i64> {
     let mut time = libc::timespec { tv_sec: 0, tv_nsec: 0 };
     // SAFETY: asks for a time.
     (unsafe { libc::clock_gettime(clock(thread)?, &mut time) } == 0).then_some(time.tv_sec * 1_000_000_000 + time.tv_nsec)

@@ -15,6 +15,7 @@ mod bank;
 pub mod bell;
 pub mod block;
 mod boundary;
+mod charge;
 pub mod clock;
 mod conditions;
 pub mod connection;

@@ -7,7 +7,7 @@ use kernel::*;
 use opengpac::abi::Descriptor;
 use runtime::Host;
 use std::hint::black_box;
-use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Arc, Mutex};
 use support::*;
 
@@ -227,6 +227,68 @@ fn a_division_by_zero_is_contained() {
 fn an_endless_loop_is_contained() {
     virtually(endless_loop(), Fault::Budget);
     in_threads(endless_loop(), Fault::Budget);
+}
+
+/// Progress of the block that is kept from its core: it has begun, and it may return.
+static BEGUN: AtomicBool = AtomicBool::new(false);
+static RETURNS: AtomicBool = AtomicBool::new(false);
+
+/// Runs behind every other thread of its core until it may return.
+fn without_a_core() -> &'static Descriptor {
+    block!(|this, _| {
+        let scheduled = |policy| assert_eq!(unsafe { libc::sched_setscheduler(0, policy, &libc::sched_param { sched_priority: 0 }) }, 0);
+        if !BEGUN.swap(true, Ordering::SeqCst) {
+            scheduled(libc::SCHED_IDLE);
+            while !RETURNS.load(Ordering::SeqCst) {
+                std::hint::spin_loop();
+            }
+            scheduled(libc::SCHED_OTHER);
+        }
+        this.state += 1;
+        this.y = this.state;
+        0
+    })
+}
+
+/// Pins the calling thread to the first core that it may run on.
+fn pin() {
+    unsafe {
+        let mut cores: libc::cpu_set_t = std::mem::zeroed();
+        assert_eq!(libc::sched_getaffinity(0, size_of_val(&cores), &mut cores), 0);
+        let first = (0..libc::CPU_SETSIZE as usize).find(|core| libc::CPU_ISSET(*core, &cores)).unwrap();
+        cores = std::mem::zeroed();
+        libc::CPU_SET(first, &mut cores);
+        assert_eq!(libc::sched_setaffinity(0, size_of_val(&cores), &cores), 0);
+    }
+}
+
+#[test]
+fn a_block_that_has_no_core_spends_nothing_of_a_simulated_budget() {
+    let busy = std::thread::spawn(|| {
+        pin();
+        while !BEGUN.load(Ordering::SeqCst) {
+            std::thread::yield_now();
+        }
+        // More than twice the budget of a firing under the virtual clock, in which the block gets hardly any of this core.
+        let begun = std::time::Instant::now();
+        while begun.elapsed() < std::time::Duration::from_millis(2_200) {
+            std::hint::spin_loop();
+        }
+        RETURNS.store(true, Ordering::SeqCst);
+    });
+    let firing = std::thread::spawn(|| {
+        pin();
+        let host = virtual_host(1);
+        let source = host.add_source(timer("fast", MS, 80)).unwrap();
+        let (cells, on, process) = (cells(1), interval(), Process::new(1, 1));
+        let steps = vec![step(&Arc::new(install(1, without_a_core(), None, Some(&cells[0]))), &on, &process, &[])];
+        host.submit(source, script(vec![Op::Table(Box::new(support::table(steps))), Op::On(on, 1)]));
+        run_until(&host, 3 * MS as i64);
+        assert!(!events(&host).iter().any(|event| matches!(event, Event::Stopped { .. })), "it only waited");
+        assert_eq!(value(&cells[0]), 3);
+    });
+    firing.join().unwrap();
+    busy.join().unwrap();
 }
 
 #[test]

@@ -31,7 +31,7 @@ unsafe extern "C" fn sleeps(state: *mut c_void) {
     }
 }
 
-/// A loop without a budget, on its own thread.
+/// A loop on its own thread.
 struct Loop {
     containment: Arc<Containment>,
     state: Arc<AtomicU32>,
@@ -41,8 +41,12 @@ struct Loop {
 
 impl Loop {
     fn begin(body: unsafe extern "C" fn(*mut c_void), prepare: fn()) -> Loop {
+        Loop::within(Containment::new(0), body, prepare)
+    }
+
+    fn within(containment: Containment, body: unsafe extern "C" fn(*mut c_void), prepare: fn()) -> Loop {
         install();
-        let (containment, state) = (Arc::new(Containment::new(0)), Arc::new(AtomicU32::new(WAITS)));
+        let (containment, state) = (Arc::new(containment), Arc::new(AtomicU32::new(WAITS)));
         let (its, word) = (containment.clone(), state.clone());
         let thread = std::thread::spawn(move || {
             prepare();
@@ -116,5 +120,38 @@ fn who_masks_the_signal_is_deaf_whether_it_runs_or_sleeps() {
             std::thread::yield_now();
         }
         assert!(one.end(), "its source stops if it comes back");
+    }
+}
+
+/// Budget of loops that are charged for what they use.
+const BUDGET_NS: i64 = 200_000_000;
+
+#[test]
+fn who_has_no_core_spends_nothing_where_waits_do_not_count() {
+    let watching = std::thread::spawn(|| {
+        let one = Loop::within(Containment::new(BUDGET_NS).without_waits(), spins, || {
+            pin_to(a_core());
+            unsafe { libc::sched_setscheduler(0, libc::SCHED_IDLE, &libc::sched_param { sched_priority: 0 }) };
+        });
+        pin_to(a_core());
+        let until_ns = monotonic_ns() + 4 * BUDGET_NS;
+        while monotonic_ns() < until_ns {
+            assert_eq!(one.containment.spent(monotonic_ns(), waits_for_a_core), None, "it could only wait");
+        }
+        one.end();
+    });
+    watching.join().unwrap();
+}
+
+#[test]
+fn who_spins_or_sleeps_spends_its_budget_where_waits_do_not_count() {
+    for body in [spins, sleeps] {
+        let one = Loop::within(Containment::new(BUDGET_NS).without_waits(), body, || {});
+        let started_ns = monotonic_ns();
+        while one.containment.spent(monotonic_ns(), waits_for_a_core).is_none() {
+            std::thread::park_timeout(std::time::Duration::from_millis(10));
+        }
+        assert!(monotonic_ns() - started_ns > BUDGET_NS / 2, "half of it is not charged");
+        assert!(!one.end(), "nobody has sent it a signal");
     }
 }

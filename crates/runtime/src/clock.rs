@@ -11,5 +11,5 @@ pub enum ClockKind {
     Virtual { seed: u64 },
 }
 
-/// Time budget of a firing under the virtual clock.
+/// Time budget of a firing under the virtual clock. Time for which its thread waits for a core does not count.
 pub(crate) const BUDGET_VIRTUAL_NS: i64 = 1_000_000_000;

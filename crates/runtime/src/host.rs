@@ -157,6 +157,8 @@ impl Host {
         };
         let (teller, listener) = telling(id);
         let containment = self.black_box().map_or_else(|| containment::Containment::new(budget_ns), |place| place.containment(budget_ns));
+        // Simulated time stands still while the thread has no core.
+        let containment = if self.executor.is_some() { containment.without_waits() } else { containment };
         let tape = match self.trace.get() {
             Some(trace) => Some(trace.tape(id, &spec)),
             None => self.plays.load(Ordering::Acquire).then(SourceTape::playing),
