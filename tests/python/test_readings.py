@@ -44,7 +44,9 @@ def test_the_present_of_an_arm_is_known_only_while_it_is_enabled(arm: gpac.robot
 
 def test_a_channel_has_no_value_before_its_first_reading(arm: gpac.robots.Arm) -> None:
     elbow = arm.system.physical_devices["ur5e"]["elbow"]
-    with pytest.raises(gpac.InvalidState, match=r"there is no reading yet, source 'rtp0\..*' has not fired since device 'ur5e' was opened"):
+    with pytest.raises(
+        gpac.InvalidState, match=r"there is no reading yet, because source 'rtp0\..*' has not fired since device 'ur5e' was opened"
+    ):
         arm.system.read(elbow.position)
     arm.system.advance("2 ms")
     assert arm.system.read(elbow.position)[0] != 0.0

@@ -58,7 +58,7 @@
 #define OPENGPAC_DRIVER_H
 
 #ifdef OPENGPAC_H
-#error "a driver and a function block are two files: include either opengpac_driver.h or opengpac.h"
+#error "write a driver and a function block in two files: include either opengpac_driver.h or opengpac.h"
 #endif
 
 #include <stdarg.h>
@@ -295,7 +295,7 @@ OGD_INLINE_FUNCTION void found(opengpac_host *host, const char *what, const char
 #define OGD_CALL_ON(M, tuple) OGD_CALL_ON_(M, OGD_UNWRAP tuple)
 #define OGD_CALL_ON_(...) OGD_CALL_OF(__VA_ARGS__)
 #define OGD_CALL_OF(M, K, ...) OGD_CAT(M, K)(__VA_ARGS__)
-#define OGD_CHECK_UNKNOWN(text) OGD_ASSERT(0, "'" text "' is not an item of a driver: the words are option_number, option_whole, option_bool, option_text, option_list, option_table, needed_ of each, exchange, waits, lost_within, safe, counter, right, service, service_of, moving_service; at most 32 items");
+#define OGD_CHECK_UNKNOWN(text) OGD_ASSERT(0, "'" text "' is not an item of a driver: use option_number, option_whole, option_bool, option_text, option_list, option_table, needed_ of each, exchange, waits, lost_within, safe, counter, right, service, service_of, moving_service; at most 32 items");
 #define OGD_CHECK_IS(...)
 #define OGD_ITEM_UNKNOWN(text) {0, 0, "", "", "", 0, 0.0, 0, 0, 0},
 #define OGD_ITEM_IS(what, kind, name, doc, unit, text, number, whole, needed, by) {what, kind, name, doc, unit, text, number, whole, needed, by},

@@ -37,8 +37,8 @@ impl fmt::Display for SdoError {
         match self {
             SdoError::Silent => write!(f, "it does not answer"),
             SdoError::Aborted(code) => write!(f, "it refuses with {code:#010x}, {}", abort_name(*code)),
-            SdoError::Broken => write!(f, "it answers what is no SDO"),
-            SdoError::Link(error) => write!(f, "it is not reached: {error}"),
+            SdoError::Broken => write!(f, "its answer is not an SDO"),
+            SdoError::Link(error) => write!(f, "it cannot be reached: {error}"),
         }
     }
 }

@@ -60,7 +60,7 @@ impl Eds {
     pub fn read(bytes: &[u8]) -> Result<Eds, String> {
         let text = std::str::from_utf8(bytes).map_or_else(|_| bytes.iter().copied().map(char::from).collect(), str::to_owned);
         let sections = sections(&text)?;
-        let device = sections.get("deviceinfo").ok_or("it is no EDS file: it has no section [DeviceInfo]")?;
+        let device = sections.get("deviceinfo").ok_or("it is not an EDS file: it has no section [DeviceInfo]")?;
         let number_of = |key: &str| device.get(key).and_then(|text| number(text));
         let product_name = device.get("productname").unwrap_or(&"").to_string();
         let mut eds = Eds { vendor: number_of("vendornumber"), product: number_of("productnumber"), product_name, objects: BTreeMap::new() };
@@ -73,7 +73,7 @@ impl Eds {
 
     fn take(&mut self, index: u16, name: &str, section: &Section<'_>, sections: &BTreeMap<String, Section<'_>>) -> Result<(), String> {
         let title = parameter_name(name, section)?;
-        let object_type = section.get("objecttype").map_or(Some(7), |text| number(text)).ok_or_else(|| format!("[{name}]: its ObjectType is no number"))?;
+        let object_type = section.get("objecttype").map_or(Some(7), |text| number(text)).ok_or_else(|| format!("[{name}]: its ObjectType is not a number"))?;
         if object_type != ARRAY && object_type != RECORD {
             self.objects.insert((index, 0), object(name, title.to_owned(), section)?);
             return Ok(());
@@ -181,7 +181,7 @@ fn parameter_name<'a>(section: &str, of: &Section<'a>) -> Result<&'a str, String
 
 fn object(section: &str, name: String, of: &Section<'_>) -> Result<Object, String> {
     let kind = of.get("datatype").map_or(Some(0), |text| number(text)).and_then(|kind| u16::try_from(kind).ok());
-    let kind = kind.ok_or_else(|| format!("[{section}]: its DataType is no number"))?;
+    let kind = kind.ok_or_else(|| format!("[{section}]: its DataType is not a number"))?;
     let is_mappable = of.get("pdomapping").and_then(|text| number(text)) == Some(1);
     Ok(Object { name, kind: DataType(kind), is_mappable, default: of.get("defaultvalue").unwrap_or(&"").to_string() })
 }
@@ -224,11 +224,11 @@ mod tests {
     #[test]
     fn what_is_no_data_sheet_is_refused_with_its_place() {
         let refused = |text: &str| Eds::read(text.as_bytes()).unwrap_err();
-        assert_eq!(refused("[1000]\nParameterName=x\n"), "it is no EDS file: it has no section [DeviceInfo]");
+        assert_eq!(refused("[1000]\nParameterName=x\n"), "it is not an EDS file: it has no section [DeviceInfo]");
         assert_eq!(refused("[DeviceInfo]\n"), "it names no object");
         assert_eq!(refused("hello\n"), "line 1 is neither a section nor a value: 'hello'");
         assert_eq!(refused("[DeviceInfo]\n[1000]\nDataType=7\n"), "[1000] has no ParameterName");
-        assert_eq!(refused("[DeviceInfo]\n[1000]\nParameterName=x\nDataType=long\n"), "[1000]: its DataType is no number");
+        assert_eq!(refused("[DeviceInfo]\n[1000]\nParameterName=x\nDataType=long\n"), "[1000]: its DataType is not a number");
         assert!(Eds::read(b"[DeviceInfo]\n[1000]\nParameterName=Gr\xF6\xDFe\n").is_ok(), "Latin-1");
     }
 }

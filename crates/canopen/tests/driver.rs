@@ -86,7 +86,7 @@ fn a_node_that_is_gone_is_lost_in_the_fourth_cycle_and_joins_again_without_movin
     rig.until(&[None, Some(2.5)], "there", |rig| rig.double("y.position") == 2.5);
     rig.bus.with(|bus| bus.power(Y, false));
     let (after_ns, lost) = rig.lost(&[None, Some(2.5)]);
-    assert_eq!(lost, "node 6 (axis 'y') sends no process data for 3 cycles: its cable is out, or it has no power");
+    assert_eq!(lost, "node 6 (axis 'y') sent no process data for 3 cycles: its cable is unplugged, or it has no power");
     assert!(after_ns <= 4 * PERIOD_NS, "{after_ns} ns");
     rig.bus.with(|bus| bus.power(Y, true));
     assert_eq!(rig.bus.with(|bus| bus.state(Y)), "pre-operational");
@@ -103,11 +103,11 @@ fn a_node_that_started_anew_or_was_told_to_leave_is_named_with_its_state() {
     let mut rig = Rig::new();
     rig.exchange(&[]).unwrap();
     rig.bus.with(|bus| (bus.power(X, false), bus.power(X, true)));
-    assert_eq!(rig.lost(&[]).1, "node 5 (axis 'x') has started anew: it was without power, or was reset");
+    assert_eq!(rig.lost(&[]).1, "node 5 (axis 'x') has restarted: it lost its power, or was reset");
     rig.reset();
     rig.call("nmt", json!({ "axis": "x", "command": "pre_operational" })).unwrap();
     let lost = rig.lost(&[]).1;
-    assert!(lost.starts_with("node 5 (axis 'x') sends no process data"), "{lost}");
+    assert!(lost.starts_with("node 5 (axis 'x') sent no process data"), "{lost}");
 }
 
 #[test]
@@ -120,7 +120,7 @@ fn a_missed_heartbeat_loses_a_node_within_the_declared_time() {
     assert_eq!(rig.counter("heartbeats_missed"), 0);
     rig.bus.with(|bus| bus.power(Y, false));
     let (after_ns, lost) = rig.lost(&[]);
-    assert_eq!(lost, "node 6 (axis 'y') has missed its heartbeat: its cable is out, or it has no power");
+    assert_eq!(lost, "node 6 (axis 'y') missed its heartbeat: its cable is unplugged, or it has no power");
     assert!(after_ns <= canopen::DRIVER.life.lost_within_ns, "{after_ns} ns");
     assert_eq!(rig.counter("heartbeats_missed"), 3);
 }
@@ -132,7 +132,7 @@ fn without_its_controller_a_drive_stops_by_itself() {
     assert_eq!(rig.driver.watchdog_ns(), Some(100_000_000));
     rig.now_ns += 150_000_000;
     let lost = rig.exchange(&[Some(1.0)]).unwrap_err().message;
-    assert_eq!(lost, "its nodes have stopped by themselves: no command came for their timeout of 100 ms");
+    assert_eq!(lost, "its nodes stopped by themselves: no command came within their timeout of 100 ms");
     assert_eq!((rig.bus.with(|bus| bus.number(X, 0x603F, 0)) as u16, rig.bus.with(|bus| bus.state(X))), (0x8130, "pre-operational".to_owned()));
     rig.reset();
     rig.until(&[Some(1.0)], "in operation again", |rig| rig.status("x") == OPERATION_ENABLED);
@@ -143,7 +143,7 @@ fn a_drive_whose_enable_input_is_open_is_lost_and_does_not_move_when_it_closes()
     let mut rig = Rig::of(json!([{ "name": "x", "node": X, "counts": COUNTS, "operating_within_s": 0.5 }]), json!({}));
     rig.bus.with(|bus| bus.set_enable_input(X, false));
     let (after_ns, lost) = rig.lost(&[Some(3.0)]);
-    let what = "axis 'x' (node 5) did not come into operation within 0.5 s of being enabled: it is in 'switch on disabled', error 0x0000; look at its \
+    let what = "axis 'x' (node 5) did not come into operation within 0.5 s of being enabled: it is in 'switch on disabled', error 0x0000; check its \
                 enable input and its supply, then reset the device";
     assert_eq!(lost, what);
     assert!((500_000_000..600_000_000).contains(&after_ns) && rig.byte("x.operating") == 0, "{after_ns} ns");
@@ -223,7 +223,9 @@ fn a_following_error_of_the_drive_says_where_the_axis_is_and_what_to_change() {
     rig.until(&[Some(1.0)], "in operation", |rig| rig.status("x") == OPERATION_ENABLED);
     rig.bus.with(|bus| bus.fail(X, 0x8611));
     let (_, fault) = rig.lost(&[Some(1.0)]);
-    for said in ["axis 'x' (node 5) has a fault, 0x8611: following error", "; it is at ", "(0x6065): move with less speed=", "torque limit (0x6072)"] {
+    for said in
+        ["axis 'x' (node 5) has a fault, 0x8611: following error", "; it is at ", "(0x6065) in the drive; move with less speed=", "torque limit (0x6072)"]
+    {
         assert!(fault.contains(said), "{fault}");
     }
 }
@@ -264,7 +266,7 @@ fn wrong_options_are_refused_with_their_remedy() {
         json!([axis])
     };
     assert!(refused(axis(json!({ "node": 128 })), json!({})).contains("option 'axes.x.node': it cannot be 128: its range is 1 to 127"));
-    assert!(refused(axis(json!({ "node": 127 })), json!({})).contains("127 is this controller (own_node)"));
+    assert!(refused(axis(json!({ "node": 127 })), json!({})).contains("127 is the number of this controller (own_node)"));
     assert!(refused(axis(json!({ "counts": 0 })), json!({})).contains("counts is 0"));
     assert!(refused(axis(json!({ "mode": "torque" })), json!({})).contains("needs its rated_torque"));
     assert!(refused(axis(json!({})), json!({ "cycle_ns": 1 })).contains("it cannot be 1 ns: its range is 250 us to 1 s; give 1000000 for 1 ms"));
@@ -274,5 +276,5 @@ fn wrong_options_are_refused_with_their_remedy() {
     assert!(silent.contains("there is no such emulated bus"), "{silent}");
     let rig = Rig::new();
     let silent = common::opened(&rig.interface, &axis(json!({ "node": 9 })), &json!({})).err().expect("refused");
-    assert!(silent.starts_with("node 9 (axis 'x') does not answer; look at its power"), "{silent}");
+    assert!(silent.starts_with("node 9 (axis 'x') does not answer; check its power"), "{silent}");
 }

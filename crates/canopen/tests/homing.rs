@@ -54,13 +54,13 @@ fn the_switch_at_an_end_gets_the_position_that_home_has() {
 #[test]
 fn what_cannot_be_home_is_named() {
     let mut rig = rig();
-    let failed = "axis 'y' (node 6): homing failed: the drive did not find home, has a fault, or was stopped; see its error and its method";
+    let failed = "axis 'y' (node 6): homing failed: the drive did not find home, has a fault, or was stopped; check its error and its method";
     assert_eq!(home(&mut rig, json!({ "axis": "y", "method": 17 }), idle).unwrap_err(), failed, "it has no switch");
     rig.until(&[], "off", |rig| rig.status("y") == SWITCH_ON_DISABLED && rig.byte("y.homing") == 3);
     let engaged = home(&mut rig, json!({ "axis": "x" }), |rig| rig.exchange(&[Some(1.0)]).unwrap()).unwrap_err();
     assert_eq!(engaged, "axis 'x' (node 5): it is engaged: disable it, then home it");
     let slow = home(&mut rig, json!({ "axis": "x", "speed": 0.0 }), idle).unwrap_err();
-    assert_eq!(slow, "speed is 0, which is 0 in counts: 1 to 4294967295");
+    assert_eq!(slow, "speed must be 1 to 4294967295 counts, but 0 is 0 counts");
     let lost = home(&mut rig, json!({ "axis": "x", "method": 18, "speed": 0.01 }), |rig| {
         if rig.exchange(&[]).is_ok() && rig.byte("x.homing") == 1 {
             rig.bus.with(|bus| bus.power(X, false));

@@ -22,7 +22,7 @@ fn nodes_whose_numbers_were_exchanged_are_named_and_not_configured() {
     rig.exchange(&[]).unwrap();
     rig.put(drives(80, 70));
     let refused = rig.open_again(two_axes()).expect_err("swapped");
-    assert!(refused.contains("node 5 (axis 'x') is another device than when it was opened first"), "{refused}");
+    assert!(refused.contains("node 5 (axis 'x') is a different device than when it was first opened"), "{refused}");
     assert!(refused.contains("serial 80, and was") && refused.contains("connected as node 6 (axis 'y'): the two are swapped"), "{refused}");
     rig.put(drives(70, 80));
     rig.open_again(two_axes()).expect("as before");

@@ -92,7 +92,7 @@ fn outputs_are_safe_by_the_driver_by_the_guard_and_by_the_module() {
     switch(&mut rig, true, false, 5.0);
     rig.now_ns += 150_000_000;
     let lost = rig.exchange(&[]).unwrap_err().message;
-    assert!(lost.starts_with("its nodes have stopped by themselves"), "{lost}");
+    assert!(lost.starts_with("its nodes stopped by themselves"), "{lost}");
     assert_eq!((outputs(&rig), rig.bus.with(|bus| bus.state(IO))), (safe, "stopped".to_owned()), "by the module");
 }
 
@@ -117,7 +117,7 @@ fn a_module_that_is_gone_is_named_and_its_emergencies_are_a_channel() {
     assert_eq!(asked("home"), "'io' is a module: it has no axis");
     assert_eq!(rig.call("read_object", json!({ "axis": "io", "index": 0x6000 })).unwrap()["number"], 2);
     rig.bus.with(|bus| bus.power(IO, false));
-    assert_eq!(rig.lost(&[]).1, "node 7 (module 'io') sends no process data for 3 cycles: its cable is out, or it has no power");
+    assert_eq!(rig.lost(&[]).1, "node 7 (module 'io') sent no process data for 3 cycles: its cable is unplugged, or it has no power");
     rig.bus.with(|bus| bus.power(IO, true));
     rig.reset();
     assert_eq!(outputs(&rig), (Some(0), Some(1), Some(4)));
@@ -139,21 +139,21 @@ fn refused(module: Value) -> String {
 
 #[test]
 fn wrong_terminals_are_refused_with_what_they_can_be() {
-    assert!(refused(json!({ "channels": { "a": {} } })).contains("channel 'a' is one of input, output, analog_input and analog_output"));
+    assert!(refused(json!({ "channels": { "a": {} } })).contains("channel 'a' must be one of input, output, analog_input and analog_output"));
     assert!(refused(json!({ "channels": { "a": { "input": 64 } } })).contains("channels.a.input': it cannot be 64: its range is 0 to 63"));
     assert!(refused(json!({ "channels": { "a": { "analog_input": 12 } } })).contains("its range is 0 to 11"));
     assert!(refused(json!({ "channels": { "a": { "input": 1 }, "b": { "input": 1 } } })).contains("'a' and 'b' are both digital input 1"));
-    assert!(refused(json!({ "channels": { "a": { "output": 1, "scale": 2.0 } } })).contains("it has no scale, offset or unit"));
-    assert!(refused(json!({ "channels": { "a": { "output": 1, "safe": 1.5 } } })).contains("an output of one bit has true or false"));
-    assert!(refused(json!({ "channels": { "a": { "input": 1, "safe": true } } })).contains("it has no safe value"));
+    assert!(refused(json!({ "channels": { "a": { "output": 1, "scale": 2.0 } } })).contains("it cannot have a scale, offset or unit"));
+    assert!(refused(json!({ "channels": { "a": { "output": 1, "safe": 1.5 } } })).contains("give true or false for an output of one bit"));
+    assert!(refused(json!({ "channels": { "a": { "input": 1, "safe": true } } })).contains("it cannot have a safe value"));
     assert!(refused(json!({ "channels": { "a": { "analog_input": 1, "scale": 0.0 } } })).contains("counts × scale + offset"));
-    assert!(refused(json!({ "node": 127 })).contains("127 is this controller"));
+    assert!(refused(json!({ "node": 127 })).contains("127 is the number of this controller"));
     let rig = rig();
     let channels = json!({ "far": { "analog_input": 6 } });
     let far = common::opened(&rig.interface, &json!([]), &json!({ "modules": [{ "name": "io", "node": IO, "channels": channels }] })).err().unwrap();
-    assert_eq!(far, "node 7 (module 'io') has 6 analog inputs (object 0x6401:0), and a channel needs number 7");
+    assert_eq!(far, "node 7 (module 'io') has 6 analog inputs (object 0x6401:0), but a channel needs number 7");
     let drive = common::opened(&rig.interface, &json!([]), &json!({ "modules": [{ "name": "io", "node": X, "channels": {} }] })).err().unwrap();
-    assert_eq!(drive, "node 5 (module 'io') is no module by CiA 401: it is of profile 402");
+    assert_eq!(drive, "node 5 (module 'io') is not a module by CiA 401: its profile is 402");
 }
 
 /// Writes the data sheet of a drive with this product number and mappability of its torque.
@@ -200,7 +200,7 @@ fn another_product_than_that_of_the_file_is_refused() {
     let path = data_sheet("product", 0x403, true);
     let axes = json!([{ "name": "x", "node": X, "counts": COUNTS, "eds": path }]);
     let error = common::opened("emulated", &axes, &json!({})).err().unwrap();
-    assert_eq!(error, "node 5 (axis 'x') is not what its EDS file describes: its product is 0x00000402, that of the file 0x00000403");
+    assert_eq!(error, "node 5 (axis 'x') does not match its EDS file: its product is 0x00000402, but that of the file is 0x00000403");
     std::fs::write(&path, "nothing").unwrap();
     let error = common::opened("emulated", &axes, &json!({})).err().unwrap();
     assert!(error.contains("option 'eds'") && error.contains("line 1 is neither a section nor a value"), "{error}");

@@ -18,8 +18,8 @@ pub(crate) const FIELDS: [OptionWord; 5] = [
     OptionWord::with_default("index", Kind::Whole, "0x60FE", "object of its output").within(0.0, 65535.0),
     OptionWord::with_default("sub", Kind::Whole, "1", "subindex of its output").within(0.0, 255.0),
     OptionWord::with_default("bit", Kind::Whole, "0", "bit of its output").within(0.0, 31.0),
-    OptionWord::with_default("release_ns", Kind::Whole, "0.1 s", "how long it takes to open").unit("ns").within(0.0, u32::MAX as f64),
-    OptionWord::with_default("close_ns", Kind::Whole, "0.1 s", "how long it takes to close").unit("ns").within(0.0, u32::MAX as f64),
+    OptionWord::with_default("release_ns", Kind::Whole, "0.1 s", "time that it takes to open").unit("ns").within(0.0, u32::MAX as f64),
+    OptionWord::with_default("close_ns", Kind::Whole, "0.1 s", "time that it takes to close").unit("ns").within(0.0, u32::MAX as f64),
 ];
 
 /// Options of a brake.

@@ -75,14 +75,14 @@ pub fn check(devices: &[BusDevice]) -> Result<(), String> {
         if let Some((option, asked, is)) = device.expected.difference(found) {
             let holds = |other: &&BusDevice| other.place != device.place && device.expected.difference(&other.found).is_none();
             let elsewhere = told(devices.iter().find(holds));
-            return Err(format!("{title} is another device than its options say: its {option} is {is} ({is:#x}) and not {asked} ({asked:#x}){elsewhere}"));
+            return Err(format!("{title} is a different device than its options say: its {option} is {is} ({is:#x}), not {asked} ({asked:#x}){elsewhere}"));
         }
         // A serial number in the options determines the device, whatever was there before.
         let Some(before) = first.get(&device.place).filter(|before| *before != found && device.expected.serial.is_none()) else { continue };
         let elsewhere = told(devices.iter().find(|other| other.place != device.place && other.found == *before));
         return Err(format!(
-            "{title} is another device than when it was opened first: it is {found}, and was {before}{elsewhere}; connect them as they were, or, if it was \
-             replaced on purpose, give its option serial ({}) or start the program anew",
+            "{title} is a different device than when it was first opened: it is {found}, and was {before}{elsewhere}; connect the devices as they \
+             were, or, if it was replaced on purpose, give its option serial ({}) or restart the program",
             found.serial
         ));
     }
@@ -109,7 +109,7 @@ mod tests {
         check(&of(7, 8)).expect("the first opening");
         check(&of(7, 8)).expect("as before");
         let swapped = check(&of(8, 7)).expect_err("swapped");
-        assert!(swapped.starts_with("axis 'gripper' is another device than when it was opened first: it is vendor"), "{swapped}");
+        assert!(swapped.starts_with("axis 'gripper' is a different device than when it was first opened: it is vendor"), "{swapped}");
         assert!(swapped.contains("serial 8, and was") && swapped.contains("connected as axis 'spindle': the two are swapped"), "{swapped}");
         let replaced = check(&of(7, 9)).expect_err("another one");
         assert!(replaced.contains("axis 'spindle'") && replaced.contains("give its option serial (9)"), "{replaced}");

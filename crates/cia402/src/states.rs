@@ -123,7 +123,7 @@ pub fn error_name(code: u16) -> &'static str {
         0x8311 => "torque limit exceeded",
         0x8400 => "velocity controller error",
         0x8500 => "position controller error",
-        FOLLOWING_ERROR => "following error: the target is too far from where the axis is",
+        FOLLOWING_ERROR => "following error: the target is too far from the position of the axis",
         0x8612 => "a limit of the range was reached",
         _ => match code >> 12 {
             2 => "a current error",
@@ -133,7 +133,7 @@ pub fn error_name(code: u16) -> &'static str {
             6 => "a software error",
             7 => "an error of an additional module",
             8 => "a supervision error",
-            _ => "an error of its vendor",
+            _ => "a vendor-specific error",
         },
     }
 }

@@ -12,7 +12,7 @@ pub(crate) const TIMEOUT: OptionWord = OptionWord::with_default(
     "timeout_ns",
     Kind::Whole,
     "none",
-    "its watchdog: without a new command for so long after one that moves anything, it goes to its safe state by itself",
+    "its watchdog: after this time without a new command, once something moves, it goes to its safe state by itself",
 )
 .unit("ns")
 .within(TIMEOUT_NS[0], TIMEOUT_NS[1]);
@@ -23,12 +23,12 @@ pub(crate) const IN_PLACE: OptionWord =
 
 /// Options of every driver of class `worker`.
 pub(crate) const WORKER: [OptionWord; 3] = [
-    OptionWord::with_default("period_ns", Kind::Whole, "10 ms", "how often it exchanges, on a thread of its own").unit("ns").within(1e5, 1e10),
+    OptionWord::with_default("period_ns", Kind::Whole, "10 ms", "period of its exchange, on a separate thread").unit("ns").within(1e5, 1e10),
     OptionWord::with_default(
         "age_max_ns",
         Kind::Whole,
-        "what the driver declares; then a device that tells nothing new may do so for long",
-        "older readings are no readings: the device is lost",
+        "as the driver declares; a device that delivers nothing new may then do so for a long time",
+        "maximum age of a reading: with older ones the device is lost",
     )
     .unit("ns")
     .within(2e5, 3.6e12),

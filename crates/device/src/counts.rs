@@ -12,7 +12,7 @@ const FARTHEST: f64 = 1e15;
 pub const WORDS: [OptionWord; 3] = [
     OptionWord::with_default("scale", Kind::Number, "1", "value of one count").within(-FARTHEST, FARTHEST),
     OptionWord::with_default("offset", Kind::Number, "0", "its value at 0 counts").within(-FARTHEST, FARTHEST),
-    OptionWord::with_default("safe", Kind::Number, "off, or 0 counts", "value of an output that its device is left with").within(-FARTHEST, FARTHEST),
+    OptionWord::with_default("safe", Kind::Number, "off, or 0 counts", "value at which an output is left").within(-FARTHEST, FARTHEST),
 ];
 
 /// Options of such a channel, except its address on the bus.
@@ -52,15 +52,15 @@ impl CountsOptions {
     /// Returns the reason why the options are invalid, for people; `None` if they are valid.
     pub fn problem(&self, is_digital: bool, is_output: bool) -> Option<String> {
         if is_digital && (self.is_scaled() || self.unit.is_some()) {
-            return Some("is one bit: it has no scale, offset or unit".to_owned());
+            return Some("is a single bit: it cannot have a scale, offset or unit".to_owned());
         }
         if self.scale.is_some_and(|scale| !scale.is_normal()) {
-            return Some("has scale 0: its value is counts × scale + offset".to_owned());
+            return Some("cannot have scale 0: its value is counts × scale + offset".to_owned());
         }
         match &self.safe {
-            Some(_) if !is_output => Some("is an input: it has no safe value".to_owned()),
+            Some(_) if !is_output => Some("is an input: it cannot have a safe value".to_owned()),
             Some(value) if is_digital != value.is_boolean() || !(value.is_boolean() || value.is_number()) => {
-                Some(format!("has the safe value {value}; an output of one bit has true or false, another one a number"))
+                Some(format!("cannot have the safe value {value}; give true or false for an output of one bit, and a number for others"))
             }
             _ => None,
         }

@@ -50,7 +50,7 @@ impl Beside {
             _ => ServiceError::Arguments(why.to_string()),
         })?;
         let Some(services) = &self.services else {
-            return Err(ServiceError::Failed(format!("driver '{}' declares service '{service}', and carries out none", self.kind)));
+            return Err(ServiceError::Failed(format!("driver '{}' declares service '{service}' but does not carry out any", self.kind)));
         };
         let moves = services.is_told_of_stops(service) || words.iter().any(|word| word.name == service && word.moves);
         let served = if moves { services.call_moving(service, &checked, is_stopped) } else { services.call(service, &checked) };

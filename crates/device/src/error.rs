@@ -8,7 +8,7 @@ use thiserror::Error;
 #[derive(Debug, Error)]
 pub enum DriverError {
     /// There is no driver of that name.
-    #[error("no driver '{kind}'{meant}; the drivers are {known}")]
+    #[error("there is no driver '{kind}'{meant}; the drivers are {known}")]
     UnknownKind { kind: String, meant: String, known: String },
     /// An option is missing, unknown or has a wrong value.
     #[error("driver '{kind}': option '{option}': {problem}")]
@@ -17,7 +17,7 @@ pub enum DriverError {
     #[error("driver '{kind}' cannot read '{}': {problem}", path.display())]
     File { kind: String, path: PathBuf, problem: String },
     /// No thread or process here serves the driver's class.
-    #[error("driver '{kind}' is declared as {class}, which this program does not serve; open it by crate drivers, or declare it inline")]
+    #[error("driver '{kind}' is declared as {class}, which this program does not serve; open it with crate drivers, or declare it inline")]
     Class { kind: String, class: Class },
     /// The driver has no such service.
     #[error("driver '{kind}' has no service '{service}'; {problem}")]
@@ -26,10 +26,10 @@ pub enum DriverError {
     #[error("service '{service}' of driver '{kind}': argument '{argument}': {problem}")]
     Argument { kind: String, service: String, argument: String, problem: String },
     /// The driver cannot search for devices.
-    #[error("driver '{kind}' cannot look for devices; its manual says which options open one")]
+    #[error("driver '{kind}' cannot search for devices; see its manual for the options that open one")]
     NoScan { kind: String },
     /// Another driver of that name is registered.
-    #[error("there is a driver '{kind}' already; register this one under another name")]
+    #[error("there is already a driver '{kind}'; register this one under another name")]
     Taken { kind: String },
     /// The process that a driver runs in could not be started, or has exited.
     #[error("driver '{kind}': {problem}")]

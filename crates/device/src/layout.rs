@@ -31,7 +31,7 @@ impl Layout {
         let end = match channel.direction {
             Direction::Read => &mut self.readings_len,
             Direction::Write => {
-                assert_eq!(channel.safe.len(), channel.len, "the safe value of channel '{}' has another length than its type", channel.name);
+                assert_eq!(channel.safe.len(), channel.len, "the safe value of channel '{}' differs in length from its type", channel.name);
                 &mut self.commands_len
             }
         };

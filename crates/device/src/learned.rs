@@ -64,7 +64,7 @@ fn argument(of: &OptionAbout) -> Result<OptionWord, String> {
 }
 
 fn kind(name: &str) -> Result<Kind, String> {
-    Kind::ALL.into_iter().find(|kind| kind.name() == name).ok_or_else(|| format!("'{name}' is no kind of value"))
+    Kind::ALL.into_iter().find(|kind| kind.name() == name).ok_or_else(|| format!("'{name}' is not a kind of value"))
 }
 
 fn stays(text: &str) -> &'static str {
@@ -90,6 +90,6 @@ mod tests {
         assert!(std::ptr::eq(told.services, DeclaredServices::read(&about).expect("the same").services));
         assert!(DeclaredServices::read(&json!({})).expect("nothing").services.is_empty());
         let wrong = json!({ "services": [{ "name": "warm", "doc": "", "arguments": [], "answer": "heat" }] });
-        assert_eq!(DeclaredServices::read(&wrong).expect_err("a kind that is none"), "'heat' is no kind of value");
+        assert_eq!(DeclaredServices::read(&wrong).expect_err("a kind that is none"), "'heat' is not a kind of value");
     }
 }

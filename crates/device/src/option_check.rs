@@ -30,7 +30,7 @@ impl<'a> GivenOptions<'a> {
         let given: Map<String, Value> = match options {
             Value::Null => Map::new(),
             Value::Object(given) => given.iter().filter(|(_, value)| !value.is_null()).map(|(name, value)| (name.clone(), value.clone())).collect(),
-            other => return wrong("", format!("options are a table of names and values, and not {other}")),
+            other => return wrong("", format!("options must be a table of names and values, not {other}")),
         };
         for (name, value) in &given {
             let Some(word) = words.clone().find(|word| word.name == name) else {
@@ -38,7 +38,7 @@ impl<'a> GivenOptions<'a> {
                 return wrong(name, format!("the driver has no such option; {problem}").trim_end_matches("; ").to_owned());
             };
             if !is_of(word.kind, value) {
-                return wrong(name, format!("{} is asked for, and {value} is none", asked_for(word)));
+                return wrong(name, format!("it must be {}, not {value}", asked_for(word)));
             }
             if let Some(Outside { path, problem }) = words.clone().filter(|word| word.name == name).find_map(|word| outside("", word, value)) {
                 return wrong(&path, problem);
@@ -83,7 +83,7 @@ fn is_of(kind: Kind, value: &Value) -> bool {
 
 fn asked_for(word: &OptionWord) -> String {
     let what = match word.kind {
-        Kind::Text => "a text",
+        Kind::Text => "a string",
         Kind::Number => "a number",
         Kind::Whole => "a whole number",
         Kind::Bool => "true or false",
@@ -174,8 +174,8 @@ mod tests {
     fn an_option_is_known_of_its_kind_and_there() {
         assert!(GivenOptions::check("arm", &json!({ "path": "a", "timestep": 1, "gone": null }), WORDS.iter()).is_ok());
         assert_eq!(refused(json!({ "pth": "a" })), "driver 'arm': option 'pth': the driver has no such option; did you mean 'path'?");
-        assert_eq!(refused(json!({})), "driver 'arm': option 'path': it is missing; give a text: the file of the model");
-        assert_eq!(refused(json!({ "path": "a", "timestep": "1" })), "driver 'arm': option 'timestep': a number in s is asked for, and \"1\" is none");
-        assert!(refused(json!([1])).contains("a table of names and values, and not [1]"));
+        assert_eq!(refused(json!({})), "driver 'arm': option 'path': it is missing; give a string: the file of the model");
+        assert_eq!(refused(json!({ "path": "a", "timestep": "1" })), "driver 'arm': option 'timestep': it must be a number in s, not \"1\"");
+        assert!(refused(json!([1])).contains("a table of names and values, not [1]"));
     }
 }

@@ -58,7 +58,7 @@ pub trait Services: Send + Sync {
 
 /// Returns the error of a service that moves its device while an emergency stop is latched.
 pub fn under_a_stop(service: &str) -> DeviceError {
-    DeviceError { message: format!("service '{service}' moves the machine, and an emergency stop is latched: remove its cause and reset it first") }
+    DeviceError { message: format!("service '{service}' moves the machine, but an emergency stop is latched: remove its cause and reset it first") }
 }
 
 /// Device found by a search.

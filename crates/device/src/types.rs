@@ -100,10 +100,10 @@ impl FromStr for Type {
     fn from_str(text: &str) -> Result<Type, String> {
         let (name, elements) = match text.split_once('[') {
             None => (text, None),
-            Some((name, count)) => (name, Some(count.trim_end_matches(']').parse().map_err(|_| format!("no type '{text}'"))?)),
+            Some((name, count)) => (name, Some(count.trim_end_matches(']').parse().map_err(|_| format!("there is no type '{text}'"))?)),
         };
         let found = NUMBERS.iter().find(|(_, of, _)| *of == name);
-        let (number, ..) = found.ok_or_else(|| format!("no type '{name}'; use double, float, bool, int8_t to int64_t or uint8_t to uint64_t"))?;
+        let (number, ..) = found.ok_or_else(|| format!("there is no type '{name}'; use double, float, bool, int8_t to int64_t or uint8_t to uint64_t"))?;
         Ok(Type { number: *number, elements })
     }
 }
@@ -119,7 +119,10 @@ mod tests {
             assert_eq!((parsed.to_string(), parsed.len()), (text.to_owned(), len));
         }
         assert_eq!(Type::doubles(1), Type::DOUBLE);
-        assert_eq!("complex".parse::<Type>(), Err("no type 'complex'; use double, float, bool, int8_t to int64_t or uint8_t to uint64_t".to_owned()));
+        assert_eq!(
+            "complex".parse::<Type>(),
+            Err("there is no type 'complex'; use double, float, bool, int8_t to int64_t or uint8_t to uint64_t".to_owned())
+        );
         assert_eq!("double[x]".parse::<Type>(), Err("no type 'double[x]'".to_owned()));
     }
 }

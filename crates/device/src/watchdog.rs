@@ -36,7 +36,7 @@ pub(crate) fn watched(given: &GivenOptions<'_>, of: &Declaration) -> Result<Open
 
 /// Returns the message of a device that has timed out.
 pub fn timeout_message(timeout_ns: i64) -> String {
-    format!("it went to its safe state by itself: no command came for its timeout of {} ms", timeout_ns as f64 * 1e-6)
+    format!("it went to its safe state by itself: no command came within its timeout of {} ms", timeout_ns as f64 * 1e-6)
 }
 
 impl Driver for Watchdog {

@@ -49,7 +49,7 @@ pub(crate) fn pace<'a>(given: &GivenOptions<'a>, life: &Life) -> Result<(Pace, G
     let taken_max_ns = of(age_max);
     let age_max_ns = taken_max_ns.unwrap_or(if life.lost_within_ns > 0 { life.lost_within_ns } else { 10 * period_ns });
     if age_max_ns < 2 * period_ns {
-        return Err(given.wrong(age_max.name, format!("at least two periods are asked for, {} ms", 2.0 * period_ns as f64 * 1e-6)));
+        return Err(given.wrong(age_max.name, format!("it must be at least two periods, {} ms", 2.0 * period_ns as f64 * 1e-6)));
     }
     let in_place = given.value()[IN_PLACE.name].as_bool() == Some(true);
     Ok((Pace { period_ns, age_max_ns, taken_max_ns, waits_ns: life.waits_ns, in_place }, rest))

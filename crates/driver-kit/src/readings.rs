@@ -21,7 +21,7 @@ impl AgedChannels {
         let end = |direction| channels.iter().filter(|channel| channel.direction == direction).map(|channel| channel.offset + channel.len).max().unwrap_or(0);
         let readings_len = end(Direction::Read);
         let age = Slot { offset: readings_len.next_multiple_of(size_of::<f64>()), len: size_of::<f64>() };
-        let channel = Channel::read(AGE, Type::DOUBLE).unit("s").doc("how old the readings are");
+        let channel = Channel::read(AGE, Type::DOUBLE).unit("s").doc("age of the readings");
         let channels = channels.iter().cloned().chain([Channel { offset: age.offset, ..channel }]).collect::<Vec<_>>();
         let written = channels.iter().filter(|channel| channel.direction == Direction::Write).count();
         AgedChannels { channels, age, readings_len, commands_len: end(Direction::Write), written }
@@ -38,5 +38,5 @@ impl AgedChannels {
 pub(crate) fn check_age(pace: &Pace, age_ns: i64) -> Result<(), DeviceError> {
     let Some(most_ns) = pace.taken_max_ns.filter(|most_ns| age_ns > *most_ns) else { return Ok(()) };
     let (age, most) = (age_ns as f64 * 1e-6, most_ns as f64 * 1e-6);
-    Err(DeviceError { message: format!("its newest readings are {age:.1} ms old, more than {most} ms: it answers, and tells nothing new") })
+    Err(DeviceError { message: format!("its newest readings are {age:.1} ms old, more than {most} ms: it answers, but delivers nothing new") })
 }

@@ -84,7 +84,7 @@ impl Driver for Worker {
     }
 
     fn open(&mut self, now_ns: i64) -> Result<(), DeviceError> {
-        let Some(inner) = self.inner.take() else { return Err(DeviceError { message: "it was opened before; open the device anew".to_owned() }) };
+        let Some(inner) = self.inner.take() else { return Err(DeviceError { message: "it was opened before; open the device again".to_owned() }) };
         let shared = Arc::new(SharedState::default());
         let (to_source, readings) = triple_buffer(STAMPS + self.aged.readings_len);
         let (commands, from_source) = triple_buffer(STAMP + self.aged.written + self.aged.commands_len);
@@ -103,15 +103,15 @@ impl Driver for Worker {
             safe_done: 0,
         };
         let thread = std::thread::Builder::new().name("exchange".to_owned()).spawn(move || exchange.run(&opened, &ends));
-        let thread = thread.map_err(|why| DeviceError { message: format!("no thread for its exchange: {why}") })?;
+        let thread = thread.map_err(|why| DeviceError { message: format!("cannot start a thread for its exchange: {why}") })?;
         let waits = Duration::from_nanos(self.pace.waits_ns.unsigned_abs()) + EXCHANGE;
         let handles = match opens.recv_timeout(waits) {
             Ok(opened) => opened?,
             Err(RecvTimeoutError::Timeout) => {
                 shared.stops.store(true, Ordering::Release);
-                return Err(DeviceError { message: format!("it has not answered within {:.1} s", waits.as_secs_f64()) });
+                return Err(DeviceError { message: format!("it did not answer within {:.1} s", waits.as_secs_f64()) });
             }
-            Err(RecvTimeoutError::Disconnected) => return Err(DeviceError { message: "its driver ended while it was opened".to_owned() }),
+            Err(RecvTimeoutError::Disconnected) => return Err(DeviceError { message: "its driver ended during opening".to_owned() }),
         };
         self.safe_handles = Mutex::new(handles);
         self.running = Some(SourceSide { shared, readings, commands, attendance: Attendance::default(), thread, ended });

@@ -140,7 +140,7 @@ fn the_example_moves_counts_and_answers() {
     driver.safe_state();
     driver.read(2_000_001_000, &mut readings).expect("it answers");
     assert_eq!(Slot { offset: 0, len: 8 }.double(&readings, 0), 1.0, "it stands still");
-    assert!(driver.open(0).is_err_and(|why| why.message.contains("open the device anew")));
+    assert!(driver.open(0).is_err_and(|why| why.message.contains("open the device again")));
     driver.close();
     assert!(services.call("place", &json!({})).is_err_and(|why| why.message == "the device is closed"));
     assert!(open(&kind, &json!({ "gain": -1 })).err().expect("refused").contains("option 'gain': it cannot be -1 m/s: its range is above 0 m/s to 100 m/s"));
@@ -195,16 +195,16 @@ fn what_is_wrong_with_a_driver_is_said() {
     for (name, source, words) in [
         ("none", String::new(), "it has no driver: declare one with DRIVER"),
         ("unmade", "DRIVER(d, \"a d\")".to_owned(), "driver 'd' has no function d_make"),
-        ("list", format!("DRIVER(d, \"a d\", option_list(ids, \"[1\", \"ids\"))\n{}", with("")), "the default of option 'ids', '[1', is no list"),
+        ("list", format!("DRIVER(d, \"a d\", option_list(ids, \"[1\", \"ids\"))\n{}", with("")), "the default of option 'ids', '[1', is not a list"),
         (
             "twice",
             format!("DRIVER(d, \"a d\")\n{}", with("reads(h, \"double\", \"a.b\", \"\", \"\"); reads(h, \"bool\", \"a.b\", \"\", \"\")")),
             "channel 'a.b' is declared twice",
         ),
-        ("type", format!("DRIVER(d, \"a d\")\n{}", with("reads(h, \"int\", \"a.b\", \"\", \"\")")), "channel 'a.b': no type 'int'"),
+        ("type", format!("DRIVER(d, \"a d\")\n{}", with("reads(h, \"int\", \"a.b\", \"\", \"\")")), "channel 'a.b': there is no type 'int'"),
         ("option", format!("DRIVER(d, \"a d\")\n{}", with("given_number(h, \"gan\")")), "it asks for 'gan', which it does not declare"),
         ("unsafe", format!("DRIVER(d, \"a d\")\n{}", with("writes(h, \"double\", \"a.b\", 0, \"\", \"\")")), "no function d_write or d_safe_state"),
-        ("service", format!("DRIVER(d, \"a d\", service(home, \"goes home\"))\n{}", with("")), "declares services and has no function d_service"),
+        ("service", format!("DRIVER(d, \"a d\", service(home, \"goes home\"))\n{}", with("")), "declares services but has no function d_service"),
         ("cause", format!("DRIVER(d, \"a d\")\n{}", with("return because(\"no board %d\", 3)")), "driver 'd': no board 3"),
     ] {
         let said = refused(name, &source);
@@ -218,7 +218,7 @@ fn what_is_wrong_with_a_driver_is_said() {
     let header = opengpac::DRIVER_HEADER.replace("#define OPENGPAC_DRIVER_ABI 1", "#define OPENGPAC_DRIVER_ABI 2");
     std::fs::write(folder.0.join("later.h"), header).unwrap();
     let later = folder.built("later", &later.replace("#include <opengpac_driver.h>", "#include \"later.h\""));
-    assert!(open(&format!("conveyor@{later}"), &json!({})).err().expect("refused").contains("it is of version 2 of the driver interface, this system of 1"));
+    assert!(open(&format!("conveyor@{later}"), &json!({})).err().expect("refused").contains("it has version 2 of the driver interface, but this system has 1"));
     let known = folder.built("known", &example());
     assert!(open(&format!("convyor@{known}"), &json!({})).err().expect("refused").contains("there is no driver 'convyor' in"));
     assert!(open("conveyor@/no/such.so", &json!({})).err().expect("refused").contains("'/no/such.so'"));

@@ -192,7 +192,7 @@ fn in_place_it_exchanges_with_its_source_and_options_are_checked() {
     assert_eq!(commanded(bench), 3.0);
     for (options, words) in [
         (json!({ "bench": 4, "period_ns": 5 }), "100 us to 10 s"),
-        (json!({ "bench": 4, "period_ns": 10_000_000, "age_max_ns": 10_000_000 }), "at least two periods are asked for, 20 ms"),
+        (json!({ "bench": 4, "period_ns": 10_000_000, "age_max_ns": 10_000_000 }), "it must be at least two periods, 20 ms"),
         (json!({ "bench": 4, "perod_ns": 1 }), "did you mean 'period_ns'?"),
     ] {
         let refused = device::open("bench", &options).err().expect("it is refused").to_string();

@@ -72,7 +72,7 @@ fn register() {
     ONCE.call_once(|| {
         driver_kit::lend();
         for driver in ALL {
-            device::register(driver).unwrap_or_else(|taken| panic!("a driver took a name of this crate before: {taken}"));
+            device::register(driver).unwrap_or_else(|taken| panic!("another driver has already taken a name of this crate: {taken}"));
         }
     });
 }

@@ -24,14 +24,14 @@ pub(crate) static DRIVER: Declaration = Declaration {
 };
 
 const OPTIONS: [OptionWord; 6] = [
-    OptionWord::needed("parts", Kind::List, "names, at least one"),
-    OptionWord::with_default("initial", Kind::List, "0 each", "positions at the start").unit("rad").within(-UNLIMITED, UNLIMITED),
-    OptionWord::with_default("fail_at_ns", Kind::Whole, "never", "from so long after opening on every read fails: the device is lost")
+    OptionWord::needed("parts", Kind::List, "names of the parts, at least one"),
+    OptionWord::with_default("initial", Kind::List, "0 each", "initial positions").unit("rad").within(-UNLIMITED, UNLIMITED),
+    OptionWord::with_default("fail_at_ns", Kind::Whole, "never", "time after opening from which every reading fails: the device is lost")
         .unit("ns")
         .within(0.0, f64::INFINITY),
-    OptionWord::with_default("nan_at_ns", Kind::Whole, "never", "from so long after opening on positions read as NaN").unit("ns").within(0.0, f64::INFINITY),
-    OptionWord::with_default("slew", Kind::Number, "none", "limit of each effort").unit("N.m/s").above(0.0, 1e9),
-    OptionWord::with_default("command", Kind::Text, "effort", "what the parts take: effort or position"),
+    OptionWord::with_default("nan_at_ns", Kind::Whole, "never", "time after opening from which positions are NaN").unit("ns").within(0.0, f64::INFINITY),
+    OptionWord::with_default("slew", Kind::Number, "none", "maximum rate of each effort").unit("N.m/s").above(0.0, 1e9),
+    OptionWord::with_default("command", Kind::Text, "effort", "command of the parts: effort or position"),
 ];
 
 #[derive(Deserialize)]
@@ -130,11 +130,12 @@ fn layout(options: &Options) -> (Vec<Channel>, Vec<Slots>) {
         .map(|part| {
             let mut read = |name: &str, unit: &str, doc: &str| layout.add(Channel::read(format!("{part}.{name}"), Type::DOUBLE).unit(unit).doc(doc));
             let (position, velocity) = (read("position", "rad", "position"), read("velocity", "rad/s", "velocity"));
-            (position, velocity, takes_efforts.then(|| read("bias", "N.m", "effort that holds it: none")))
+            (position, velocity, takes_efforts.then(|| read("bias", "N.m", "effort that holds the part: none")))
         })
         .collect();
     let slots = options.parts.iter().zip(reads).map(|(part, (position, velocity, bias))| {
-        let (name, unit, doc) = if takes_efforts { ("effort", "N.m", "its rate, rad/s for each N.m") } else { ("goal", "rad", "where it is next") };
+        let (name, unit, doc) =
+            if takes_efforts { ("effort", "N.m", "rate of the part, rad/s for each N.m") } else { ("goal", "rad", "next position of the part") };
         let command = Channel::write(format!("{part}.{name}"), Type::DOUBLE).unit(unit).doc(doc).slew(options.slew);
         let command = if takes_efforts { command } else { command.safe(f64::NAN.to_ne_bytes().to_vec()) };
         Slots { position, velocity, bias, command: layout.add(command) }
@@ -156,7 +157,7 @@ impl Driver for Loopback {
     fn read(&mut self, release_ns: i64, readings: &mut [u8]) -> Result<(), DeviceError> {
         let since_ns = release_ns - self.opened_ns;
         if since_ns >= self.fail_at_ns {
-            return Err(DeviceError { message: format!("the loopback device was told to fail at {} ns", self.fail_at_ns) });
+            return Err(DeviceError { message: format!("the loopback device fails at {} ns, as its options ask", self.fail_at_ns) });
         }
         let span_s = (release_ns - self.time_ns) as f64 * 1e-9;
         self.time_ns = release_ns;
@@ -181,7 +182,7 @@ impl Driver for Loopback {
             let command = if engaged[i] { slots.command.double(commands, 0) } else { 0.0 };
             if slots.bias.is_some() {
                 if !command.is_finite() {
-                    return Err(DeviceError { message: format!("the effort written to part {i} is not finite; see which block writes it") });
+                    return Err(DeviceError { message: format!("the effort written to part {i} is not finite; find the block that writes it") });
                 }
                 self.velocity[i] = command;
             } else {

@@ -37,7 +37,7 @@ pub(crate) static DRIVER: Declaration = Declaration {
     class: Class::Worker,
     life: Life { waits_ns: 0, lost_within_ns: 2_000_000_000 },
     safe_state: SafeState {
-        doc: "each output carries its safe value, as long as the device answers; set its own watchdog for when it is cut off",
+        doc: "each output carries its safe value, as long as the device answers; set its own watchdog in case it is cut off",
         by: &[SafeBy::Driver],
         within_ns: 1_000_000_000,
     },
@@ -57,9 +57,10 @@ const OPTIONS: [OptionWord; 6] = [
     )
     .entries(&[&map::CHANNEL]),
     OptionWord::with_default("unit", Kind::Whole, "1", "the device on a line or behind a gateway").within(0.0, 255.0),
-    OptionWord::with_default("answer_ns", Kind::Whole, "0.5 s", "how long an answer may take").unit("ns").within(1e6, 6e10),
-    OptionWord::with_default("retries", Kind::Whole, "2", "how often a request is sent again before the device is lost").within(0.0, 100.0),
-    OptionWord::with_default("gap", Kind::Whole, "0", "unused registers between two that one request reads; some devices refuse them").within(0.0, 124.0),
+    OptionWord::with_default("answer_ns", Kind::Whole, "0.5 s", "time limit for an answer").unit("ns").within(1e6, 6e10),
+    OptionWord::with_default("retries", Kind::Whole, "2", "number of repeated requests before the device is lost").within(0.0, 100.0),
+    OptionWord::with_default("gap", Kind::Whole, "0", "maximum number of unused registers between two that one request reads; some devices refuse them")
+        .within(0.0, 124.0),
 ];
 
 #[derive(Deserialize)]
@@ -93,7 +94,7 @@ fn open(given: &GivenOptions<'_>) -> Result<OpenedDriver, DriverError> {
     let options: Options = given.read()?;
     let address = address_of(&options.address).map_err(|why| given.wrong("address", why))?;
     if matches!(address, Address::Serial { .. }) && !(1..=247).contains(&options.unit) {
-        return Err(given.wrong("unit", "units on a serial line are 1 to 247"));
+        return Err(given.wrong("unit", "a unit on a serial line must be 1 to 247"));
     }
     let (channels, places) = map::places(&options.channels, map::End::Client).map_err(|why| given.wrong("channels", why))?;
     let link = Link::new(&address, options.unit, Duration::from_nanos(options.answer_ns), options.retries).map_err(|why| given.wrong("address", why))?;

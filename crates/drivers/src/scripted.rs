@@ -22,7 +22,7 @@ const OPTIONS: [OptionWord; 2] = [
     OptionWord::with_default("table", Kind::List, "every read channel stays 0", "rows of at_ns and values").entries(&[&ROW]),
 ];
 
-const CHANNEL: [OptionWord; 1] = [OptionWord::with_default("slew", Kind::Number, "none", "its largest rate, per second").above(0.0, 1e15)];
+const CHANNEL: [OptionWord; 1] = [OptionWord::with_default("slew", Kind::Number, "none", "its maximum rate, per second").above(0.0, 1e15)];
 const ROW: [OptionWord; 1] = [OptionWord::needed("at_ns", Kind::Whole, "since the opening").unit("ns").within(0.0, f64::INFINITY)];
 
 #[derive(Deserialize)]
@@ -92,7 +92,12 @@ fn open(given: &GivenOptions<'_>) -> Result<OpenedDriver, DriverError> {
         let written = channels.iter().find(|c| &c.name == source && c.direction == Direction::Write && c.type_text == channel.type_text);
         match written {
             Some(w) if channel.direction == Direction::Read => loops.push((channel.offset, w.offset, w.len)),
-            _ => return Err(wrong("loop_of", format!("'{}' cannot show '{source}': it must be a write channel of type {}", channel.name, channel.type_text))),
+            _ => {
+                return Err(wrong(
+                    "loop_of",
+                    format!("'{}' cannot show '{source}', which must be a written channel of type {}", channel.name, channel.type_text),
+                ));
+            }
         }
     }
     let mut rows = Vec::new();
@@ -101,7 +106,7 @@ fn open(given: &GivenOptions<'_>) -> Result<OpenedDriver, DriverError> {
             let channel = channels
                 .iter()
                 .find(|c| &c.name == name && c.direction == Direction::Read)
-                .ok_or_else(|| wrong("table", format!("no read channel '{name}'")))?;
+                .ok_or_else(|| wrong("table", format!("there is no read channel '{name}'")))?;
             rows.push(Row {
                 at_ns: row.at_ns,
                 offset: channel.offset,
@@ -137,7 +142,7 @@ fn encode(of: Type, value: &Value) -> Result<Vec<u8>, String> {
     }
     let mut bytes = Vec::new();
     for value in values {
-        let no = || format!("{value} is no {}", of.number.name());
+        let no = || format!("{value} is not of type {}", of.number.name());
         let whole = || value.as_i64().or_else(|| value.as_bool().map(i64::from)).ok_or_else(no);
         match of.number {
             Number::Double => bytes.extend(real(value).ok_or_else(no)?.to_ne_bytes()),

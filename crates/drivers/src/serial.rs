@@ -57,7 +57,7 @@ fn claim(file: &File) -> Result<()> {
     if unsafe { libc::flock(file.as_raw_fd(), libc::LOCK_EX | libc::LOCK_NB) } != 0 {
         let why = Error::last_os_error();
         let busy = why.kind() == ErrorKind::WouldBlock;
-        return Err(if busy { Error::new(ErrorKind::ResourceBusy, "another program has it") } else { why });
+        return Err(if busy { Error::new(ErrorKind::ResourceBusy, "another program uses it") } else { why });
     }
     // SAFETY: the descriptor is open, and the request has no argument.
     check(unsafe { libc::ioctl(file.as_raw_fd(), libc::TIOCEXCL) })
@@ -137,7 +137,7 @@ impl SerialLine {
                 Err(why) if why.kind() == ErrorKind::Interrupted => {}
                 Err(why) if why.kind() == ErrorKind::WouldBlock => {
                     if !wait(self.as_fd(), libc::POLLOUT, deadline)? {
-                        return Err(Error::new(ErrorKind::TimedOut, "the line takes nothing"));
+                        return Err(Error::new(ErrorKind::TimedOut, "the line accepts nothing"));
                     }
                 }
                 Err(why) => return Err(why),

@@ -36,12 +36,12 @@ impl Address {
             };
         }
         let Some(line) = text.strip_prefix(serial).and_then(|rest| rest.strip_prefix('/')).filter(|path| path.starts_with('/')) else {
-            return Err(format!("'{text}' is no address; write tcp/192.0.2.5:502 or {serial}//dev/ttyUSB0?baud=19200&parity=even"));
+            return Err(format!("'{text}' is not an address; write tcp/192.0.2.5:502 or {serial}//dev/ttyUSB0?baud=19200&parity=even"));
         };
         let (path, words) = line.split_once('?').unwrap_or((line, ""));
         let mut set = settings;
         for word in words.split('&').filter(|word| !word.is_empty()) {
-            let wrong = || format!("'{word}' in '{text}': write baud=19200, parity=none, even or odd, stop=1 or 2");
+            let wrong = || format!("'{word}' in '{text}' is not a setting; write baud=19200, parity=none, even or odd, stop=1 or 2");
             match word.split_once('=').ok_or_else(wrong)? {
                 ("baud", baud) => set.baud = baud.parse().ok().filter(|baud| *baud > 0).ok_or_else(wrong)?,
                 ("parity", "none") => set.parity = Parity::None,
@@ -82,7 +82,7 @@ impl Stream {
             Address::Serial { path, settings } => SerialLine::open(path, settings).map(Stream::Serial),
             Address::Tcp(host) => {
                 let left = deadline.saturating_duration_since(Instant::now()).max(std::time::Duration::from_millis(1));
-                let to = host.to_socket_addrs()?.next().ok_or_else(|| Error::new(ErrorKind::NotFound, "no such host"))?;
+                let to = host.to_socket_addrs()?.next().ok_or_else(|| Error::new(ErrorKind::NotFound, "there is no such host"))?;
                 let connection = TcpStream::connect_timeout(&to, left)?;
                 connection.set_nodelay(true)?;
                 connection.set_nonblocking(true)?;
@@ -130,7 +130,7 @@ impl Stream {
                 Err(why) if why.kind() == ErrorKind::Interrupted => {}
                 Err(why) if why.kind() == ErrorKind::WouldBlock => {
                     if !wait(connection.as_fd(), libc::POLLOUT, deadline)? {
-                        return Err(Error::new(ErrorKind::TimedOut, "the other end takes nothing"));
+                        return Err(Error::new(ErrorKind::TimedOut, "the other end accepts nothing"));
                     }
                 }
                 Err(why) => return Err(why),

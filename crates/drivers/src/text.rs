@@ -30,21 +30,21 @@ pub(crate) static DRIVER: Declaration = Declaration {
     class: Class::Worker,
     life: Life { waits_ns: 0, lost_within_ns: 2_000_000_000 },
     safe_state: SafeState {
-        doc: "texts whose numbers have safe values are sent with them; others are not sent",
+        doc: "texts whose numbers have safe values are sent with them; other texts are not sent",
         by: &[SafeBy::Driver],
         within_ns: 1_000_000_000,
     },
     services: &SERVICES,
     counters: Count::WORDS,
     rights: &["serial line: member of the group that owns it, dialout on Debian"],
-    ..Declaration::new("text", "a device that speaks in lines of text, over TCP or a serial line: scanner, scale, printer", &OPTIONS, open)
+    ..Declaration::new("text", "a device that exchanges lines of text, over TCP or a serial line: scanner, scale, printer", &OPTIONS, open)
 };
 
 const OPTIONS: [OptionWord; 11] = [
     OptionWord::needed("address", Kind::Text, "tcp/192.0.2.8:4001, or serial//dev/ttyUSB0?baud=9600&parity=none"),
-    OptionWord::with_default("reads", Kind::List, "none", "what it says: texts like \"ST,{weight} kg\"; the first that fits counts, {} is anything"),
-    OptionWord::with_default("writes", Kind::List, "none", "what it is told: texts like \"SP {setpoint}\", sent when a value in them changes"),
-    OptionWord::with_default("asks", Kind::Text, "it speaks by itself", "sent in each period; an answer is waited for"),
+    OptionWord::with_default("reads", Kind::List, "none", "texts that it sends, such as \"ST,{weight} kg\"; the first match counts, {} is anything"),
+    OptionWord::with_default("writes", Kind::List, "none", "texts that are sent to it, such as \"SP {setpoint}\", when a value in them changes"),
+    OptionWord::with_default("asks", Kind::Text, "it sends without being asked", "question sent in each period, whose answer is awaited"),
     OptionWord::with_default(
         "fields",
         Kind::Table,
@@ -52,12 +52,12 @@ const OPTIONS: [OptionWord; 11] = [
         "for each name in the texts: unit, scale, offset, base, decimals, safe; text (its length) or when (the word that is true)",
     )
     .entries(&[&fields::FIELD]),
-    OptionWord::with_default("start", Kind::Text, "none", "before each text"),
-    OptionWord::with_default("end", Kind::Text, "a line feed, a carriage return before it or not", "behind each text"),
-    OptionWord::with_default("length", Kind::Whole, "up to the end", "bytes of each text, its checksum included").within(1.0, (FRAME_MAX / 2) as f64),
-    OptionWord::with_default("checksum", Kind::Table, "none", "sum (xor or sum), written (hex or byte), mark: behind each text"),
-    OptionWord::with_default("answer_ns", Kind::Whole, "0.5 s", "how long an answer may take").unit("ns").within(1e6, 6e10),
-    OptionWord::with_default("silent_ns", Kind::Whole, "for ever", "how long it may say nothing before it is lost").unit("ns").within(1e3, 8.64e13),
+    OptionWord::with_default("start", Kind::Text, "none", "prefix of each text"),
+    OptionWord::with_default("end", Kind::Text, "a line feed, with or without a carriage return before it", "suffix of each text"),
+    OptionWord::with_default("length", Kind::Whole, "up to the end", "length of each text in bytes, its checksum included").within(1.0, (FRAME_MAX / 2) as f64),
+    OptionWord::with_default("checksum", Kind::Table, "none", "sum (xor or sum), written (hex or byte), mark: after each text"),
+    OptionWord::with_default("answer_ns", Kind::Whole, "0.5 s", "time limit for an answer").unit("ns").within(1e6, 6e10),
+    OptionWord::with_default("silent_ns", Kind::Whole, "no limit", "time without a text before it is lost").unit("ns").within(1e3, 8.64e13),
 ];
 
 #[derive(Deserialize)]
@@ -104,10 +104,10 @@ fn open(given: &GivenOptions<'_>) -> Result<OpenedDriver, DriverError> {
     let address = Address::parse(&options.address, "serial", settings, None).map_err(|why| given.wrong("address", why))?;
     let framing = framing(&options).map_err(|(option, why)| given.wrong(option, why))?;
     if options.reads.is_empty() && options.writes.is_empty() {
-        return Err(given.wrong("reads", "say what it says, [\"ST,{weight} kg\"], or in \"writes\" what it is told"));
+        return Err(given.wrong("reads", "give the texts that it sends, [\"ST,{weight} kg\"], or in \"writes\" those that are sent to it"));
     }
     let mut made = ChannelsMade::default();
-    let count = made.layout.add(Channel::read(COUNT, Type::DOUBLE).doc("texts that have come so far"));
+    let count = made.layout.add(Channel::read(COUNT, Type::DOUBLE).doc("number of texts received so far"));
     let reads = made.patterns(&options.reads, &options.fields, false).map_err(|why| given.wrong("reads", why))?;
     let writes = made.patterns(&options.writes, &options.fields, true).map_err(|why| given.wrong("writes", why))?;
     if let Some(name) = options.fields.keys().find(|name| !made.fields.contains_key(*name)) {
@@ -127,10 +127,10 @@ fn framing(options: &Options) -> Result<Framing, (&'static str, String)> {
         (None, None) => b"\n".to_vec(),
     };
     if end.is_empty() && options.length.is_none() {
-        return Err(("end", "a text without an end has a \"length\"".to_owned()));
+        return Err(("end", "a text without an end must have a \"length\"".to_owned()));
     }
     if options.start.len() + end.len() > 32 {
-        return Err(("start", "at most 32 bytes are around a text".to_owned()));
+        return Err(("start", "prefix, suffix and checksum of a text can have at most 32 bytes".to_owned()));
     }
     let checksum = options.checksum.as_ref().map(|asked| Checksum { sum: asked.sum, written: asked.written, mark: asked.mark.as_bytes().to_vec() });
     Ok(Framing { start: options.start.as_bytes().to_vec(), length: options.length, end, checksum })
@@ -156,7 +156,7 @@ impl ChannelsMade {
             self.field(&name, declared, is_written)?;
         }
         let fields = &self.fields;
-        let pattern = Pattern::parse(text, |name| fields.get(name).map(|(field, _)| field.clone()).ok_or_else(|| format!("no field '{name}'")))?;
+        let pattern = Pattern::parse(text, |name| fields.get(name).map(|(field, _)| field.clone()).ok_or_else(|| format!("there is no field '{name}'")))?;
         let indices = pattern::names(text)?.iter().filter_map(|name| self.indices.get(name).copied()).collect();
         Ok(Order { pattern, indices })
     }
@@ -164,7 +164,7 @@ impl ChannelsMade {
     fn field(&mut self, name: &str, declared: &Map<String, Value>, is_written: bool) -> Result<(), String> {
         match self.fields.get(name) {
             Some((_, known)) if *known == is_written => return Ok(()),
-            Some(_) => return Err(format!("'{name}' is read already; what is written has another name")),
+            Some(_) => return Err(format!("'{name}' is already read; give what is written another name")),
             None if name == COUNT || name == "age" => return Err(format!("'{name}' is the name of a channel that every such device has")),
             None => {}
         }

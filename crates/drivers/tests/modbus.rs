@@ -134,13 +134,13 @@ fn a_damaged_answer_says_what_was_damaged() {
         let said = format!("unit 7 at {} did not read input 3: its answer was damaged: ", &address[4..]);
         why.strip_prefix(&said).unwrap_or_else(|| panic!("{why}")).to_owned()
     };
-    assert_eq!(of(|_, _| Some(b"HTTP/1.1 400 Bad Request".to_vec())), "it begins with no header of Modbus TCP");
+    assert_eq!(of(|_, _| Some(b"HTTP/1.1 400 Bad Request".to_vec())), "it does not begin with a Modbus TCP header");
     let other_unit: Script = |_, requests| requests.last().map(|r| vec![r[0], r[1], 0, 0, 0, 5, 8, r[7], 2, 0, 1]);
     assert_eq!(of(other_unit), "it came from another unit");
     let other_function: Script = |_, requests| requests.last().map(|r| vec![r[0], r[1], 0, 0, 0, 5, r[6], 3, 2, 0, 1]);
     let other_length: Script = |_, requests| requests.last().map(|r| vec![r[0], r[1], 0, 0, 0, 7, r[6], r[7], 4, 0, 1, 0, 2]);
     for script in [other_function, other_length] {
-        assert_eq!(of(script), "it answers another request: its function, length or address is another one");
+        assert_eq!(of(script), "it answers another request: its function, length or address differs");
     }
 }
 
@@ -236,11 +236,11 @@ fn one_that_never_answers_is_lost_with_its_place() {
 fn options_that_are_wrong_are_named() {
     let refused = |more: Value| drivers::open("modbus", &options("tcp/192.0.2.1", more)).err().expect("it is refused").to_string();
     for (more, why) in [
-        (json!({ "address": "192.0.2.1" }), "option 'address': '192.0.2.1' is no address; write tcp/192.0.2.5:502 or rtu//dev/ttyUSB0"),
+        (json!({ "address": "192.0.2.1" }), "option 'address': '192.0.2.1' is not an address; write tcp/192.0.2.5:502 or rtu//dev/ttyUSB0"),
         (json!({ "channels": {} }), "option 'channels': name at least one channel"),
         (json!({ "channels": { "x": { "coil": 70000 } } }), "option 'channels.x.coil': it cannot be 70000: its range is 0 to 65535"),
         (json!({ "answer_ns": 5 }), "option 'answer_ns': it cannot be 5 ns: its range is 1 ms to 60 s; give 5000000 for 5 ms"),
-        (json!({ "address": "rtu//dev/ttyUSB0", "unit": 0 }), "option 'unit': units on a serial line are 1 to 247"),
+        (json!({ "address": "rtu//dev/ttyUSB0", "unit": 0 }), "option 'unit': a unit on a serial line must be 1 to 247"),
     ] {
         let text = refused(more);
         assert!(text.contains(why), "{text}");

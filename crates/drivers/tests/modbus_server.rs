@@ -62,7 +62,7 @@ fn a_client_reads_what_is_written_and_writes_what_is_read() {
     machine.read(0);
     assert_eq!(machine.get("flag"), [7.5]);
     let refused = call("write_register", json!({ "address": 101, "value": 7 })).expect_err("a channel writes it");
-    assert_eq!(refused, "holding 101 is written by channel 'wanted'; command that by a verb");
+    assert_eq!(refused, "holding 101 is written by channel 'wanted'; use a verb to command it");
     machine.driver.safe_state();
     client.read(0);
     assert_eq!(client.get("position"), [-1.0]);
@@ -117,7 +117,7 @@ fn silent_clients_are_a_lost_device() {
     assert_eq!(ask::<13>(&mut connect(&address), &READ_POSITION), SAFE);
     machine.read(5_000_000);
     assert_eq!(machine.try_read(6_000_000), Ok(()));
-    assert_eq!(machine.try_read(6_000_001), Err(format!("no client has asked anything at {} for 1 ms", &address[4..])));
+    assert_eq!(machine.try_read(6_000_001), Err(format!("no client has sent a request to {} for 1 ms", &address[4..])));
 }
 
 #[test]
@@ -128,5 +128,5 @@ fn it_listens_on_this_host_unless_told() {
     assert!(why.contains("option 'address': other hosts could write its channels") && why.contains("to_network=true"), "{why}");
     assert_eq!(refused(json!({ "address": "tcp/0.0.0.0:1502", "channels": channels, "to_network": true })), "");
     let why = refused(json!({ "address": "tcp/127.0.0.1:1502", "channels": { "x": { "input": 0 } } }));
-    assert!(why.contains("a client cannot write what is input, so nothing comes in there"), "{why}");
+    assert!(why.contains("a client cannot write to the table \"input\", so this channel would get no values"), "{why}");
 }

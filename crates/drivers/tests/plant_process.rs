@@ -124,7 +124,7 @@ fn a_plant_that_is_gone_or_fails_loses_the_device() {
     // The last step may not have been read yet.
     let _newer = machine.try_read(MS);
     (2..=500).for_each(|ms| assert_eq!(machine.try_read(ms * MS), Ok(()), "{ms} ms"));
-    assert_eq!(machine.try_read(502 * MS), Err("the plant process has made no step for 501 ms".to_owned()));
+    assert_eq!(machine.try_read(502 * MS), Err("the plant process has not made a step for 501 ms".to_owned()));
 
     drop(machine);
     let left = process_kit::run_folder().unwrap().join(format!("plant-{name}"));
@@ -138,7 +138,7 @@ fn a_plant_that_is_gone_or_fails_loses_the_device() {
         Err(why) => why.message,
         Ok(()) => until("it fails", || machine.try_read(0).err()),
     };
-    assert_eq!(why, "the loopback device was told to fail at 20000000 ns");
+    assert_eq!(why, "the loopback device fails at 20000000 ns, as its options ask");
 }
 
 #[test]
@@ -192,7 +192,7 @@ fn a_plant_with_a_watchdog_makes_itself_safe_and_says_so() {
     let safe = until("it makes itself safe", || state(&name).ok().filter(|state| state.is_safe));
     assert!(position(&safe) > 0.0, "it moved until then");
     let why = machine.try_read(MS).expect_err("it did not wait");
-    assert!(why.contains("no command came for its timeout of 50 ms"), "{why}");
+    assert!(why.contains("no command came within its timeout of 50 ms"), "{why}");
     machine.write(2 * MS, &[true]);
     let steps = state(&name).unwrap().steps;
     let later = until("three more steps", || state(&name).ok().filter(|state| state.steps > steps + 3));
@@ -206,7 +206,7 @@ fn a_plant_with_a_watchdog_makes_itself_safe_and_says_so() {
 #[test]
 fn wrong_options_are_named() {
     assert!(refused(json!({})).contains("'driver'"));
-    assert!(refused(json!({ "driver": { "kind": "plant_process" } })).contains("no driver that a process can run"));
+    assert!(refused(json!({ "driver": { "kind": "plant_process" } })).contains("not a driver that a process can run"));
     assert!(refused(with(loopback(&["a"]), "timeout_ns", 10)).contains("its range is 1 ms to"));
     assert!(refused(with(loopback(&["a"]), "name", "../elsewhere")).contains("letters, digits"));
     assert!(refused(with(loopback(&["a"]), "step_ns", 1)).contains("'step_ns'"));

@@ -88,7 +88,7 @@ fn a_scanner_speaks_by_itself() {
     assert!(counted(&machine, "damaged") >= 4);
     assert_eq!(counted(&machine, "unmatched"), 1);
     assert_eq!(machine.try_read(1000), Ok(()));
-    assert_eq!(machine.try_read(1001), Err(format!("the device at {} has said nothing that was declared for 0.001 ms", &address[4..])));
+    assert_eq!(machine.try_read(1001), Err(format!("the device at {} has sent no declared text for 0.001 ms", &address[4..])));
 }
 
 #[test]
@@ -156,12 +156,12 @@ fn a_printer_is_told_when_a_value_changes() {
 #[test]
 fn options_that_are_wrong_are_named() {
     for (options, why) in [
-        (json!({}), "option 'reads': say what it says"),
-        (json!({ "reads": ["{x"] }), "option 'reads': a '{' in '{x' has no other one"),
+        (json!({}), "option 'reads': give the texts that it sends"),
+        (json!({ "reads": ["{x"] }), "option 'reads': a '{' in '{x' has no counterpart"),
         (json!({ "reads": ["{x}"], "fields": { "y": {} } }), "option 'fields': 'y' is in none of the texts"),
-        (json!({ "reads": ["{x}"], "writes": ["{x}"] }), "'x' is read already"),
+        (json!({ "reads": ["{x}"], "writes": ["{x}"] }), "'x' is already read"),
         (json!({ "reads": ["{age}"] }), "'age' is the name of a channel"),
-        (json!({ "reads": ["{x}"], "end": "" }), "option 'end': a text without an end has a \"length\""),
+        (json!({ "reads": ["{x}"], "end": "" }), "option 'end': a text without an end must have a \"length\""),
         (json!({ "reads": ["{x}"], "length": 0 }), "option 'length': it cannot be 0: its range is 1 to 512"),
         (json!({ "reads": ["{x}"], "address": "tcp/192.0.2.1" }), "has no port"),
     ] {

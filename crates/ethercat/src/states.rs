@@ -84,7 +84,7 @@ pub fn code_name(code: u16) -> &'static str {
         0x0060 => "restarted locally",
         0x0061 => "device identification value updated",
         0x00F0 => "application controller available",
-        _ => "a code of its vendor",
+        _ => "a vendor-specific code",
     }
 }
 

@@ -174,7 +174,7 @@ fn objects_are_read_and_written_beside_the_cycle() {
     let word = json!({ "axis": "y", "index": 0x6040, "value": 15, "bits": 16 });
     assert!(services.is_told_of_stops("write_object"));
     let stopped = services.call_moving("write_object", &word, &|| true).unwrap_err().message;
-    assert_eq!(stopped, "axis 'y': object 0x6040:0 is its control word, and an emergency stop is latched: remove its cause and reset it first");
+    assert_eq!(stopped, "axis 'y': object 0x6040:0 is its control word, but an emergency stop is latched: remove its cause and reset it first");
     assert_eq!(read(0x5555).unwrap_err(), "axis 'y': object 0x5555:0: the subdevice aborted with 0x06020000, the object does not exist");
     let wrong = call(&*services, "read_object", json!({ "axis": "z", "index": 1 })).unwrap_err();
     assert_eq!(wrong, "there is no axis 'z'; the axes are x, y");
@@ -204,7 +204,7 @@ fn wrong_options_are_refused_with_what_to_do() {
     let _ = device::register(&ethercat::DRIVER);
     let refused = |axes: Value| device::open("ethercat", &json!({ "interface": "local:x", "axes": axes })).err().expect("refused").to_string();
     assert!(refused(json!([])).contains("name at least one axis"));
-    assert!(refused(json!([{ "name": "x", "counts": 0 }])).contains("give how many counts are one unit"));
+    assert!(refused(json!([{ "name": "x", "counts": 0 }])).contains("give the number of counts per unit"));
     assert!(refused(json!([{ "name": "x", "counts": 1 }, { "name": "x", "counts": 1 }])).contains("'x' is named twice"));
     assert!(refused(json!([{ "name": "x", "counts": 1 }, { "name": "y", "counts": 1, "at": 0 }])).contains("'x' and 'y' are both at place 0"));
     assert!(refused(json!([{ "name": "x", "counts": 1, "mode": "torque" }])).contains("needs its rated_torque"));

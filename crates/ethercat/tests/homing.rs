@@ -66,7 +66,7 @@ fn an_index_is_found_either_way() {
 #[test]
 fn what_cannot_be_home_is_named() {
     let mut rig = rig();
-    let failed = "axis 'y': homing failed: the drive did not find home, has a fault, or was stopped; see its error and its method";
+    let failed = "axis 'y': homing failed: the drive did not find home, has a fault, or was stopped; check its error and its method";
     assert_eq!(home(&mut rig, json!({ "axis": "y", "method": 17 }), idle).unwrap_err(), failed, "it has no switch");
     rig.exchange(&[]).unwrap();
     assert_eq!(rig.bytes("y.homing"), [3]);
@@ -75,9 +75,9 @@ fn what_cannot_be_home_is_named() {
     assert_eq!(engaged, "axis 'x': it is engaged: disable it, then home it");
     rig.exchange(&[]).unwrap();
     let wrong = home(&mut rig, json!({ "axis": "x", "method": 300 }), idle).unwrap_err();
-    assert_eq!(wrong, "method is -128 to 127");
+    assert_eq!(wrong, "method must be -128 to 127");
     let slow = home(&mut rig, json!({ "axis": "x", "speed": 0.0 }), idle).unwrap_err();
-    assert_eq!(slow, "speed is 0, which is 0 in counts: 1 to 4294967295");
+    assert_eq!(slow, "speed must be 1 to 4294967295 counts, but 0 is 0 counts");
 }
 
 #[test]

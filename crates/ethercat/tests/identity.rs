@@ -21,7 +21,7 @@ fn drives_that_were_swapped_are_named_and_stay_off_until_they_are_back() {
     rig.server.lock().swap(0, 1);
     assert!((0..3).any(|_| rig.exchange(&[]).is_err()), "its drives were without voltage");
     let refused = rig.refusal();
-    assert!(refused.contains("axis 'x' at place 0 is another device than when it was opened first: it is vendor"), "{refused}");
+    assert!(refused.contains("axis 'x' at place 0 is a different device than when it was first opened: it is vendor"), "{refused}");
     assert!(refused.contains("serial 2, and was"), "{refused}");
     assert!(refused.contains("the right one is connected as axis 'y' at place 1: the two are swapped"), "{refused}");
     assert_eq!(rig.server.lock().state(0), Some(State::Init), "nothing was switched on");
@@ -37,7 +37,7 @@ fn a_drive_that_was_replaced_is_taken_when_its_serial_number_is_given() {
     rig.exchange(&[]).unwrap();
     rig.server.lock().swap(0, 2);
     let refused = rig.refusal();
-    assert!(refused.contains("give its option serial (3) or start the program anew"), "{refused}");
+    assert!(refused.contains("give its option serial (3) or restart the program"), "{refused}");
     rig.set_axes(axes(json!({ "serial": 3 })));
     rig.reset();
     rig.exchange(&[]).unwrap();
@@ -55,7 +55,7 @@ fn a_drive_is_compared_with_each_number_of_its_options() {
         wrong[option] = 999.into();
         rig.set_axes(axes(wrong));
         let refused = rig.refusal();
-        let said = format!("axis 'x' at place 0 is another device than its options say: its {option} is {is} ({is:#x}) and not 999");
+        let said = format!("axis 'x' at place 0 is a different device than its options say: its {option} is {is} ({is:#x}), not 999");
         assert!(refused.contains(&said), "{refused}");
     }
     rig.set_axes(json!([{ "name": "x", "counts": COUNTS, "serial": 2 }, { "name": "y", "counts": COUNTS }]));

@@ -139,15 +139,21 @@ fn what_is_wrong_is_said_with_the_terminal_and_its_channel() {
             json!({ "name": "in", "at": 1, "channels": { "door": { "entry": "Chanel 3" } } }),
             "terminal 'in' exchanges no entry 'Chanel 3'; did you mean 'channel_3'?",
         ),
-        (json!({ "name": "in", "at": 1, "channels": { "door": { "entry": "Channel 3", "scale": 2 } } }), "channel 'door' is one bit: it has no scale"),
-        (json!({ "name": "in", "at": 1, "channels": { "door": { "entry": "Channel 3", "safe": true } } }), "channel 'door' is an input: it has no safe value"),
+        (
+            json!({ "name": "in", "at": 1, "channels": { "door": { "entry": "Channel 3", "scale": 2 } } }),
+            "channel 'door' is a single bit: it cannot have a scale",
+        ),
+        (
+            json!({ "name": "in", "at": 1, "channels": { "door": { "entry": "Channel 3", "safe": true } } }),
+            "channel 'door' is an input: it cannot have a safe value",
+        ),
         (
             json!({ "name": "in", "at": 1, "channels": { "a": { "entry": "Channel 3" }, "b": { "entry": "0x6020:1" } } }),
-            "channel 'b' is an entry that another channel is already",
+            "channel 'b' is an entry that another channel already uses",
         ),
-        (json!({ "name": "out", "at": 2, "channels": { "lamp": { "entry": "Channel 1", "safe": 2 } } }), "channel 'lamp' has the safe value 2"),
+        (json!({ "name": "out", "at": 2, "channels": { "lamp": { "entry": "Channel 1", "safe": 2 } } }), "channel 'lamp' cannot have the safe value 2"),
         (json!({ "name": "none", "at": 0 }), "terminal 'none' exchanges nothing"),
-        (json!({ "name": "far", "at": 9 }), "terminal 'far' is to be at place 9, and 5 subdevices answer"),
+        (json!({ "name": "far", "at": 9 }), "terminal 'far' should be at place 9, but 5 subdevices answer"),
         (json!({ "name": "x", "at": 1 }), "'x' is named twice"),
         (json!({ "name": "y", "at": 4 }), "'x' and 'y' are both at place 4"),
     ];

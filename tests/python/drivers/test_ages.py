@@ -105,7 +105,7 @@ def test_a_device_that_tells_nothing_new_is_lost_only_where_an_age_was_asked_for
         device = rtp.physical_device("silent", driver, exchange=rtp.timer("slow", period="10 ms", priority=50))
         if is_lost:
             why = until(lambda: cell.statistics["physical_devices"]["silent"]["lost"], "it is lost")
-            assert "more than 150 ms: it answers too slowly, or tells nothing new" in why
+            assert "more than 150 ms: it answers too slowly, or delivers nothing new" in why
         else:
             until(lambda: cell.read(device["age"])[0] > 1.0, "its readings are old")
             assert cell.statistics["physical_devices"]["silent"]["lost"] is None

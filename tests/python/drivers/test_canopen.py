@@ -70,7 +70,7 @@ def test_a_drive_that_was_switched_off_is_configured_again_and_stays_where_it_is
     x = joint(cell, bus.interface).enable()
     gpac.motion.move_absolute(gpac.Group("arm", x), goal=[1.5])
     bus.power(NODE, False)
-    assert "node 5 (axis 'x') sends no process data for 3 cycles" in lost(cell)
+    assert "node 5 (axis 'x') sent no process data for 3 cycles" in lost(cell)
     bus.power(NODE, True)
     assert bus.drives()[0].state == "pre-operational"
     cell.reset()
@@ -176,7 +176,7 @@ def test_while_an_emergency_stop_is_latched_only_settings_are_written(cell: gpac
         write(axis="x", index=0x6060, value=8, bits=8)
         cell.emergency_stop("tried")
         write(axis="x", index=0x6065, value=777, bits=32)
-        with pytest.raises(gpac.Error, match="object 0x6040:0 is its control word, and an emergency stop is latched"):
+        with pytest.raises(gpac.Error, match="object 0x6040:0 is its control word, but an emergency stop is latched"):
             write(axis="x", index=0x6040, value=15, bits=16)
         cell.reset()
         write(axis="x", index=0x6040, value=6, bits=16)

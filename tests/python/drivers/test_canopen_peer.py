@@ -38,7 +38,7 @@ if user_mode_linux.missing() is None:
     def test_an_emergency_and_a_restart_are_named_and_survived(said: dict[str, Any]) -> None:
         assert "axis 'x' (node 5) has a fault, 0x7121: motor blocked" in said["fault"]
         assert said["recovered"] == [1.5, 0x37]
-        assert "node 5 (axis 'x') has started anew" in said["restarted"]
+        assert "node 5 (axis 'x') has restarted" in said["restarted"]
         assert said["joined"] == [1.5, 0x50, 0x37], "off until it is enabled, and where it was"
 
     def test_the_drive_looks_for_its_home_and_the_axis_goes_on_from_there(said: dict[str, Any]) -> None:

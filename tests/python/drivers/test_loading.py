@@ -64,7 +64,7 @@ def test_a_folder_has_a_driver_for_each_file(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("text", "words"),
     [
-        ('DRIVER(axis, "One axis.", optoin_number(gain, 1.0, "gain"))', "is not an item of a driver: the words are"),
+        ('DRIVER(axis, "One axis.", optoin_number(gain, 1.0, "gain"))', "is not an item of a driver: use "),
         ("int x = ;", "expected expression"),
         ("", "it has no driver: declare one with DRIVER"),
         ("__attribute__((constructor)) static void f(void) { __builtin_trap(); }", "crashed the process that tried it: SIG"),

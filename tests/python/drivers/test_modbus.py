@@ -212,7 +212,7 @@ def test_the_search_finds_units_on_a_line_and_devices_at_addresses() -> None:
     with gpac.drivers.fake.modbus() as one, gpac.drivers.fake.modbus() as other:
         found = gpac.drivers.scan("modbus", address=f"{one.address}, {other.address}", answer_ns=30_000_000_000)
         assert [one["options"]["address"] for one in found] == [one.address, other.address]
-    with pytest.raises(gpac.Error, match="say where to look"):
+    with pytest.raises(gpac.Error, match="give the place to search"):
         gpac.drivers.scan("modbus")
 
 
@@ -228,7 +228,7 @@ def test_a_device_that_nothing_makes_safe_is_named_when_it_is_enabled(caplog: py
         valve, lamp = DigitalOutput("valve", plc["valve"]), DigitalOutput("lamp", plc["lamp"])
         for output in (valve, lamp):
             output.enable()
-        said = [record.getMessage() for record in caplog.records if "goes on under its last commands" in record.getMessage()]
+        said = [record.getMessage() for record in caplog.records if "continues under its last commands" in record.getMessage()]
         assert len(said) == 1 and "'plc'" in said[0], "once, and of a simulation nothing"
         assert [entry["about"] for entry in cell.log() if entry["kind"] == "guard"] == ["plc"]
         assert plc.about["unguarded"] and not arm.about.get("unguarded")

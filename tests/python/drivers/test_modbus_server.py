@@ -141,10 +141,10 @@ def test_it_listens_on_this_host_unless_told(port: int) -> None:
     with gpac.System("cell", clock="virtual") as cell:
         rtp = cell.processor("rtp0")
         slow = rtp.timer("slow", period="10 ms", priority=60)
-        with pytest.raises(gpac.Error, match=re.escape("say to_network=true")):
+        with pytest.raises(gpac.Error, match=re.escape("set to_network=true")):
             rtp.physical_device("line", gpac.drivers.modbus_server("tcp/0.0.0.0:1502", channels=CHANNELS), exchange=slow)
         made = gpac.drivers.modbus_server(f"tcp/0.0.0.0:{port}", channels=CHANNELS, to_network=True)
         assert rtp.physical_device("line", made, exchange=slow)["busy"] is not None
         wrong = {"x": {"input": 0}}
-        with pytest.raises(gpac.Error, match="a client cannot write what is input, so nothing comes in there"):
+        with pytest.raises(gpac.Error, match='a client cannot write to the table "input", so this channel would get no values'):
             rtp.physical_device("other", gpac.drivers.modbus_server("tcp/127.0.0.1:1502", channels=wrong), exchange=slow)

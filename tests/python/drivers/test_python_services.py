@@ -150,7 +150,7 @@ def test_a_service_that_a_stop_overtakes_on_its_way_moves_nothing(tmp_path: Path
         until(lambda: cell.statistics["sources"][slow.name]["firings"] > firings + 1, "its source has seen the stop")
         (tmp_path / "pauses").unlink()
         calling.join()
-        assert "service 'open_door' moves the machine, and" in refused[0]
+        assert "service 'open_door' moves the machine, but" in refused[0]
         until(lambda: "safe" in (tmp_path / "told").read_text(), "it is in its safe state")
         assert "door" not in (tmp_path / "told").read_text()
 

@@ -63,7 +63,8 @@ def test_a_service_says_what_it_is(drives: PhysicalDevice) -> None:
     assert str(inspect.signature(place)) == "(part: str, position: float | None = None) -> None"
     assert (
         inspect.getdoc(place)
-        == "Puts a part somewhere, at once.\n\npart: its name.\nposition: where it is from the next reading on, rad; default: 0."
+        == "Moves a part to a position at once.\n\npart: name of the part.\n"
+        "position: its position from the next reading on, rad; default: 0."
     )
     assert repr(drives.services) == "services of drives: place, hold"
     assert "hold(seconds: float) -> float" in str(drives.services)
@@ -75,11 +76,11 @@ def test_what_is_wrong_with_a_service_is_said(drives: PhysicalDevice) -> None:
         drives.services.plce(part="x")
     with pytest.raises(gpac.CallError, match="argument 'prt': the service has no such argument; did you mean 'part'"):
         drives.services.place(prt="x")
-    with pytest.raises(gpac.CallError, match="argument 'part': it is missing; give a text: its name"):
+    with pytest.raises(gpac.CallError, match="argument 'part': it is missing; give a string: name of the part"):
         drives.services.place()
     with pytest.raises(gpac.CallError, match="takes 1 arguments, not 2"):
         drives.services.hold(1, 2)
-    with pytest.raises(gpac.DeviceFailed, match="has not carried out service 'place': there is no part 'y', but x"):
+    with pytest.raises(gpac.DeviceFailed, match="did not carry out service 'place': there is no part 'y', only x"):
         drives.services.place("y")
     with pytest.raises(_native.Refused, match="has no service 'plce'"):
         drives.system._alive().device_service("drives", "plce")
@@ -115,7 +116,7 @@ def test_a_driver_counts(drives: PhysicalDevice) -> None:
     assert "readings" in str(cell.statistics.counters())
     shown = repr(drives._table())
     assert "safe state: each output carries its safe value, by driver" in shown
-    assert "how often it was read" in shown
+    assert "number of readings" in shown
 
 
 def test_a_device_that_is_opened_again_has_the_services_of_its_new_driver() -> None:

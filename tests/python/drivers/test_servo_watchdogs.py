@@ -76,7 +76,7 @@ def test_the_driver_sets_it_with_the_torque_and_tells_when_it_has_tripped() -> N
         assert "was stopped by its own watchdog" in ended.value.message, "what the motion raises says why"
         assert (
             "servo 'a' (id 1)" in (told := str(cell.log()))
-            and "was stopped by its own watchdog: nothing was asked on the line for 100 ms" in told
+            and "was stopped by its own watchdog: there was no request on the line for 100 ms" in told
         )
         cell.reset()
         joint.enable()

@@ -123,8 +123,8 @@ impl NodeSetup<'_> {
     fn wrong(&self, index: u16, sub: u8, why: &SdoError) -> String {
         let title = &self.title;
         match why {
-            SdoError::Silent => format!("{title} does not answer; look at its power, its number, the bit rate and the terminating resistors"),
-            SdoError::Link(error) => format!("{title} is not reached: {error}; is the interface up?"),
+            SdoError::Silent => format!("{title} does not answer; check its power, its number, the bit rate and the terminating resistors"),
+            SdoError::Link(error) => format!("{title} cannot be reached: {error}; check that the interface is up"),
             _ => format!("{title} object {index:#06x}:{sub}: {why}"),
         }
     }
@@ -162,7 +162,7 @@ impl NodeSetup<'_> {
         let profile = self.read(0x1000, 0)? & 0xFFFF;
         let (wanted, kind) = if station.mode().is_some() { (DRIVES, "drive by CiA 402") } else { (MODULES, "module by CiA 401") };
         if profile != wanted {
-            return Err(format!("{title} is no {kind}: it is of profile {profile}"));
+            return Err(format!("{title} is not a {kind}: its profile is {profile}"));
         }
         if let Some(eds) = &station.eds {
             for (sub, what, expected) in [(1, "vendor", eds.vendor), (2, "product", eds.product)] {
@@ -170,7 +170,7 @@ impl NodeSetup<'_> {
                 if let (Some(expected), Some(is)) = (expected, is)
                     && expected != is
                 {
-                    return Err(format!("{title} is not what its EDS file describes: its {what} is {is:#010x}, that of the file {expected:#010x}"));
+                    return Err(format!("{title} does not match its EDS file: its {what} is {is:#010x}, but that of the file is {expected:#010x}"));
                 }
             }
         }
@@ -178,7 +178,7 @@ impl NodeSetup<'_> {
         let Some(mode) = station.mode() else { return Ok(()) };
         match self.try_read(0x6502, 0)? {
             Some(modes) if modes >> (mode as u32 - 1) & 1 == 0 => {
-                Err(format!("{title} has no mode {} (cyclic synchronous {mode:?}); object 0x6502 says which it has", mode as u8))
+                Err(format!("{title} has no mode {} (cyclic synchronous {mode:?}); read object 0x6502 for the modes that it has", mode as u8))
             }
             _ => Ok(()),
         }
@@ -190,7 +190,7 @@ impl NodeSetup<'_> {
         for (index, needed, what) in groups {
             let has = self.try_read(index, 0)?.unwrap_or(0);
             if has < needed.into() {
-                return Err(format!("{} has {has} {what} (object {index:#06x}:0), and a channel needs number {needed}", self.title));
+                return Err(format!("{} has {has} {what} (object {index:#06x}:0), but a channel needs number {needed}", self.title));
             }
         }
         Ok(())
@@ -203,7 +203,7 @@ impl NodeSetup<'_> {
         let consumed = if is_watched { u32::from(terms.own_node) << 16 | u32::from(ms(terms.timeout_ns)) } else { 0 };
         let has_watchdog = self.try_write(0x1016, 1, &consumed.to_le_bytes())?;
         if is_watched && !has_watchdog {
-            return Err(format!("{} cannot watch for this controller: it refuses object 0x1016:1; with \"watchdog\": false it is used without", self.title));
+            return Err(format!("{} cannot monitor this controller: it refuses object 0x1016:1; set \"watchdog\": false to use it without", self.title));
         }
         Ok(())
     }

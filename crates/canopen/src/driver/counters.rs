@@ -4,14 +4,14 @@
 device::counters! {
     /// Counters of the driver.
     pub(super) enum Count {
-        Cycles: "cycles", "", "SYNCs that were sent";
+        Cycles: "cycles", "", "SYNCs sent";
         Lost: "frames_lost", "", "process data that a node did not send by the next cycle";
-        Refused: "frames_refused", "", "frames that came and were not as they were configured: another length, 29 bits, unknown states";
-        Unsent: "frames_unsent", "", "frames that the interface did not take: its queue is full, or it is down";
-        Overflowed: "frames_overflowed", "", "frames that came and that this host had no room for";
+        Refused: "frames_refused", "", "frames received that did not match the configuration: another length, 29 bits, unknown states";
+        Unsent: "frames_unsent", "", "frames that the interface did not accept: its queue is full, or it is down";
+        Overflowed: "frames_overflowed", "", "frames received for which this host had no room";
         Emergencies: "emergencies", "", "emergency messages of nodes";
         Missed: "heartbeats_missed", "", "heartbeats of nodes that did not come in time";
-        Passive: "error_passive", "", "reports that the adapter is error passive: frames are not acknowledged, or disturbed";
+        Passive: "error_passive", "", "reports that the adapter is error passive: frames are not acknowledged, or are disturbed";
         BusOff: "bus_off", "", "reports that the adapter has left the bus";
     }
 }

@@ -30,19 +30,19 @@ pub static DRIVER: Declaration = Declaration {
     services: &SERVICES,
     counters: Count::WORDS,
     scan: Some(scan),
-    ..Declaration::new("canopen", "drives by CiA 402 on CANopen, an axis each, and modules by CiA 401", &OPTIONS, open)
+    ..Declaration::new("canopen", "drives by CiA 402 on CANopen, one axis each, and modules by CiA 401", &OPTIONS, open)
 };
 
 /// Access of the driver to the electronic data sheets of axes and modules.
 const SHEETS: Reach = Reach::Entries(&[("eds", Reach::File)]);
 
 const OPTIONS: [OptionWord; 8] = [
-    OptionWord::needed("interface", Kind::Text, "the interface of SocketCAN, `can0`; or `local:NAME` of an emulated bus, `emulated` for one of its own"),
+    OptionWord::needed("interface", Kind::Text, "the interface of SocketCAN, `can0`; or `local:NAME` of an emulated bus, `emulated` for a new one"),
     OptionWord::with_default(
         "axes",
         Kind::List,
         "none",
-        "a table each: name, node, counts (to a unit of position); and mode, unit, speed_max, range, rated_torque, offset, brake, operating_within_s, watchdog, pdos, eds, vendor, product, revision, serial",
+        "a table each: name, node, counts (per unit of position); and mode, unit, speed_max, range, rated_torque, offset, brake, operating_within_s, watchdog, pdos, eds, vendor, product, revision, serial",
     )
     .entries(&[&axis::FIELDS, &NODE])
     .reaches(SHEETS),
@@ -54,16 +54,16 @@ const OPTIONS: [OptionWord; 8] = [
     )
     .entries(&[&axis::IDENTITY, &NODE, &MODULE])
     .reaches(SHEETS),
-    OptionWord::with_default("cycle_ns", Kind::Whole, "10 ms", "the period of the source that exchanges it, as the drives are told")
+    OptionWord::with_default("cycle_ns", Kind::Whole, "10 ms", "the period of the source that exchanges it, as sent to the drives")
         .unit("ns")
         .within(2.5e5, 1e9),
-    OptionWord::with_default("timeout_ns", Kind::Whole, "100 ms", "the watchdog of the drives: without a heartbeat for so long they stop by themselves")
+    OptionWord::with_default("timeout_ns", Kind::Whole, "100 ms", "the watchdog of the drives: after this time without a heartbeat they stop by themselves")
         .unit("ns")
         .within(1e6, TOLD_NS_MAX as f64),
-    OptionWord::with_default("heartbeat_ns", Kind::Whole, "100 ms", "how often drives say that they are there; the third that is missed loses the device")
+    OptionWord::with_default("heartbeat_ns", Kind::Whole, "100 ms", "interval between heartbeats of the drives; the third one missed loses the device")
         .unit("ns")
         .within(1e6, TOLD_NS_MAX as f64),
-    OptionWord::with_default("lost_after", Kind::Whole, "3", "so many cycles without process data one after another mean that the device is lost").within(1.0, u32::MAX as f64),
+    OptionWord::with_default("lost_after", Kind::Whole, "3", "number of consecutive cycles without process data after which the device is lost").within(1.0, u32::MAX as f64),
     OptionWord::with_default("own_node", Kind::Whole, "127", "the number of this controller on the bus").within(1.0, NODE_MAX as f64),
 ];
 
@@ -72,10 +72,10 @@ const NODE: [OptionWord; 1] = [OptionWord::needed("node", Kind::Whole, "its numb
 const MODULE: [OptionWord; 1] = [OptionWord::needed("channels", Kind::Table, "by name").entries(&[&CHANNEL, &device::counts::WORDS])];
 const ELSE: &str = "another terminal is given";
 const CHANNEL: [OptionWord; 4] = [
-    OptionWord::with_default("input", Kind::Whole, ELSE, "the digital input that it is").within(0.0, DIGITAL_MAX as f64 - 1.0),
-    OptionWord::with_default("output", Kind::Whole, ELSE, "the digital output that it is").within(0.0, DIGITAL_MAX as f64 - 1.0),
-    OptionWord::with_default("analog_input", Kind::Whole, ELSE, "the analog input that it is").within(0.0, ANALOG_MAX as f64 - 1.0),
-    OptionWord::with_default("analog_output", Kind::Whole, ELSE, "the analog output that it is").within(0.0, ANALOG_MAX as f64 - 1.0),
+    OptionWord::with_default("input", Kind::Whole, ELSE, "number of the digital input").within(0.0, DIGITAL_MAX as f64 - 1.0),
+    OptionWord::with_default("output", Kind::Whole, ELSE, "number of the digital output").within(0.0, DIGITAL_MAX as f64 - 1.0),
+    OptionWord::with_default("analog_input", Kind::Whole, ELSE, "number of the analog input").within(0.0, ANALOG_MAX as f64 - 1.0),
+    OptionWord::with_default("analog_output", Kind::Whole, ELSE, "number of the analog output").within(0.0, ANALOG_MAX as f64 - 1.0),
 ];
 
 fn open(given: &GivenOptions<'_>) -> Result<OpenedDriver, DriverError> {
@@ -130,7 +130,7 @@ const MODULES: u32 = 401;
 
 fn scan(given: &GivenOptions<'_>) -> Result<Vec<FoundDevice>, DriverError> {
     let Where { interface: Some(interface) } = given.read()? else {
-        return Err(given.wrong("interface", "it is missing; give the interface of SocketCAN to look at: `ip link` lists them"));
+        return Err(given.wrong("interface", "it is missing; give the interface of SocketCAN to search: `ip link` lists them"));
     };
     let failed = |error: std::io::Error| DriverError::Failed(format!("interface '{interface}': {error}"));
     let bus = Interface::of(&interface, Vec::new);

@@ -119,7 +119,7 @@ impl CanOpen {
                 self.receive(0).map_err(|error| self.on(error))?;
                 let Some(silent) = self.stations.iter().find(|station| !station.heard.is_fresh && station.answers()) else { return Ok(()) };
                 if Instant::now() > end {
-                    return Err(format!("{} sends no process data within {} s of its start", silent.title(), TO_OPERATION.as_secs()));
+                    return Err(format!("{} sent no process data within {} s of its start", silent.title(), TO_OPERATION.as_secs()));
                 }
                 if Instant::now() > until {
                     break;
@@ -210,7 +210,7 @@ impl CanOpen {
     fn lost(&mut self, now_ns: i64) -> Option<String> {
         if self.is_bus_off {
             return Some(
-                self.on("the adapter has left the bus (bus off): look at the cables, the terminating resistors and the bit rate; then reset the device"),
+                self.on("the adapter has left the bus (bus off): check the cables, the terminating resistors and the bit rate; then reset the device"),
             );
         }
         for station in &mut self.stations {
@@ -223,10 +223,10 @@ impl CanOpen {
             self.counters.add(Count::Missed, beats);
             let what = match missing {
                 None => continue,
-                Some(Missing::Left(NodeState::BootUp)) => "has started anew: it was without power, or was reset".to_owned(),
+                Some(Missing::Left(NodeState::BootUp)) => "has restarted: it lost its power, or was reset".to_owned(),
                 Some(Missing::Left(state)) => format!("has left operation: it is {state}"),
-                Some(Missing::Cycles) => format!("sends no process data for {} cycles: its cable is out, or it has no power", station.heard.cycles),
-                Some(Missing::Beats) => "has missed its heartbeat: its cable is out, or it has no power".to_owned(),
+                Some(Missing::Cycles) => format!("sent no process data for {} cycles: its cable is unplugged, or it has no power", station.heard.cycles),
+                Some(Missing::Beats) => "missed its heartbeat: its cable is unplugged, or it has no power".to_owned(),
             };
             return Some(format!("{} {what}", station.title()));
         }
@@ -253,7 +253,7 @@ impl Driver for CanOpen {
         let late = self.written_ns.is_some_and(|written| release_ns - written > self.terms.timeout_ns);
         if late && self.stations.iter().any(|station| station.is_watched) {
             return Err(DeviceError {
-                message: format!("its nodes have stopped by themselves: no command came for their timeout of {} ms", self.terms.timeout_ns as f64 * 1e-6),
+                message: format!("its nodes stopped by themselves: no command came within their timeout of {} ms", self.terms.timeout_ns as f64 * 1e-6),
             });
         }
         if let Some(message) = self.lost(release_ns) {

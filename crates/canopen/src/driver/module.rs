@@ -54,7 +54,7 @@ pub struct Module {
 impl Module {
     pub fn new(options: &ModuleOptions, layout: &mut Layout) -> Module {
         let (mut inputs, mut outputs) = (Vec::new(), Vec::new());
-        let error = Channel::read(format!("{}.error", options.name), Type::of(Number::Uint16)).doc("code of its latest emergency; 0 where it has none");
+        let error = Channel::read(format!("{}.error", options.name), Type::of(Number::Uint16)).doc("code of its latest emergency; 0 if it has none");
         let error = layout.add(error);
         for (name, of) in &options.channels {
             let wired = ChannelPlace::new(of);

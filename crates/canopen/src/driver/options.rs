@@ -165,9 +165,9 @@ impl ChannelOptions {
 
     fn problem(&self) -> Option<String> {
         let terminals: Vec<Terminal> = self.terminals().collect();
-        let [terminal] = terminals[..] else { return Some("is one of input, output, analog_input and analog_output".to_owned()) };
+        let [terminal] = terminals[..] else { return Some("must be one of input, output, analog_input and analog_output".to_owned()) };
         match self.rest.keys().next() {
-            Some(field) => Some(format!("has no {field}; beside its terminal a channel has scale, offset, unit and safe")),
+            Some(field) => Some(format!("has no {field}; besides its terminal a channel has only scale, offset, unit and safe")),
             None => self.of.problem(terminal.is_digital(), !terminal.is_input()),
         }
     }
@@ -218,7 +218,7 @@ fn check_modules(options: &Options) -> Result<(), String> {
         let name = &module.name;
         for (channel, of) in &module.channels {
             if channel == "error" {
-                return Err(format!("'{name}': its channel 'error' is that of its emergencies; give this one another name"));
+                return Err(format!("'{name}': its channel 'error' is reserved for its emergencies; give this one another name"));
             }
             if let Some(problem) = of.problem() {
                 return Err(format!("'{name}': channel '{channel}' {problem}"));
@@ -236,10 +236,10 @@ fn check_nodes(options: &Options) -> Result<(), String> {
     let axes = options.axes.iter().map(|of| (of.axis.name.as_str(), of.node));
     let nodes: Vec<(&str, u8)> = axes.chain(options.modules.iter().map(|of| (of.name.as_str(), of.node))).collect();
     if nodes.is_empty() || nodes.len() > NODES_MAX {
-        return Err(format!("{} are named; 1 to {NODES_MAX} axes and modules are on a bus", nodes.len()));
+        return Err(format!("{} are named; a bus must have 1 to {NODES_MAX} axes and modules", nodes.len()));
     }
     if let Some((name, node)) = nodes.iter().find(|(_, node)| *node == options.own_node) {
-        return Err(format!("'{name}': node {node} is this controller (own_node)"));
+        return Err(format!("'{name}': node {node} is the number of this controller (own_node); give one of them another number"));
     }
     given_twice(&nodes, |node| format!("node {node}")).map_or(Ok(()), Err)
 }

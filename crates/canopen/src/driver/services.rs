@@ -13,41 +13,41 @@ const NODE: OptionWord = OptionWord::needed("axis", Kind::Text, "the name of the
 const OBJECT: OptionWord =
     OptionWord::with_default("object", Kind::Text, "that of index and sub", "its name in the EDS file: `Position actual value`, `Identity object.Vendor-ID`");
 const INDEX: OptionWord =
-    OptionWord::with_default("index", Kind::Whole, "that of object", "the index of the object, 0x6064 is a drive's position").within(0.0, 65535.0);
+    OptionWord::with_default("index", Kind::Whole, "that of object", "the index of the object; 0x6064 is a drive's position").within(0.0, 65535.0);
 const SUB: OptionWord = OptionWord::with_default("sub", Kind::Whole, "0", "the subindex").within(0.0, 255.0);
 
 pub const SERVICES: [ServiceWord; 6] = [
     ServiceWord {
         name: "read_object",
-        doc: "reads an object of a node: its bytes, as a number where it has up to 8, and by its EDS file as that type",
+        doc: "reads an object of a node: its bytes, also as a number if it has up to 8, and with an EDS file as that type",
         arguments: &[NODE, INDEX, SUB, OBJECT],
         answer: Some(Kind::Table),
         moves: false,
     },
     ServiceWord {
         name: "write_object",
-        doc: "writes an object of a node; while an emergency stop is latched, none that moves it or says how it stops",
+        doc: "writes an object of a node; while an emergency stop is latched, none that moves it or defines how it stops",
         arguments: &[
             NODE,
             INDEX,
             SUB,
             OBJECT,
             OptionWord::needed("value", Kind::Whole, "its value").within(-9.3e18, 1.9e19),
-            OptionWord::with_default("bits", Kind::Whole, "that of object", "8, 16, 32 or 64: how long it is").within(8.0, 64.0),
+            OptionWord::with_default("bits", Kind::Whole, "that of object", "8, 16, 32 or 64: its length").within(8.0, 64.0),
         ],
         answer: None,
         moves: false,
     },
     ServiceWord {
         name: "nmt",
-        doc: "tells a node to change its state; one that leaves operation loses the device",
+        doc: "commands a node to change its state; a node that leaves operation loses the device",
         arguments: &[NODE, OptionWord::needed("command", Kind::Text, "start, stop, pre_operational, reset or reset_communication")],
         answer: None,
         moves: false,
     },
     ServiceWord {
         name: "save",
-        doc: "has a node store its settings (object 0x1010), so that they outlast its power",
+        doc: "makes a node store its settings (object 0x1010), so that they survive a power cycle",
         arguments: &[NODE],
         answer: None,
         moves: false,
@@ -90,7 +90,7 @@ impl Beside {
             }
             "nmt" => {
                 let command = arguments["command"].as_str().and_then(Command::named);
-                let command = command.ok_or_else(|| format!("command is {}", Command::NAMES))?;
+                let command = command.ok_or_else(|| format!("command must be {}", Command::NAMES))?;
                 self.shared.on(node, |nodes| nodes.client.send(&command.frame(nodes.of_axes[node])).map_err(|error| error.to_string()))?;
                 Ok(Value::Null)
             }
@@ -105,12 +105,12 @@ impl Beside {
     fn object(&self, node: usize, service: &str, arguments: &Value, is_stopped: &dyn Fn() -> bool) -> Result<Value, String> {
         let Some(name) = arguments["object"].as_str() else {
             if arguments["index"].is_null() {
-                return Err("give an index, or with an EDS file an object by its name".to_owned());
+                return Err("give an index, or, with an EDS file, the name of an object".to_owned());
             }
             return self.shared.carry_out(service, arguments, is_stopped);
         };
         let Some(eds) = &self.data_sheets[node] else {
-            return Err(format!("object '{name}' is known by a name only from an EDS file: give the node one (option eds), or the object's index"));
+            return Err(format!("object '{name}' cannot be found by its name without an EDS file: give the node one (option eds), or give the object's index"));
         };
         let (of, object) = eds.named(name)?;
         let mut arguments = arguments.clone();

@@ -23,18 +23,18 @@ impl Channels {
         let torque_unit = if options.rated_torque.is_some() { force } else { "" };
         let mut read = |what: &str, of: Type, unit: &str, doc: &str| layout.add(Channel::read(format!("{name}.{what}"), of).unit(unit).doc(doc));
         let position = read("position", Type::DOUBLE, unit, "position");
-        let velocity = read("velocity", Type::DOUBLE, speed, "velocity; 0 where the drive does not send it");
-        let torque = read("torque", Type::DOUBLE, torque_unit, "torque; without rated_torque as a part of the rated one");
-        let bias = (options.mode == CommandKind::Torque).then(|| read("bias", Type::DOUBLE, force, "effort that holds it: not known, 0"));
+        let velocity = read("velocity", Type::DOUBLE, speed, "velocity; 0 if the drive does not send it");
+        let torque = read("torque", Type::DOUBLE, torque_unit, "torque; without rated_torque as a fraction of the rated torque");
+        let bias = (options.mode == CommandKind::Torque).then(|| read("bias", Type::DOUBLE, force, "effort that holds the axis: not known, 0"));
         let status = read("status", Type::of(Number::Uint16), "", "status word of the drive");
-        let error = read("error", Type::of(Number::Uint16), "", "error code of the drive; 0 where it has none");
+        let error = read("error", Type::of(Number::Uint16), "", "error code of the drive; 0 if it has none");
         let homing = read("homing", Type::of(Number::Uint8), "", "0 not yet, 1 on the way home, 2 home, 3 home was not found");
-        let operating = read("operating", Type::BOOL, "", "whether the drive is in operation and follows what it is told");
+        let operating = read("operating", Type::BOOL, "", "whether the drive is in operation and follows its commands");
         let write = |what: &str, unit: &str, doc: &str| Channel::write(format!("{name}.{what}"), Type::DOUBLE).unit(unit).doc(doc);
         let command = match options.mode {
-            CommandKind::Position => write("goal", unit, "where it is to be; NaN: it stays").safe(f64::NAN.to_ne_bytes().to_vec()),
-            CommandKind::Velocity => write("rate", speed, "how fast it is to move"),
-            CommandKind::Torque => write("effort", force, "torque that it is to make"),
+            CommandKind::Position => write("goal", unit, "goal position; NaN: it stays").safe(f64::NAN.to_ne_bytes().to_vec()),
+            CommandKind::Velocity => write("rate", speed, "commanded velocity"),
+            CommandKind::Torque => write("effort", force, "commanded torque"),
         };
         Channels { position, velocity, torque, bias, status, error, homing, operating, command: layout.add(command) }
     }

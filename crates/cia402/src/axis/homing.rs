@@ -8,20 +8,25 @@ use serde_json::Value;
 use std::sync::atomic::{AtomicU8, AtomicU64, Ordering};
 use std::time::{Duration, Instant};
 
-const OWN: &str = "as the drive has it";
+const OWN: &str = "as set in the drive";
 
 pub const HOME: ServiceWord = ServiceWord {
     name: "home",
-    doc: "has a drive look for its home, and waits until it is there; its axis must not be engaged",
+    doc: "makes a drive find its home, and waits until it is there; its axis must not be engaged",
     arguments: &[
         OptionWord::needed("axis", Kind::Text, "the name of the axis"),
-        OptionWord::with_default("method", Kind::Whole, OWN, "method of CiA 402: 35 is here, 17 and 18 the switch at an end, 33 and 34 the next index")
-            .within(-128.0, 127.0),
+        OptionWord::with_default(
+            "method",
+            Kind::Whole,
+            OWN,
+            "method of CiA 402: 35 is the present position, 17 and 18 the switch at an end, 33 and 34 the next index",
+        )
+        .within(-128.0, 127.0),
         OptionWord::with_default("speed", Kind::Number, OWN, "speed towards the switch, units of the axis per second").above(0.0, 1e6),
         OptionWord::with_default("speed_zero", Kind::Number, OWN, "speed towards the index, units of the axis per second").above(0.0, 1e6),
-        OptionWord::with_default("acceleration", Kind::Number, OWN, "units of the axis per second squared").above(0.0, 1e9),
-        OptionWord::with_default("position", Kind::Number, OWN, "position that home has, units of the axis").within(-1e9, 1e9),
-        OptionWord::with_default("timeout_s", Kind::Number, "60", "longer it may not take").unit("s").above(0.0, 3600.0),
+        OptionWord::with_default("acceleration", Kind::Number, OWN, "acceleration, units of the axis per second squared").above(0.0, 1e9),
+        OptionWord::with_default("position", Kind::Number, OWN, "position of home, units of the axis").within(-1e9, 1e9),
+        OptionWord::with_default("timeout_s", Kind::Number, "60", "time limit").unit("s").above(0.0, 3600.0),
     ],
     answer: None,
     moves: true,
@@ -160,14 +165,14 @@ impl Homes {
         let entry = |index, sub| Entry { index, sub };
         let mut objects = Vec::new();
         if !arguments["method"].is_null() {
-            let method = arguments["method"].as_i64().and_then(|method| i8::try_from(method).ok()).ok_or("method is -128 to 127")?;
+            let method = arguments["method"].as_i64().and_then(|method| i8::try_from(method).ok()).ok_or("method must be -128 to 127")?;
             objects.push((entry(0x6098, 0), method.to_le_bytes().to_vec()));
         }
         for (name, index, sub) in [("speed", 0x6099, 1), ("speed_zero", 0x6099, 2), ("acceleration", 0x609A, 0)] {
             let Some(value) = arguments[name].as_f64() else { continue };
             let in_counts = value * counts.abs();
             if !(1.0..=f64::from(u32::MAX)).contains(&in_counts) {
-                return Err(format!("{name} is {value}, which is {in_counts} in counts: 1 to {}", u32::MAX));
+                return Err(format!("{name} must be 1 to {} counts, but {value} is {in_counts} counts", u32::MAX));
             }
             objects.push((entry(index, sub), (in_counts as u32).to_le_bytes().to_vec()));
         }
@@ -184,7 +189,7 @@ impl Homes {
     pub fn go(&self, axis: usize, ServiceStart(begun): ServiceStart, arguments: &Value) -> Result<Value, String> {
         let timeout_s = arguments["timeout_s"].as_f64().unwrap_or(TIMEOUT_S);
         if matches!(self.asked(axis), HomingProgress::Home | HomingProgress::GoingOn) {
-            return Err("it is on its way home already".to_owned());
+            return Err("it is already on its way home".to_owned());
         }
         self.begun[axis].store(begun, Ordering::Release);
         self.answer(axis, HomingProgress::Home);
@@ -193,7 +198,7 @@ impl Homes {
             match self.asked(axis) {
                 HomingProgress::Attained => return Ok(Value::Null),
                 HomingProgress::Failed => {
-                    return Err("homing failed: the drive did not find home, has a fault, or was stopped; see its error and its method".to_owned());
+                    return Err("homing failed: the drive did not find home, has a fault, or was stopped; check its error and its method".to_owned());
                 }
                 HomingProgress::Engaged => return Err("it is engaged: disable it, then home it".to_owned()),
                 HomingProgress::NotExchanged => return Err("its drive does not exchange its mode, 0x6060 and 0x6061; let the driver write the PDOs".to_owned()),

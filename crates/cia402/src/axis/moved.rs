@@ -87,13 +87,13 @@ impl Axis {
         let within_s = self.operating_within_s;
         if commander.awaited_s() > within_s {
             return Some(format!(
-                "{title} did not come into operation within {within_s} s of being enabled: it is in '{state}', error {code:#06x}; look at its enable \
+                "{title} did not come into operation within {within_s} s of being enabled: it is in '{state}', error {code:#06x}; check its enable \
                  input and its supply, then reset the device"
             ));
         }
         commander
             .has_dropped()
-            .then(|| format!("{title} has left operation by itself: it is in '{state}', error {code:#06x}; look at its enable input, then reset the device"))
+            .then(|| format!("{title} has left operation by itself: it is in '{state}', error {code:#06x}; check its enable input, then reset the device"))
     }
 
     /// Describes the state of the axis when its drive has detected a following error, and the remedy.
@@ -103,8 +103,8 @@ impl Axis {
             thousandths => format!(" with {:.1} % of its rated torque", f64::from(thousandths) * 0.1),
         };
         format!(
-            "; it is at {:.6}{torque}, and the drive has the error (0x60F4) and its limit (0x6065): move with less speed= or acceleration=, look for what \
-             blocks the axis and at its torque limit (0x6072), or allow more in 0x6065",
+            "; it is at {:.6}{torque}; read the error (0x60F4) and its limit (0x6065) in the drive; move with less speed= or acceleration=, find what \
+             blocks the axis, check its torque limit (0x6072), or raise 0x6065",
             self.commander.position()
         )
     }

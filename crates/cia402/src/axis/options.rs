@@ -48,19 +48,19 @@ const U32: f64 = u32::MAX as f64;
 /// Options that an axis has on every bus.
 pub const FIELDS: [OptionWord; 14] = [
     OptionWord::needed("name", Kind::Text, "its name"),
-    OptionWord::needed("counts", Kind::Number, "counts to a unit of position, negative to turn it round").within(-1e12, 1e12),
-    OptionWord::with_default("mode", Kind::Text, "position", "what it is commanded by: position, velocity or torque"),
+    OptionWord::needed("counts", Kind::Number, "counts per unit of position, negative to reverse the axis").within(-1e12, 1e12),
+    OptionWord::with_default("mode", Kind::Text, "position", "its command: position, velocity or torque"),
     OptionWord::with_default("unit", Kind::Text, "rad", "unit of its position: rad or m"),
     OptionWord::with_default("speed_max", Kind::Number, "no limit", "units of position per second").above(0.0, 1e6),
     OptionWord::with_default("range", Kind::List, "no limit", "minimum and maximum position").within(-1e9, 1e9),
     OptionWord::with_default("rated_torque", Kind::Number, "none", "N.m or N").above(0.0, 1e5),
     OptionWord::with_default("offset", Kind::Number, "0", "counts at position 0").within(-1e12, 1e12),
     OptionWord::with_default("brake", Kind::Table, "none", "the output of its brake").fields(&[&brake::FIELDS]),
-    OptionWord::with_default("operating_within_s", Kind::Number, "3", "how long its drive may take to come into operation").unit("s").above(0.0, 3600.0),
-    OptionWord::with_default("vendor", Kind::Whole, "not compared", "its drive's vendor").within(0.0, U32),
-    OptionWord::with_default("product", Kind::Whole, "not compared", "its drive's product code").within(0.0, U32),
-    OptionWord::with_default("revision", Kind::Whole, "not compared", "its drive's revision").within(0.0, U32),
-    OptionWord::with_default("serial", Kind::Whole, "not compared", "its drive's serial number").within(0.0, U32),
+    OptionWord::with_default("operating_within_s", Kind::Number, "3", "time limit for its drive to come into operation").unit("s").above(0.0, 3600.0),
+    OptionWord::with_default("vendor", Kind::Whole, "not compared", "vendor of its drive").within(0.0, U32),
+    OptionWord::with_default("product", Kind::Whole, "not compared", "product code of its drive").within(0.0, U32),
+    OptionWord::with_default("revision", Kind::Whole, "not compared", "revision of its drive").within(0.0, U32),
+    OptionWord::with_default("serial", Kind::Whole, "not compared", "serial number of its drive").within(0.0, U32),
 ];
 
 /// Numbers that identify a device (object 0x1018).
@@ -136,9 +136,9 @@ fn problem(axis: &AxisOptions) -> Option<String> {
     let is_torque = axis.mode == CommandKind::Torque;
     let wrong = |is: bool, problem: &str| is.then(|| problem.to_owned());
     if !axis.counts.is_normal() {
-        return Some(format!("counts is {}; give how many counts are one unit of position, negative to turn it round", axis.counts));
+        return Some(format!("counts cannot be {}; give the number of counts per unit of position, negative to reverse the axis", axis.counts));
     }
-    wrong(axis.range.is_some_and(|[minimum, maximum]| minimum >= maximum), "range is the minimum and the maximum position")
+    wrong(axis.range.is_some_and(|[minimum, maximum]| minimum >= maximum), "range must be a minimum and a larger maximum position")
         .or_else(|| wrong(is_torque && axis.rated_torque.is_none(), "an axis that is commanded by torque needs its rated_torque"))
         .or_else(|| wrong(is_torque && axis.brake.is_some(), "a brake needs a motor that holds the axis while it closes: mode position or velocity"))
 }

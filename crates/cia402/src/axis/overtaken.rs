@@ -136,7 +136,7 @@ fn under_a_latched_stop_an_object_that_moves_is_not_written_and_a_setting_is() {
         let arguments = json!({ "axis": "x", "index": index, "value": 15, "bits": 16 });
         rig.shared.carry_out("write_object", &arguments, &|| is_stopped)
     };
-    let refused = "axis 'x': object 0x6040:0 is its control word, and an emergency stop is latched: remove its cause and reset it first";
+    let refused = "axis 'x': object 0x6040:0 is its control word, but an emergency stop is latched: remove its cause and reset it first";
     assert_eq!(write(0x6040, true), Err(refused.to_owned()));
     assert!(rig.came.try_recv().is_err(), "its drive is sent nothing");
     for (index, is_stopped) in [(0x6065, true), (0x6040, false)] {

@@ -10,12 +10,12 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Mutex, PoisonError};
 
 pub const AXIS: OptionWord = OptionWord::needed("axis", Kind::Text, "the name of the axis");
-const INDEX: OptionWord = OptionWord::needed("index", Kind::Whole, "the index of the object, 0x6064 is its position").within(0.0, 65535.0);
+const INDEX: OptionWord = OptionWord::needed("index", Kind::Whole, "the index of the object; 0x6064 is its position").within(0.0, 65535.0);
 const SUB: OptionWord = OptionWord::with_default("sub", Kind::Whole, "0", "the subindex").within(0.0, 255.0);
 
 pub const READ_OBJECT: ServiceWord = ServiceWord {
     name: "read_object",
-    doc: "reads an object of a drive: its bytes, and as a number where it has up to 8",
+    doc: "reads an object of a drive: its bytes, also as a number if it has up to 8",
     arguments: &[AXIS, INDEX, SUB],
     answer: Some(Kind::Table),
     moves: false,
@@ -23,20 +23,20 @@ pub const READ_OBJECT: ServiceWord = ServiceWord {
 
 pub const WRITE_OBJECT: ServiceWord = ServiceWord {
     name: "write_object",
-    doc: "writes an object of a drive; while an emergency stop is latched, none that moves it or says how it stops",
+    doc: "writes an object of a drive; while an emergency stop is latched, none that moves it or defines how it stops",
     arguments: &[
         AXIS,
         INDEX,
         SUB,
         OptionWord::needed("value", Kind::Whole, "its value").within(-9.3e18, 1.9e19),
-        OptionWord::needed("bits", Kind::Whole, "8, 16, 32 or 64: how long it is").within(8.0, 64.0),
+        OptionWord::needed("bits", Kind::Whole, "8, 16, 32 or 64: its length").within(8.0, 64.0),
     ],
     answer: None,
     moves: false,
 };
 
 pub const RESET_FAULT: ServiceWord =
-    ServiceWord { name: "reset_fault", doc: "resets the fault of a drive with the next cycle", arguments: &[AXIS], answer: None, moves: false };
+    ServiceWord { name: "reset_fault", doc: "resets the fault of a drive in the next cycle", arguments: &[AXIS], answer: None, moves: false };
 
 /// Returns true if a service checks for emergency stops itself: `write_object`, of which a stop forbids only some objects.
 pub fn is_told_of_stops(service: &str) -> bool {
@@ -164,7 +164,7 @@ impl<R: Reach> ServiceState<R> {
 fn may_be_written(of: Entry, is_stopped: &dyn Fn() -> bool) -> Result<(), String> {
     match held(of) {
         Some(what) if is_stopped() => {
-            Err(format!("object {:#06x}:{} is {what}, and an emergency stop is latched: remove its cause and reset it first", of.index, of.sub))
+            Err(format!("object {:#06x}:{} is {what}, but an emergency stop is latched: remove its cause and reset it first", of.index, of.sub))
         }
         _ => Ok(()),
     }
@@ -178,16 +178,16 @@ pub fn entry(arguments: &Value) -> Result<Entry, String> {
     let whole = |word: &str, maximum: u64| match arguments[word].as_u64() {
         None if arguments[word].is_null() => Ok(0),
         Some(value) if value <= maximum => Ok(value),
-        _ => Err(format!("{word} is 0 to {maximum:#x}")),
+        _ => Err(format!("{word} must be 0 to {maximum:#x}")),
     };
     Ok(Entry { index: whole("index", 0xFFFF)? as u16, sub: whole("sub", 0xFF)? as u8 })
 }
 
 fn value(arguments: &Value) -> Result<Vec<u8>, String> {
-    let value = arguments["value"].as_i64().ok_or("value is a whole number")?;
+    let value = arguments["value"].as_i64().ok_or("value must be a whole number")?;
     match arguments["bits"].as_u64() {
         Some(bits @ (8 | 16 | 32 | 64)) => Ok(value.to_le_bytes()[..bits as usize / 8].to_vec()),
-        _ => Err("bits is 8, 16, 32 or 64".to_owned()),
+        _ => Err("bits must be 8, 16, 32 or 64".to_owned()),
     }
 }
 

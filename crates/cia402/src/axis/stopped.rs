@@ -12,8 +12,8 @@ const OF_A_DRIVE: u16 = 0x800;
 /// manufacturer knows their effects.
 pub fn held(of: Entry) -> Option<&'static str> {
     match of.index {
-        0x1016 | 0x1029 => Some("what it does without its controller"),
-        0x1400..=0x17FF | 0x1C12 => Some("what its process data are"),
+        0x1016 | 0x1029 => Some("its behaviour without its controller"),
+        0x1400..=0x17FF | 0x1C12 => Some("its process data mapping"),
         0x6000..=0x9FFF => of_a_drive(0x6000 + (of.index - 0x6000) % OF_A_DRIVE),
         _ => None,
     }
@@ -25,8 +25,8 @@ fn of_a_drive(index: u16) -> Option<&'static str> {
         0x6060 => Some("its mode"),
         0x6042 | 0x6071 | 0x607A | 0x60FF => Some("its target"),
         0x60B0..=0x60B2 => Some("an offset of its target"),
-        0x60FE | 0x6200..=0x63FF | 0x6411..=0x6444 => Some("its outputs, where a brake may be"),
-        0x6007 | 0x605A..=0x605E | 0x6084 | 0x6085 | 0x60C6 => Some("how it stops"),
+        0x60FE | 0x6200..=0x63FF | 0x6411..=0x6444 => Some("its outputs, which may control a brake"),
+        0x6007 | 0x605A..=0x605E | 0x6084 | 0x6085 | 0x60C6 => Some("its stopping behaviour"),
         _ => None,
     }
 }
@@ -43,10 +43,10 @@ mod tests {
     fn what_moves_and_what_stops_is_held_of_every_drive_of_a_device() {
         for drive in 0..8 {
             assert_eq!(at(0x6040 + drive * OF_A_DRIVE), Some("its control word"));
-            assert_eq!(at(0x60FE + drive * OF_A_DRIVE), Some("its outputs, where a brake may be"));
+            assert_eq!(at(0x60FE + drive * OF_A_DRIVE), Some("its outputs, which may control a brake"));
             assert_eq!(at(0x605A + drive * OF_A_DRIVE), Some("how it stops"));
         }
-        assert_eq!((at(0x1600), at(0x1016)), (Some("what its process data are"), Some("what it does without its controller")));
+        assert_eq!((at(0x1600), at(0x1016)), (Some("its process data mapping"), Some("its behaviour without its controller")));
     }
 
     #[test]

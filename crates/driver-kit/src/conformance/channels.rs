@@ -7,20 +7,20 @@ use device::{Channel, Direction, Slot, Type};
 
 pub(super) const CHECKS: &[Check] = &[
     Check { name: "channels", sentence: "it has channels, and their values need at most 1 MiB each way", run: there },
-    Check { name: "channel-names", sentence: "each channel has a name of its own, 'part.channel'", run: names },
-    Check { name: "channel-docs", sentence: "one line at most says what each channel is, and a unit has no blanks", run: docs },
+    Check { name: "channel-names", sentence: "each channel has a unique name, 'part.channel'", run: names },
+    Check { name: "channel-docs", sentence: "the description of each channel is at most one line, and a unit contains no blanks", run: docs },
     Check { name: "channel-types", sentence: "each channel has a type, and as many bytes as that", run: types },
     Check { name: "channel-alignment", sentence: "each channel is aligned to its numbers", run: alignment },
-    Check { name: "channel-overlap", sentence: "no channel lies on another one of its direction", run: overlap },
+    Check { name: "channel-overlap", sentence: "no channel overlaps another one of its direction", run: overlap },
     Check {
         name: "safe-values",
-        sentence: "each channel that is written has a safe value of its type, and it is finite (of a goal or a decoupled effort: none, NaN)",
+        sentence: "each written channel has a safe value of its type, and it is finite (of a goal or a decoupled effort: none, NaN)",
         run: safe_values,
     },
-    Check { name: "slews", sentence: "a limit of change is above 0, and of a double that is written", run: slews },
+    Check { name: "slews", sentence: "only a written double has a limit of change, and it is above 0", run: slews },
     Check { name: "channels-stable", sentence: "the same options give the same channels", run: stable },
     Check { name: "parts", sentence: "each part has the channels that belong to it, and limits that can be kept", run: parts },
-    Check { name: "watchdog", sentence: "a watchdog has at least 1 ms", run: watchdog },
+    Check { name: "watchdog", sentence: "a watchdog is at least 1 ms", run: watchdog },
 ];
 
 fn channels(subject: &Subject) -> Result<Vec<Channel>, String> {
@@ -41,16 +41,16 @@ fn names(subject: &Subject) -> CheckResult {
     none_of(channels.iter().enumerate().filter_map(|(i, channel)| {
         let name = &channel.name;
         if name.is_empty() || name.contains(char::is_whitespace) || name.starts_with('.') || name.ends_with('.') {
-            return Some(format!("'{name}' is no name"));
+            return Some(format!("'{name}' is not a valid name"));
         }
-        channels[..i].iter().any(|other| other.name == *name).then(|| format!("'{name}' is there twice"))
+        channels[..i].iter().any(|other| other.name == *name).then(|| format!("'{name}' appears twice"))
     }))
 }
 
 fn docs(subject: &Subject) -> CheckResult {
     none_of(channels(subject)?.iter().filter_map(|channel| {
         let wrong = if channel.doc.is_empty() { None } else { wrong_line(&channel.doc) };
-        let wrong = wrong.or_else(|| channel.unit.contains(char::is_whitespace).then(|| format!("'{}' is no unit", channel.unit)));
+        let wrong = wrong.or_else(|| channel.unit.contains(char::is_whitespace).then(|| format!("'{}' is not a unit", channel.unit)));
         wrong.map(|wrong| format!("'{}': {wrong}", channel.name))
     }))
 }
@@ -58,14 +58,14 @@ fn docs(subject: &Subject) -> CheckResult {
 fn types(subject: &Subject) -> CheckResult {
     none_of(channels(subject)?.iter().filter_map(|channel| match channel.type_text.parse::<Type>() {
         Err(what) => Some(format!("'{}': {what}", channel.name)),
-        Ok(of) => (of.len() != channel.len || of.len() == 0).then(|| format!("'{}' is {} and has {} bytes", channel.name, channel.type_text, channel.len)),
+        Ok(of) => (of.len() != channel.len || of.len() == 0).then(|| format!("'{}' is {} but has {} bytes", channel.name, channel.type_text, channel.len)),
     }))
 }
 
 fn alignment(subject: &Subject) -> CheckResult {
     none_of(channels(subject)?.iter().filter_map(|channel| {
         let width = channel.type_text.parse::<Type>().map_or(1, |of| of.number.width());
-        (channel.offset % width != 0).then(|| format!("'{}' lies at {}", channel.name, channel.offset))
+        (channel.offset % width != 0).then(|| format!("'{}' is at {}", channel.name, channel.offset))
     }))
 }
 
@@ -74,14 +74,14 @@ fn overlap(subject: &Subject) -> CheckResult {
     let on = |a: &Channel, b: &Channel| a.direction == b.direction && a.offset < b.offset + b.len && b.offset < a.offset + a.len;
     none_of((1..channels.len()).flat_map(|i| {
         let (before, one) = (&channels[..i], &channels[i]);
-        before.iter().filter(move |other| on(other, one)).map(move |other| format!("'{}' lies on '{}'", one.name, other.name))
+        before.iter().filter(move |other| on(other, one)).map(move |other| format!("'{}' overlaps '{}'", one.name, other.name))
     }))
 }
 
 fn safe_values(subject: &Subject) -> CheckResult {
     none_of(channels(subject)?.iter().filter(|channel| channel.direction == Direction::Write).filter_map(|channel| {
         if channel.safe.len() != channel.len {
-            return Some(format!("that of '{}' has {} bytes, and not {}", channel.name, channel.safe.len(), channel.len));
+            return Some(format!("that of '{}' has {} bytes, not {}", channel.name, channel.safe.len(), channel.len));
         }
         let slot = Slot { offset: 0, len: channel.len };
         let is_double = channel.type_text.starts_with("double");
@@ -101,7 +101,7 @@ fn slews(subject: &Subject) -> CheckResult {
 
 fn stable(subject: &Subject) -> CheckResult {
     let (first, second) = (format!("{:?}", channels(subject)?), format!("{:?}", channels(subject)?));
-    holds(first == second, || "a second driver has others".to_owned())
+    holds(first == second, || "a second driver has different ones".to_owned())
 }
 
 fn parts(subject: &Subject) -> CheckResult {
@@ -112,12 +112,12 @@ fn parts(subject: &Subject) -> CheckResult {
         let name = part["name"].as_str().unwrap_or_default();
         if !joints.iter().any(|joint| joint.name == name) {
             return Err(format!(
-                "part '{name}' lacks a channel, position, velocity, bias or effort (of one that is commanded by its position: goal), as double"
+                "part '{name}' needs the channels position, velocity, bias and effort (or goal, if it is commanded by its position), as double"
             ));
         }
         let number = |of: &str| part[of].as_f64().unwrap_or(f64::NAN);
         holds(number("range_min") <= number("range_max"), || format!("part '{name}' has a range from {} to {}", number("range_min"), number("range_max")))?;
-        holds(number("effort_max") > 0.0 && number("speed_max") > 0.0, || format!("part '{name}' can neither push nor move"))?;
+        holds(number("effort_max") > 0.0 && number("speed_max") > 0.0, || format!("part '{name}' needs an effort limit and a speed limit above 0"))?;
     }
     Ok(if parts.is_empty() { NO_PARTS } else { PassedCheck::Yes })
 }
@@ -125,6 +125,6 @@ fn parts(subject: &Subject) -> CheckResult {
 fn watchdog(subject: &Subject) -> CheckResult {
     match subject.rig()?.driver.watchdog_ns() {
         None => Ok(PassedCheck::NotApplicable("it has none with these options")),
-        Some(ns) => holds(ns >= 1_000_000, || format!("it has {ns} ns")),
+        Some(ns) => holds(ns >= 1_000_000, || format!("it is {ns} ns")),
     }
 }

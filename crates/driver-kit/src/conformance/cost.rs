@@ -12,8 +12,8 @@ pub(super) const CHECKS: &[Check] = &[
     Check { name: "waiting", sentence: "an inline exchange does not wait", run: waiting },
     Check { name: "brief", sentence: "an inline exchange computes for less than 0.25 ms", run: brief },
     Check { name: "prints", sentence: "an exchange prints nothing", run: prints },
-    Check { name: "memory", sentence: "memory is flat over many exchanges", run: memory },
-    Check { name: "age", sentence: "readings of a worker have an age, and new ones come", run: age },
+    Check { name: "memory", sentence: "memory use does not grow over many exchanges", run: memory },
+    Check { name: "age", sentence: "readings of a worker have an age, and new ones arrive", run: age },
 ];
 
 /// Number of firings before the measurement.
@@ -53,7 +53,7 @@ fn allocation(subject: &Subject) -> CheckResult {
     let (asked_then, held_then) = (allocations(), allocated());
     match (asked, asked_then) {
         (Some(before), Some(after)) => holds(after == before, || format!("{} times in {MEASURED} firings", after - before)),
-        _ => holds(held_then <= held, || format!("{} bytes more are held behind {MEASURED} firings", held_then - held)),
+        _ => holds(held_then <= held, || format!("{} more bytes are held after {MEASURED} firings", held_then - held)),
     }
 }
 
@@ -81,7 +81,7 @@ fn brief(subject: &Subject) -> CheckResult {
     let before_ns = processor_ns();
     mixed(&mut rig, &joints, WARM)?;
     let mean_ns = (processor_ns() - before_ns) / WARM as i64;
-    holds(mean_ns <= BRIEF_NS, || format!("it computes for {:.2} ms, and everything on its source waits for it", mean_ns as f64 * 1e-6))
+    holds(mean_ns <= BRIEF_NS, || format!("it computes for {:.2} ms, while everything on its source waits for it", mean_ns as f64 * 1e-6))
 }
 
 fn prints(subject: &Subject) -> CheckResult {
@@ -90,7 +90,7 @@ fn prints(subject: &Subject) -> CheckResult {
     let (made, bytes) = printed(|| mixed(&mut rig, &joints, WARM)).map_err(|why| format!("what it prints cannot be counted: {why}"))?;
     made?;
     // A message in the first exchange or two is not one per exchange.
-    holds(bytes < WARM as u64, || format!("it prints {bytes} bytes in {WARM} exchanges; each waits for whoever reads the terminal"))
+    holds(bytes < WARM as u64, || format!("it prints {bytes} bytes in {WARM} exchanges; each of them waits for the reader of the terminal"))
 }
 
 fn memory(subject: &Subject) -> CheckResult {
@@ -104,12 +104,12 @@ fn memory(subject: &Subject) -> CheckResult {
         made += WARM as u64;
     }
     let (more, pages) = (allocated() - held, resident() - resident_before);
-    holds(more <= GROWTH && pages <= 16 * GROWTH, || format!("{made} exchanges hold {more} bytes more, and {pages} in pages"))
+    holds(more <= GROWTH && pages <= 16 * GROWTH, || format!("{made} exchanges hold {more} more bytes, and {pages} in pages"))
 }
 
 fn age(subject: &Subject) -> CheckResult {
     if subject.of.class != Class::Worker {
-        return Ok(PassedCheck::NotApplicable("it is no worker"));
+        return Ok(PassedCheck::NotApplicable("it is not a worker"));
     }
     let mut rig = Rig::new(subject.made()?);
     let Some(age) = rig.driver.channels().iter().find(|channel| channel.name == "age").cloned() else { return Err("there is no channel 'age'".to_owned()) };
@@ -129,5 +129,5 @@ fn age(subject: &Subject) -> CheckResult {
     }
     rig.driver.close();
     holds(newest.is_finite() && newest >= 0.0, || format!("it is {newest} s"))?;
-    holds(newest < older, || "no newer reading has come within 30 s".to_owned())
+    holds(newest < older, || "no newer reading has arrived within 30 s".to_owned())
 }

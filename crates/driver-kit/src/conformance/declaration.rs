@@ -5,13 +5,13 @@ use super::subject::Subject;
 use device::{Class, Kind, OptionWord};
 
 pub(super) const CHECKS: &[Check] = &[
-    Check { name: "name", sentence: "its name is lower-case letters, digits and _", run: name },
-    Check { name: "doc", sentence: "one line says what it drives", run: doc },
-    Check { name: "option-names", sentence: "its options have names of their own, of lower-case letters, digits and _", run: option_names },
-    Check { name: "option-docs", sentence: "one line says what each option is", run: option_docs },
-    Check { name: "option-units", sentence: "only numbers and lists have a unit, and what ends with _ns is whole and in ns", run: option_units },
-    Check { name: "option-defaults", sentence: "each option says what it is where it is left out, or that it is needed", run: option_defaults },
-    Check { name: "option-of-class", sentence: "no option takes the name of one that each driver of its class has", run: option_of_class },
+    Check { name: "name", sentence: "its name consists of lower-case letters, digits and _", run: name },
+    Check { name: "doc", sentence: "it describes in one line what it drives", run: doc },
+    Check { name: "option-names", sentence: "its options have unique names, of lower-case letters, digits and _", run: option_names },
+    Check { name: "option-docs", sentence: "each option is described in one line", run: option_docs },
+    Check { name: "option-units", sentence: "only numbers and lists have a unit, and an option that ends in _ns is a whole number in ns", run: option_units },
+    Check { name: "option-defaults", sentence: "each option declares its default, or that it is required", run: option_defaults },
+    Check { name: "option-of-class", sentence: "no option has the name of one that every driver of its class has", run: option_of_class },
 ];
 
 const LINE_MAX: usize = 200;
@@ -28,15 +28,15 @@ pub(super) fn wrong_line(text: &str) -> Option<String> {
     if text.contains('\n') {
         return Some("it is more than one line".to_owned());
     }
-    (text.chars().count() > LINE_MAX).then(|| format!("it has more than {LINE_MAX} letters"))
+    (text.chars().count() > LINE_MAX).then(|| format!("it has more than {LINE_MAX} characters"))
 }
 
 /// Returns the first name that is invalid or duplicated.
 pub(super) fn wrong_name<'a>(names: impl Iterator<Item = &'a str>) -> Option<String> {
     let names: Vec<&str> = names.collect();
     let at = |i: usize| match names[i] {
-        name if !is_name(name) => Some(format!("'{name}' is no name")),
-        name if names[..i].contains(&name) => Some(format!("'{name}' is there twice")),
+        name if !is_name(name) => Some(format!("'{name}' is not a valid name")),
+        name if names[..i].contains(&name) => Some(format!("'{name}' appears twice")),
         _ => None,
     };
     (0..names.len()).find_map(at)
@@ -71,13 +71,13 @@ fn option_docs(subject: &Subject) -> CheckResult {
 /// Returns the problem with the unit of an option; `None` if it is valid.
 pub(super) fn wrong_unit(word: &OptionWord) -> Option<String> {
     if !word.unit.is_empty() && !matches!(word.kind, Kind::Number | Kind::Whole | Kind::List | Kind::Table) {
-        return Some(format!("'{}' is no number and is in {}", word.name, word.unit));
+        return Some(format!("'{}' is not a number but has the unit {}", word.name, word.unit));
     }
     if word.unit.contains(char::is_whitespace) {
-        return Some(format!("'{}' is in '{}', which is no unit", word.name, word.unit));
+        return Some(format!("'{}' has the unit '{}', which is not known", word.name, word.unit));
     }
     let is_time = word.name.ends_with("_ns");
-    (is_time && (word.unit, word.kind) != ("ns", Kind::Whole)).then(|| format!("'{}' is no whole number in ns", word.name))
+    (is_time && (word.unit, word.kind) != ("ns", Kind::Whole)).then(|| format!("'{}' is not a whole number in ns", word.name))
 }
 
 fn option_units(subject: &Subject) -> CheckResult {

@@ -33,6 +33,6 @@ fn creep(subject: &Subject) -> CheckResult {
     let gone = joints.iter().zip(before).zip(rig.positions(&joints));
     none_of(
         gone.filter(|((_, before), after)| (after - before).abs() > CREEP)
-            .map(|((joint, before), after)| format!("'{}' goes from {before} to {after} within {MANY} firings, and nothing commands it", joint.name)),
+            .map(|((joint, before), after)| format!("'{}' goes from {before} to {after} within {MANY} firings, although nothing commands it", joint.name)),
     )
 }

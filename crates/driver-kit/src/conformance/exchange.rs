@@ -6,20 +6,20 @@ use super::subject::Subject;
 use device::Direction;
 
 pub(super) const CHECKS: &[Check] = &[
-    Check { name: "first-reading", sentence: "the first reading behind opening succeeds, and its numbers are finite", run: first_reading },
-    Check { name: "readings-whole", sentence: "a reading stores nothing behind the last channel", run: readings_whole },
+    Check { name: "first-reading", sentence: "the first reading after opening succeeds, and its numbers are finite", run: first_reading },
+    Check { name: "readings-whole", sentence: "a reading writes nothing beyond the last channel", run: readings_whole },
     Check { name: "truth-values", sentence: "a truth value that it reads is 0 or 1", run: truth_values },
     Check { name: "commands-kept", sentence: "an exchange leaves the commands as they are", run: commands_kept },
     Check { name: "unengaged", sentence: "while nothing is commanded, its parts stand still", run: unengaged },
-    Check { name: "no-leap", sentence: "a part that is engaged with what it measures does not leap", run: no_leap },
-    Check { name: "let-go", sentence: "a part that is let go of comes to rest, and can be engaged again", run: let_go },
+    Check { name: "no-leap", sentence: "a part that is engaged at its measured state does not leap", run: no_leap },
+    Check { name: "let-go", sentence: "a part that is released comes to rest, and can be engaged again", run: let_go },
     Check { name: "time-stands", sentence: "two exchanges at the same time leave its readings finite", run: time_stands },
     Check { name: "time-leaps", sentence: "an exchange 10 s late succeeds or loses the device, and its readings are finite", run: time_leaps },
     Check { name: "time-returns", sentence: "an exchange before the last one succeeds or loses the device, and its readings are finite", run: time_returns },
     Check { name: "nan", sentence: "a command that is not a number is refused, or does not come back in the readings", run: nan },
     Check { name: "infinity", sentence: "a command that is infinite is refused, or does not come back in the readings", run: infinity },
-    Check { name: "huge", sentence: "commands of the maximum magnitude end no exchange", run: huge },
-    Check { name: "all-bytes", sentence: "no bytes of a command end anything", run: all_bytes },
+    Check { name: "huge", sentence: "commands of the maximum magnitude do not end an exchange", run: huge },
+    Check { name: "all-bytes", sentence: "arbitrary bytes as a command do not end anything", run: all_bytes },
 ];
 
 /// Maximum step in one firing, rad or m; more counts as a leap, whatever the part.
@@ -40,7 +40,7 @@ fn finite(rig: &Rig) -> CheckResult {
 fn readings_whole(subject: &Subject) -> CheckResult {
     let mut rig = subject.open()?;
     rig.cycles(WARM)?;
-    holds(rig.is_whole(), || "bytes behind it have changed".to_owned())
+    holds(rig.is_whole(), || "bytes beyond it have changed".to_owned())
 }
 
 fn truth_values(subject: &Subject) -> CheckResult {
@@ -62,7 +62,7 @@ fn commands_kept(subject: &Subject) -> CheckResult {
     let mut rig = subject.open()?;
     let before = rig.commands.clone();
     rig.cycles(WARM)?;
-    holds(rig.commands == before, || "they are others behind it".to_owned())
+    holds(rig.commands == before, || "they differ after it".to_owned())
 }
 
 /// Checks that no part moves by more than a leap between two positions.
@@ -105,7 +105,7 @@ fn let_go(subject: &Subject) -> CheckResult {
         rig.cycles(50)?;
         let before = rig.positions(&joints);
         rig.cycles(10)?;
-        still(&rig, &joints, &before, "though it is not commanded")?;
+        still(&rig, &joints, &before, "although it is not commanded")?;
     }
     Ok(PassedCheck::Yes)
 }

@@ -9,9 +9,9 @@ use std::path::PathBuf;
 use std::sync::OnceLock;
 
 pub(super) const CHECKS: &[Check] = &[
-    Check { name: "arithmetic-kept", sentence: "no call of it changes how its thread computes: rounding, small numbers, traps", run: arithmetic },
-    Check { name: "signals-kept", sentence: "no call of it changes a signal handler, or the signals that its thread takes", run: signals },
-    Check { name: "folder-kept", sentence: "no call of it changes the folder of its process", run: folder },
+    Check { name: "arithmetic-kept", sentence: "no call changes the arithmetic of its thread: rounding, denormal numbers, traps", run: arithmetic },
+    Check { name: "signals-kept", sentence: "no call changes a signal handler, or the signal mask of its thread", run: signals },
+    Check { name: "folder-kept", sentence: "no call changes the working directory of its process", run: folder },
 ];
 
 /// Signals for which a program may have a handler.
@@ -49,7 +49,7 @@ impl ProcessState {
             libc::pthread_sigmask(libc::SIG_BLOCK, std::ptr::null(), &raw mut masked);
             masked
         };
-        let folder = std::env::current_dir().unwrap_or_else(|_| PathBuf::from("a folder that is gone"));
+        let folder = std::env::current_dir().unwrap_or_else(|_| PathBuf::from("a folder that no longer exists"));
         ProcessState { words: Words::present(), handlers: SIGNALS.map(handler).collect(), masked, folder }
     }
 
@@ -101,7 +101,7 @@ fn over_a_life(subject: &Subject, changed: impl Fn(&ProcessState, &ProcessState)
 }
 
 fn arithmetic(subject: &Subject) -> CheckResult {
-    over_a_life(subject, |before, now| (before.words != now.words).then(|| "changes it, and every block behind it on its source computes so".to_owned()))
+    over_a_life(subject, |before, now| (before.words != now.words).then(|| "changes it, which affects every later block on its source".to_owned()))
 }
 
 fn signals(subject: &Subject) -> CheckResult {
@@ -109,9 +109,9 @@ fn signals(subject: &Subject) -> CheckResult {
         let handlers = SIGNALS.zip(before.handlers.iter().zip(&now.handlers));
         let other = handlers.into_iter().find(|(_, (before, now))| before.sa_sigaction != now.sa_sigaction).map(|(signal, _)| signal);
         let masked = SIGNALS.into_iter().find(|signal| before.is_masked(*signal) != now.is_masked(*signal));
-        let set = other.map(|signal| format!("sets a handler of signal {signal}"));
-        let set = set.or_else(|| masked.map(|signal| format!("lets its thread take or not take signal {signal}")));
-        set.map(|set| format!("{set}, which is for the program to say: a fault of a block may no longer be caught"))
+        let set = other.map(|signal| format!("sets a handler for signal {signal}"));
+        let set = set.or_else(|| masked.map(|signal| format!("changes whether its thread receives signal {signal}")));
+        set.map(|set| format!("{set}, which only the program may do: a fault of a block may no longer be caught"))
     })
 }
 

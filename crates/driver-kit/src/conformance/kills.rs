@@ -38,7 +38,7 @@ fn reached(kind: &str, options: &Value, phase: &str, settings: &Settings) -> Res
     let child = Launch::new(settings.command.iter().cloned()).descriptor(LINK, theirs).start().map_err(|why| why.to_string())?;
     tell(&link, &json!({ "kind": kind, "options": options, "phase": phase }), &[])?;
     let frame = link.receive_with(LIMIT).map_err(|_| format!("its process ended: {}", ended(&child)))?;
-    let (bytes, descriptors) = frame.ok_or_else(|| format!("it has not come so far within {} s", LIMIT.as_secs()))?;
+    let (bytes, descriptors) = frame.ok_or_else(|| format!("it did not reach this point within {} s", LIMIT.as_secs()))?;
     child.kill();
     child.wait(LIMIT).ok_or("its process does not end when it is killed")?;
     let news: Value = serde_json::from_slice(&bytes).map_err(|why| why.to_string())?;
@@ -50,5 +50,5 @@ fn reached(kind: &str, options: &Value, phase: &str, settings: &Settings) -> Res
 }
 
 fn ended(child: &process_kit::Child) -> String {
-    child.wait(LIMIT).map_or_else(|| "it has not".to_owned(), |status| status.to_string())
+    child.wait(LIMIT).map_or_else(|| "it has not ended".to_owned(), |status| status.to_string())
 }

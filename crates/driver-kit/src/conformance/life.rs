@@ -7,19 +7,19 @@ use device::Class;
 use std::time::{Duration, Instant};
 
 pub(super) const CHECKS: &[Check] = &[
-    Check { name: "dropped", sentence: "one that was made and not opened can be put away", run: dropped },
-    Check { name: "close-unopened", sentence: "one that was not opened can be closed", run: close_unopened },
-    Check { name: "safe-unopened", sentence: "one that was not opened can be told to go to its safe state", run: safe_unopened },
-    Check { name: "opens", sentence: "it opens within the time that it declares to wait", run: opens },
+    Check { name: "dropped", sentence: "a driver that was created but not opened can be dropped", run: dropped },
+    Check { name: "close-unopened", sentence: "a driver that was not opened can be closed", run: close_unopened },
+    Check { name: "safe-unopened", sentence: "a driver that was not opened can be sent to its safe state", run: safe_unopened },
+    Check { name: "opens", sentence: "it opens within the waiting time that it declares", run: opens },
     Check { name: "open-twice", sentence: "opening it a second time is refused or harmless", run: open_twice },
     Check { name: "close-twice", sentence: "closing it a second time is harmless", run: close_twice },
-    Check { name: "dropped-open", sentence: "one that is open can be put away without being closed", run: dropped_open },
-    Check { name: "closed-exchange", sentence: "an exchange behind its end is refused or harmless", run: closed_exchange },
+    Check { name: "dropped-open", sentence: "an open driver can be dropped without being closed", run: dropped_open },
+    Check { name: "closed-exchange", sentence: "an exchange after it was closed is refused or harmless", run: closed_exchange },
     Check { name: "channels-open", sentence: "opening it changes none of its channels", run: channels_open },
-    Check { name: "again", sentence: "a fresh one is opened behind one that was closed, and exchanges", run: again },
-    Check { name: "descriptors", sentence: "many lives leave no descriptor behind", run: descriptors_left },
-    Check { name: "threads", sentence: "many lives leave no thread behind", run: threads_left },
-    Check { name: "processes", sentence: "many lives leave no process behind", run: processes_left },
+    Check { name: "again", sentence: "a new driver can be opened after one was closed, and exchanges", run: again },
+    Check { name: "descriptors", sentence: "many openings leave no descriptor behind", run: descriptors_left },
+    Check { name: "threads", sentence: "many openings leave no thread behind", run: threads_left },
+    Check { name: "processes", sentence: "many openings leave no process behind", run: processes_left },
 ];
 
 /// Time limit of opening, in addition to the declared wait for the device: it only catches a driver that hangs.
@@ -71,7 +71,7 @@ fn close_twice(subject: &Subject) -> CheckResult {
 fn dropped_open(subject: &Subject) -> CheckResult {
     drop(subject.open()?);
     let mut next = subject.open()?;
-    next.read().map_err(|why| format!("the next one cannot read: {why}"))?;
+    next.read().map_err(|why| format!("the next driver cannot read: {why}"))?;
     Ok(PassedCheck::Yes)
 }
 
@@ -89,13 +89,13 @@ fn channels_open(subject: &Subject) -> CheckResult {
     let mut rig = subject.rig()?;
     let before = format!("{:?}", rig.driver.channels());
     rig.open()?;
-    holds(format!("{:?}", rig.driver.channels()) == before, || "they are others then".to_owned())
+    holds(format!("{:?}", rig.driver.channels()) == before, || "they differ then".to_owned())
 }
 
 fn again(subject: &Subject) -> CheckResult {
     for life in 1..=3 {
-        let mut rig = subject.open().map_err(|why| format!("life {life}: {why}"))?;
-        rig.cycles(3).map_err(|why| format!("life {life}: {why}"))?;
+        let mut rig = subject.open().map_err(|why| format!("opening {life}: {why}"))?;
+        rig.cycles(3).map_err(|why| format!("opening {life}: {why}"))?;
         rig.driver.close();
     }
     Ok(PassedCheck::Yes)

@@ -6,16 +6,16 @@ use device::{DriverError, Kind};
 use serde_json::{Value, json};
 
 pub(super) const CHECKS: &[Check] = &[
-    Check { name: "made", sentence: "it is made from the options that it is checked with", run: made },
-    Check { name: "wrong-kind", sentence: "a value of a wrong kind is refused by the name of its option", run: wrong_kind },
-    Check { name: "missing", sentence: "an option that is needed and left out is refused by its name", run: missing },
-    Check { name: "unknown", sentence: "an option that is not declared is refused by its name", run: unknown },
-    Check { name: "null", sentence: "an option that is null counts as left out", run: null },
-    Check { name: "no-table", sentence: "options that are no table of names and values are refused", run: no_table },
-    Check { name: "odd-numbers", sentence: "numbers beyond all sense are taken or refused, and end nothing", run: odd_numbers },
-    Check { name: "virtual-time", sentence: "what stands for it where time is virtual can be made", run: virtual_time },
-    Check { name: "geometry", sentence: "what its machine looks like is told without opening it", run: geometry },
-    Check { name: "trial", sentence: "the files that its options name stand its own trial", run: trial },
+    Check { name: "made", sentence: "it can be created from the options that it is checked with", run: made },
+    Check { name: "wrong-kind", sentence: "a value of a wrong kind is refused with the name of its option", run: wrong_kind },
+    Check { name: "missing", sentence: "a missing required option is refused with its name", run: missing },
+    Check { name: "unknown", sentence: "an option that is not declared is refused with its name", run: unknown },
+    Check { name: "null", sentence: "an option that is null counts as omitted", run: null },
+    Check { name: "no-table", sentence: "options that are not a table of names and values are refused", run: no_table },
+    Check { name: "odd-numbers", sentence: "absurdly large numbers are accepted or refused, and end nothing", run: odd_numbers },
+    Check { name: "virtual-time", sentence: "its replacement under the virtual clock can be created", run: virtual_time },
+    Check { name: "geometry", sentence: "the shape of its machine is available without opening it", run: geometry },
+    Check { name: "trial", sentence: "the files that its options name pass its own trial", run: trial },
 ];
 
 fn made(subject: &Subject) -> CheckResult {
@@ -25,7 +25,7 @@ fn made(subject: &Subject) -> CheckResult {
 /// Checks that an option is refused, and named in the error.
 fn refused(subject: &Subject, options: &Value, name: &str) -> Result<(), String> {
     match subject.with(options) {
-        Ok(_) => Err(format!("'{name}' is taken")),
+        Ok(_) => Err(format!("'{name}' is accepted")),
         Err(DriverError::Option { option, .. }) if option == name => Ok(()),
         Err(other) if other.to_string().contains(&format!("'{name}'")) => Ok(()),
         Err(other) => Err(format!("'{name}' is refused as: {other}")),
@@ -61,7 +61,7 @@ fn null(subject: &Subject) -> CheckResult {
 
 fn no_table(subject: &Subject) -> CheckResult {
     let taken = [json!([1]), json!("text"), json!(3)].into_iter().find(|options| subject.with(options).is_ok());
-    holds(taken.is_none(), || format!("{} is taken", taken.unwrap_or_default()))
+    holds(taken.is_none(), || format!("{} is accepted", taken.unwrap_or_default()))
 }
 
 fn odd_numbers(subject: &Subject) -> CheckResult {

@@ -19,11 +19,11 @@ pub(super) enum Phase {
 }
 
 pub(super) const PHASES: [(Phase, &str, &str); 5] = [
-    (Phase::Made, "kill-made", "killed when it was made, it can be opened by the next process"),
-    (Phase::Opened, "kill-opened", "killed when it was opened, it can be opened by the next process"),
-    (Phase::Read, "kill-read", "killed between reading and writing, it can be opened by the next process"),
-    (Phase::Engaged, "kill-engaged", "killed while its parts are engaged, its handles take what the guard writes, and the next process can open it"),
-    (Phase::Closed, "kill-closed", "killed when it was closed, it can be opened by the next process"),
+    (Phase::Made, "kill-made", "if it is killed after it was created, the next process can open it"),
+    (Phase::Opened, "kill-opened", "if it is killed after it was opened, the next process can open it"),
+    (Phase::Read, "kill-read", "if it is killed between reading and writing, the next process can open it"),
+    (Phase::Engaged, "kill-engaged", "if it is killed while its parts are engaged, its handles accept what the guard writes, and the next process can open it"),
+    (Phase::Closed, "kill-closed", "if it is killed after it was closed, the next process can open it"),
 ];
 
 impl Phase {

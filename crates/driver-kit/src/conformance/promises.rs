@@ -6,15 +6,15 @@ use super::subject::Subject;
 use device::SafeBy;
 
 pub(super) const CHECKS: &[Check] = &[
-    Check { name: "life-waits", sentence: "it waits for its device for no time or some, and at most an hour", run: life_waits },
-    Check { name: "life-lost", sentence: "a lost device is told within a declared time of at most a minute", run: life_lost },
-    Check { name: "safe-doc", sentence: "one line says what its safe state is", run: safe_doc },
-    Check { name: "safe-by", sentence: "its safe state has at least one means that brings it about, each named once", run: safe_by },
-    Check { name: "safe-time", sentence: "its safe state holds within a declared time of at most 10 s", run: safe_time },
-    Check { name: "service-words", sentence: "its services have names of their own and a line each", run: service_words },
+    Check { name: "life-waits", sentence: "it waits for its device for at most an hour", run: life_waits },
+    Check { name: "life-lost", sentence: "a lost device is reported within a declared time of at most a minute", run: life_lost },
+    Check { name: "safe-doc", sentence: "its safe state is described in one line", run: safe_doc },
+    Check { name: "safe-by", sentence: "its safe state has at least one means, and each means is named once", run: safe_by },
+    Check { name: "safe-time", sentence: "its safe state is reached within a declared time of at most 10 s", run: safe_time },
+    Check { name: "service-words", sentence: "its services have unique names and a line each", run: service_words },
     Check { name: "service-arguments", sentence: "the arguments of each service are declared as options are", run: service_arguments },
-    Check { name: "counter-words", sentence: "its counters have names of their own and a line each", run: counter_words },
-    Check { name: "rights", sentence: "each right says what it is and how it is given: 'raw sockets: cap_net_raw'", run: rights },
+    Check { name: "counter-words", sentence: "its counters have unique names and a line each", run: counter_words },
+    Check { name: "rights", sentence: "each required right is named with the way to grant it: 'raw sockets: cap_net_raw'", run: rights },
 ];
 
 fn life_waits(subject: &Subject) -> CheckResult {
@@ -33,8 +33,8 @@ fn safe_doc(subject: &Subject) -> CheckResult {
 
 fn safe_by(subject: &Subject) -> CheckResult {
     let by: &[SafeBy] = subject.of.safe_state.by;
-    holds(!by.is_empty(), || "by nothing".to_owned())?;
-    none_of((1..by.len()).filter(|i| by[..*i].contains(&by[*i])).map(|i| format!("'{}' is there twice", by[i])))
+    holds(!by.is_empty(), || "it has no means".to_owned())?;
+    none_of((1..by.len()).filter(|i| by[..*i].contains(&by[*i])).map(|i| format!("'{}' appears twice", by[i])))
 }
 
 fn safe_time(subject: &Subject) -> CheckResult {

@@ -6,9 +6,9 @@ use super::subject::Subject;
 use std::time::Duration;
 
 pub(super) const CHECKS: &[Check] = &[
-    Check { name: "moves", sentence: "a part moves while it is pushed, and its position says so", run: moves },
-    Check { name: "moves-alone", sentence: "a part that is pushed alone goes the way that it is pushed", run: moves_alone },
-    Check { name: "moves-late", sentence: "a part still moves, and its position still says so, after many firings", run: moves_late },
+    Check { name: "moves", sentence: "a part moves while it is pushed, and its position changes accordingly", run: moves },
+    Check { name: "moves-alone", sentence: "a part that is pushed alone moves in the direction of the push", run: moves_alone },
+    Check { name: "moves-late", sentence: "a part still moves, and its position still changes accordingly, after many firings", run: moves_late },
     Check { name: "velocity-sign", sentence: "the velocity of a part has the sign of its motion", run: velocity_sign },
     Check { name: "velocity-size", sentence: "the velocity of a part is in the unit of its position per second", run: velocity_size },
 ];

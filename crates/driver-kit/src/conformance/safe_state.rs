@@ -10,14 +10,14 @@ use std::os::unix::fs::FileExt;
 use std::time::{Duration, Instant};
 
 pub(super) const CHECKS: &[Check] = &[
-    Check { name: "safe-returns", sentence: "going to the safe state returns, within its declared time and what a busy machine adds", run: returns },
+    Check { name: "safe-returns", sentence: "going to the safe state returns, within its declared time and the delay of a busy machine", run: returns },
     Check { name: "safe-rests", sentence: "its parts stand still once its declared time has passed", run: rests },
     Check { name: "safe-twice", sentence: "going to the safe state twice is harmless", run: twice },
-    Check { name: "safe-allocation", sentence: "going to the safe state allocates nothing where the exchange is inline", run: allocation },
-    Check { name: "safe-goes-on", sentence: "behind its safe state it exchanges again, or is lost and can be opened anew", run: goes_on },
-    Check { name: "safe-handles", sentence: "it has handles for the guard exactly where it declares the guard", run: handles },
-    Check { name: "handles-work", sentence: "what the guard writes to its handles is taken whole", run: handles_work },
-    Check { name: "watchdog-by", sentence: "it has a watchdog where it declares that its device goes to its safe state by itself", run: by_device },
+    Check { name: "safe-allocation", sentence: "going to the safe state allocates nothing if the exchange is inline", run: allocation },
+    Check { name: "safe-goes-on", sentence: "after its safe state it exchanges again, or is lost and can be opened again", run: goes_on },
+    Check { name: "safe-handles", sentence: "it has handles for the guard if and only if it declares the guard", run: handles },
+    Check { name: "handles-work", sentence: "what the guard writes to its handles is accepted completely", run: handles_work },
+    Check { name: "watchdog-by", sentence: "it has a watchdog if it declares that its device goes to its safe state by itself", run: by_device },
 ];
 
 /// Time that a busy machine may add: it only catches a driver that hangs.
@@ -81,7 +81,7 @@ fn allocation(subject: &Subject) -> CheckResult {
         return Ok(PassedCheck::NotApplicable("it is not inline"));
     }
     let mut rig = pushed(subject)?;
-    let Some(before) = allocations() else { return Ok(PassedCheck::NotApplicable("nobody counts allocations here")) };
+    let Some(before) = allocations() else { return Ok(PassedCheck::NotApplicable("allocations are not counted here")) };
     rig.safe_state();
     let times = allocations().unwrap_or(before) - before;
     holds(times == 0, || format!("{times} times"))
@@ -95,7 +95,7 @@ fn goes_on(subject: &Subject) -> CheckResult {
         return Ok(PassedCheck::Yes);
     }
     drop(rig);
-    subject.open()?.cycles(5).map_err(|why| format!("one that is opened anew: {why}"))?;
+    subject.open()?.cycles(5).map_err(|why| format!("after it was opened again: {why}"))?;
     Ok(PassedCheck::Yes)
 }
 
@@ -106,7 +106,7 @@ fn declares(subject: &Subject, by: SafeBy) -> bool {
 fn handles(subject: &Subject) -> CheckResult {
     let rig = subject.open()?;
     let (has, declared) = (!rig.driver.safe_handles().is_empty(), declares(subject, SafeBy::Guard));
-    holds(has == declared, || if has { "it has some and does not declare the guard".to_owned() } else { "it declares the guard and has none".to_owned() })
+    holds(has == declared, || if has { "it has some but does not declare the guard".to_owned() } else { "it declares the guard but has none".to_owned() })
 }
 
 /// Makes the writes of the guard.
@@ -116,7 +116,7 @@ pub(super) fn write(handle: SafeHandle) -> Result<(), String> {
         let written = file.write_all_at(bytes, *offset).or_else(|_| std::io::Write::write_all(&mut &file, bytes));
         written.map_err(|why| format!("{} bytes at {offset}: {why}", bytes.len()))?;
     }
-    if handle.writes.iter().all(|(_, bytes)| bytes.is_empty()) { Err("it says nothing to write".to_owned()) } else { Ok(()) }
+    if handle.writes.iter().all(|(_, bytes)| bytes.is_empty()) { Err("it has nothing to write".to_owned()) } else { Ok(()) }
 }
 
 fn handles_work(subject: &Subject) -> CheckResult {

@@ -20,14 +20,14 @@ pub(super) fn outcome(kind: &str, options: &Value, settings: &Settings) -> Outco
     };
     Outcome {
         check: "sanitizer".to_owned(),
-        sentence: "an inline exchange and its safe state make no call that may block, says the real-time sanitizer".to_owned(),
+        sentence: "the real-time sanitizer finds no call that may block in an inline exchange and its safe state".to_owned(),
         verdict,
     }
 }
 
 fn exchanged(kind: &str, options: &Value, settings: &Settings) -> CheckResult {
     let Some(sanitizer) = &settings.sanitizer else {
-        return Ok(PassedCheck::NotApplicable("it was not looked at: no compiler here has the sanitizer, as clang 20 and Rust have"));
+        return Ok(PassedCheck::NotApplicable("it was not checked: no compiler here has the sanitizer, as clang 20 and Rust have"));
     };
     let (link, theirs) = UnixLink::pair().map_err(|why| why.to_string())?;
     let (mut said, says) = std::io::pipe().map_err(|why| why.to_string())?;
@@ -39,7 +39,7 @@ fn exchanged(kind: &str, options: &Value, settings: &Settings) -> CheckResult {
         Ok(Some(news)) => serde_json::from_slice(&news).map_err(|why| why.to_string())?,
         Ok(None) => {
             child.kill();
-            return Err(format!("it did not come back within {} s", settings.limit.as_secs()));
+            return Err(format!("it did not return within {} s", settings.limit.as_secs()));
         }
         Err(_) => {
             child.wait(LIMIT).ok_or("its process does not end")?;

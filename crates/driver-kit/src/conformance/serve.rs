@@ -23,10 +23,10 @@ const ORDER: Duration = Duration::from_secs(60);
 /// # Errors
 /// Fails if the process was not started for that; the message is for people.
 pub fn serve() -> Result<(), String> {
-    let gone = |_| "who started it is gone".to_owned();
+    let gone = |_| "the process that started it is gone".to_owned();
     let link = UnixLink::from_descriptor(inherited(LINK).map_err(|why| why.to_string())?).map_err(|why| why.to_string())?;
     kept::remember();
-    let order = link.receive(ORDER).map_err(gone)?.ok_or("it is told nothing")?;
+    let order = link.receive(ORDER).map_err(gone)?.ok_or("it received no order")?;
     let order: Value = serde_json::from_slice(&order).map_err(|why| why.to_string())?;
     let tell = |news: Value| link.send_with(news.to_string().as_bytes(), &[], None).map_err(gone);
     let subject = match subject(&order) {

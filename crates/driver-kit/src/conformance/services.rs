@@ -7,20 +7,20 @@ use device::{DriverError, check_service};
 use serde_json::{Value, json};
 
 pub(super) const CHECKS: &[Check] = &[
-    Check { name: "services", sentence: "it carries out services exactly where it declares some", run: there },
+    Check { name: "services", sentence: "it carries out services if and only if it declares some", run: there },
     Check { name: "service-unknown", sentence: "a service that it does not declare is refused", run: unknown },
     Check { name: "service-wrong", sentence: "wrong, missing and unknown arguments of each service are refused by name", run: wrong },
-    Check { name: "service-closed", sentence: "a service behind its end is refused or harmless", run: closed },
+    Check { name: "service-closed", sentence: "a service call after it was closed is refused or harmless", run: closed },
     Check { name: "counters", sentence: "it counts what it declares, and nothing else", run: counters },
     Check { name: "counters-grow", sentence: "a counter without a unit never decreases", run: counters_grow },
-    Check { name: "scan", sentence: "looking for devices succeeds, and gives options that the driver takes", run: scan },
+    Check { name: "scan", sentence: "a search for devices succeeds, and gives options that the driver accepts", run: scan },
 ];
 
 const NONE: PassedCheck = PassedCheck::NotApplicable("it has no services");
 
 fn there(subject: &Subject) -> CheckResult {
     let (declared, has) = (!subject.of.services.is_empty(), subject.rig()?.driver.services().is_some());
-    holds(declared == has, || format!("it declares {} and carries out {}", subject.of.services.len(), if has { "some" } else { "none" }))
+    holds(declared == has, || format!("it declares {} but carries out {}", subject.of.services.len(), if has { "some" } else { "none" }))
 }
 
 fn unknown(subject: &Subject) -> CheckResult {
@@ -58,7 +58,7 @@ fn closed(subject: &Subject) -> CheckResult {
 fn counters(subject: &Subject) -> CheckResult {
     let names = |words: &[device::CounterWord]| words.iter().map(|word| word.name).collect::<Vec<_>>();
     let counted = subject.rig()?.driver.counters().map(|counters| names(counters.words())).unwrap_or_default();
-    holds(counted == names(subject.of.counters), || format!("it declares {:?} and counts {counted:?}", names(subject.of.counters)))
+    holds(counted == names(subject.of.counters), || format!("it declares {:?} but counts {counted:?}", names(subject.of.counters)))
 }
 
 fn counters_grow(subject: &Subject) -> CheckResult {
@@ -77,7 +77,7 @@ fn counters_grow(subject: &Subject) -> CheckResult {
 
 fn scan(subject: &Subject) -> CheckResult {
     if subject.of.scan.is_none() {
-        return Ok(PassedCheck::NotApplicable("it cannot look"));
+        return Ok(PassedCheck::NotApplicable("it cannot search"));
     }
     // A search has a timeout of its own, for each device that is not present.
     let times = subject.of.options.iter().filter(|option| option.unit == "ns");
@@ -86,7 +86,7 @@ fn scan(subject: &Subject) -> CheckResult {
         options
     });
     let found = match device::scan(&subject.kind, &asked) {
-        Err(DriverError::Option { option, .. }) if !option.is_empty() => return Ok(PassedCheck::NotApplicable("it asks for where to look")),
+        Err(DriverError::Option { option, .. }) if !option.is_empty() => return Ok(PassedCheck::NotApplicable("it needs to know where to search")),
         found => found.map_err(|why| why.to_string())?,
     };
     for found in found {

@@ -29,7 +29,7 @@ impl Subject {
     /// Makes a driver with its buffers, which exchanges on this thread.
     pub(crate) fn rig(&self) -> Result<Rig, String> {
         let options = if self.of.class == Class::Worker { self.and(IN_PLACE, true.into()) } else { self.options.clone() };
-        let rig = Rig::new(self.with(&options).map_err(|why| format!("it cannot be made: {why}"))?);
+        let rig = Rig::new(self.with(&options).map_err(|why| format!("it cannot be created: {why}"))?);
         // A driver that is replaced in virtual time, by another one or by other options, has a time of its own.
         Ok(if device::in_virtual_time(&self.kind, &options) == (self.kind.clone(), options) { rig } else { rig.at_own_pace() })
     }

@@ -50,7 +50,7 @@ fn check_all(kind: &str, options: &Value, settings: &Settings, outcomes: &mut Ou
         let cause = match run(kind, options, settings, outcomes) {
             Ok(Ran::Enough) => return ControlFlow::Break(()),
             Ok(Ran::ToItsEnd) if outcomes.known.len() > before => continue,
-            Ok(Ran::ToItsEnd) => "its process said nothing".to_owned(),
+            Ok(Ran::ToItsEnd) => "its process reported nothing".to_owned(),
             Ok(Ran::Ended(cause)) => cause,
             // Nothing can be checked: the driver cannot be made, or no process can be started.
             Err(why) => return outcomes.push(failed(before, why)),
@@ -73,7 +73,7 @@ fn run(kind: &str, options: &Value, settings: &Settings, outcomes: &mut Outcomes
     if let Some(counting) = &settings.counting {
         launch = launch.variable("LD_PRELOAD", counting);
     }
-    let child = launch.start().map_err(|why| format!("no process to check it in: {why}"))?;
+    let child = launch.start().map_err(|why| format!("cannot start a process to check it in: {why}"))?;
     let order = json!({ "kind": kind, "options": options, "exchanges": settings.exchanges, "from": outcomes.known.len() });
     link.send_with(order.to_string().as_bytes(), &[], Some(settings.limit)).map_err(|_| "the process to check it in ended at once".to_owned())?;
     let all = checks();
@@ -82,7 +82,7 @@ fn run(kind: &str, options: &Value, settings: &Settings, outcomes: &mut Outcomes
             Err(_) => return Ok(Ran::Ended(format!("it ended its process: {}", ended(&child)))),
             Ok(None) => {
                 child.kill();
-                return Ok(Ran::Ended(format!("it did not come back within {} s", settings.limit.as_secs())));
+                return Ok(Ran::Ended(format!("it did not return within {} s", settings.limit.as_secs())));
             }
             Ok(Some(bytes)) => {
                 let news: Value = serde_json::from_slice(&bytes).map_err(|why| why.to_string())?;

@@ -71,7 +71,7 @@ pub(super) fn read(driver: &Driver) -> Result<Words, String> {
 
 fn items(driver: &Driver) -> Result<Vec<Item>, String> {
     if (driver.item_size as usize) < size_of::<Item>() {
-        return Err("the size of its items is not that of its version: build it again with this system's opengpac_driver.h".to_owned());
+        return Err("the size of its items does not match its version: build it again with this system's opengpac_driver.h".to_owned());
     }
     // SAFETY: that number of items of that size exists, and stays valid.
     let item = |index: u32| unsafe { driver.items.byte_add(index as usize * driver.item_size as usize).read_unaligned() };
@@ -104,8 +104,8 @@ fn default(item: &Item, kind: Kind, name: &str) -> Result<Value, String> {
     };
     match (kind, &value) {
         (Kind::List, Value::Array(_)) | (Kind::Table, Value::Object(_)) => Ok(value),
-        (Kind::List, _) => Err(format!("the default of option '{name}', '{text}', is no list: write it as JSON, \"[1, 2]\"")),
-        (Kind::Table, _) => Err(format!("the default of option '{name}', '{text}', is no table: write it as JSON, \"{{}}\"")),
+        (Kind::List, _) => Err(format!("the default of option '{name}', '{text}', is not a list: write it as JSON, \"[1, 2]\"")),
+        (Kind::Table, _) => Err(format!("the default of option '{name}', '{text}', is not a table: write it as JSON, \"{{}}\"")),
         (Kind::Number, Value::Null) => Err(format!("the default of option '{name}' is infinite or not a number")),
         _ => Ok(value),
     }

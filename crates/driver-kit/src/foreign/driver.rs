@@ -39,7 +39,7 @@ pub(super) fn make(
     made.map_err(failed)?;
     let channels = layout.unwrap_or_default().into_channels();
     if channels.iter().any(|channel| channel.direction == device::Direction::Write) && (of.safe_state.is_none() || of.write.is_none()) {
-        return Err(failed(format!("it has channels that are written, and no function {name}_write or {name}_safe_state")));
+        return Err(failed(format!("it has written channels but no function {name}_write or {name}_safe_state")));
     }
     let services = calls(instance.clone());
     Ok((Box::new(ForeignDriver { instance, channels, watchdog_ns, services, is_open: false }), json!({ "parts": parts })))
@@ -66,7 +66,7 @@ impl Driver for ForeignDriver {
 
     fn open(&mut self, now_ns: i64) -> Result<(), DeviceError> {
         if self.is_open || self.instance.is_closed.load(Ordering::Acquire) {
-            return Err(DeviceError { message: "it was opened before; open the device anew".to_owned() });
+            return Err(DeviceError { message: "it was opened before; open the device again".to_owned() });
         }
         // SAFETY: the memory is the driver's own; the same holds for each call below.
         lost(self.instance.of.open.map_or(std::ptr::null(), |open| unsafe { open(self.instance.memory(), now_ns) }))?;

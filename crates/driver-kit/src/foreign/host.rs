@@ -109,7 +109,7 @@ impl Host<'_> {
             Value::String(text) => self.keep(text),
             Value::Null => c"".as_ptr(),
             other => {
-                self.wrong(format!("{other} is no text"));
+                self.wrong(format!("{other} is not a string"));
                 c"".as_ptr()
             }
         }
@@ -120,7 +120,7 @@ impl Host<'_> {
             Some(number) => number,
             None => {
                 if !value.is_null() {
-                    self.wrong(format!("{value} is no number"));
+                    self.wrong(format!("{value} is not a number"));
                 }
                 0.0
             }
@@ -200,7 +200,7 @@ unsafe extern "C" fn whole(host: *mut AbiHost, name: *const c_char) -> i64 {
         Value::Bool(truth) => i64::from(truth),
         Value::Null => 0,
         value => value.as_i64().unwrap_or_else(|| {
-            host.wrong(format!("{value} is no whole number of 64 bits"));
+            host.wrong(format!("{value} is not a whole number of 64 bits"));
             0
         }),
     }
@@ -276,7 +276,7 @@ unsafe extern "C" fn counter(host: *mut AbiHost, name: *const c_char) -> *mut u6
     match (host.counters, index) {
         (Some(counters), Some(index)) => counters.address(index).cast_mut().cast(),
         _ => {
-            host.wrong(format!("it asks for counter '{name}', which it does not declare, or outside of make"));
+            host.wrong(format!("it asks for counter '{name}', which it does not declare, or does so outside of make"));
             NOBODY.as_ptr()
         }
     }
@@ -305,6 +305,6 @@ unsafe extern "C" fn found(host: *mut AbiHost, what: *const c_char, options_json
     let (host, what, json) = unsafe { (of(host), abi::text(what), CStr::from_ptr(options_json).to_string_lossy()) };
     match serde_json::from_str(&json) {
         Ok(options) => host.found.push(FoundDevice { what, options }),
-        Err(_) => host.wrong(format!("the options of what it found, '{json}', are no JSON")),
+        Err(_) => host.wrong(format!("the options of a device that it found, '{json}', are not JSON")),
     }
 }

@@ -14,7 +14,7 @@ static LOADED: Mutex<BTreeMap<PathBuf, Vec<&'static Declaration>>> = Mutex::new(
 
 /// Returns the drivers of a shared object; repeated calls return the same ones.
 pub(crate) fn load(file: &Path) -> Result<Vec<&'static Declaration>, DriverError> {
-    let refused = |what: String| DriverError::Failed(format!("no driver comes from '{}': {what}", file.display()));
+    let refused = |what: String| DriverError::Failed(format!("'{}' provides no driver: {what}", file.display()));
     let path = file.canonicalize().map_err(|why| refused(why.to_string()))?;
     let mut loaded = LOADED.lock().unwrap_or_else(PoisonError::into_inner);
     if let Some(drivers) = loaded.get(&path) {
@@ -41,7 +41,7 @@ fn open(path: &Path) -> Result<Vec<&'static Declaration>, String> {
         let (version, size) = ((*table).abi, (*table).size);
         if version != ABI || (size as usize) < size_of::<Module>() {
             return Err(format!(
-                "it is of version {version} of the driver interface, this system of {ABI}: build it again with this system's opengpac_driver.h"
+                "it has version {version} of the driver interface, but this system has {ABI}: build it again with this system's opengpac_driver.h"
             ));
         }
         &*table
@@ -67,7 +67,7 @@ fn declaration(driver: *const Driver) -> Result<&'static Declaration, String> {
     // SAFETY: a driver begins with its size.
     let size = unsafe { (*driver).size } as usize;
     if size < offset_of!(Driver, taken) {
-        return Err("the size of a driver's table is not that of its version: build it again with this system's opengpac_driver.h".to_owned());
+        return Err("the size of a driver's table does not match its version: build it again with this system's opengpac_driver.h".to_owned());
     }
     // SAFETY: absent pointers and functions are 0, and so are those beyond the end of a table that was built before they were added.
     let driver: &'static Driver = unsafe {
@@ -84,7 +84,7 @@ fn declaration(driver: *const Driver) -> Result<&'static Declaration, String> {
         }
     }
     if !words.services.is_empty() && driver.service.is_none() {
-        return Err(format!("driver '{name}' declares services and has no function {name}_service"));
+        return Err(format!("driver '{name}' declares services but has no function {name}_service"));
     }
     Ok(Foreign::declare(driver, words))
 }

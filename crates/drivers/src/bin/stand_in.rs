@@ -9,7 +9,7 @@ use std::time::Duration;
 fn main() {
     match std::env::args().nth(1).as_deref() {
         Some("rtp") => rtp(),
-        other => panic!("no stand-in {other:?}"),
+        other => panic!("there is no stand-in {other:?}"),
     }
 }
 

@@ -7,21 +7,21 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::Duration;
 
 pub(super) const SERVICES: [ServiceWord; 2] = [
-    ServiceWord { name: "place", doc: "puts a part somewhere, at once", arguments: &PLACE, answer: None, moves: false },
-    ServiceWord { name: "hold", doc: "answers that long after it was asked, as a homing does", arguments: &HOLD, answer: Some(Kind::Number), moves: false },
+    ServiceWord { name: "place", doc: "moves a part to a position at once", arguments: &PLACE, answer: None, moves: false },
+    ServiceWord { name: "hold", doc: "answers after a delay, as a homing does", arguments: &HOLD, answer: Some(Kind::Number), moves: false },
 ];
 
 const PLACE: [OptionWord; 2] = [
-    OptionWord::needed("part", Kind::Text, "its name"),
-    OptionWord::with_default("position", Kind::Number, "0", "where it is from the next reading on").unit("rad").within(-UNLIMITED, UNLIMITED),
+    OptionWord::needed("part", Kind::Text, "name of the part"),
+    OptionWord::with_default("position", Kind::Number, "0", "its position from the next reading on").unit("rad").within(-UNLIMITED, UNLIMITED),
 ];
 
-const HOLD: [OptionWord; 1] = [OptionWord::needed("seconds", Kind::Number, "how long").unit("s").within(0.0, 60.0)];
+const HOLD: [OptionWord; 1] = [OptionWord::needed("seconds", Kind::Number, "duration of the delay").unit("s").within(0.0, 60.0)];
 
 device::counters! {
     /// Counters of the driver.
     pub(super) enum Count {
-        Readings: "readings", "", "how often it was read";
+        Readings: "readings", "", "number of readings";
     }
 }
 
@@ -55,7 +55,7 @@ impl Services for PlacedParts {
         if service == "hold" {
             let seconds = arguments["seconds"].as_f64().unwrap_or_default();
             if !(0.0..=60.0).contains(&seconds) {
-                return refuse(format!("it holds for 0 to 60 s, and not for {seconds} s"));
+                return refuse(format!("the duration must be 0 to 60 s, not {seconds} s"));
             }
             std::thread::sleep(Duration::from_secs_f64(seconds));
             return Ok(seconds.into());
@@ -66,7 +66,7 @@ impl Services for PlacedParts {
                 self.positions[index].store(arguments["position"].as_f64().unwrap_or_default().to_bits(), Ordering::Release);
                 Ok(Value::Null)
             }
-            None => refuse(format!("there is no part '{part}', but {}", self.parts.join(", "))),
+            None => refuse(format!("there is no part '{part}', only {}", self.parts.join(", "))),
         }
     }
 }

@@ -154,7 +154,7 @@ fn run_from(outputs: &[Output], at: usize) -> usize {
 }
 
 fn closed() -> DeviceError {
-    DeviceError { message: "it is closed; open the device anew".to_owned() }
+    DeviceError { message: "it is closed; open the device again".to_owned() }
 }
 
 /// Returns the data of one request, and its number of registers or bits.

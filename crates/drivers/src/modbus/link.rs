@@ -21,13 +21,13 @@ use std::time::{Duration, Instant};
 device::counters! {
     /// Counters of the link.
     pub(super) enum Count {
-        Requests: "requests", "", "requests sent, repeated ones included";
-        Timeouts: "timeouts", "", "requests without an answer in time";
+        Requests: "requests", "", "requests sent, including repeated ones";
+        Timeouts: "timeouts", "", "requests that were not answered in time";
         Exceptions: "exceptions", "", "requests that the device refused";
-        Damaged: "damaged", "", "answers that were damaged, cut off or to something else";
-        Late: "late", "", "answers to an earlier request, dropped";
+        Damaged: "damaged", "", "answers that were damaged, incomplete or for another request";
+        Late: "late", "", "late answers to an earlier request, dropped";
         Reconnects: "reconnects", "", "connections or lines that were opened again";
-        Limited: "limited", "", "values that their register cannot hold, written as the nearest that it can";
+        Limited: "limited", "", "values that do not fit their register, written as the nearest value that does";
     }
 }
 
@@ -37,13 +37,13 @@ pub(super) fn address_of(text: &str) -> Result<Address, String> {
 }
 
 /// Problem of a damaged answer.
-const NO_HEADER: &str = "it begins with no header of Modbus TCP";
-const NO_FUNCTION: &str = "its function code or its length is none of Modbus";
-const WRONG_SUM: &str = "its CRC is wrong; look at cable, terminating resistors, baud rate and parity";
+const NO_HEADER: &str = "it does not begin with a Modbus TCP header";
+const NO_FUNCTION: &str = "its function code or its length is not valid in Modbus";
+const WRONG_SUM: &str = "its CRC is wrong; check the cable, terminating resistors, baud rate and parity";
 const OTHER_UNIT: &str = "it came from another unit";
-const OTHER_REQUEST: &str = "it answers another request: its function, length or address is another one";
-const MORE: &str = "it has more bytes than it says";
-const CUT_OFF: &str = "it was cut off";
+const OTHER_REQUEST: &str = "it answers another request: its function, length or address differs";
+const MORE: &str = "it is longer than its length field";
+const CUT_OFF: &str = "it was incomplete";
 
 /// Reason why there is no answer.
 #[derive(Debug)]
@@ -119,7 +119,7 @@ impl Link {
                 lines.insert(path.clone(), Arc::downgrade(&line));
                 drop(lines);
                 if line.take().address != *address {
-                    return Err(format!("another unit on {path} has other settings of the line; give both the same"));
+                    return Err(format!("another unit on {path} has different line settings; give both the same"));
                 }
                 line
             }

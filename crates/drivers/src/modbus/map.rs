@@ -6,19 +6,19 @@ use device::{Channel, Kind, Layout, OptionWord, Slot};
 use serde::Deserialize;
 use serde_json::{Map, Value};
 
-const FIRST: &str = "none: one of the tables is given";
+const FIRST: &str = "none: give one of the tables";
 
 /// Numeric options of a channel.
 pub(super) const CHANNEL: [OptionWord; 9] = [
-    OptionWord::with_default("holding", Kind::Whole, FIRST, "its address among the holding registers").within(0.0, 65535.0),
-    OptionWord::with_default("input", Kind::Whole, FIRST, "its address among the input registers").within(0.0, 65535.0),
-    OptionWord::with_default("coil", Kind::Whole, FIRST, "its address among the coils").within(0.0, 65535.0),
-    OptionWord::with_default("discrete", Kind::Whole, FIRST, "its address among the discrete inputs").within(0.0, 65535.0),
-    OptionWord::with_default("scale", Kind::Number, "1", "what one of the register is").within(-1e15, 1e15),
-    OptionWord::with_default("offset", Kind::Number, "0", "its value where the register is 0").within(-1e15, 1e15),
-    OptionWord::with_default("bit", Kind::Whole, "none", "the bit of a register that it is").within(0.0, 15.0),
-    OptionWord::with_default("every_ns", Kind::Whole, "each period", "how often it is read").unit("ns").within(0.0, 3.6e12),
-    OptionWord::with_default("slew", Kind::Number, "none", "its largest rate, per second").above(0.0, 1e15),
+    OptionWord::with_default("holding", Kind::Whole, FIRST, "its address in the holding registers").within(0.0, 65535.0),
+    OptionWord::with_default("input", Kind::Whole, FIRST, "its address in the input registers").within(0.0, 65535.0),
+    OptionWord::with_default("coil", Kind::Whole, FIRST, "its address in the coils").within(0.0, 65535.0),
+    OptionWord::with_default("discrete", Kind::Whole, FIRST, "its address in the discrete inputs").within(0.0, 65535.0),
+    OptionWord::with_default("scale", Kind::Number, "1", "value of one count of the register").within(-1e15, 1e15),
+    OptionWord::with_default("offset", Kind::Number, "0", "its value at 0 counts").within(-1e15, 1e15),
+    OptionWord::with_default("bit", Kind::Whole, "none", "the bit of the register that it is").within(0.0, 15.0),
+    OptionWord::with_default("every_ns", Kind::Whole, "each period", "interval between readings").unit("ns").within(0.0, 3.6e12),
+    OptionWord::with_default("slew", Kind::Number, "none", "its maximum rate, per second").above(0.0, 1e15),
 ];
 
 /// A declared channel: the table is the key of its address.
@@ -83,7 +83,7 @@ impl Write {
             Some(Value::Bool(true)) => Ok(Write::Changed),
             Some(Value::String(word)) if word == "changed" => Ok(Write::Changed),
             Some(Value::String(word)) if word == "each" => Ok(Write::Each),
-            Some(other) => Err(format!("\"write\": {other}: give true or \"changed\", or \"each\" for a write in each period")),
+            Some(other) => Err(format!("\"write\": {other}: give true or \"changed\", or \"each\" to write in each period")),
         }
     }
 }
@@ -150,10 +150,10 @@ fn overlap(places: &[MappedChannel], end: End) -> Result<(), String> {
             continue;
         }
         if one.address != other.address || one.form.mask() & other.form.mask() != 0 {
-            return Err(format!("'{}' and '{}' both lie at {} {}", one.name, other.name, other.space, other.address));
+            return Err(format!("'{}' and '{}' are both at {} {}", one.name, other.name, other.space, other.address));
         }
         if is_written[0] != is_written[1] {
-            let why = "a register is written by clients, or by this machine, as a whole";
+            let why = "a register is written as a whole, either by clients or by this machine";
             return Err(format!("'{}' and '{}' are parts of {} {}: {why}", one.name, other.name, other.space, other.address));
         }
     }
@@ -170,19 +170,21 @@ fn place(name: &str, value: &Value, end: End) -> Result<(Channel, MappedChannel)
     };
     match end {
         End::Client if write != Write::Never && !space.is_written() => {
-            return Err(format!("a client cannot write what is {space}; use \"holding\" or \"coil\""));
+            return Err(format!("a client cannot write to the table \"{space}\"; use \"holding\" or \"coil\""));
         }
         End::Server if write == Write::Never && !space.is_written() => {
-            return Err(format!("a client cannot write what is {space}, so nothing comes in there; use \"holding\" or \"coil\", or \"write\": true"));
+            return Err(format!(
+                "a client cannot write to the table \"{space}\", so this channel would get no values; use \"holding\" or \"coil\", or \"write\": true"
+            ));
         }
         _ => {}
     }
     let form = form(&asked, space)?;
     if u32::from(address) + u32::from(form.registers()) > 0x1_0000 {
-        return Err(format!("it ends behind {space} 65535, the last there is"));
+        return Err(format!("it extends beyond {space} 65535, the last one"));
     }
     let channel = match write {
-        Write::Never if asked.safe.is_some() || asked.slew.is_some() => return Err("a channel that is read has neither \"safe\" nor \"slew\"".to_owned()),
+        Write::Never if asked.safe.is_some() || asked.slew.is_some() => return Err("a channel that is read cannot have \"safe\" or \"slew\"".to_owned()),
         Write::Never => Channel::read(name, form.channel_type()),
         _ => Channel::write(name, form.channel_type()).safe(safe(&asked, &form)?).slew(asked.slew),
     };
@@ -197,25 +199,27 @@ fn place(name: &str, value: &Value, end: End) -> Result<(Channel, MappedChannel)
 fn form(asked: &ChannelOptions, space: Space) -> Result<Form, String> {
     let (scale, offset) = (asked.scale.unwrap_or(1.0), asked.offset.unwrap_or(0.0));
     if scale == 0.0 {
-        return Err("a scale of 0 tells nothing; give one that is not 0".to_owned());
+        return Err("its scale cannot be 0; give a scale other than 0".to_owned());
     }
     let numbers = [asked.r#type.is_some(), asked.scale.is_some(), asked.offset.is_some(), asked.raw, asked.order != Order::Abcd];
     match (asked.bit, asked.byte) {
-        (Some(_), Some(_)) => return Err("it is a \"bit\" or a \"byte\", not both".to_owned()),
-        (Some(_), _) | (_, Some(_)) if space.is_bits() => return Err(format!("a {space} is one bit already; leave out \"bit\" and \"byte\"")),
-        (Some(16..), _) => return Err("a register has the bits 0 to 15".to_owned()),
+        (Some(_), Some(_)) => return Err("it cannot be both a \"bit\" and a \"byte\"; give only one of them".to_owned()),
+        (Some(_), _) | (_, Some(_)) if space.is_bits() => {
+            return Err(format!("the table \"{space}\" already consists of single bits; leave out \"bit\" and \"byte\""));
+        }
+        (Some(16..), _) => return Err("a register has only the bits 0 to 15".to_owned()),
         (_, Some(_)) if asked.r#type.is_some() || asked.raw || asked.order != Order::Abcd => {
-            return Err("a byte has no \"type\", \"order\" or \"raw\"; it is 0 to 255, with \"scale\" and \"offset\"".to_owned());
+            return Err("a byte cannot have \"type\", \"order\" or \"raw\"; it is 0 to 255, with \"scale\" and \"offset\"".to_owned());
         }
         (_, Some(byte)) => return Ok(Form::Byte { is_high: byte == Byte::High, scale, offset }),
         (None, _) if !space.is_bits() => {}
-        _ if numbers.contains(&true) => return Err("a bit has no \"type\", \"scale\", \"offset\", \"order\" or \"raw\"".to_owned()),
+        _ if numbers.contains(&true) => return Err("a bit cannot have \"type\", \"scale\", \"offset\", \"order\" or \"raw\"".to_owned()),
         (bit, _) => return Ok(bit.map_or(Form::Coil, Form::Bit)),
     }
     let (of, order) = (asked.r#type.unwrap_or_default(), asked.order);
     if asked.raw {
         return match asked.scale.is_some() || asked.offset.is_some() {
-            true => Err("what is raw has neither \"scale\" nor \"offset\"".to_owned()),
+            true => Err("a raw value cannot have \"scale\" or \"offset\"".to_owned()),
             false => Ok(Form::Raw { of, order }),
         };
     }
@@ -226,7 +230,7 @@ fn form(asked: &ChannelOptions, space: Space) -> Result<Form, String> {
 fn safe(asked: &ChannelOptions, form: &Form) -> Result<Vec<u8>, String> {
     let len = form.channel_type().len();
     let Some(value) = &asked.safe else { return Ok(vec![0; len]) };
-    let no = || format!("\"safe\": {value} is no {}", form.channel_type());
+    let no = || format!("\"safe\": {value} is not of type {}", form.channel_type());
     match form {
         Form::Coil | Form::Bit(_) => value.as_bool().map(|bit| vec![u8::from(bit)]).ok_or_else(no),
         Form::Byte { .. } | Form::Scaled { .. } => {
@@ -331,18 +335,18 @@ mod tests {
         for (channel, why) in [
             (json!({}), "give its address in one table"),
             (json!({ "holding": 1, "coil": 1 }), "give its address in one table"),
-            (json!({ "holding": 65535, "type": "float" }), "it ends behind holding 65535"),
-            (json!({ "coil": 1, "type": "int16" }), "a bit has no \"type\""),
+            (json!({ "holding": 65535, "type": "float" }), "it extends beyond holding 65535"),
+            (json!({ "coil": 1, "type": "int16" }), "a bit cannot have \"type\""),
             (json!({ "holding": 1, "bit": 16 }), "the bits 0 to 15"),
-            (json!({ "holding": 1, "bit": 1, "byte": "low" }), "a \"bit\" or a \"byte\""),
-            (json!({ "coil": 1, "byte": "low" }), "one bit already"),
-            (json!({ "holding": 1, "byte": "low", "type": "int16" }), "a byte has no \"type\""),
+            (json!({ "holding": 1, "bit": 1, "byte": "low" }), "both a \"bit\" and a \"byte\""),
+            (json!({ "coil": 1, "byte": "low" }), "already consists of single bits"),
+            (json!({ "holding": 1, "byte": "low", "type": "int16" }), "a byte cannot have \"type\""),
             (json!({ "holding": 1, "byte": "low", "write": true, "safe": 256 }), "does not fit the register"),
-            (json!({ "holding": 1, "scale": 0.0 }), "a scale of 0 tells nothing"),
-            (json!({ "holding": 1, "safe": 1.0 }), "neither \"safe\" nor \"slew\""),
+            (json!({ "holding": 1, "scale": 0.0 }), "its scale cannot be 0"),
+            (json!({ "holding": 1, "safe": 1.0 }), "cannot have \"safe\" or \"slew\""),
             (json!({ "holding": 1, "write": "each", "safe": 70000 }), "does not fit the register"),
             (json!({ "holding": 1, "write": "each", "raw": true, "safe": -1 }), "is no uint16_t"),
-            (json!({ "input": 1, "write": true }), "a client cannot write what is input"),
+            (json!({ "input": 1, "write": true }), "a client cannot write to the table \"input\""),
             (json!({ "holding": 1, "write": "often" }), "give true or \"changed\""),
             (json!({ "holding": 1, "typ": "int16" }), "unknown field `typ`"),
         ] {
@@ -350,7 +354,7 @@ mod tests {
             assert!(refused.starts_with("'x': ") && refused.contains(why), "{refused}");
         }
         let both = made(json!({ "a": { "holding": 1, "type": "float", "write": true }, "b": { "holding": 2, "write": true } }));
-        assert_eq!(both.expect_err("they overlap"), "'a' and 'b' both lie at holding 2");
+        assert_eq!(both.expect_err("they overlap"), "'a' and 'b' are both at holding 2");
     }
 
     #[test]
@@ -365,7 +369,7 @@ mod tests {
         for overlapping in
             [json!({ "a": bit(3), "b": bit(0), "c": bit(3) }), json!({ "a": bit(3), "b": byte("low") }), json!({ "a": byte("high"), "b": bit(8), "c": bit(2) })]
         {
-            assert!(made(overlapping.clone()).expect_err("they overlap").contains("both lie at holding 1"), "{overlapping}");
+            assert!(made(overlapping.clone()).expect_err("they overlap").contains("both at holding 1"), "{overlapping}");
         }
         assert!(made(json!({ "a": bit(3), "b": { "holding": 0, "type": "float", "write": true } })).is_err());
         let mixed = json!({ "a": bit(3), "b": { "holding": 1, "bit": 4 } });

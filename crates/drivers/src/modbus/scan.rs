@@ -17,7 +17,7 @@ const ANSWER_TCP: Duration = Duration::from_millis(500);
 pub(super) fn scan(given: &GivenOptions<'_>) -> Result<Vec<FoundDevice>, DriverError> {
     let value = given.value();
     let Some(asked) = value["address"].as_str() else {
-        return Err(given.wrong("address", "say where to look: a serial line, or TCP addresses with commas between them"));
+        return Err(given.wrong("address", "give the place to search: a serial line, or TCP addresses separated by commas"));
     };
     let only = value["unit"].as_u64().and_then(|unit| u8::try_from(unit).ok());
     let answer = value["answer_ns"].as_u64().map(Duration::from_nanos);

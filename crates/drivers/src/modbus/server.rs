@@ -26,18 +26,18 @@ pub(crate) static DRIVER: Declaration = Declaration {
     class: Class::Worker,
     life: Life::IN_PLACE,
     safe_state: SafeState {
-        doc: "clients read the safe value of each channel, and see that a server is gone",
+        doc: "clients read the safe value of each channel, and see that the server is gone",
         by: &[SafeBy::Driver, SafeBy::End],
         within_ns: 1_000_000_000,
     },
     counters: Count::WORDS,
     rights: &["ports below 1024: cap_net_bind_service"],
-    ..Declaration::new("modbus_server", "channels of this machine offered by Modbus over TCP: who asks reads and writes them", &OPTIONS, open)
+    ..Declaration::new("modbus_server", "channels of this machine offered by Modbus over TCP to clients that read and write them", &OPTIONS, open)
 };
 
 const OPTIONS: [OptionWord; 5] = [
-    OptionWord::needed("address", Kind::Text, "where it listens: tcp/127.0.0.1:1502"),
-    OptionWord::needed("channels", Kind::Table, "as of driver modbus; those that are written are what clients read, the others what they write")
+    OptionWord::needed("address", Kind::Text, "address to listen at: tcp/127.0.0.1:1502"),
+    OptionWord::needed("channels", Kind::Table, "as for driver modbus; clients read the channels that are written, and write the others")
         .entries(&[&super::map::CHANNEL]),
     OptionWord::with_default(
         "to_network",
@@ -45,9 +45,9 @@ const OPTIONS: [OptionWord; 5] = [
         "false",
         "whether other hosts may connect: Modbus has no authentication, so every program that reaches the port may write",
     ),
-    OptionWord::with_default("clients", Kind::Whole, "8", "how many may be connected; for one more the one gives way that was silent for the longest")
+    OptionWord::with_default("clients", Kind::Whole, "8", "maximum number of clients; a further one replaces the one that has been silent longest")
         .within(1.0, 64.0),
-    OptionWord::with_default("silent_ns", Kind::Whole, "for ever", "how long clients may ask nothing, after the first request, before the device is lost")
+    OptionWord::with_default("silent_ns", Kind::Whole, "no limit", "time without a request, after the first one, before the device is lost")
         .unit("ns")
         .within(1e3, 3.6e12),
 ];
@@ -86,11 +86,11 @@ fn open(given: &GivenOptions<'_>) -> Result<OpenedDriver, DriverError> {
     let to = options
         .address
         .strip_prefix("tcp/")
-        .ok_or_else(|| wrong_address(format!("'{}' is no address to listen at; write tcp/127.0.0.1:1502", options.address)))?;
+        .ok_or_else(|| wrong_address(format!("'{}' is not an address to listen at; write tcp/127.0.0.1:1502", options.address)))?;
     let mut found = to.to_socket_addrs().map_err(|why| wrong_address(format!("'{to}': {why}; write tcp/127.0.0.1:1502")))?;
-    let address = found.next().ok_or_else(|| wrong_address(format!("'{to}' is no host")))?;
+    let address = found.next().ok_or_else(|| wrong_address(format!("'{to}' is not a host")))?;
     if !options.to_network && !is_loopback(address.ip()) {
-        let why = "other hosts could write its channels, and Modbus has no authentication; listen at tcp/127.0.0.1, or say to_network=true on a network of machines only";
+        let why = "other hosts could write its channels, and Modbus has no authentication; listen at tcp/127.0.0.1, or set to_network=true on a network of machines only";
         return Err(wrong_address(why.to_owned()));
     }
     let (channels, places) = map::places(&options.channels, End::Server).map_err(|why| given.wrong("channels", why))?;
@@ -145,7 +145,7 @@ impl Driver for Server {
         }
         match self.silent_ns {
             Some(silent_ns) if asked > 0 && release_ns - self.asked.1 > silent_ns => {
-                Err(DeviceError { message: format!("no client has asked anything at {} for {} ms", self.address, silent_ns as f64 * 1e-6) })
+                Err(DeviceError { message: format!("no client has sent a request to {} for {} ms", self.address, silent_ns as f64 * 1e-6) })
             }
             _ => Ok(()),
         }

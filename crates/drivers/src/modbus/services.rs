@@ -10,10 +10,10 @@ use serde::de::DeserializeOwned;
 use serde_json::{Map, Value, json};
 use std::sync::Weak;
 
-const SPACE: OptionWord = OptionWord::with_default("table", Kind::Text, "holding", "holding, input, coil or discrete");
+const SPACE: OptionWord = OptionWord::with_default("table", Kind::Text, "holding", "table: holding, input, coil or discrete");
 const ADDRESS: OptionWord = OptionWord::needed("address", Kind::Whole, "as in the protocol: the first is 0").within(0.0, 65535.0);
 const TYPE: OptionWord = OptionWord::with_default("type", Kind::Text, "uint16", Of::NAMES);
-const ORDER: OptionWord = OptionWord::with_default("order", Kind::Text, "ABCD", "of its bytes: ABCD, CDAB, BADC or DCBA");
+const ORDER: OptionWord = OptionWord::with_default("order", Kind::Text, "ABCD", "order of its bytes: ABCD, CDAB, BADC or DCBA");
 
 pub(super) static SERVICES: [ServiceWord; 3] = [
     ServiceWord { name: "read_register", doc: "reads one number or bit", arguments: &[ADDRESS, SPACE, TYPE, ORDER], answer: Some(Kind::Number), moves: false },
@@ -24,7 +24,13 @@ pub(super) static SERVICES: [ServiceWord; 3] = [
         answer: None,
         moves: false,
     },
-    ServiceWord { name: "identification", doc: "reads who the device is: vendor, product, version", arguments: &[], answer: Some(Kind::Table), moves: false },
+    ServiceWord {
+        name: "identification",
+        doc: "reads the identity of the device: vendor, product, version",
+        arguments: &[],
+        answer: Some(Kind::Table),
+        moves: false,
+    },
 ];
 
 /// Services that run outside the exchange, in the device's turn on its line.
@@ -53,12 +59,12 @@ impl Desk {
 
     fn write(&self, link: &Link, at: &At, value: f64) -> Result<Value, DeviceError> {
         if !at.space.is_written() {
-            return Err(wrong(&format!("what is {} cannot be written; use holding or coil", at.space)));
+            return Err(wrong(&format!("a value in {} cannot be written; use holding or coil", at.space)));
         }
         let end = u32::from(at.address) + u32::from(at.form.registers());
         let owner = self.outputs.iter().find(|place| place.space == at.space && u32::from(place.address) < end && u32::from(at.address) < place.end());
         if let Some(owner) = owner {
-            return Err(wrong(&format!("{} {} is written by channel '{}'; command that by a verb", at.space, at.address, owner.name)));
+            return Err(wrong(&format!("{} {} is written by channel '{}'; use a verb to command it", at.space, at.address, owner.name)));
         }
         let (wire, fits) =
             if at.space.is_bits() { ([u8::from(value != 0.0); 8], true) } else { at.form.write(&value.to_ne_bytes()).unwrap_or(([0; 8], false)) };
@@ -78,7 +84,7 @@ impl Services for Desk {
             "identification" => identification(&link),
             "read_register" => self.read(&link, &At::of(arguments)?),
             "write_register" => self.write(&link, &At::of(arguments)?, arguments["value"].as_f64().unwrap_or(f64::NAN)),
-            other => Err(wrong(&format!("no service '{other}'"))),
+            other => Err(wrong(&format!("there is no service '{other}'"))),
         }
     }
 }
@@ -92,13 +98,13 @@ struct At {
 
 impl At {
     fn of(arguments: &Value) -> Result<At, DeviceError> {
-        let address = arguments["address"].as_u64().and_then(|address| u16::try_from(address).ok()).ok_or_else(|| wrong("an address is 0 to 65535"))?;
+        let address = arguments["address"].as_u64().and_then(|address| u16::try_from(address).ok()).ok_or_else(|| wrong("an address must be 0 to 65535"))?;
         let space = word(arguments, "table")?.unwrap_or(Space::Holding);
         let (of, order) = (word(arguments, "type")?.unwrap_or_default(), word(arguments, "order")?.unwrap_or_default());
         let form = if space.is_bits() { Form::Coil } else { Form::Scaled { of, order, scale: 1.0, offset: 0.0 } };
         match u32::from(address) + u32::from(form.registers()) <= 0x1_0000 {
             true => Ok(At { space, address, form }),
-            false => Err(wrong("it ends behind 65535, the last register there is")),
+            false => Err(wrong("it extends beyond 65535, the last register")),
         }
     }
 }

@@ -146,7 +146,7 @@ impl Arm {
     }
 
     pub fn id(&self, object: i32, name: &str) -> i32 {
-        let name = CString::new(name).expect("names here hold no NUL");
+        let name = CString::new(name).expect("names here contain no NUL");
         // SAFETY: the model is valid and the name ends in NUL.
         unsafe { (self.mujoco.mj_name2id)(self.model, object, name.as_ptr()) }
     }

@@ -49,7 +49,7 @@ pub(super) fn channels(arm: &Arm) -> (Vec<Channel>, Slots) {
         layout.add(Channel::read("contacts", Type::doubles(GIVEN * count)).doc(doc))
     };
     let contacts = arm.contacts.map(contacts);
-    let pose = |name: &str| Channel::read(format!("{name}.pose"), Type::doubles(7)).doc("where the free body stands: x y z, m, then its turn as w x y z");
+    let pose = |name: &str| Channel::read(format!("{name}.pose"), Type::doubles(7)).doc("position x y z, m, of the free body, then its orientation as w x y z");
     let free = arm.free.iter().map(|(name, _)| layout.add(pose(name))).collect();
     let joints = arm.joints.iter().zip(reads).map(|(joint, reads)| {
         let effort = Channel::write(format!("{}.effort", joint.part.name), Type::DOUBLE).unit(effort_unit(joint.part.unit));
@@ -61,7 +61,7 @@ pub(super) fn channels(arm: &Arm) -> (Vec<Channel>, Slots) {
     let first_decoupled = joints.len() + usize::from(push.is_some());
     let decoupled = |joint: &Joint| {
         let channel = Channel::write(format!("{}.decoupled", joint.part.name), Type::DOUBLE).unit(effort_unit(joint.part.unit));
-        let channel = channel.doc("effort that moves the joint's own inertia alone: the drive adds what the other joints and gravity need");
+        let channel = channel.doc("effort that moves only the joint's own inertia: the drive adds what the other joints and gravity need");
         layout.add(channel.safe(f64::NAN.to_ne_bytes().to_vec()))
     };
     let decoupled = arm.joints.iter().map(decoupled).collect();

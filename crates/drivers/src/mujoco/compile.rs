@@ -23,7 +23,7 @@ pub(super) fn compile(mujoco: &MuJoCo, path: &Path, contacts: u32) -> Result<*mu
     tried(&mujoco.path, path, &whole)?;
     let failed = |problem: String| refusals::model(path, &problem);
     let (whole, text) = if contacts > 0 { model_with(&whole, contacts) } else { (whole, String::new()) };
-    let file = CString::new(whole.as_os_str().as_encoded_bytes()).map_err(|_| failed("its name holds a NUL".into()))?;
+    let file = CString::new(whole.as_os_str().as_encoded_bytes()).map_err(|_| failed("its name contains a NUL character".into()))?;
     let files = InMemory::new(mujoco, &file, &text);
     let mut message = [0 as c_char; 1000];
     let mut model = std::ptr::null_mut();

@@ -42,7 +42,7 @@ impl<'a> Fields<'a> {
 
     /// Returns the address of a field in the batch, its number of elements and their size; a null address for a field without elements.
     fn place(&self, name: &str) -> (*mut c_void, usize, usize) {
-        let name = CString::new(name).expect("field names hold no NUL");
+        let name = CString::new(name).expect("field names contain no NUL");
         let (mut count, mut size): (c_int, c_int) = (0, 0);
         // SAFETY: the batch is valid, the name ends in NUL, both results are written before the call returns.
         let place = unsafe { (self.arm.mujoco.mjb_expand)(self.batch, name.as_ptr(), &mut count, &mut size) };

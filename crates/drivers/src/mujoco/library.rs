@@ -49,7 +49,7 @@ fn version_text(library: &Library) -> Option<String> {
 pub(super) fn find(place: Option<&Path>) -> Result<PathBuf, DriverError> {
     let place = match place {
         Some(place) => place.to_path_buf(),
-        None => std::env::var_os("OPENGPAC_MUJOCO").map(PathBuf::from).ok_or_else(|| refusals::no_library("and nothing says where it is".to_owned()))?,
+        None => std::env::var_os("OPENGPAC_MUJOCO").map(PathBuf::from).ok_or_else(|| refusals::no_library("and its location is not known".to_owned()))?,
     };
     if place.is_file() {
         return Ok(place);
@@ -60,7 +60,7 @@ pub(super) fn find(place: Option<&Path>) -> Result<PathBuf, DriverError> {
         .filter(|p| p.file_name().is_some_and(|n| n.to_string_lossy().starts_with("libmujoco.so")))
         .collect();
     found.sort();
-    found.pop().ok_or_else(|| refusals::no_library(format!("and '{}' holds no libmujoco.so", place.display())))
+    found.pop().ok_or_else(|| refusals::no_library(format!("and '{}' contains no libmujoco.so", place.display())))
 }
 
 #[cfg(test)]

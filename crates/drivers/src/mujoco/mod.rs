@@ -64,9 +64,9 @@ pub(crate) static DRIVER: Declaration = Declaration {
 
 const OPTIONS: [OptionWord; 4] = [
     OptionWord::needed("path", Kind::Text, "the MJCF file").reaches(Reach::File),
-    OptionWord::with_default("library", Kind::Text, "what OPENGPAC_MUJOCO says", "folder of the Python package 'mujoco', or its library itself")
+    OptionWord::with_default("library", Kind::Text, "the value of OPENGPAC_MUJOCO", "folder of the Python package 'mujoco', or its library itself")
         .reaches(Reach::Code),
-    OptionWord::with_default("timestep", Kind::Number, "the model's own", "its step").unit("s").within(1e-6, 0.1),
+    OptionWord::with_default("timestep", Kind::Number, "that of the model", "its time step").unit("s").within(1e-6, 0.1),
     OptionWord::with_default("contacts", Kind::Whole, "0", "number of contacts in the channel `contacts`, the largest forces first")
         .within(0.0, contacts::CONTACTS_MAX as f64),
 ];

@@ -56,7 +56,7 @@ pub(super) fn load(mujoco: &'static MuJoCo, path: &Path, timestep_s: Option<f64>
     let (springs, apart, followers) = (springs(&fields), apart(&fields, &joints), followers(&fields, &joints));
     let (damping, friction, trees) = (fields.reals("dof_damping"), fields.reals("dof_frictionloss"), fields.ints("dof_treeid"));
     if let Some(v) = friction.iter().position(|most| !(0.0..f64::INFINITY).contains(most)) {
-        return Err(refusals::model(path, &format!("joint '{}' has the frictionloss {}; give one of 0 or more", freedoms[v], friction[v])));
+        return Err(refusals::model(path, &format!("joint '{}' cannot have the frictionloss {}; give 0 or more", freedoms[v], friction[v])));
     }
     let plant_friction = plant_friction(&fields, &friction, &joints, &apart);
     fields.set_reals("dof_frictionloss", &std::iter::zip(&friction, &plant_friction).map(|(whole, ours)| whole - ours).collect::<Vec<_>>());
@@ -65,7 +65,7 @@ pub(super) fn load(mujoco: &'static MuJoCo, path: &Path, timestep_s: Option<f64>
         return Err(refusals::no_actuated_joint(path));
     }
     if timestep_ns < 1_000 {
-        return Err(refusals::model(path, &format!("its time step, {timestep_ns} ns, is below 1 us")));
+        return Err(refusals::model(path, &format!("its time step cannot be {timestep_ns} ns; give at least 1 us")));
     }
     (arm.joints, arm.tool, arm.sensors, arm.free) = (joints, tool, sensors, free);
     (arm.springs, arm.apart, arm.followers, arm.freedoms) = (springs, apart, followers, freedoms);

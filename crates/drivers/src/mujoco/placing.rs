@@ -8,14 +8,14 @@ use std::sync::{Arc, Mutex, PoisonError};
 
 pub(super) const SERVICES: [ServiceWord; 1] = [ServiceWord {
     name: "place",
-    doc: "puts the arm somewhere, at rest and with all else as at the start, from the next reading on",
+    doc: "moves the arm at once, at rest and otherwise as at the start, from the next reading on",
     arguments: &PLACE,
     answer: None,
     moves: true,
 }];
 
 const PLACE: [OptionWord; 1] =
-    [OptionWord::with_default("positions", Kind::List, "where it was at the start", "of its joints, in the order of its parts, in rad or m")
+    [OptionWord::with_default("positions", Kind::List, "the initial position", "positions of its joints, in the order of its parts, in rad or m")
         .within(-UNLIMITED, UNLIMITED)];
 
 /// Positions set by a service since the last reading.
@@ -52,9 +52,9 @@ impl Places {
         let of = |(joint, value): (&Joint, &Value)| {
             let (name, least, most, unit) = (&joint.part.name, joint.part.range_min, joint.part.range_max, joint.part.unit);
             match value.as_f64() {
-                None => Err(format!("the position of '{name}' is {value}, which is no number")),
+                None => Err(format!("the position of '{name}' is {value}, which is not a number")),
                 Some(position) if (least..=most).contains(&position) => Ok(position),
-                Some(position) => Err(format!("the position {position} {unit} of '{name}' is outside of its range, {least} to {most} {unit}")),
+                Some(position) => Err(format!("the position {position} {unit} of '{name}' is outside its range, {least} to {most} {unit}")),
             }
         };
         self.joints.iter().zip(list).map(of).collect()
@@ -68,7 +68,7 @@ impl Places {
 impl Services for Places {
     fn call(&self, service: &str, arguments: &Value) -> Result<Value, DeviceError> {
         if service != SERVICES[0].name {
-            return Err(DeviceError { message: format!("no service '{service}'") });
+            return Err(DeviceError { message: format!("there is no service '{service}'") });
         }
         let positions = self.positions(&arguments["positions"]).map_err(|message| DeviceError { message })?;
         *self.asked.lock().unwrap_or_else(PoisonError::into_inner) = PlacingRequest { is_new: true, positions };

@@ -300,7 +300,7 @@ impl Plant {
 
 /// Returns the refusal of an effort that is NaN.
 fn unbounded(joint: &str, channel: &str) -> DeviceError {
-    DeviceError { message: format!("the effort written to '{joint}.{channel}' is not finite; see which block writes it") }
+    DeviceError { message: format!("the effort written to '{joint}.{channel}' is not finite; find the block that writes it") }
 }
 
 /// Returns the maximum number of values of a sensor; the force at the tool has three.

@@ -13,14 +13,14 @@ pub(super) fn no_library(problem: String) -> DriverError {
 /// Returns the error for a library that this driver does not support.
 pub(super) fn other_version(path: &Path, found: &str) -> DriverError {
     DriverError::Failed(format!(
-        "driver 'mujoco' needs MuJoCo 4, and '{}' is version {found}; install another with `pip install 'mujoco>=4,<5'`",
+        "driver 'mujoco' needs MuJoCo 4, but '{}' is version {found}; install another with `pip install 'mujoco>=4,<5'`",
         path.display()
     ))
 }
 
 /// Returns the error for a missing function in the library.
 pub(super) fn no_symbol(path: &Path, symbol: &str) -> DriverError {
-    DriverError::Failed(format!("'{}' has no function '{symbol}'; it is no complete MuJoCo 4 library", path.display()))
+    DriverError::Failed(format!("'{}' has no function '{symbol}', so it is not a complete MuJoCo 4 library", path.display()))
 }
 
 /// Returns the error for a model that does not parse or compile; `problem` is MuJoCo's own message.
@@ -30,5 +30,5 @@ pub(super) fn model(path: &Path, problem: &str) -> DriverError {
 
 /// Returns the error for a model without an actuated joint.
 pub(super) fn no_actuated_joint(path: &Path) -> DriverError {
-    DriverError::Failed(format!("the model '{}' has no actuated joint: give it an <actuator> with a joint that is a hinge or a slide", path.display()))
+    DriverError::Failed(format!("the model '{}' has no actuated joint: give it an <actuator> with a hinge or slide joint", path.display()))
 }

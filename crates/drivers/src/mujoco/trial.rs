@@ -71,16 +71,16 @@ fn verdict(output: &Output) -> Result<Option<bool>, String> {
         ("sound", None) => Ok(Some(true)),
         ("refused", None) => Err(line(text)),
         ("fatal", None) => Err(fatal("", &line(text))),
-        (_, Some(libc::SIGXCPU)) => Err(format!("it was not loaded within {PROCESSOR_S} s of processor time; look for counts that are too large")),
-        (_, Some(libc::SIGALRM)) => Err(format!("it was not loaded within {WALL_S} s; look for files that cannot be read, and for other work of this machine")),
+        (_, Some(libc::SIGXCPU)) => Err(format!("it was not loaded within {PROCESSOR_S} s of processor time; check for counts that are too large")),
+        (_, Some(libc::SIGALRM)) => Err(format!("it was not loaded within {WALL_S} s; check for files that cannot be read, and for other work of this machine")),
         (_, Some(signal)) => Err(fatal(&format!(" (signal {signal})"), &line(&String::from_utf8_lossy(&output.stderr)))),
         (_, None) => Err(fatal("", &line(&String::from_utf8_lossy(&output.stderr)))),
     }
 }
 
 fn fatal(how: &str, text: &str) -> String {
-    let says = if text.is_empty() { String::new() } else { format!(" and says '{text}'") };
-    format!("MuJoCo ends the process that tries it{how}{says}; look for sizes that no memory holds and for damaged files that it names")
+    let says = if text.is_empty() { String::new() } else { format!(" and reports '{text}'") };
+    format!("MuJoCo ends the process that tries it{how}{says}; check for sizes that no memory can hold and for damaged files that it names")
 }
 
 #[cfg(test)]
@@ -95,11 +95,11 @@ mod tests {
     fn what_a_child_says_and_how_it_ends_is_the_verdict() {
         assert_eq!(of(0, "trying sound", ""), Ok(Some(true)));
         assert_eq!(of(0, "trying refused Error: no\nline 1", ""), Err("Error: no; line 1".to_owned()));
-        assert!(of(0, "trying fatal stack overflow", "").unwrap_err().contains("says 'stack overflow'"));
-        assert!(of(libc::SIGABRT, "trying ", "terminating\n").unwrap_err().contains("(signal 6) and says 'terminating'"));
+        assert!(of(0, "trying fatal stack overflow", "").unwrap_err().contains("reports 'stack overflow'"));
+        assert!(of(libc::SIGABRT, "trying ", "terminating\n").unwrap_err().contains("(signal 6) and reports 'terminating'"));
         assert!(of(libc::SIGXCPU, "trying ", "").unwrap_err().contains("not loaded within 60 s of processor time"));
-        assert!(of(libc::SIGALRM, "trying ", "").unwrap_err().contains("not loaded within 600 s; look for files"));
-        assert!(of(1 << 8, "trying ", "").unwrap_err().starts_with("MuJoCo ends the process that tries it; look"));
+        assert!(of(libc::SIGALRM, "trying ", "").unwrap_err().contains("not loaded within 600 s; check for files"));
+        assert!(of(1 << 8, "trying ", "").unwrap_err().starts_with("MuJoCo ends the process that tries it; check"));
         assert_eq!(of(1 << 8, "", "No module named ctypes"), Ok(None), "an interpreter that cannot try has no verdict");
     }
 }

@@ -137,7 +137,7 @@ impl PlantProcess {
         };
         match self.taken_max_ns {
             _ if silent_ns > self.silent_ns => old(silent_ns, self.silent_ns, "it answers too slowly or not at all"),
-            Some(most_ns) if seen_ns > most_ns => old(age_ns, most_ns, "it answers too slowly, or tells nothing new"),
+            Some(most_ns) if seen_ns > most_ns => old(age_ns, most_ns, "it answers too slowly, or delivers nothing new"),
             _ => Ok(()),
         }
     }
@@ -166,7 +166,7 @@ impl Driver for PlantProcess {
         let descriptor = match ask_with(link, Ask::Open).map_err(fail)? {
             (Answer::Opened, mut descriptors) if !descriptors.is_empty() => descriptors.remove(0),
             (Answer::Refused(problem), _) => return Err(fail(problem)),
-            (other, _) => return Err(fail(format!("it answers {other:?}"))),
+            (other, _) => return Err(fail(format!("it gave an unexpected answer, {other:?}"))),
         };
         let region = Region::received(descriptor, self.shape).map_err(|error| fail(error.to_string()))?;
         let (commands, readings) = region.driver_ends();
@@ -190,7 +190,7 @@ impl Driver for PlantProcess {
             return Err(DeviceError { message });
         }
         if session.region.is_safe() {
-            let message = "its process stood still, so the guard brought the plant to its safe state; it obeys a driver that opens it anew".to_owned();
+            let message = "its process stood still, so the guard brought the plant to its safe state; open it again to command it".to_owned();
             return Err(DeviceError { message });
         }
         if let Some(timeout_ns) = self.timeout_ns.filter(|_| session.region.timed_out().load(Ordering::Acquire) != 0) {
@@ -201,7 +201,7 @@ impl Driver for PlantProcess {
         }
         let silent_ns = session.silent_ns(release_ns, self.silent_ns);
         if silent_ns > self.silent_ns {
-            return Err(DeviceError { message: format!("the plant process has made no step for {} ms", silent_ns / 1_000_000) });
+            return Err(DeviceError { message: format!("the plant process has not made a step for {} ms", silent_ns / 1_000_000) });
         }
         session.readings.latch();
         readings.copy_from_slice(session.readings.front());

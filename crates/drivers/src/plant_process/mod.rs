@@ -46,18 +46,18 @@ pub(crate) static DRIVER: Declaration = Declaration {
     in_virtual_time: Some(in_place),
     scan: Some(scan),
     safe_state: SafeState { by: &[SafeBy::Driver, SafeBy::Guard], ..SafeState::BY_DRIVER },
-    ..Declaration::new(KIND, "another driver in a process of its own, at its own pace, which outlives the one that commands it", &OPTIONS, open)
+    ..Declaration::new(KIND, "another driver in a separate process, with its own step time, which outlives the process that commands it", &OPTIONS, open)
 };
 
 const KIND: &str = "plant_process";
 const OPTIONS: [OptionWord; 7] = [
-    OptionWord::needed("driver", Kind::Table, "what the process runs, {\"kind\": …, \"options\": {…}}").reaches(Reach::Driver),
-    OptionWord::with_default("command", Kind::List, "that of this installation", "the command line of a process that runs it").reaches(Reach::Code),
-    OptionWord::with_default("name", Kind::Text, "only this driver has it", "where it is found by the program that opens it anew"),
-    OptionWord::with_default("linger_ns", Kind::Whole, "10 s", "how long it goes on without a connection").unit("ns").within(1e4, f64::INFINITY),
+    OptionWord::needed("driver", Kind::Table, "driver that the process runs, {\"kind\": …, \"options\": {…}}").reaches(Reach::Driver),
+    OptionWord::with_default("command", Kind::List, "that of this installation", "command line of a process that runs it").reaches(Reach::Code),
+    OptionWord::with_default("name", Kind::Text, "only this driver has it", "name under which a later program finds and opens it again"),
+    OptionWord::with_default("linger_ns", Kind::Whole, "10 s", "how long it continues without a connection").unit("ns").within(1e4, f64::INFINITY),
     OptionWord::with_default("step_ns", Kind::Whole, "the driver's 'timestep', else 1 ms", "its period").unit("ns").within(1e4, 3.6e12),
-    OptionWord::with_default("silent_ns", Kind::Whole, "500 ms", "a plant that makes no step for so long is lost").unit("ns").within(1e4, f64::INFINITY),
-    OptionWord::with_default("timeout_ns", Kind::Whole, "none", "its watchdog: without new commands for so long it goes to its safe commands")
+    OptionWord::with_default("silent_ns", Kind::Whole, "500 ms", "time without a step of the plant before it is lost").unit("ns").within(1e4, f64::INFINITY),
+    OptionWord::with_default("timeout_ns", Kind::Whole, "none", "its watchdog: after this time without new commands it goes to its safe commands")
         .unit("ns")
         .within(1e6, 3.6e12),
 ];
@@ -144,10 +144,10 @@ fn found(name: &str) -> Option<FoundDevice> {
 /// Returns a message if there is none.
 pub fn state(name: &str) -> Result<PlantState, String> {
     let path = place(name).map_err(|error| error.to_string())?;
-    let link = connect(&path).map_err(|error| format!("no plant '{name}' runs: {error}"))?;
+    let link = connect(&path).map_err(|error| format!("there is no plant '{name}' running: {error}"))?;
     match ask(&link, Ask::State)? {
         Answer::State(state) => Ok(state),
-        other => Err(format!("the plant '{name}' answers {other:?}")),
+        other => Err(format!("the plant '{name}' gave an unexpected answer, {other:?}")),
     }
 }
 
@@ -156,12 +156,12 @@ fn check(given: &GivenOptions<'_>, options: &Options) -> Result<(), DriverError>
     let inner = options.driver.kind.as_str();
     let others: Vec<&str> = device::declarations().iter().map(|driver| driver.kind).filter(|kind| *kind != KIND).collect();
     if !others.contains(&inner) {
-        return wrong("driver", format!("'{inner}' is no driver that a process can run; one of {}", others.join(", ")));
+        return wrong("driver", format!("'{inner}' is not a driver that a process can run; choose one of {}", others.join(", ")));
     }
     if let Some(name) = &options.name
         && (name.is_empty() || name.len() > NAME_MAX || !name.bytes().all(|byte| byte.is_ascii_alphanumeric() || b"_-".contains(&byte)))
     {
-        return wrong("name", format!("'{name}' is not 1 to {NAME_MAX} letters, digits, _ and -"));
+        return wrong("name", format!("'{name}' is not a valid name; use 1 to {NAME_MAX} letters, digits, _ and -"));
     }
     Ok(())
 }
@@ -182,7 +182,7 @@ pub fn clean() {
 /// Returns the command line that runs plants: the program beside this one, or the package of this program's interpreter.
 fn beside() -> Result<Vec<OsString>, DriverError> {
     let beside = std::env::current_exe().map(|program| program.with_file_name("opengpac-plant"));
-    let beside = beside.map_err(|error| lost(format!("this program has no folder: {error}")))?;
+    let beside = beside.map_err(|error| lost(format!("the folder of this program cannot be found: {error}")))?;
     if beside.exists() {
         return Ok(vec![beside.into_os_string()]);
     }

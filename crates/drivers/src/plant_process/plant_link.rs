@@ -31,9 +31,9 @@ pub(super) fn ask_with(link: &UnixLink, ask: Ask) -> Result<(Answer, Vec<OwnedFd
 
 pub(super) fn ask_within(link: &UnixLink, ask: Ask, limit: Duration) -> Result<(Answer, Vec<OwnedFd>), String> {
     let gone = |_| "its process is gone".to_owned();
-    let frame = serde_json::to_vec(&ask).expect("an ask has no map with keys that are no texts");
+    let frame = serde_json::to_vec(&ask).expect("a request has no map whose keys are not texts");
     link.send_with(&frame, &[], Some(limit)).map_err(gone)?;
-    let (frame, descriptors) = link.receive_with(limit).map_err(gone)?.ok_or_else(|| format!("its process does not answer for {} s", limit.as_secs()))?;
-    let answer = serde_json::from_slice(&frame).map_err(|_| "its process answers what no plant does".to_owned())?;
+    let (frame, descriptors) = link.receive_with(limit).map_err(gone)?.ok_or_else(|| format!("its process did not answer within {} s", limit.as_secs()))?;
+    let answer = serde_json::from_slice(&frame).map_err(|_| "its process gave an answer that is not a plant's".to_owned())?;
     Ok((answer, descriptors))
 }

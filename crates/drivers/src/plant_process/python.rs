@@ -24,25 +24,25 @@ pub(crate) static DRIVER: Declaration = Declaration {
         within_ns: 2 * PERIOD_NS,
     },
     in_virtual_time: Some(in_place),
-    ..Declaration::new(KIND, "a driver written in Python, in a process of its own", &OPTIONS, open)
+    ..Declaration::new(KIND, "a driver written in Python, in a separate process", &OPTIONS, open)
 };
 
 const OPTIONS: [OptionWord; 8] = [
-    OptionWord::with_default("path", Kind::Text, "none: module is given", "the file with its class").reaches(Reach::Code),
-    OptionWord::with_default("module", Kind::Text, "none: path is given", "the module with its class").reaches(Reach::Code),
-    OptionWord::with_default("class", Kind::Text, "the only one there", "its class"),
+    OptionWord::with_default("path", Kind::Text, "none: module is given", "file that contains its class").reaches(Reach::Code),
+    OptionWord::with_default("module", Kind::Text, "none: path is given", "module that contains its class").reaches(Reach::Code),
+    OptionWord::with_default("class", Kind::Text, "the only one in it", "name of its class"),
     OptionWord::with_default("options", Kind::Table, "none", "what the class declares as Option"),
-    OptionWord::with_default("paths", Kind::List, "those of its interpreter", "where else its process looks for modules").reaches(Reach::Code),
-    OptionWord::with_default("period_ns", Kind::Whole, "10 ms", "how often its exchange() is called").unit("ns").within(1e5, 6e10),
+    OptionWord::with_default("paths", Kind::List, "those of its interpreter", "further folders in which its process looks for modules").reaches(Reach::Code),
+    OptionWord::with_default("period_ns", Kind::Whole, "10 ms", "period of its exchange()").unit("ns").within(1e5, 6e10),
     OptionWord::with_default(
         "age_max_ns",
         Kind::Whole,
-        "10 periods, at least 100 ms; then it may tell nothing new for long",
-        "older readings are no readings: the device is lost",
+        "10 periods, at least 100 ms; it may then deliver nothing new for a long time",
+        "maximum age of a reading: with older ones the device is lost",
     )
     .unit("ns")
     .within(2e5, 3.6e12),
-    OptionWord::with_default("timeout_ns", Kind::Whole, "none", "its watchdog: without new commands for so long it is made safe, and lost")
+    OptionWord::with_default("timeout_ns", Kind::Whole, "none", "its watchdog: after this time without new commands it is made safe, and lost")
         .unit("ns")
         .within(1e6, 3.6e12),
 ];
@@ -73,7 +73,7 @@ fn open(given: &GivenOptions<'_>) -> Result<OpenedDriver, DriverError> {
     let period_ns = options.period_ns.unwrap_or(PERIOD_NS);
     let age_max_ns = options.age_max_ns.unwrap_or((10 * period_ns).max(10 * PERIOD_NS));
     if age_max_ns < 2 * period_ns {
-        return Err(given.wrong("age_max_ns", format!("at least two periods are asked for, {} ms", 2.0 * period_ns as f64 * 1e-6)));
+        return Err(given.wrong("age_max_ns", format!("give at least two periods, {} ms", 2.0 * period_ns as f64 * 1e-6)));
     }
     let made = PlantOrigin {
         kind: OBJECT.to_owned(),

@@ -205,8 +205,7 @@ impl Region {
     pub fn failure(&self) -> Option<String> {
         if self.spoilt.load(Ordering::Relaxed) {
             return Some(
-                "the memory that the plant shares with its driver was written over; whichever process did it is at fault: end it, and open the device anew"
-                    .to_owned(),
+                "the memory that the plant shares with its driver was overwritten; find the process at fault and end it, then open the device again".to_owned(),
             );
         }
         let len = (self.memory.word(FAILED).load(Ordering::Acquire) as usize).min(TEXT_MAX);
@@ -292,7 +291,7 @@ mod tests {
             // After overwriting there may be no publication, or a spurious one: both leave the reader with its earlier values.
             let _news = (obeys.latch(), readings.latch());
             assert_eq!((obeys.front().len(), readings.front().len()), (18, 24));
-            assert!(driver.failure().is_some_and(|why| why.contains("was written over")), "{word}");
+            assert!(driver.failure().is_some_and(|why| why.contains("was overwritten")), "{word}");
             let mut group = [0; 18];
             plant.load_safe_group(&mut group);
             assert!(plant.is_safe() && group == [9; 18]);

@@ -27,8 +27,8 @@ pub fn run() -> Result<(), String> {
     forks::claim_process();
     let descriptor = inherited(LINK).map_err(|error| error.to_string())?;
     let link = UnixLink::from_descriptor(descriptor).map_err(|error| format!("the link of the plant cannot be used: {error}"))?;
-    let Ok(Some((frame, _))) = link.receive_with(ANSWER) else { return Err("nothing says which plant to make".to_owned()) };
-    let Ok(Ask::Make(made)) = serde_json::from_slice(&frame) else { return Err("what came first does not say which plant to make".to_owned()) };
+    let Ok(Some((frame, _))) = link.receive_with(ANSWER) else { return Err("no request says which plant to create".to_owned()) };
+    let Ok(Ask::Make(made)) = serde_json::from_slice(&frame) else { return Err("the first request does not say which plant to create".to_owned()) };
     match Plant::make(made) {
         Ok(mut plant) => {
             if plant.described.made.rest_ns.is_none() {
@@ -125,7 +125,7 @@ impl Plant {
         let (mut driver, about) = device::open(&made.kind, &made.options).map_err(|error| error.to_string())?;
         driver.open(0).map_err(|error| error.message)?;
         let path = made.name.as_deref().map(place).transpose().map_err(|error| error.to_string())?;
-        let listener = path.map(|path| Listener::listen(&path)).transpose().map_err(|error| format!("a plant of that name cannot be had: {error}"))?;
+        let listener = path.map(|path| Listener::listen(&path)).transpose().map_err(|error| format!("a plant of that name cannot be created: {error}"))?;
         let own_ns = about["timestep"].as_f64().map(|s| (s * 1e9).round() as i64);
         let step_ns = made.step_ns.or(own_ns).unwrap_or(STEP_NS);
         let counted = driver.counters().filter(|_| made.rest_ns.is_some()).map_or(0, |counters| counters.words().len());
@@ -283,13 +283,13 @@ impl Plant {
     fn act(&mut self, frame: &[u8], number: u64, link: &UnixLink) -> bool {
         let Ok(ask) = serde_json::from_slice(frame) else { return false };
         let told = match ask {
-            Ask::Make(_) => Answer::Refused("a plant is made once".to_owned()),
+            Ask::Make(_) => Answer::Refused("a plant is created only once".to_owned()),
             Ask::Describe => Answer::Described(Box::new(self.described.clone())),
             Ask::State => Answer::State(self.state()),
             Ask::Serve(service, arguments) => self.carry_out(&service, &arguments),
             // The safe state was requested after this request was admitted: no motion is started.
             Ask::Move(service, _, rests) if self.rests() != Some(rests) => {
-                Answer::Refused(format!("service '{service}' moves the machine, and its device was brought to its safe state meanwhile"))
+                Answer::Refused(format!("service '{service}' moves the machine, but its device was brought to its safe state in the meantime"))
             }
             Ask::Move(service, arguments, _) => self.carry_out(&service, &arguments),
             Ask::Close => match &self.session {
@@ -328,7 +328,7 @@ impl Plant {
         if let Some(why) = &self.failed {
             return Err(why.clone());
         }
-        let region = Region::new(self.shape, &self.safe_group).map_err(|error| format!("no memory can be shared: {error}"))?;
+        let region = Region::new(self.shape, &self.safe_group).map_err(|error| format!("cannot share memory: {error}"))?;
         let (commands, readings) = region.plant_ends();
         self.session = Some(Session { region, commands, readings, holder, rests: 0 });
         self.group.copy_from_slice(&self.safe_group);
@@ -351,7 +351,7 @@ impl Plant {
 
 /// Sends an answer; returns false if the link is lost.
 fn answer(link: &UnixLink, answer: &Answer, descriptors: &[BorrowedFd<'_>]) -> bool {
-    let frame = serde_json::to_vec(answer).expect("an answer has no map with keys that are no texts");
+    let frame = serde_json::to_vec(answer).expect("an answer has no map whose keys are not texts");
     link.send_with(&frame, descriptors, Some(Duration::from_secs(1))).is_ok()
 }
 

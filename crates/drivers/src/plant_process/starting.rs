@@ -27,7 +27,7 @@ pub(super) fn opened(
     let described = match answer {
         Ok(Answer::Described(described)) => *described,
         Ok(Answer::Refused(problem)) => return Err(lost(problem)),
-        Ok(_) => return Err(lost("what answers is no plant".to_owned())),
+        Ok(_) => return Err(lost("the process that answers is not a plant".to_owned())),
         Err(problem) => {
             let how = child.as_ref().and_then(|child| child.wait(Duration::from_secs(1))).map_or(problem, |status| format!("its process {status}"));
             return Err(lost(how));
@@ -35,7 +35,7 @@ pub(super) fn opened(
     };
     if described.made != made {
         let name = made.name.unwrap_or_default();
-        let problem = format!("the plant '{name}' that runs already was made with other options; close it, or give this one another name");
+        let problem = format!("the plant '{name}' is already running with different options; close it, or give this one another name");
         return Err(given.wrong("name", problem));
     }
     let PlantDescription { channels, mut about, .. } = described;
@@ -51,7 +51,7 @@ pub(super) fn opened(
 }
 
 fn start(command: Vec<OsString>) -> Result<(UnixLink, Option<Child>, Option<UnixLink>), String> {
-    let pair = || UnixLink::pair().map_err(|error| format!("no link to its process can be made: {error}"));
+    let pair = || UnixLink::pair().map_err(|error| format!("cannot make a link to its process: {error}"));
     let ((link, theirs), (services, their_services)) = (pair()?, pair()?);
     let launch = Launch::new(command).descriptor(LINK, theirs).descriptor(SERVICES, their_services);
     let child = launch.start().map_err(|error| error.to_string())?;

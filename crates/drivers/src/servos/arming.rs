@@ -35,7 +35,7 @@ impl Servos {
         match model.number {
             Some(asked) if asked != number => {
                 let called = Model::called(self.protocol, number);
-                Err(self.wrong(joint, &format!("is of model {number} ({called}) and not {asked} ({}); correct option 'servos'", model.name)))
+                Err(self.wrong(joint, &format!("is of model {number} ({called}), not {asked} ({}); correct option 'servos'", model.name)))
             }
             _ => Ok(()),
         }
@@ -50,12 +50,12 @@ impl Servos {
         }
         if !map.modes.contains(&mode) {
             let (address, asked) = (map.mode.address, map.modes[0]);
-            return Err(self.wrong(joint, &format!("is in mode {mode}, in which it takes no positions; set its register {address} to {asked}")));
+            return Err(self.wrong(joint, &format!("is in mode {mode}, in which it does not accept positions; set its register {address} to {asked}")));
         }
         let Some(asked) = self.joints[joint].wired.homing_offset else { return Ok(()) };
         let offset = self.protocol.offset(self.ask(joint, map.offset)?.value);
         if offset != asked {
-            return Err(self.wrong(joint, &format!("adds {offset} counts of its own, and the calibration was made with {asked}; calibrate it again")));
+            return Err(self.wrong(joint, &format!("has an offset of {offset} counts, but the calibration was made with {asked}; calibrate it again")));
         }
         Ok(())
     }
@@ -72,21 +72,21 @@ impl Servos {
             let until = Instant::now() + REBOOT;
             while !self.line()?.ping(id).map_err(|why| self.gone(&why))? {
                 if Instant::now() > until {
-                    return Err(self.wrong(joint, &format!("reported {} and did not come back after it was started anew", map.named(grave))));
+                    return Err(self.wrong(joint, &format!("reported {} and did not recover after it was restarted", map.named(grave))));
                 }
             }
             self.ask(joint, map.error)?.value as u8 & map.grave
         } else {
             grave
         };
-        if left == 0 { Ok(()) } else { Err(self.wrong(joint, &format!("reports {}; take its load away, let it cool, then reset()", map.named(left)))) }
+        if left == 0 { Ok(()) } else { Err(self.wrong(joint, &format!("reports {}; reduce its load, let it cool, then reset()", map.named(left)))) }
     }
 
     /// Stores to a register of one servo, which must acknowledge it.
     pub(super) fn store(&mut self, joint: usize, register: Register, bytes: &[u8]) -> Result<(), DeviceError> {
         let id = self.joints[joint].wired.id;
         let written = self.line()?.write(id, register.address, bytes).map_err(|why| self.gone(&why))?;
-        let Some(answered) = written else { return Err(self.wrong(joint, "does not answer; look at its power and its cable")) };
+        let Some(answered) = written else { return Err(self.wrong(joint, "does not answer; check its power and its cable")) };
         match (self.protocol, answered.error & !ALERT) {
             (Protocol::Dynamixel, error @ 1..) => Err(self.wrong(joint, &format!("refuses {bytes:?} for its register {}: error {error}", register.address))),
             _ => Ok(()),
@@ -100,7 +100,7 @@ impl Servos {
         self.set_watchdog(joint)?;
         self.store(joint, self.map.torque, &[1])?;
         if self.ask(joint, self.map.torque)?.value == 0 {
-            return Err(self.wrong(joint, "was told to hold and says that its torque is off; look at its supply and its load, then reset()"));
+            return Err(self.wrong(joint, "was commanded to hold but reports that its torque is off; check its supply and its load, then reset()"));
         }
         let held = &mut self.joints[joint];
         (held.goal, held.has_torque) = (held.wired.angle(counts), true);
@@ -167,7 +167,7 @@ impl Servos {
             "write" => {
                 let (joint, register) = self.addressed(arguments)?;
                 if self.joints[joint].has_torque {
-                    return Err(self.wrong(joint, "holds its position; disable it before a register is written"));
+                    return Err(self.wrong(joint, "is holding its position; disable it before you write a register"));
                 }
                 let value = arguments["value"].as_i64().unwrap_or_default().to_le_bytes();
                 self.store(joint, register, &value[..usize::from(register.len)]).map(|()| Value::Null)
@@ -196,7 +196,7 @@ impl Servos {
         let number = |name: &str| arguments[name].as_u64().and_then(|number| u16::try_from(number).ok());
         match (number("address"), number("length")) {
             (Some(address), Some(len @ (1 | 2 | 4))) => Ok((joint, Register { address, len })),
-            _ => Err(self.wrong(joint, "has no such register; an address of its control table and a length of 1, 2 or 4 are asked for")),
+            _ => Err(self.wrong(joint, "does not have this register; give an address of its control table and a length of 1, 2 or 4")),
         }
     }
 
@@ -222,8 +222,8 @@ impl Servos {
             let of = &self.joints[joint];
             let in_force = [of.wired.counts(of.wired.min).round(), of.wired.counts(of.wired.max).round()];
             if let Some((from, to)) = of.seam {
-                let why = format!("was moved across the seam of its encoder, from count {from} to {to}, so that its ends are not known");
-                return Err(self.wrong(joint, &format!("{why}; shift its middle to count 2048 (its offset, or its horn), then record_ranges again")));
+                let why = format!("was moved across the zero point of its encoder, from count {from} to {to}, so its end positions are not known");
+                return Err(self.wrong(joint, &format!("{why}; shift its middle to count 2048 (with its offset or its horn), then call record_ranges again")));
             }
             let (range_min, range_max) = of.ends.unwrap_or((in_force[0].min(in_force[1]), in_force[0].max(in_force[1])));
             if range_min >= range_max {

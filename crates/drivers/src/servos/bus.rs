@@ -20,11 +20,11 @@ device::counters! {
     pub(super) enum Count {
         Exchanges: "exchanges", "", "exchanges in which every servo answered";
         Timeouts: "timeouts", "", "answers that did not come in time";
-        Retries: "retries", "", "requests that were made again";
+        Retries: "retries", "", "requests that were repeated";
         FramesBad: "frames_bad", "", "frames with a wrong checksum or length, dropped";
         FramesStrange: "frames_strange", "", "answers without a request, dropped";
-        GoalsLimited: "goals_limited", "", "goals that the range or the greatest speed held back";
-        Alerts: "alerts", "", "readings in which a servo told of an error, a low voltage among them";
+        GoalsLimited: "goals_limited", "", "goals that were limited by the range or the maximum speed";
+        Alerts: "alerts", "", "readings in which a servo reported an error, including a low voltage";
         HostTime: "host_time", "ns", "processor time of this host for the latest exchange";
     }
 }
@@ -193,7 +193,7 @@ impl Bus {
         self.line.drain_input()?;
         self.len = 0;
         if !self.protocol.write(&mut self.frame, id, ask) {
-            return Err(Error::new(ErrorKind::InvalidInput, "the request does not fit a frame, or the protocol has none such"));
+            return Err(Error::new(ErrorKind::InvalidInput, "the request does not fit a frame, or the protocol does not have it"));
         }
         let bytes = self.frame.bytes();
         // Byte stuffing makes an answer longer by a third at most.

@@ -53,7 +53,7 @@ pub(super) fn read(path: &Path) -> Result<Calibration, String> {
             return Err(format!("the range of '{name}', {} to {}, is empty; record it again", entry.range_min, entry.range_max));
         }
         if entry.drive_mode > 1 {
-            return Err(format!("the drive mode of '{name}' is {}; 0 or 1 is asked for", entry.drive_mode));
+            return Err(format!("the drive mode of '{name}' must be 0 or 1, not {}", entry.drive_mode));
         }
     }
     Ok(entries)
@@ -69,12 +69,12 @@ pub(super) fn write(path: &Path, entries: &Calibration) -> Result<(), String> {
     let text = serde_json::to_string_pretty(entries).map_err(|why| why.to_string())? + "\n";
     let mode = match std::fs::metadata(path) {
         Ok(there) if !there.is_file() || (there.len() > 0 && read(path).is_err()) => {
-            return Err(format!("{} is there and is no calibration; give another name, or remove it", path.display()));
+            return Err(format!("{} exists and is not a calibration; give another name, or remove it", path.display()));
         }
         Ok(there) => there.permissions().mode() & 0o777,
         Err(_) => 0o600,
     };
-    let mut name = path.file_name().ok_or_else(|| format!("{} is the name of no file", path.display()))?.to_owned();
+    let mut name = path.file_name().ok_or_else(|| format!("{} does not name a file", path.display()))?.to_owned();
     name.push(format!(".{}.part", std::process::id()));
     let beside = path.with_file_name(name);
     let written = (OpenOptions::new().write(true).create_new(true).mode(0o600).open(&beside))
@@ -115,7 +115,7 @@ mod tests {
         assert_eq!((mode(&path), read(&path)), (0o640, Ok(entries.clone())));
         std::fs::write(&other, "root:*:1\n").expect("ours");
         let refused = write(&other, &entries).expect_err("it is no calibration");
-        assert!(refused.contains("is no calibration") && !refused.contains("root:"), "{refused}");
+        assert!(refused.contains("is not a calibration") && !refused.contains("root:"), "{refused}");
         assert_eq!(std::fs::read_to_string(&other).expect("it is there"), "root:*:1\n");
         assert_eq!(std::fs::read_dir(&folder).expect("ours").count(), 2, "nothing half written is left");
         std::fs::remove_dir_all(&folder).expect("ours");

@@ -124,7 +124,7 @@ impl Servos {
         read.map_err(|why| self.gone(&why))?;
         if let Some(silent) = self.done.iter().position(|done| !done) {
             let tries = self.timing.retries + 1;
-            return Err(self.wrong(silent, &format!("does not answer ({tries} requests); look at its power and its cable")));
+            return Err(self.wrong(silent, &format!("does not answer ({tries} requests); check its power and its cable")));
         }
         if let Some((index, error)) = refused {
             return Err(self.wrong(index, &format!("refuses to be read: error {error}")));
@@ -159,7 +159,10 @@ impl Servos {
         let id = self.joints[joint].wired.id;
         let read = self.line()?.read(id, register).map_err(|why| self.gone(&why))?;
         read.ok_or_else(|| {
-            self.wrong(joint, &format!("does not answer at {} baud; is it powered and wired? a scan finds ids and baud rates", self.timing.baud))
+            self.wrong(
+                joint,
+                &format!("does not answer at {} baud; check its power and cable, or run a scan, which finds ids and baud rates", self.timing.baud),
+            )
         })
     }
 
@@ -285,17 +288,17 @@ impl Joint {
     fn new(wired: WiredJoint, layout: &mut Layout) -> Joint {
         let name = wired.name.clone();
         let mut read = |word: &str, unit: &str, doc: &str| layout.add(Channel::read(format!("{name}.{word}"), Type::DOUBLE).unit(unit).doc(doc));
-        let position = read("position", "rad", "where it is, from its zero");
-        let velocity = read("velocity", "rad/s", "how fast it moves");
+        let position = read("position", "rad", "position from its zero");
+        let velocity = read("velocity", "rad/s", "velocity");
         let has_load = matches!(wired.model.effort, Effort::Load | Effort::Both(_));
-        let load = has_load.then(|| read("load", "1", "share of its greatest effort"));
+        let load = has_load.then(|| read("load", "1", "share of its maximum effort"));
         let current = match wired.model.effort {
-            Effort::Current(amperes) | Effort::Both(amperes) => Some((read("current", "A", "its motor's"), amperes)),
+            Effort::Current(amperes) | Effort::Both(amperes) => Some((read("current", "A", "temperature of its motor"), amperes)),
             Effort::Load => None,
         };
-        let (voltage, temperature) = (read("voltage", "V", "of its supply"), read("temperature", "K", "inside it"));
-        let status = layout.add(Channel::read(format!("{name}.status"), Type::of(device::Number::Uint8)).doc("its error bits; 0: nothing is wrong"));
-        let goal = Channel::write(format!("{name}.goal"), Type::DOUBLE).unit("rad").doc("where it is to be; its torque is on while a verb claims it");
+        let (voltage, temperature) = (read("voltage", "V", "voltage of its supply"), read("temperature", "K", "temperature inside it"));
+        let status = layout.add(Channel::read(format!("{name}.status"), Type::of(device::Number::Uint8)).doc("its error bits; 0: no error"));
+        let goal = Channel::write(format!("{name}.goal"), Type::DOUBLE).unit("rad").doc("goal position; its torque is on while a verb claims it");
         // The safe value is no goal: the joint stays where it is until one is stored.
         let goal = layout.add(goal.safe(f64::NAN.to_ne_bytes().to_vec()));
         let slots = Slots { position, velocity, load, current, voltage, temperature, status, goal };

@@ -47,7 +47,7 @@ pub(crate) static DYNAMIXEL: Declaration = of(
     "dynamixel",
     "Dynamixel servos (protocol 2.0) on a serial bus",
     SafeState {
-        doc: "torque off: an arm that nothing holds sinks; with option watchdog_ns a servo that gets no request stands still by itself, its torque on",
+        doc: "torque off: an arm that nothing holds sinks; with option watchdog_ns a servo that gets no request stands still by itself, with its torque on",
         ..TORQUE_OFF
     },
     &options::DYNAMIXEL,
@@ -71,7 +71,7 @@ const fn of(
         safe_state,
         services: &services::SERVICES,
         counters: bus::Count::WORDS,
-        rights: &["the serial line: be in group dialout"],
+        rights: &["the serial line: be a member of group dialout"],
         scan: Some(scan),
         ..Declaration::new(kind, doc, options, open)
     }

@@ -17,7 +17,7 @@ const SPEED: f64 = 3.0;
 
 const COMMON: [OptionWord; 8] = [
     OptionWord::needed("port", Kind::Text, "the serial line: /dev/ttyUSB0, or a link in /dev/serial/by-id"),
-    OptionWord::with_default("baud", Kind::Whole, "1000000 (Feetech), 57600 (Dynamixel)", "bits per second").unit("1/s").within(1_200.0, 1e7),
+    OptionWord::with_default("baud", Kind::Whole, "1000000 (Feetech), 57600 (Dynamixel)", "baud rate").unit("1/s").within(1_200.0, 1e7),
     OptionWord::with_default(
         "servos",
         Kind::Table,
@@ -25,11 +25,13 @@ const COMMON: [OptionWord; 8] = [
         "name: {id, model, min (rad), max (rad), direction (1 or -1), zero (counts)} for each joint",
     )
     .entries(&[&SERVO]),
-    OptionWord::with_default("calibration", Kind::Text, "none", "a file of zeros and ranges, in the form of lerobot's").reaches(Reach::File),
-    OptionWord::with_default("max_speed", Kind::Number, "3 rad/s", "no goal moves faster, whatever is commanded").unit("rad/s").above(0.0, 100.0),
-    OptionWord::with_default("retries", Kind::Whole, "2", "how often those are asked again that do not answer").within(0.0, 100.0),
-    OptionWord::with_default("latency_ns", Kind::Whole, "20 ms", "what adapter and host may take beyond the time on the wire").unit("ns").within(0.0, 6e10),
-    OptionWord::with_default("echo", Kind::Bool, "tried when it is opened", "whether the adapter gives back what it is given"),
+    OptionWord::with_default("calibration", Kind::Text, "none", "a file of zeros and ranges, in the format of lerobot").reaches(Reach::File),
+    OptionWord::with_default("max_speed", Kind::Number, "3 rad/s", "maximum speed of a goal, whatever is commanded").unit("rad/s").above(0.0, 100.0),
+    OptionWord::with_default("retries", Kind::Whole, "2", "number of repeated requests to a servo that does not answer").within(0.0, 100.0),
+    OptionWord::with_default("latency_ns", Kind::Whole, "20 ms", "time that adapter and host may take in addition to the time on the wire")
+        .unit("ns")
+        .within(0.0, 6e10),
+    OptionWord::with_default("echo", Kind::Bool, "tried when it is opened", "whether the adapter echoes what it sends"),
 ];
 
 /// Numeric options of a joint.
@@ -48,7 +50,7 @@ pub(super) static FEETECH: [OptionWord; 8] = COMMON;
 
 pub(super) static DYNAMIXEL: [OptionWord; 9] = {
     let [port, baud, servos, calibration, max_speed, retries, latency, echo] = COMMON;
-    let doc = "a servo with torque stands still by itself when nothing is asked on the line for so long: 20 ms to 2.54 s, in steps of 20 ms";
+    let doc = "a servo with torque stands still by itself after this time without a request on the line: 20 ms to 2.54 s, in steps of 20 ms";
     let watchdog = OptionWord::with_default("watchdog_ns", Kind::Whole, "none", doc).unit("ns").within(2e7, 2.54e9);
     [port, baud, servos, calibration, max_speed, retries, latency, echo, watchdog]
 };
@@ -129,7 +131,7 @@ pub(super) fn read(given: &GivenOptions<'_>, protocol: Protocol) -> Result<Servo
     let timing = timing(given, protocol);
     let options: Options = given.read()?;
     let max_speed = options.max_speed.unwrap_or(SPEED);
-    let watchdog = options.watchdog_ns.map(|ns| units(ns).ok_or_else(|| given.wrong("watchdog_ns", "20 ms to 2.54 s in steps of 20 ms is asked for")));
+    let watchdog = options.watchdog_ns.map(|ns| units(ns).ok_or_else(|| given.wrong("watchdog_ns", "it must be 20 ms to 2.54 s, in steps of 20 ms")));
     let watchdog = watchdog.transpose()?;
     let calibration = match &options.calibration {
         Some(path) => calibration::read(path).map_err(|problem| given.wrong("calibration", format!("{}: {problem}", path.display())))?,
@@ -151,7 +153,7 @@ pub(super) fn read(given: &GivenOptions<'_>, protocol: Protocol) -> Result<Servo
     match joints.len() {
         0 => Err(given.wrong("servos", "it is missing; give name: {\"id\": 1} for each joint, or a calibration; a scan finds ids")),
         1..=SERVOS_MAX => Ok(ServoBusOptions { port: options.port, timing, max_speed, watchdog, joints }),
-        more => Err(given.wrong("servos", format!("{more} are given; one line has at most {SERVOS_MAX}"))),
+        more => Err(given.wrong("servos", format!("there cannot be {more} servos; give at most {SERVOS_MAX} for one line"))),
     }
 }
 
@@ -170,24 +172,24 @@ fn wired(name: &str, servo: &Servo, calibration: &Calibration, protocol: Protoco
         let counts = 0.0..=TURN - 1.0;
         if !(counts.contains(&entry.range_min) && counts.contains(&entry.range_max)) {
             let range = format!("{} to {}", entry.range_min, entry.range_max);
-            return Err(("", format!("its range in the calibration is {range}, and its encoder counts 0 to {}; record it again", TURN - 1.0)));
+            return Err(("", format!("its range in the calibration is {range}, but its encoder counts 0 to {}; record it again", TURN - 1.0)));
         }
     }
-    let id = servo.id.or(entry.map(|entry| entry.id)).ok_or((".id", "it is missing; a scan finds ids".to_owned()))?;
+    let id = servo.id.or(entry.map(|entry| entry.id)).ok_or((".id", "it is missing; run a scan to find ids".to_owned()))?;
     if let Some(entry) = entry.filter(|entry| entry.id != id) {
-        return Err((".id", format!("it is {id} here and {} in the calibration", entry.id)));
+        return Err((".id", format!("it is {id} here but {} in the calibration", entry.id)));
     }
     let models = Model::all(protocol);
     let model = match &servo.model {
         None => models.last().ok_or((".model", "there are no models".to_owned()))?,
         Some(called) => models.iter().find(|model| model.name == called.as_str()).ok_or_else(|| {
             let known: Vec<&str> = models.iter().map(|model| model.name).collect();
-            (".model", format!("no model '{called}'; the models are {}", known.join(", ")))
+            (".model", format!("there is no model '{called}'; the models are {}", known.join(", ")))
         })?,
     };
     let direction = servo.direction.or(entry.map(|entry| entry.direction())).unwrap_or(1.0);
     if direction.abs() != 1.0 {
-        return Err((".direction", format!("it is {direction}; 1 or -1 is asked for")));
+        return Err((".direction", format!("it must be 1 or -1, not {direction}")));
     }
     let zero = servo.zero.or(entry.map(|entry| entry.zero())).unwrap_or(0.5 * TURN);
     let homing_offset = entry.map(|entry| entry.homing_offset);

@@ -15,7 +15,7 @@ const PATIENCE: Duration = Duration::from_secs(10);
 const SERVO: OptionWord = OptionWord::needed("servo", Kind::Text, "name of the joint");
 const ADDRESS: OptionWord = OptionWord::needed("address", Kind::Whole, "address in its control table").within(0.0, 65535.0);
 const LENGTH: OptionWord = OptionWord::needed("length", Kind::Whole, "bytes: 1, 2 or 4").within(1.0, 4.0);
-const VALUE: OptionWord = OptionWord::needed("value", Kind::Whole, "what is stored, as its control table has it").within(-2_147_483_648.0, 4_294_967_295.0);
+const VALUE: OptionWord = OptionWord::needed("value", Kind::Whole, "the stored number, as in its control table").within(-2_147_483_648.0, 4_294_967_295.0);
 const PATH: OptionWord = OptionWord::needed("path", Kind::Text, "the file").reaches(Reach::File);
 const ONE_OR_ALL: OptionWord = OptionWord::with_default("servo", Kind::Text, "all", "name of a joint");
 
@@ -30,21 +30,21 @@ pub(super) const SERVICES: [ServiceWord; 5] = [
     },
     ServiceWord {
         name: "record_zero",
-        doc: "where a joint is now is its zero, in the calibration to come",
+        doc: "takes the present position of a joint as its zero in the next calibration",
         arguments: &[ONE_OR_ALL],
         answer: Some(Kind::Table),
         moves: false,
     },
     ServiceWord {
         name: "record_ranges",
-        doc: "from now on the ends are recorded between which joints are moved by hand",
+        doc: "starts recording the end positions between which joints are moved by hand",
         arguments: &[],
         answer: Some(Kind::Table),
         moves: false,
     },
     ServiceWord {
         name: "save_calibration",
-        doc: "writes what was recorded; it counts where a device is opened with it",
+        doc: "writes what was recorded; it takes effect when a device is opened with it",
         arguments: &[PATH],
         answer: Some(Kind::Table),
         moves: false,

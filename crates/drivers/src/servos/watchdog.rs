@@ -32,6 +32,6 @@ impl Servos {
             return Ok(());
         }
         let ms = i64::from(units) * WATCHDOG_UNIT_NS / 1_000_000;
-        Err(self.wrong(joint, &format!("was stopped by its own watchdog: nothing was asked on the line for {ms} ms; reset() and enable()")))
+        Err(self.wrong(joint, &format!("was stopped by its own watchdog: there was no request on the line for {ms} ms; reset() and enable()")))
     }
 }

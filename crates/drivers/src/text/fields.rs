@@ -6,12 +6,12 @@ use serde_json::Value;
 
 /// Numeric options of a field.
 pub(super) const FIELD: [OptionWord; 6] = [
-    OptionWord::with_default("text", Kind::Whole, "a number", "its letters").within(1.0, TEXT_MAX as f64),
-    OptionWord::with_default("base", Kind::Whole, "10", "of its digits, 10 or 16").within(10.0, 16.0),
-    OptionWord::with_default("scale", Kind::Number, "1", "what one of its number is").within(-1e15, 1e15),
+    OptionWord::with_default("text", Kind::Whole, "a number", "number of its letters").within(1.0, TEXT_MAX as f64),
+    OptionWord::with_default("base", Kind::Whole, "10", "base of its digits, 10 or 16").within(10.0, 16.0),
+    OptionWord::with_default("scale", Kind::Number, "1", "value of one unit of its number").within(-1e15, 1e15),
     OptionWord::with_default("offset", Kind::Number, "0", "its value where the number is 0").within(-1e15, 1e15),
-    OptionWord::with_default("decimals", Kind::Whole, "as many as are needed", "digits behind the point").within(0.0, 12.0),
-    OptionWord::with_default("safe", Kind::Number, "none", "what it is told at the end").within(-1e15, 1e15),
+    OptionWord::with_default("decimals", Kind::Whole, "as many as are needed", "digits after the decimal point").within(0.0, 12.0),
+    OptionWord::with_default("safe", Kind::Number, "none", "value that is sent at the end").within(-1e15, 1e15),
 ];
 
 /// A declared field.
@@ -62,15 +62,15 @@ pub(super) fn declared(name: &str, value: Option<&Value>, is_written: bool) -> R
     let asked: FieldOptions = value.map_or(Ok(FieldOptions::default()), |value| serde_json::from_value(value.clone()).map_err(|why| why.to_string()))?;
     let numbers = asked.base.is_some() || asked.scale.is_some() || asked.offset.is_some() || asked.decimals.is_some() || asked.safe.is_some();
     let (form, of) = match (asked.text, &asked.when) {
-        (Some(_), Some(_)) => return Err("it is a \"text\" or a \"when\", not both".to_owned()),
-        (Some(_), _) | (_, Some(_)) if numbers => return Err("\"base\", \"scale\", \"offset\", \"decimals\" and \"safe\" are of numbers".to_owned()),
+        (Some(_), Some(_)) => return Err("it cannot be both a \"text\" and a \"when\"".to_owned()),
+        (Some(_), _) | (_, Some(_)) if numbers => return Err("only numbers can have \"base\", \"scale\", \"offset\", \"decimals\" and \"safe\"".to_owned()),
         (Some(len), None) => (Form::Text, Type { number: Number::Uint8, elements: Some(len) }),
-        (None, Some(_)) if is_written => return Err("a \"when\" is read, not written".to_owned()),
+        (None, Some(_)) if is_written => return Err("a \"when\" can only be read, not written".to_owned()),
         (None, Some(word)) => (Form::When(word.as_bytes().to_vec()), Type::BOOL),
         (None, None) => (number(&asked)?, Type::DOUBLE),
     };
     if !is_written && (asked.safe.is_some() || asked.decimals.is_some()) {
-        return Err("\"safe\" and \"decimals\" are of what is written".to_owned());
+        return Err("only written fields can have \"safe\" and \"decimals\"".to_owned());
     }
     let channel = match is_written {
         true if asked.safe.is_some() => Channel::write(name, of).safe(asked.safe.unwrap_or(0.0).to_ne_bytes().to_vec()),
@@ -84,10 +84,10 @@ pub(super) fn declared(name: &str, value: Option<&Value>, is_written: bool) -> R
 fn number(asked: &FieldOptions) -> Result<Form, String> {
     let (base, scale, offset) = (asked.base.unwrap_or(10), asked.scale.unwrap_or(1.0), asked.offset.unwrap_or(0.0));
     if !matches!(base, 10 | 16) {
-        return Err("a \"base\" is 10 or 16".to_owned());
+        return Err("a \"base\" must be 10 or 16".to_owned());
     }
     if scale == 0.0 || !scale.is_finite() || !offset.is_finite() {
-        return Err("a scale of 0 tells nothing; give one that is finite and not 0".to_owned());
+        return Err("its scale cannot be 0 or infinite; give a finite one other than 0".to_owned());
     }
     Ok(Form::Number { base, scale, offset, decimals: asked.decimals })
 }
@@ -192,10 +192,10 @@ pub(super) mod tests {
         use serde_json::json;
         for (asked, written, why) in [
             (json!({ "text": 4, "when": "x" }), false, "not both"),
-            (json!({ "text": 4, "scale": 2.0 }), false, "are of numbers"),
-            (json!({ "when": "x" }), true, "is read, not written"),
+            (json!({ "text": 4, "scale": 2.0 }), false, "only numbers can have"),
+            (json!({ "when": "x" }), true, "can only be read, not written"),
             (json!({ "base": 8 }), false, "10 or 16"),
-            (json!({ "safe": 1.0 }), false, "of what is written"),
+            (json!({ "safe": 1.0 }), false, "only written fields can have"),
             (json!({ "scael": 1.0 }), false, "unknown field"),
         ] {
             let refused = declared("x", Some(&asked), written).err();

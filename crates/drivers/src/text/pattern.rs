@@ -50,7 +50,7 @@ fn parts<'a>(text: &'a str, mut found: impl FnMut(Part<'a>)) -> Result<(), Strin
             continue;
         }
         let name = after.split_once('}').filter(|_| brace == "{");
-        let (name, after) = name.ok_or_else(|| format!("a '{brace}' in '{text}' has no other one; a brace of its own is written twice"))?;
+        let (name, after) = name.ok_or_else(|| format!("a '{brace}' in '{text}' has no counterpart; write a literal brace twice"))?;
         found(Part::Name(name));
         rest = after;
     }
@@ -83,7 +83,7 @@ impl Pattern {
             Piece::Literal(_) => false,
         };
         match pattern.pieces.windows(2).any(|two| is_open(&two[0]) && !matches!(two[1], Piece::Literal(_))) {
-            true => Err(format!("in '{text}' a field of letters is followed by another one: its end could not be told")),
+            true => Err(format!("in '{text}' a field of letters is directly followed by another field, so its end cannot be recognised")),
             false => Ok(pattern),
         }
     }
@@ -184,7 +184,7 @@ mod tests {
 
     #[test]
     fn what_nobody_could_read_is_refused() {
-        for (text, why) in [("{weight", "has no other one"), ("kg}", "has no other one"), ("{code}{weight}", "its end could not be told")] {
+        for (text, why) in [("{weight", "has no counterpart"), ("kg}", "has no counterpart"), ("{code}{weight}", "its end cannot be recognised")] {
             assert!(pattern(text).is_err_and(|refused| refused.contains(why)), "{text}");
         }
     }

@@ -11,10 +11,10 @@ use std::time::{Duration, Instant};
 device::counters! {
     /// Counters of the driver.
     pub(super) enum Count {
-        Taken: "taken", "", "texts that were declared";
-        Unmatched: "unmatched", "", "texts that none of the declared fits";
+        Taken: "taken", "", "texts that matched a declared one";
+        Unmatched: "unmatched", "", "texts that matched no declared one";
         Damaged: "damaged", "", "texts that were damaged, and noise between them";
-        Timeouts: "timeouts", "", "questions without an answer in time";
+        Timeouts: "timeouts", "", "questions that were not answered in time";
         Sent: "sent", "", "texts sent";
     }
 }
@@ -22,12 +22,12 @@ device::counters! {
 pub(super) static SERVICES: [ServiceWord; 2] = [
     ServiceWord {
         name: "send",
-        doc: "sends one text, with what belongs around it",
+        doc: "sends one text, framed like the others",
         arguments: &[OptionWord::needed("text", Kind::Text, "without start, checksum and end")],
         answer: None,
         moves: false,
     },
-    ServiceWord { name: "last_text", doc: "the text that came last, whether it was declared or not", arguments: &[], answer: Some(Kind::Text), moves: false },
+    ServiceWord { name: "last_text", doc: "the latest text, whether it was declared or not", arguments: &[], answer: Some(Kind::Text), moves: false },
 ];
 
 /// Time limit for a device to accept a text.
@@ -73,7 +73,7 @@ impl Services for Line {
                 let last = self.last.lock().unwrap_or_else(PoisonError::into_inner);
                 Ok(json!(String::from_utf8_lossy(&last.1[..last.0])))
             }
-            _ => Err(DeviceError { message: format!("no service '{service}'") }),
+            _ => Err(DeviceError { message: format!("there is no service '{service}'") }),
         }
     }
 }
@@ -225,7 +225,7 @@ impl Driver for Talker {
         let heard_ns = *self.heard_ns.get_or_insert(release_ns);
         let silent = self.silent_ns.filter(|silent_ns| release_ns - heard_ns > *silent_ns);
         if let Some(silent_ns) = silent {
-            let said = format!("the device at {} has said nothing that was declared for {} ms", self.line.address, silent_ns as f64 * 1e-6);
+            let said = format!("the device at {} has sent no declared text for {} ms", self.line.address, silent_ns as f64 * 1e-6);
             return Err(DeviceError { message: said });
         }
         self.count.set_double(&mut self.readings, 0, self.taken as f64);

@@ -52,13 +52,16 @@ const fn service(name: &'static str, doc: &'static str) -> ServiceWord {
 
 /// Services, each with its commands.
 const ASKED: [(ServiceWord, &[&str]); 7] = [
-    (service("unlock_protective_stop", "releases a protective stop; the controller refuses it for 5 s"), &["close safety popup", "unlock protective stop"]),
+    (
+        service("unlock_protective_stop", "releases a protective stop; the controller refuses this for the first 5 s"),
+        &["close safety popup", "unlock protective stop"],
+    ),
     (service("power_on", "powers the arm on and releases its brakes"), &["power on", "brake release"]),
     (service("power_off", "powers the arm off; its brakes hold it"), &["power off"]),
     (service("restart_safety", "restarts the safety system after a violation or a fault; the arm is powered off"), &["close safety popup", "restart safety"]),
-    (service("close_popups", "closes what the pendant shows"), &["close popup", "close safety popup"]),
-    (service("mode", "what the controller says of its arm"), &["robotmode"]),
-    (service("safety", "what the controller says of its safety system"), &["safetystatus"]),
+    (service("close_popups", "closes the popup on the pendant"), &["close popup", "close safety popup"]),
+    (service("mode", "state of the arm as the controller reports it"), &["robotmode"]),
+    (service("safety", "state of the safety system as the controller reports it"), &["safetystatus"]),
 ];
 
 pub(super) static SERVICES: [ServiceWord; 7] = [ASKED[0].0, ASKED[1].0, ASKED[2].0, ASKED[3].0, ASKED[4].0, ASKED[5].0, ASKED[6].0];
@@ -70,8 +73,9 @@ pub(super) struct Panel {
 
 impl Services for Panel {
     fn call(&self, service: &str, _: &Value) -> std::result::Result<Value, DeviceError> {
-        let (_, commands) = ASKED.iter().find(|(word, _)| word.name == service).ok_or_else(|| DeviceError { message: format!("no service '{service}'") })?;
-        let failed = |why: Error| DeviceError { message: format!("the dashboard at {} has not answered: {why}", self.to) };
+        let (_, commands) =
+            ASKED.iter().find(|(word, _)| word.name == service).ok_or_else(|| DeviceError { message: format!("there is no service '{service}'") })?;
+        let failed = |why: Error| DeviceError { message: format!("the dashboard at {} did not answer: {why}", self.to) };
         let mut dashboard = Dashboard::connect(self.to, WITHIN).map_err(failed)?;
         let mut answer = String::new();
         for command in *commands {

@@ -22,11 +22,11 @@ const SPAN_NS_MAX: i64 = 2 * CYCLE_NS;
 device::counters! {
     /// Counters of the driver.
     pub(super) enum Count {
-        Packages: "packages", "", "taken, each the newest when it was";
-        Refused: "packages_refused", "", "of another form than was agreed, or with what is no number";
-        Unsent: "packages_unsent", "", "the connection had not taken the one before";
-        Limited: "goals_limited", "", "were farther from the one before than the maximum speed allows";
-        Age: "age", "ns", "of the newest package, in firings";
+        Packages: "packages", "", "packages received, each the newest at its time";
+        Refused: "packages_refused", "", "packages that differed from the agreed form, or contained a value that is not a number";
+        Unsent: "packages_unsent", "", "packages not sent because the connection had not accepted the previous one";
+        Limited: "goals_limited", "", "goals limited because they were farther from the previous one than the maximum speed allows";
+        Age: "age", "ns", "age of the newest package, in firings";
     }
 }
 
@@ -138,18 +138,18 @@ fn channels() -> (Vec<Channel>, Slots) {
     let velocity = NAMES.map(|name| layout.add(read(format!("{name}.velocity"), Type::DOUBLE, "rad/s", "joint velocity")));
     let force = layout.add(read("tool.force".to_owned(), Type::doubles(3), "N", "force at the tool, in the frame of the base"));
     let torque = layout.add(read("tool.torque".to_owned(), Type::doubles(3), "N.m", "torque at the tool, in the frame of the base"));
-    let speed_scaling = layout.add(read("speed_scaling".to_owned(), Type::DOUBLE, "", "by which the controller slows programs down, 0 to 1"));
+    let speed_scaling = layout.add(read("speed_scaling".to_owned(), Type::DOUBLE, "", "speed fraction to which the controller slows programs down, 0 to 1"));
     let inputs = std::array::from_fn(|i| layout.add(read(format!("io.in{i}"), Type::BOOL, "", "digital input of the control box")));
     let analog =
-        std::array::from_fn(|i| layout.add(read(format!("io.analog_in{i}"), Type::DOUBLE, "", "analog input of the control box, V or A as it is set")));
+        std::array::from_fn(|i| layout.add(read(format!("io.analog_in{i}"), Type::DOUBLE, "", "analog input of the control box, V or A as configured")));
     let hold = f64::NAN.to_ne_bytes();
     let goals = NAMES.map(|name| {
         let goal = Channel::write(format!("{name}.goal"), Type::DOUBLE).unit("rad");
-        layout.add(goal.doc("where the joint is to be; NaN: it stays").safe(hold.to_vec()))
+        layout.add(goal.doc("goal position of the joint; NaN: it stays").safe(hold.to_vec()))
     });
     let outputs = std::array::from_fn(|i| {
         let output = Channel::write(format!("io.out{i}"), Type::BOOL);
-        layout.add(output.doc("digital output of the control box; as the pendant sets it while it is not commanded"))
+        layout.add(output.doc("digital output of the control box; as set on the pendant while it is not commanded"))
     });
     (layout.into_channels(), Slots { position, velocity, force, torque, speed_scaling, inputs, analog, goals, outputs })
 }
@@ -182,12 +182,12 @@ impl Driver for Ur {
             (self.fresh, self.taken_ns) = (true, release_ns);
             self.counters.add(Count::Packages, 1);
         } else if is_due {
-            return Err(lost("the controller sends nothing any more"));
+            return Err(lost("the controller no longer sends anything"));
         }
         let age_ns = release_ns - self.taken_ns;
         self.counters.set(Count::Age, age_ns.unsigned_abs());
         if !self.options.lockstep && age_ns > self.options.silence_ns {
-            return Err(lost(format!("nothing has come from the controller for {} ms: its cable is out, or it is off", age_ns / 1_000_000)));
+            return Err(lost(format!("nothing has come from the controller for {} ms: its cable is unplugged, or it is off", age_ns / 1_000_000)));
         }
         if let Some(why) = hindrance(&session.sample).or_else(|| interruption(&session.sample, session.number)) {
             return Err(lost(why));

@@ -20,7 +20,7 @@ pub(super) enum LinkError {
     Closed,
     #[error("the connection failed: {0}")]
     Failed(#[from] io::Error),
-    #[error("what the controller sends is no RTDE: {0}")]
+    #[error("the controller sends data that is not RTDE: {0}")]
     Malformed(#[from] MalformedMessage),
 }
 

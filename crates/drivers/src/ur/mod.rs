@@ -41,7 +41,7 @@ pub(crate) static DRIVER: Declaration = Declaration {
     services: &dashboard::SERVICES,
     counters: driver::Count::WORDS,
     in_virtual_time: Some(in_lockstep),
-    ..Declaration::new("ur", "an arm of Universal Robots (e-series and later) over RTDE, which takes positions", &OPTIONS, open)
+    ..Declaration::new("ur", "an arm of Universal Robots (e-series and later) over RTDE, commanded by positions", &OPTIONS, open)
 };
 
 /// Makes the driver; it connects to the controller when it is opened.

@@ -13,29 +13,24 @@ const HOUR_NS: f64 = 3.6e12;
 
 pub(super) const OPTIONS: [OptionWord; 13] = [
     OptionWord::needed("host", Kind::Text, "name or address of its controller"),
-    OptionWord::with_default("rtde_port", Kind::Whole, "30004", "where it offers RTDE").within(1.0, 65535.0),
-    OptionWord::with_default("dashboard_port", Kind::Whole, "29999", "where it offers its dashboard").within(1.0, 65535.0),
-    OptionWord::with_default("script_port", Kind::Whole, "30002", "where it takes programs").within(1.0, 65535.0),
+    OptionWord::with_default("rtde_port", Kind::Whole, "30004", "port of its RTDE server").within(1.0, 65535.0),
+    OptionWord::with_default("dashboard_port", Kind::Whole, "29999", "port of its dashboard").within(1.0, 65535.0),
+    OptionWord::with_default("script_port", Kind::Whole, "30002", "port that accepts programs").within(1.0, 65535.0),
     OptionWord::with_default("power_on", Kind::Bool, "false", "powers the arm on and releases its brakes when it is opened"),
-    OptionWord::with_default(
-        "wait_ns",
-        Kind::Whole,
-        "10 s; 70 s with power_on",
-        "how long it may take until the arm follows, a controller that boots included",
-    )
-    .unit("ns")
-    .within(0.0, HOUR_NS),
-    OptionWord::with_default("silence_ns", Kind::Whole, "100 ms", "without a package for so long the arm is lost").unit("ns").within(4e6, HOUR_NS),
-    OptionWord::with_default("timeout_ns", Kind::Whole, "40 ms", "without a command for so long the controller stops the arm by itself")
+    OptionWord::with_default("wait_ns", Kind::Whole, "10 s; 70 s with power_on", "time limit until the arm follows, including the start of a controller")
+        .unit("ns")
+        .within(0.0, HOUR_NS),
+    OptionWord::with_default("silence_ns", Kind::Whole, "100 ms", "time without a package before the arm is lost").unit("ns").within(4e6, HOUR_NS),
+    OptionWord::with_default("timeout_ns", Kind::Whole, "40 ms", "time without a command before the controller stops the arm by itself")
         .unit("ns")
         .within(4e6, HOUR_NS),
-    OptionWord::with_default("speed_max", Kind::Number, "3.14", "no goal is farther from the one before than this speed allows")
-        .unit("rad/s")
-        .within(0.001, 10.0),
-    OptionWord::with_default("lookahead", Kind::Number, "0.05", "over how long servoj smooths goals").unit("s").within(0.03, 0.2),
-    OptionWord::with_default("gain", Kind::Number, "300", "how stiffly servoj follows").within(100.0, 2000.0),
-    OptionWord::with_default("deceleration", Kind::Number, "5", "with which the controller comes to rest by itself").unit("rad/s^2").within(0.1, 100.0),
-    OptionWord::with_default("lockstep", Kind::Bool, "false; true under the virtual clock", "a firing waits for the package that is due"),
+    OptionWord::with_default("speed_max", Kind::Number, "3.14", "maximum speed from one goal to the next").unit("rad/s").within(0.001, 10.0),
+    OptionWord::with_default("lookahead", Kind::Number, "0.05", "time over which servoj smooths goals").unit("s").within(0.03, 0.2),
+    OptionWord::with_default("gain", Kind::Number, "300", "stiffness with which servoj follows").within(100.0, 2000.0),
+    OptionWord::with_default("deceleration", Kind::Number, "5", "deceleration with which the controller comes to rest by itself")
+        .unit("rad/s^2")
+        .within(0.1, 100.0),
+    OptionWord::with_default("lockstep", Kind::Bool, "false; true under the virtual clock", "whether a firing waits for the package that is due"),
 ];
 
 #[derive(Clone, Debug, Deserialize)]

@@ -53,11 +53,11 @@ pub(super) enum Message<'a> {
 /// Bytes that are not a message.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub(super) enum MalformedMessage {
-    #[error("a message says that it is {0} bytes long")]
+    #[error("a message declares a length of {0} bytes")]
     Length(u16),
     #[error("a message of the unknown kind {0}")]
     Kind(u8),
-    #[error("a message of kind {kind} has {len} bytes, which is not its length")]
+    #[error("a message of kind {kind} has {len} bytes, which does not match its kind")]
     Contents { kind: u8, len: usize },
 }
 

@@ -59,9 +59,9 @@ impl Session {
         if options.power_on && is_off(&session.sample) {
             let dashboard = Self::dashboard(&mut dashboard, options, address, deadline)?;
             for command in ["power on", "brake release"] {
-                dashboard.ask(command).map_err(|why| format!("the dashboard has not answered '{command}': {why}"))?;
+                dashboard.ask(command).map_err(|why| format!("the dashboard did not answer '{command}': {why}"))?;
             }
-            session.until(|sample| !is_off(sample))?.then_some(()).ok_or("the arm was told to power on, and is not on yet")?;
+            session.until(|sample| !is_off(sample))?.then_some(()).ok_or("the arm was switched on but is not powered yet")?;
         }
         if let Some(why) = hindrance(&session.sample) {
             return Err(why.to_owned());
@@ -90,7 +90,7 @@ impl Session {
         let answer = if options.lockstep { ANSWER_IN_LOCKSTEP } else { ANSWER };
         loop {
             let link = Link::connect(to, LEAST);
-            let made = link.map_err(|why| Failure::NotThere(format!("no controller answers at {to}: {why}; is it on, and is this its address?")));
+            let made = link.map_err(|why| Failure::NotThere(format!("no controller answers at {to}: {why}; check that it is on and that this is its address")));
             match made.and_then(|link| Self::agreed(link, answer, deadline)) {
                 Ok(session) => return Ok(session),
                 Err(Failure::NotThere(_)) if Instant::now() < tries_until => std::thread::sleep(RETRY),
@@ -105,7 +105,7 @@ impl Session {
             let (mut found, until) = (None, deadline.min(Instant::now() + answer));
             while found.is_none() {
                 if !link.wait(until).map_err(LinkError::from)? {
-                    return Err(Failure::NotThere(format!("the controller has not answered RTDE's request '{}'", char::from(kind))));
+                    return Err(Failure::NotThere(format!("the controller did not answer RTDE's request '{}'", char::from(kind))));
                 }
                 link.receive(|message| found = found.take().or_else(|| pick(message)))?;
             }
@@ -119,7 +119,7 @@ impl Session {
         let major = |m: Message<'_>| if let Message::Controller([major, ..]) = m { Some(Answer { number: major, text: String::new() }) } else { None };
         let controller = ask(kind::CONTROLLER, &[], &major)?;
         if controller.number < FIRST_E_SERIES {
-            let problem = format!("its software is of version {}, and this driver asks for 5 or later: an e-series", controller.number);
+            let problem = format!("its software is version {}, but this driver needs 5 or later: an e-series", controller.number);
             return Err(Failure::Refused(problem));
         }
         let (names, types) = recipe(&OUTPUTS);
@@ -158,7 +158,7 @@ impl Session {
         match hindrance(&self.sample) {
             Some(why) => Err(why.to_owned()),
             None if runs => Ok(()),
-            None => Err("the controller has not begun the program that it was sent: look at the log of its pendant".to_owned()),
+            None => Err("the controller has not begun the program that it was sent: check the log of its pendant".to_owned()),
         }
     }
 
@@ -177,7 +177,7 @@ impl Session {
     fn exchange(&mut self) -> Result<(), String> {
         (self.told.mode, self.told.mask) = (0, 0);
         self.send().map_err(|why| why.to_string())?;
-        self.wait(left(self.deadline).min(self.answer)).map_err(|why| why.to_string())?.then_some(()).ok_or("the controller sends nothing any more")?;
+        self.wait(left(self.deadline).min(self.answer)).map_err(|why| why.to_string())?.then_some(()).ok_or("the controller no longer sends anything")?;
         self.told.goals = self.sample.position;
         Ok(())
     }
@@ -255,9 +255,9 @@ fn agree(of: &[(&str, &str)], asked: &str, answered: &str) -> Result<(), Failure
     }
     let wrong = of.iter().zip(answered.split(',')).find(|((_, kind), answer)| kind != answer);
     Err(Failure::Refused(match wrong {
-        Some(((name, _), "IN_USE")) => format!("another program commands '{name}' of the controller: end it, or its fieldbus"),
-        Some(((name, _), answer)) => format!("the controller has no '{name}' as it is asked for: {answer}"),
-        None => format!("the controller answers '{answered}' where '{asked}' is asked for"),
+        Some(((name, _), "IN_USE")) => format!("another program commands '{name}' of the controller: end it, or disable the fieldbus that does"),
+        Some(((name, _), answer)) => format!("the controller does not offer '{name}' in the form needed: {answer}"),
+        None => format!("the controller answered '{answered}' where '{asked}' was expected"),
     }))
 }
 

@@ -19,10 +19,10 @@ pub(super) fn hindrance(sample: &Sample) -> Option<&'static str> {
         7 => Some("emergency stop at the robot: release its button, then power the arm on, reset() and enable()"),
         8 => Some("violation of a safety limit: find its cause, then call the service restart_safety"),
         9 => Some("fault of the safety system: find its cause, then call the service restart_safety"),
-        10 => Some("a joint has another identity than before: confirm it on the pendant"),
+        10 => Some("a joint has a different identity than before: confirm it on the pendant"),
         12 => Some("safeguard stop of the automatic mode: close the safeguard and reset it, then reset() and enable()"),
         13 => Some("the three-position enabling device is not held: the pendant is in manual mode"),
-        _ => Some("its safety system is in no known state: look at the pendant"),
+        _ => Some("its safety system is in an unknown state: check the pendant"),
     };
     safety.or(match sample.robot_mode {
         RUNNING => None,
@@ -34,7 +34,7 @@ pub(super) fn hindrance(sample: &Sample) -> Option<&'static str> {
         5 => Some("the brakes are engaged: call the service power_on, or open it with power_on=True"),
         6 => Some("the arm is moved by hand (backdrive): end that on the pendant"),
         8 => Some("the firmware is being updated"),
-        _ => Some("the arm is in no known mode: look at the pendant"),
+        _ => Some("the arm is in an unknown mode: check the pendant"),
     })
 }
 
@@ -47,10 +47,10 @@ pub(super) fn is_off(sample: &Sample) -> bool {
 pub(super) fn interruption(sample: &Sample, session: i32) -> Option<&'static str> {
     match (sample.script, sample.runtime) {
         (script, PLAYING) if script == session => None,
-        (SILENT, _) => Some("its program stopped the arm by itself: no setpoint came for its timeout; then reset() and enable()"),
-        (script, PAUSED) if script == session => Some("its program was paused on the pendant; reset() starts it anew, then enable()"),
-        (script, _) if script == session => Some("its program was stopped on the pendant; reset() starts it anew, then enable()"),
-        _ => Some("another program than that of this driver runs on it; reset() starts ours, then enable()"),
+        (SILENT, _) => Some("its program stopped the arm by itself: no setpoint came within its timeout; call reset(), then enable()"),
+        (script, PAUSED) if script == session => Some("its program was paused on the pendant; call reset(), which restarts it, then enable()"),
+        (script, _) if script == session => Some("its program was stopped on the pendant; call reset(), which restarts it, then enable()"),
+        _ => Some("a program other than this driver's runs on it; call reset(), which starts ours, then enable()"),
     }
 }
 

@@ -85,13 +85,13 @@ faulty! {
     no_doc: r#""A conveyor that follows its effort, x' = gain u.""# => r#""""#,
         ["doc"], "it is empty";
     unit_with_blanks: r#""its speed for an effort of 1", "m/s (0, 100]""# => r#""its speed for an effort of 1", "m / s""#,
-        ["option-units"], "'gain' is in 'm / s', which is no unit";
+        ["option-units"], "'gain' has the unit 'm / s', which is not known";
     time_without_unit: r#"option_number(gain, 1.0, "its speed for an effort of 1", "m/s (0, 100]"),"# => r#"option_number(gain, 1.0, "its speed for an effort of 1", "m/s (0, 100]"), option_whole(delay_ns, 5, "how long"),"#,
-        ["option-units"], "'delay_ns' is no whole number in ns";
+        ["option-units"], "'delay_ns' is not a whole number in ns";
     option_without_doc: r#""its speed for an effort of 1""# => r#""""#,
         ["option-docs"], "'gain': it is empty";
     option_twice: r#"option_number(gain, 1.0, "its speed for an effort of 1", "m/s (0, 100]"),"# => r#"option_number(gain, 1.0, "its speed for an effort of 1", "m/s (0, 100]"), option_number(gain, 1.0, "again"),"#,
-        ["option-names"], "'gain' is there twice";
+        ["option-names"], "'gain' appears twice";
     option_of_its_class: r#"option_number(gain, 1.0, "its speed for an effort of 1", "m/s (0, 100]"),"# => r#"option_number(gain, 1.0, "its speed for an effort of 1", "m/s (0, 100]"), exchange(worker), option_whole(period_ns, 1, "its own", "ns"),"#,
         ["option-of-class"], "'period_ns' does";
     waits_backwards: r#"option_number(gain, 1.0, "its speed for an effort of 1", "m/s (0, 100]"),"# => r#"option_number(gain, 1.0, "its speed for an effort of 1", "m/s (0, 100]"), waits(-1),"#,
@@ -99,29 +99,29 @@ faulty! {
     lost_after_minutes: r#"option_number(gain, 1.0, "its speed for an effort of 1", "m/s (0, 100]"),"# => r#"option_number(gain, 1.0, "its speed for an effort of 1", "m/s (0, 100]"), lost_within(INT64_C(120000000000)),"#,
         ["life-lost"], "it is 120000000000 ns";
     safe_by_nobody: r#"safe         ("it stands still", 0, BY_DRIVER)"# => r#"safe         ("it stands still", 0, 0)"#,
-        ["safe-by"], "by nothing";
+        ["safe-by"], "it has no means";
     safe_too_late: r#"safe         ("it stands still", 0, BY_DRIVER)"# => r#"safe         ("it stands still", INT64_C(20000000000), BY_DRIVER)"#,
         ["safe-time"], "it is 20000000000 ns";
     counter_twice: r#"counter      (exchanges, "readings so far"),"# => r#"counter(exchanges, "readings so far"), counter(exchanges, "again"),"#,
-        ["counter-words"], "'exchanges' is there twice";
+        ["counter-words"], "'exchanges' appears twice";
     right_without_a_way: r#"option_number(gain, 1.0, "its speed for an effort of 1", "m/s (0, 100]"),"# => r#"option_number(gain, 1.0, "its speed for an effort of 1", "m/s (0, 100]"), right("everything"),"#,
         ["rights"], "'everything'";
     service_without_doc: r#"service_of   (place, number, "where it is")"# => r#"service_of(place, number, "")"#,
         ["service-words"], "'place': it is empty";
     argument_with_a_bad_unit: r#"service_of   (place, number, "where it is")"# => r#"service_of(place, number, "where it is"), option_text(of, "belt", "which", "m")"#,
-        ["service-arguments"], "'place': 'of' is no number and is in m";
+        ["service-arguments"], "'place': 'of' is not a number but has the unit m";
     channel_with_blanks: r#"self->exchanges = counter_of(host, "exchanges");"# => r#"self->exchanges = counter_of(host, "exchanges"); reads(host, "bool", "belt sensor", "", "");"#,
-        ["channel-names"], "'belt sensor' is no name";
+        ["channel-names"], "'belt sensor' is not a valid name";
     safe_value_nan: r#"self->exchanges = counter_of(host, "exchanges");"# => r#"self->exchanges = counter_of(host, "exchanges"); writes(host, "double", "lamp.level", __builtin_nan(""), "", "");"#,
         ["safe-values"], "that of 'lamp.level' is not finite";
     slew_below_zero: r#"self->exchanges = counter_of(host, "exchanges");"# => r#"self->exchanges = counter_of(host, "exchanges"); host->channel(host, &(opengpac_channel){sizeof(opengpac_channel), 1, "lamp.level", "double", "", "", 0.0, -1.0});"#,
         ["slews"], "that of 'lamp.level' is -1";
     other_channels_each_time: r#"self->exchanges = counter_of(host, "exchanges");"# => r#"self->exchanges = counter_of(host, "exchanges"); static int made; reads(host, "double", because("x.y%d", made++), "", "");"#,
-        ["channels-stable"], "a second driver has others";
+        ["channels-stable"], "a second driver has different ones";
     part_without_channels: r#".name = "belt""# => r#".name = "blet""#,
-        ["parts"], "part 'blet' lacks a channel";
+        ["parts"], "part 'blet' needs the channels";
     watchdog_too_short: r#"self->exchanges = counter_of(host, "exchanges");"# => r#"self->exchanges = counter_of(host, "exchanges"); watchdog(host, 5);"#,
-        ["watchdog"], "it has 5 ns";
+        ["watchdog"], "it is 5 ns";
     descriptors_left: r#"    self->at_ns = now_ns;
     return OK;"# => r#"    extern int dup(int); dup(2);
     self->at_ns = now_ns;
@@ -140,10 +140,10 @@ faulty! {
     return OK;"# => r#"    readings[24] = 1;
     count(self->exchanges, 1);
     return OK;"#,
-        ["readings-whole"], "bytes behind it have changed";
+        ["readings-whole"], "bytes beyond it have changed";
     changes_commands: "    self->speed = is_engaged(engaged, self->effort) ? self->gain * effort : 0.0;" => r#"    self->speed = is_engaged(engaged, self->effort) ? self->gain * effort : 0.0;
     ((uint8_t *)commands)[0] = 1;"#,
-        ["commands-kept"], "they are others behind it";
+        ["commands-kept"], "they differ after it";
     drifts: "    self->speed = is_engaged(engaged, self->effort) ? self->gain * effort : 0.0;" => "    self->speed = is_engaged(engaged, self->effort) ? self->gain * effort : 0.7;",
         ["unengaged", "creep"], "within 20 firings";
     leaps_when_engaged: "    self->speed = is_engaged(engaged, self->effort) ? self->gain * effort : 0.0;" => r#"    self->speed = is_engaged(engaged, self->effort) ? self->gain * effort : 0.0;
@@ -168,7 +168,7 @@ faulty! {
     nan_after_many_readings: "    set_number(readings, self->position, place);" => r#"    set_number(readings, self->position, *self->exchanges > 200 ? __builtin_nan("") : place);"#,
         ["readings-stay-finite"], "'belt.position' is not finite after";
     creeps: "is_engaged(engaged, self->effort) ? self->gain * effort : 0.0;" => "is_engaged(engaged, self->effort) ? self->gain * effort : 0.05;",
-        ["creep"], "and nothing commands it";
+        ["creep"], "although nothing commands it";
     ignores_its_effort: "is_engaged(engaged, self->effort) ? self->gain * effort : 0.0;" => "0.0;",
         ["moves", "moves-alone", "moves-late"], "the command is ignored, or the reading is frozen";
     reading_freezes: "    set_number(readings, self->position, place);" => "    if (*self->exchanges == 0) set_number(readings, self->position, place);",
@@ -225,9 +225,9 @@ static uint8_t shines = 2;
     rounds_upward: "    count(self->exchanges, 1);" => "    count(self->exchanges, 1);\n    fesetround(FE_UPWARD);",
         ["arithmetic-kept"], "the exchange changes it";
     takes_over_a_signal: "    self->at_ns = now_ns;\n    return OK;" => "    signal(SIGSEGV, SIG_IGN);\n    self->at_ns = now_ns;\n    return OK;",
-        ["signals-kept"], "open sets a handler of signal 11";
+        ["signals-kept"], "open sets a handler for signal 11";
     blocks_signals: "    count(self->exchanges, 1);" => "    count(self->exchanges, 1);\n    sigset_t all; sigfillset(&all); pthread_sigmask(SIG_BLOCK, &all, 0);",
-        ["signals-kept"], "the exchange lets its thread take or not take signal";
+        ["signals-kept"], "the exchange changes whether its thread receives signal";
     changes_the_folder: "    self->at_ns = now_ns;\n    return OK;" => "    if (chdir(\"/\")) return \"no root\";\n    self->at_ns = now_ns;\n    return OK;",
         ["folder-kept"], "open goes from '";
     processes_left: "    self->at_ns = now_ns;\n    return OK;" => r#"    char *words[] = {"true", 0}, *none[] = {0}; posix_spawnp(&(pid_t){0}, "true", 0, 0, words, none);
@@ -235,7 +235,7 @@ static uint8_t shines = 2;
     return OK;"#,
         ["processes"], "20 are left";
     guard_without_handles: r#"safe         ("it stands still", 0, BY_DRIVER)"# => r#"safe         ("it stands still", 0, BY_DRIVER | BY_GUARD)"#,
-        ["safe-handles"], "it declares the guard and has none";
+        ["safe-handles"], "it declares the guard but has none";
     device_without_a_watchdog: r#"safe         ("it stands still", 0, BY_DRIVER)"# => r#"safe         ("it stands still", 0, BY_DRIVER | BY_DEVICE)"#,
         ["watchdog-by"], "it has none with these options";
 }
@@ -256,7 +256,7 @@ const RESTED: &str = "{ self->speed = 0.0; }";
 // These drivers end their process or never return: many checks fail, and the first one states the cause.
 ending! {
     exits_as_it_is_opened: OPENED => "    _exit(3);", "opens", "it ended its process: ended by itself with status 3";
-    hangs_as_it_is_opened: OPENED => "    for (;;) pause();", "opens", "it did not come back within 15 s";
+    hangs_as_it_is_opened: OPENED => "    for (;;) pause();", "opens", "it did not return within 15 s";
     refuses_to_be_opened: OPENED => "    return \"no such port\";", "opens", "no such port";
     exits_in_its_reading: COUNTED => "    exit(3);", "open-twice", "it ended its process: ended by itself with status 3";
     aborts_in_its_reading: COUNTED => "    abort();", "open-twice", "it ended its process: was ended by SIGABRT";
@@ -264,12 +264,12 @@ ending! {
     recurses_without_end: COUNTED => "    volatile char room[1 << 22]; room[0] = 1; room[sizeof room - 1] = 1;
     const char *why = conveyor_read(self, release_ns + room[0], readings); if (room[1]) return why;",
         "open-twice", "it ended its process: was ended by SIGSEGV";
-    spins_for_ever: COUNTED => "    for (volatile int turn = 0; ; turn = 1 - turn);", "open-twice", "it did not come back within 15 s";
+    spins_for_ever: COUNTED => "    for (volatile int turn = 0; ; turn = 1 - turn);", "open-twice", "it did not return within 15 s";
     waits_for_itself: COUNTED => "    static pthread_mutex_t lock = PTHREAD_MUTEX_INITIALIZER; pthread_mutex_lock(&lock); pthread_mutex_lock(&lock);",
-        "open-twice", "it did not come back within 15 s";
+        "open-twice", "it did not return within 15 s";
     fails_in_its_reading: COUNTED => "    return \"the bus is silent\";", "dropped-open", "the bus is silent";
     fails_late: COUNTED => "    count(self->exchanges, 1); if (*self->exchanges > 300) return \"gone\";", "readings-stay-finite", "its reading fails: gone";
-    hangs_in_its_safe_state: RESTED => "{ self->speed = 0.0; for (;;) pause(); }", "safe-unopened", "it did not come back within 15 s";
+    hangs_in_its_safe_state: RESTED => "{ self->speed = 0.0; for (;;) pause(); }", "safe-unopened", "it did not return within 15 s";
 }
 
 /// A real drive may show its velocity only if a whole cycle of its own passes between two readings; no driver can compensate for that.

@@ -4,11 +4,11 @@
 device::counters! {
     /// Counters of the driver.
     pub(super) enum Count {
-        Cycles: "cycles", "", "frames that were sent";
+        Cycles: "cycles", "", "frames sent";
         Lost: "frames_lost", "", "frames that did not come back in time";
-        Short: "working_counter_errors", "", "frames that came back and that not all subdevices took";
-        Refused: "frames_refused", "", "frames that came and were no answer: malformed, changed, or late";
+        Short: "working_counter_errors", "", "frames that came back without having been processed by all subdevices";
+        Refused: "frames_refused", "", "frames received that were not valid answers: malformed, changed, or late";
         Difference: "clock_difference", "ns", "with sync0: the maximum difference of an axis's clock from the reference clock";
-        Reference: "reference_difference", "ns", "with sync0: the difference of the reference clock from that of this host";
+        Reference: "reference_difference", "ns", "with sync0: the difference of the reference clock from the clock of this host";
     }
 }

@@ -28,7 +28,7 @@ pub static DRIVER: Declaration = Declaration {
     rights: &["raw frames on a network interface: cap_net_raw"],
     scan: Some(scan),
     in_virtual_time: Some(in_lockstep),
-    ..Declaration::new("ethercat", "drives by CiA 402 on EtherCAT, an axis each, and terminals of inputs and outputs", &OPTIONS, open)
+    ..Declaration::new("ethercat", "drives by CiA 402 on EtherCAT, one axis each, and terminals of inputs and outputs", &OPTIONS, open)
 };
 
 fn open(given: &GivenOptions<'_>) -> Result<OpenedDriver, DriverError> {
@@ -61,7 +61,7 @@ fn named(of: &TerminalOptions, found: &[Contents]) -> Result<Vec<NamedEntry>, Dr
         (None, None) => {
             let (name, at, count) = (&of.name, of.at, found.len());
             Err(DriverError::Failed(format!(
-                "terminal '{name}' is to be at place {at}, and {count} subdevices answer; look at the cables and the power behind"
+                "terminal '{name}' should be at place {at}, but {count} subdevices answer; check the cables and the power after the last of them"
             )))
         }
     }
@@ -82,7 +82,7 @@ struct Where {
 
 fn scan(given: &GivenOptions<'_>) -> Result<Vec<FoundDevice>, DriverError> {
     let Where { interface: Some(interface) } = given.read()? else {
-        return Err(given.wrong("interface", "it is missing; give the network interface to look at: `ip link` lists them"));
+        return Err(given.wrong("interface", "it is missing; give the network interface to search: `ip link` lists them"));
     };
     let found = Bus::open(&interface).and_then(|mut bus| inventory(&mut bus)).map_err(DriverError::Failed)?;
     Ok(found.iter().enumerate().map(|(position, contents)| tell(&interface, position, contents)).collect())

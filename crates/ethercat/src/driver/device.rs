@@ -116,7 +116,7 @@ impl EtherCat {
             if Instant::now() > until {
                 let clock = stations.first().map_or_else(String::new, |station| station.subdevice.title());
                 return Err(format!(
-                    "the clock of the line ({clock} is its first) has not come to the first SYNC0 within {} s: it stands still",
+                    "the reference clock of the line ({clock}, the first one) did not reach the first SYNC0 within {} s: it stands still",
                     TO_OP.as_secs()
                 ));
             }
@@ -195,7 +195,7 @@ impl EtherCat {
         let message = match (replied, &self.cycle) {
             (FrameAnswer::Short, Some(cycle)) => self.what_is_short(cycle),
             _ => format!(
-                "nothing came back on interface '{on}' for {cycles} cycles: the cable to '{}' is out, or it has no power",
+                "nothing came back on interface '{on}' for {cycles} cycles: the cable to '{}' is unplugged, or it has no power",
                 (0..self.stations.len()).map(|of| self.member(of)).min_by_key(|(_, _, at, _)| *at).map_or("", |(_, name, ..)| name)
             ),
         };
@@ -207,7 +207,7 @@ impl EtherCat {
         if let Some(of) = silent {
             let (title, name, place, _) = self.member(of);
             return format!(
-                "{title} '{name}' at place {place} does not answer on interface '{}': the cable before it is out, or it has no power",
+                "{title} '{name}' at place {place} does not answer on interface '{}': the cable before it is unplugged, or it has no power",
                 self.interface
             );
         }
@@ -217,7 +217,7 @@ impl EtherCat {
                 format!("the drive of axis '{}' has left OP: it is in {}", self.axes[of].name(), describe(status, code))
             }
             Some((of, (status, code))) => format!("terminal '{}' has left OP: it is in {}", self.member(of).1, describe(status, code)),
-            None => format!("all subdevices on interface '{}' answer, and not all take their process data", self.interface),
+            None => format!("all subdevices on interface '{}' answer, but not all of them process their data", self.interface),
         }
     }
 

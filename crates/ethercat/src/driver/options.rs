@@ -11,12 +11,12 @@ use serde_json::{Map, Value};
 use std::collections::BTreeMap;
 
 pub(super) const OPTIONS: [OptionWord; 8] = [
-    OptionWord::needed("interface", Kind::Text, "the network interface that the segment hangs on, or `local:NAME` of an emulated one"),
+    OptionWord::needed("interface", Kind::Text, "the network interface of the segment, or `local:NAME` of an emulated one"),
     OptionWord::with_default(
         "axes",
         Kind::List,
         "none",
-        "a table each: name, counts (to a unit of position); and at, mode, unit, speed_max, range, rated_torque, offset, pdos, brake, operating_within_s, vendor, product, revision, serial, alias",
+        "a table each: name, counts (per unit of position); and at, mode, unit, speed_max, range, rated_torque, offset, pdos, brake, operating_within_s, vendor, product, revision, serial, alias",
     )
     .entries(&[&axis::FIELDS, &PLACE]),
     OptionWord::with_default(
@@ -26,15 +26,15 @@ pub(super) const OPTIONS: [OptionWord; 8] = [
         "terminals of inputs and outputs, a table each: name, at; and channels (a table each: entry, scale, offset, unit, safe), pdos, vendor, product, revision, serial, alias",
     )
     .entries(&[&axis::IDENTITY, &PLACE, &TERMINAL]),
-    OptionWord::with_default("timeout_ns", Kind::Whole, "100 ms", "the watchdog of the drives: without commands for so long they stop by themselves")
+    OptionWord::with_default("timeout_ns", Kind::Whole, "100 ms", "the watchdog of the drives: after this time without commands they stop by themselves")
         .unit("ns")
         .within(1e6, TIMEOUT_NS_MAX),
-    OptionWord::with_default("lost_after", Kind::Whole, "3", "so many cycles without an answer one after another mean that the device is lost").within(1.0, u32::MAX as f64),
-    OptionWord::with_default("lockstep", Kind::Bool, "false; true under the virtual clock", "a firing waits for its frame, and the drives have no watchdog"),
-    OptionWord::with_default("sync0_ns", Kind::Whole, "none", "distributed clocks: how often SYNC0 of each axis comes, which is the period of the source")
+    OptionWord::with_default("lost_after", Kind::Whole, "3", "number of consecutive cycles without an answer after which the device is lost").within(1.0, u32::MAX as f64),
+    OptionWord::with_default("lockstep", Kind::Bool, "false; true under the virtual clock", "whether a firing waits for its frame; the drives then have no watchdog"),
+    OptionWord::with_default("sync0_ns", Kind::Whole, "none", "distributed clocks: interval between SYNC0 signals of each axis, which is the period of the source")
         .unit("ns")
         .within(SYNC0_NS_MIN, SYNC0_NS_MAX),
-    OptionWord::with_default("sync0_shift_ns", Kind::Whole, "half of sync0_ns", "how long after the release of the source SYNC0 comes")
+    OptionWord::with_default("sync0_shift_ns", Kind::Whole, "half of sync0_ns", "delay of SYNC0 after the release of the source")
         .unit("ns")
         .within(0.0, SYNC0_NS_MAX),
 ];
@@ -45,14 +45,14 @@ const PLACE: [OptionWord; 2] = [
 ];
 const TERMINAL: [OptionWord; 2] = [
     OptionWord::with_default("channels", Kind::Table, "all entries", "by name").entries(&[&device::counts::WORDS]),
-    OptionWord::with_default("pdos", Kind::List, "as its EEPROM has them", "its process data").entries(&[&PDO]),
+    OptionWord::with_default("pdos", Kind::List, "as in its EEPROM", "its process data").entries(&[&PDO]),
 ];
 const PDO: [OptionWord; 1] = [OptionWord::needed("entries", Kind::List, "in their order").entries(&[&ENTRY])];
 const ENTRY: [OptionWord; 4] = [
     OptionWord::with_default("index", Kind::Whole, "0: a gap", "its object").within(0.0, 65535.0),
     OptionWord::with_default("sub", Kind::Whole, "0", "its subindex").within(0.0, 255.0),
-    OptionWord::needed("bits", Kind::Whole, "how long it is").within(0.0, 255.0),
-    OptionWord::with_default("kind", Kind::Whole, "0: a number without a sign", "its data type, as CoE numbers them").within(0.0, 255.0),
+    OptionWord::needed("bits", Kind::Whole, "its length").within(0.0, 255.0),
+    OptionWord::with_default("kind", Kind::Whole, "0: a number without a sign", "its data type, as numbered by CoE").within(0.0, 255.0),
 ];
 
 /// Options of the driver.
@@ -176,7 +176,7 @@ impl ChannelOptions {
     /// Returns the reason why it cannot be a channel of an entry with this number type.
     pub fn problem(&self, number: Number, is_output: bool) -> Option<String> {
         match self.rest.keys().next() {
-            Some(field) => Some(format!("has no {field}; a channel has entry, scale, offset, unit and safe")),
+            Some(field) => Some(format!("has no {field}; a channel has only entry, scale, offset, unit and safe")),
             None => self.of.problem(number == Number::Bool, is_output),
         }
     }

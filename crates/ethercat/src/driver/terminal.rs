@@ -55,13 +55,13 @@ impl Terminal {
             }
         };
         if chosen.is_empty() {
-            return Err(format!("{title} exchanges nothing, as its EEPROM has it; give the vendor's file, esi=, or leave it out if it is a coupler"));
+            return Err(format!("{title} exchanges nothing according to its EEPROM; give the vendor's file, esi=, or leave it out if it is a coupler"));
         }
         for (name, of, wanted) in chosen {
             let point = Point::new(format!("{}.{name}", options.name), of, wanted, layout).map_err(|problem| format!("{title}: channel '{name}' {problem}"))?;
             let points = if of.is_output { &mut terminal.outputs } else { &mut terminal.inputs };
             if points.iter().any(|other| other.of == of.of) {
-                return Err(format!("{title}: channel '{name}' is an entry that another channel is already"));
+                return Err(format!("{title}: channel '{name}' is an entry that another channel already uses"));
             }
             points.push(point);
         }

@@ -65,7 +65,7 @@ pub fn bring_up(bus: &mut Bus, found: &[Subdevice], wanted: &[SubdeviceSettings<
     let reference = clocks.map(|clocks| clocks::synchronise(bus, found, clocks)).transpose()?;
     let mut stations = Vec::with_capacity(wanted.len());
     for want in wanted {
-        let missing = || format!("there is no subdevice {}: {} answer; look at the cables and at the power of those behind", want.position, found.len());
+        let missing = || format!("there is no subdevice {}: {} answer; check the cables and the power after the last of them", want.position, found.len());
         let subdevice = found.get(want.position).ok_or_else(missing)?;
         let mapping = to_pre_op(bus, subdevice, want).map_err(|error| named(subdevice, &error))?;
         stations.push(Station { subdevice: subdevice.clone(), mapping, outputs_at: 0, inputs_at: 0, is_synced: want.is_synced });

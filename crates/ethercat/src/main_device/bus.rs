@@ -61,7 +61,7 @@ impl Bus {
                 return Ok(answer);
             }
         }
-        Err(format!("nothing answers on interface '{}'; look at the cable to the first subdevice, and at its power", self.link.name()))
+        Err(format!("nothing answers on interface '{}'; check the cable to the first subdevice, and its power", self.link.name()))
     }
 
     fn answer(&mut self, sent: &Datagram) -> Result<Option<Answer>, String> {
@@ -122,12 +122,12 @@ pub fn open_link(interface: &str) -> Result<Link, String> {
     Link::open(interface).map_err(|error| {
         let remedy = match error.kind() {
             std::io::ErrorKind::PermissionDenied => "give the program the right cap_net_raw",
-            _ => "`ip link` lists the interfaces; an emulated segment says its own",
+            _ => "list the interfaces with `ip link`; use local:NAME for an emulated segment",
         };
         format!("interface '{interface}' cannot be opened: {error}; {remedy}")
     })
 }
 
 fn silent(station: u16) -> String {
-    format!("the subdevice with station address {station:#06x} does not answer; look at its cable and its power")
+    format!("the subdevice with station address {station:#06x} does not answer; check its cable and its power")
 }

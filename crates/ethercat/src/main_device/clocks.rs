@@ -130,7 +130,7 @@ pub fn start_sync0(bus: &mut Bus, subdevice: &Subdevice, sync0: Sync0) -> Result
             return Ok(start_ns);
         }
     }
-    Err(format!("{}: its SYNC0 cannot be started, it answers too slowly", subdevice.title()))
+    Err(format!("{}: its SYNC0 cannot be started: it answers too slowly", subdevice.title()))
 }
 
 fn eight(bytes: &[u8]) -> u64 {

@@ -97,7 +97,7 @@ impl Mailbox {
         let late = |what: &str| format!("the mailbox of the subdevice with station address {:#06x} {what}", self.station);
         while !bus.try_write(self.station, self.to.start, &mailbox)? {
             if Instant::now() > until {
-                return Err(late("takes nothing"));
+                return Err(late("accepts nothing"));
             }
             std::thread::sleep(Duration::from_millis(1));
         }

@@ -45,7 +45,7 @@ impl Subdevice {
         let find = |kind| self.contents.sync_managers.iter().find(|manager| manager.kind == kind).copied();
         match (find(1), find(2)) {
             (Some(to), Some(from)) if self.contents.has_coe => Ok(Mailbox { station: self.station, to, from, counter: 0 }),
-            _ => Err(format!("{} has no objects (CoE); it is no drive by CiA 402", self.title())),
+            _ => Err(format!("{} has no objects (CoE), so it is not a drive by CiA 402", self.title())),
         }
     }
 
@@ -112,7 +112,7 @@ pub fn take(bus: &mut Bus) -> Result<Vec<Subdevice>, String> {
 
 fn count(bus: &mut Bus) -> Result<usize, String> {
     let count = usize::from(bus.ask(Command::AllRead, frames::at(0, reg::AL_STATUS), &[0; 2])?.counter);
-    if count <= MOST { Ok(count) } else { Err(format!("{count} subdevices answer, and no more than {MOST} are served")) }
+    if count <= MOST { Ok(count) } else { Err(format!("{count} subdevices answer, but at most {MOST} are supported")) }
 }
 
 fn read(bus: &mut Bus, which: Which, memory: u16, len: usize) -> Result<Vec<u8>, String> {
@@ -134,8 +134,8 @@ fn write(bus: &mut Bus, which: Which, memory: u16, data: &[u8]) -> Result<(), St
 
 fn gone(which: Which) -> String {
     match which {
-        Which::Position(position) => format!("subdevice {position} does not answer any more; look at its cable and its power"),
-        Which::Station(station) => format!("the subdevice with station address {station:#06x} does not answer any more; look at its cable and its power"),
+        Which::Position(position) => format!("subdevice {position} no longer answers; check its cable and its power"),
+        Which::Station(station) => format!("the subdevice with station address {station:#06x} no longer answers; check its cable and its power"),
     }
 }
 

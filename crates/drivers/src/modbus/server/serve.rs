@@ -24,10 +24,10 @@ device::counters! {
     pub(super) enum Count {
         Requests: "requests", "", "requests answered";
         Exceptions: "exceptions", "", "requests refused";
-        Damaged: "damaged", "", "connections ended for what was no frame";
+        Damaged: "damaged", "", "connections closed because of an invalid frame";
         Connections: "connections", "", "clients that have connected";
-        GaveWay: "gave_way", "", "connections that were closed for a new one";
-        Limited: "limited", "", "values that their register cannot hold, offered as the nearest that it can";
+        GaveWay: "gave_way", "", "connections closed to make room for a new one";
+        Limited: "limited", "", "values that do not fit their register, offered as the nearest value that does";
     }
 }
 

@@ -181,19 +181,19 @@ fn what_is_not_as_described_is_refused() {
     let peer = Peer::new(Protocol::Sts);
     let mut other = options(&peer);
     other["servos"]["a"]["model"] = "sts3250".into();
-    assert!(opens(&peer, other).contains("is of model 777 (sts3215) and not 2825 (sts3250); correct option 'servos'"));
+    assert!(opens(&peer, other).contains("is of model 777 (sts3215), not 2825 (sts3250); correct option 'servos'"));
     peer.set(1, map.mode, 1);
-    assert!(opens(&peer, options(&peer)).contains("is in mode 1, in which it takes no positions; set its register 33 to 0"));
+    assert!(opens(&peer, options(&peer)).contains("is in mode 1, in which it does not accept positions; set its register 33 to 0"));
     peer.set(1, map.mode, 0);
     peer.set(2, map.answers, 0);
     assert!(opens(&peer, options(&peer)).contains("'b' (id 2)"));
     peer.set(2, map.answers, 1);
     peer.set(2, map.error, 0b10_0000);
-    assert!(opens(&peer, options(&peer)).contains("reports overload; take its load away"));
+    assert!(opens(&peer, options(&peer)).contains("reports overload; reduce its load"));
     peer.lose(1);
     let mut short = options(&peer);
     short["latency_ns"] = 1_000_000.into();
-    assert!(opens(&peer, short).contains("does not answer at 1000000 baud; is it powered and wired? a scan finds ids and baud rates"));
+    assert!(opens(&peer, short).contains("does not answer at 1000000 baud; check its power and cable, or run a scan, which finds ids and baud rates"));
     peer.join();
     let gone = Arm::made(Protocol::Sts, json!({ "port": "/dev/null", "servos": { "a": { "id": 1 } } })).driver.open(0).expect_err("no line");
     assert!(gone.message.contains("the serial line /dev/null cannot be opened"), "{}", gone.message);
@@ -215,9 +215,9 @@ fn options_are_checked() {
     assert!(refused(json!({ "port": "/dev/x" })).contains("option 'servos': it is missing; give name: {\"id\": 1} for each joint"));
     assert!(of(json!({})).contains("option 'servos.a.id': it is missing"));
     assert!(of(json!({ "id": 253 })).contains("option 'servos.a.id': it cannot be 253: its range is 0 to 252"));
-    assert!(of(json!({ "id": 1, "model": "ax12" })).contains("no model 'ax12'; the models are sts3215, sts3250, sts"));
+    assert!(of(json!({ "id": 1, "model": "ax12" })).contains("there is no model 'ax12'; the models are sts3215, sts3250, sts"));
     assert!(of(json!({ "id": 1, "min": 1, "max": 0 })).contains("its range is 1 to 0 rad, which is empty"));
-    assert!(of(json!({ "id": 1, "direction": 0.5 })).contains("1 or -1 is asked for"));
+    assert!(of(json!({ "id": 1, "direction": 0.5 })).contains("it must be 1 or -1"));
     assert!(of(json!({ "id": 1, "offset": 2 })).contains("option 'servos.a.offset': unknown field `offset`"));
     assert!(of(json!({ "id": "1" })).contains("option 'servos.a.id': invalid type"));
     let twice = refused(json!({ "port": "/dev/x", "servos": { "a": { "id": 1 }, "b": { "id": 1 } } }));
@@ -245,7 +245,7 @@ fn travel_across_the_seam_of_an_encoder_is_no_range() {
     asked(&mut arm, "record_ranges", json!({})).expect("it begins");
     travel(&mut arm, [3700, 4090, 6, 900]);
     let why = asked(&mut arm, "save_calibration", json!({ "path": file })).expect_err("it is no range");
-    assert!(why.contains("was moved across the seam of its encoder, from count 4090 to 6") && !file.exists(), "{why}");
+    assert!(why.contains("was moved across the zero point of its encoder, from count 4090 to 6") && !file.exists(), "{why}");
     travel(&mut arm, [3000, 3000, 3000, 3000]);
     asked(&mut arm, "record_ranges", json!({})).expect("it begins anew");
     travel(&mut arm, [2200, 1400, 3000, 3700]);
@@ -301,10 +301,10 @@ fn a_calibration_is_recorded_and_read_again() {
         let beyond = folder.join("beyond.json");
         std::fs::write(&beyond, json!({ "a": { "id": 1, "range_min": low, "range_max": high } }).to_string()).expect("ours");
         let why = refused(json!({ "port": "/dev/x", "calibration": beyond }));
-        assert!(why.contains(&format!("its range in the calibration is {low} to {high}, and its encoder counts 0 to 4095; record it again")), "{why}");
+        assert!(why.contains(&format!("its range in the calibration is {low} to {high}, but its encoder counts 0 to 4095; record it again")), "{why}");
     }
     let why = Arm::made(protocol, of).driver.open(0).expect_err("its offset is another");
-    assert!(why.message.contains("adds 7 counts of its own, and the calibration was made with -12"), "{}", why.message);
+    assert!(why.message.contains("has an offset of 7 counts, but the calibration was made with -12"), "{}", why.message);
     peer.join();
     std::fs::remove_dir_all(&folder).expect("it is there");
 }
