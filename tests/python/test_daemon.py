@@ -68,7 +68,7 @@ def test_a_daemon_that_is_hung_up_goes_on_with_its_files_opened_again(tmp_path: 
         audit.rename(tmp_path / "audit.old")
         daemon.process.send_signal(signal.SIGHUP)
         assert daemon.process.stderr is not None
-        assert daemon.process.stderr.readline() == "the audit file, the tokens and the files of TLS were opened again\n"
+        assert daemon.process.stderr.readline() == "the audit file, the tokens and the TLS files were reopened\n"
         assert daemon.ask("POST", "/v1/call/emergency_stop", stop)[0] == 200
         assert [json.loads(line)["call"] for line in audit.read_text().splitlines()] == ["emergency_stop"]
         entries = daemon.ask("POST", "/v1/call/log", {"since": 0})[1]["result"]
@@ -136,7 +136,7 @@ def test_tokens_are_made_listed_and_revoked(tmp_path: Path, monkeypatch: pytest.
     assert (tmp_path / "tokens.json").stat().st_mode & 0o777 == 0o600
     assert token.strip() not in (tmp_path / "tokens.json").read_text()
     status, twice = said("new", "--name", "panel", "--role", "observe")
-    assert status == 1 and "there is a token 'panel' already" in twice
+    assert status == 1 and "there is already a token 'panel'" in twice
     assert said("list") == (0, "panel                operate    token        valid\n")
     assert said("revoke", "panel") == (0, "token 'panel' has been revoked\n")
     assert said("revoke", "panel") == (1, "'panel' is not the name of a valid token\n")

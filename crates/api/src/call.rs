@@ -379,7 +379,7 @@ pub fn begin(system: &System, name: &str, arguments: &str, slice: Duration) -> R
 
 /// Returns the call with that name. Fails if it does not exist.
 pub fn known(name: &str) -> Result<&'static Call, Refusals> {
-    let none = || vec![Refusal::new(Class::CallError, format!("there is no call '{name}'")).remedy("see the list in opengpac_ps.h")];
+    let none = || vec![Refusal::new(Class::CallError, format!("there is no call '{name}'")).remedy("check the list in opengpac_ps.h")];
     find(name).ok_or_else(none)
 }
 

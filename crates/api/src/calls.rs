@@ -74,7 +74,7 @@ pub fn with_effect(effect: Effect) -> &'static Call {
 /// If calls were added before, or if a name already exists.
 pub fn add(more: &'static [Call]) {
     for call in more {
-        assert!(!BY_NAME.contains_key(call.name), "there is a call '{}' already", call.name);
+        assert!(!BY_NAME.contains_key(call.name), "there is already a call '{}'", call.name);
     }
     assert!(MORE.set(more).is_ok(), "calls were added before");
 }

@@ -48,7 +48,7 @@ pub fn from_json<T: DeserializeOwned>(json: &str) -> Result<T, Refusals> {
     let value = read.map_err(|why| {
         let at = why.path().to_string();
         let of = if at == "." || at == "?" { "this".to_owned() } else { format!("'{at}'") };
-        vec![Refusal::new(Class::DefinitionError, format!("{of} is not of the right form: {}", model::wording::plain(&why.inner().to_string())))]
+        vec![Refusal::new(Class::DefinitionError, format!("{of} does not have the right form: {}", model::wording::plain(&why.inner().to_string())))]
     })?;
     reader.end().map_err(|why| wrong_form(&why))?;
     Ok(value)
@@ -70,5 +70,5 @@ fn sure<T>(answer: T) -> Result<T, Refusals> {
 }
 
 fn wrong_form(why: &serde_json::Error) -> Refusals {
-    vec![Refusal::new(Class::DefinitionError, format!("this is not of the right form: {}", model::wording::plain(&why.to_string())))]
+    vec![Refusal::new(Class::DefinitionError, format!("this does not have the right form: {}", model::wording::plain(&why.to_string())))]
 }

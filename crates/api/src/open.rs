@@ -69,10 +69,10 @@ pub fn open(name: &str, clock: &str, options: &str) -> Result<System, Refusals> 
     let kind = match clock {
         "monotonic" => ClockKind::Monotonic,
         "virtual" => ClockKind::Virtual { seed: options.seed },
-        other => return refuse(format!("there is no clock '{other}'"), "take \"monotonic\" or \"virtual\""),
+        other => return refuse(format!("there is no clock '{other}'"), "use \"monotonic\" or \"virtual\""),
     };
     if kind == ClockKind::Monotonic && matches!(options.interconnect, Interconnect::Message { .. }) {
-        return refuse("the message interconnect needs the virtual clock".to_owned(), "take clock=\"virtual\"");
+        return refuse("the message interconnect needs the virtual clock".to_owned(), "use clock=\"virtual\"");
     }
     let system = System::new(name, kind, carrier(options.interconnect)?)?;
     if let Some(Processes { command, guard, replay, python }) = options.processes {
@@ -90,12 +90,12 @@ fn carrier(of: Interconnect) -> Result<Box<dyn Carrier>, Refusals> {
             let refuse = |message: String, remedy: &str| Err(vec![Refusal::new(Class::ValueRefused, message).remedy(remedy)]);
             for (name, share) in [("drop", drop), ("repeat", repeat), ("reorder", reorder), ("corrupt", corrupt)] {
                 if !(0.0..=1.0).contains(&share) {
-                    return refuse(format!("the message interconnect is given {name}={share}"), "give the share of packets, 0 to 1");
+                    return refuse(format!("the message interconnect cannot have {name}={share}"), "give the share of packets, 0 to 1");
                 }
             }
             if delay_ns.0 < 0 || delay_ns.0 > delay_ns.1 || delay_ns.1 > DELAY_NS_MAX {
-                let message = format!("the message interconnect is given delay_ns=({}, {})", delay_ns.0, delay_ns.1);
-                return refuse(message, "give the least and the longest delay in ns: 0 or more, the least first, one hour at most");
+                let message = format!("the message interconnect cannot have delay_ns=({}, {})", delay_ns.0, delay_ns.1);
+                return refuse(message, "give the minimum and the maximum delay in ns: 0 or more, the minimum first, at most one hour");
             }
             let faults = Faults { drop, repeat, reorder, corrupt, ..Faults::delay(delay_ns.0, delay_ns.1) };
             Box::new(Message::new(seed, faults))

@@ -37,6 +37,6 @@ impl FromStr for Role {
     type Err = String;
 
     fn from_str(word: &str) -> Result<Role, String> {
-        Role::ALL.into_iter().find(|role| role.word() == word).ok_or_else(|| format!("there is no role '{word}'; take observe, operate, configure or download"))
+        Role::ALL.into_iter().find(|role| role.word() == word).ok_or_else(|| format!("there is no role '{word}'; use observe, operate, configure or download"))
     }
 }

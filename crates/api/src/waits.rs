@@ -12,7 +12,7 @@ const ADVANCE_SLICE_NS: i64 = 10_000_000;
 /// Returns the deadline of a wait on the system's clock: `until_ns`, or `timeout_ns` from now.
 pub(crate) fn until(system: &System, timeout_ns: Option<i64>, until_ns: Option<i64>) -> Result<Option<i64>, Refusals> {
     match (timeout_ns, until_ns) {
-        (Some(_), Some(_)) => Err(vec![Refusal::new(Class::CallError, "a wait has timeout_ns or until_ns, not both")]),
+        (Some(_), Some(_)) => Err(vec![Refusal::new(Class::CallError, "a wait cannot have both timeout_ns and until_ns; give one of them")]),
         (Some(timeout_ns), None) => Ok(Some(system.now_ns().saturating_add(timeout_ns))),
         (None, until_ns) => Ok(until_ns),
     }

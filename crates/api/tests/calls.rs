@@ -116,7 +116,7 @@ fn the_header_and_the_calls_are_one_list() {
 fn what_is_wrong_with_a_call_is_said() {
     let system = system();
     assert!(refused(&system, "sing", "").contains("there is no call 'sing'"));
-    assert!(refused(&system, "advance", "{").contains("not of the right form"));
+    assert!(refused(&system, "advance", "{").contains("does not have the right form"));
     assert!(refused(&system, "advance", r#"{"duration_ns": "long"}"#).contains("argument 'duration_ns' of call 'advance'"));
     assert!(refused(&system, "now", r#"{"zone": "UTC"}"#).contains("call 'now' has no argument 'zone'"));
     assert!(refused(&system, "source", r#"{"processor": "rtp0", "name": "x", "kind": "clock", "priority": 1}"#).contains("no kind of source 'clock'"));
@@ -202,7 +202,7 @@ fn a_processor_says_its_process_by_a_word_or_by_its_name() {
     let shown = say(&system, "configuration", json!({}));
     assert_eq!((&shown["processors"]["right"]["process"], &shown["processors"]["here"]["process"]), (&json!("cell-a"), &Json::Null));
     for (process, host, why) in
-        [("\"\"", "null", "which is no name"), ("\"a\"", "\"cell-b\"", "on host 'cell-b'"), ("\"own\"", "null", "'own' has a process of its own")]
+        [("\"\"", "null", "which is not a valid name"), ("\"a\"", "\"cell-b\"", "on host 'cell-b'"), ("\"own\"", "null", "'own' has its own process")]
     {
         let text = refused(&system, "processor", &format!(r#"{{"name": "more", "process": {process}, "host": {host}}}"#));
         assert!(text.contains(why), "{text}");
@@ -362,7 +362,7 @@ fn block_times_are_taken_while_somebody_looks() {
     );
     assert!(block["max_ns"].as_u64() >= block["last_ns"].as_u64());
     assert!(refused(&system, "probe", r#"{ "source": "rtp0.fats", "for_ns": 1 }"#).contains("rtp0.fast"));
-    assert!(refused(&system, "probe", r#"{ "for_ns": 3600000000001 }"#).contains("an hour at most"));
+    assert!(refused(&system, "probe", r#"{ "for_ns": 3600000000001 }"#).contains("at most an hour"));
 }
 
 /// Calls of the operate role that cannot start any motion.

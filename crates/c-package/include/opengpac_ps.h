@@ -49,7 +49,7 @@ void opengpac_close(opengpac_system *system);
 /* The calls. Names of sources are "processor.source", times are ns. What stands in [brackets] may be left out; behind ... stands what is
  * the rest of the object. Names of values are those of SVVs, of private cells, "move#1:coefficients", and of channels, "plant.elbow.position".
  *
- * ---- the calls, made from their declarations in crates/api ----
+ * ---- the calls, generated from their declarations in crates/api ----
  * configuration
  *   processor(name, [core], [supervisor], [process], [host], [lost_after_ns], [patience_ns])
  *       Creates a real-time processor.

@@ -38,7 +38,7 @@ fn guarded<T>(call: impl FnOnce() -> Result<T, api::Refusals>) -> Option<T> {
     let refusals = match catch_unwind(AssertUnwindSafe(call)) {
         Ok(Ok(result)) => return Some(result),
         Ok(Err(refusals)) => refusals,
-        Err(_) => vec![api::refusal("the call failed inside OpenGPAC; please report it with what was called")],
+        Err(_) => vec![api::refusal("the call failed inside OpenGPAC; please report it with the call that you made")],
     };
     remember(&refusals);
     None
@@ -78,7 +78,7 @@ pub unsafe extern "C" fn opengpac_open(name: *const c_char, clock: *const c_char
 pub unsafe extern "C" fn opengpac_call(system: *mut OpengpacSystem, call: *const c_char, arguments: *const c_char) -> *mut c_char {
     let answer = guarded(|| {
         // SAFETY: the caller guarantees that it is alive, or NULL.
-        let system = unsafe { system.as_ref() }.ok_or_else(|| vec![api::refusal("there is no system: opengpac_open() gave NULL, or it was not called")])?;
+        let system = unsafe { system.as_ref() }.ok_or_else(|| vec![api::refusal("there is no system: opengpac_open() returned NULL, or was not called")])?;
         // SAFETY: guaranteed by the caller, for each.
         let (call, arguments) = unsafe { (given(call, "the name of the call")?, given(arguments, "the arguments")?) };
         api::call(&system.0, call, arguments)

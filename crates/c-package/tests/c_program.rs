@@ -87,7 +87,7 @@ fn the_header_is_cplusplus_too_and_every_misuse_is_a_sentence() {
     let printed = run(&compile(&source, "misuse"));
     let expected = [
         "there is no clock 'sundial'",
-        "this is not of the right form",
+        "this does not have the right form",
         "there is no system",
         "there is no call 'sing'",
         "call 'processor' has no argument 'cores'",

@@ -24,7 +24,7 @@ impl Door {
     pub fn tell_who_gave_way(&self) {
         let gave = self.slots.gave_way();
         let (Some((most, count)), all) = (gave.first(), gave.iter().map(|(_, count)| count).sum::<u64>()) else { return };
-        let text = format!("{all} connections that did not say whose they are gave way to others, {count} of them from {most}");
+        let text = format!("{all} connections that did not identify themselves were closed to make room for others, {count} of them from {most}");
         self.service.system.log_control(&text);
     }
 }

@@ -64,8 +64,8 @@ pub fn frame(text: &str) -> Result<StreamRequest, Failure> {
     match (frame.subscribe, frame.id, frame.unsubscribe) {
         (Some(topic), Some(id), None) if short(&id) => {
             if matches!(topic, Topic::Svvs | Topic::Scope) == frame.names.is_empty() {
-                let remedy = "a subscription to svvs or scope names them, and no other does";
-                return Err(wrong(format!("subscription '{id}' has {} names", frame.names.len()), remedy));
+                let remedy = "give names in a subscription to svvs or scope, and in no other";
+                return Err(wrong(format!("subscription '{id}' cannot have {} names", frame.names.len()), remedy));
             }
             // These topics send their whole content each time, which takes longer than sending values.
             let least = if matches!(topic, Topic::Statistics | Topic::Installed) { 100 } else { 10 };
@@ -73,6 +73,6 @@ pub fn frame(text: &str) -> Result<StreamRequest, Failure> {
             Ok(StreamRequest::Subscribe { id, topic, names: frame.names, every, raw: frame.raw, since: frame.since })
         }
         (None, None, Some(id)) => Ok(StreamRequest::Unsubscribe(id)),
-        _ => Err(wrong("a frame subscribes with an id of 1 to 64 letters, or unsubscribes".to_owned(), "see docs/control.md")),
+        _ => Err(wrong("a frame must subscribe with an id of 1 to 64 characters, or unsubscribe".to_owned(), "see docs/control.md")),
     }
 }

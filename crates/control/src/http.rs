@@ -54,7 +54,7 @@ pub(crate) fn router(door: Door) -> Router {
         .route("/v1/stream", get(stream::open))
         .fallback(|| async { RefusedRequest(Failure::new(Class::UnknownName, "there is no such path", "see docs/control.md")) })
         .method_not_allowed_fallback(|| async {
-            let refused = RefusedRequest(Failure::new(Class::CallError, "this path has no such method", "see docs/control.md"));
+            let refused = RefusedRequest(Failure::new(Class::CallError, "this path does not have this method", "see docs/control.md"));
             (StatusCode::METHOD_NOT_ALLOWED, refused)
         })
         .layer(DefaultBodyLimit::disable())
@@ -207,7 +207,7 @@ async fn ended(
 
 /// Encodes an answer as text. Long answers are encoded on a thread that no other request waits for.
 fn text(answer: &Value) -> Result<Vec<u8>, Failure> {
-    serde_json::to_vec(answer).map_err(|why| Failure::new(Class::InvalidState, format!("the answer cannot be told: {why}"), "please report it"))
+    serde_json::to_vec(answer).map_err(|why| Failure::new(Class::InvalidState, format!("the answer cannot be encoded: {why}"), "please report it"))
 }
 
 async fn about(State(service): ServiceState, Extension(caller): Extension<Caller>) -> Json<Version> {

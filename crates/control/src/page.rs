@@ -45,13 +45,14 @@ impl Page {
     pub fn load(folder: &Path) -> Result<Page, Refusals> {
         let missing = || {
             let message = format!("the studio's page is not in '{}'", folder.display());
-            refuse(message, "`make page` builds it in the sources, with Node 20.19 or newer; the wheel has it")
+            refuse(message, "build it with `make page` in the sources, with Node 20.19 or newer, or use the wheel, which contains it")
         };
         let mut files = HashMap::new();
         let mut left = BYTES_MAX;
         let mut folders = vec![(folder.to_owned(), String::new())];
         while let Some((folder, prefix)) = folders.pop() {
-            let failed = |why: std::io::Error| refuse(format!("cannot read the studio's page in '{}': {why}", folder.display()), "may this user read it?");
+            let failed =
+                |why: std::io::Error| refuse(format!("cannot read the studio's page in '{}': {why}", folder.display()), "check that this user may read it");
             let listed = match fs::read_dir(&folder) {
                 Err(_) if prefix.is_empty() => return Err(missing()),
                 listed => listed.map_err(failed)?,
@@ -68,7 +69,7 @@ impl Page {
                     files.insert(name, asset);
                 }
                 if files.len() + folders.len() > FILES_MAX || left == 0 {
-                    return Err(refuse(format!("'{}' has more than a page has", folder.display()), "give the folder that npm run build has made"));
+                    return Err(refuse(format!("'{}' has more files than a page", folder.display()), "give the folder that npm run build has written"));
                 }
             }
         }

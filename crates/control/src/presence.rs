@@ -24,7 +24,7 @@ pub(crate) fn present(service: &Arc<Service>, headers: &HeaderMap, caller: &Call
 pub(crate) fn as_of_ms(headers: &HeaderMap) -> Result<Option<u64>, Failure> {
     let Some(said) = headers.get(AS_OF) else { return Ok(None) };
     let ms = said.to_str().ok().and_then(|text| text.parse().ok());
-    let wrong = || Failure::new(Class::CallError, "OpenGPAC-As-Of is no number of ms", "add what has passed since the last 'beat' of a stream to its number");
+    let wrong = || Failure::new(Class::CallError, "OpenGPAC-As-Of is not a number of ms", "add the time since the last 'beat' of a stream to its number");
     ms.map(Some).ok_or_else(wrong)
 }
 

@@ -54,7 +54,7 @@ fn arguments(generator: &mut SchemaGenerator, call: &Call) -> Value {
     let mut named = call.named_schema(generator).to_value();
     if call.lasts {
         named["properties"]["slice_ms"] = json!({
-            "description": "How long this request may last, ms.", "type": "integer", "minimum": 1, "maximum": 1000, "default": 1000,
+            "description": "Time limit of this request, ms.", "type": "integer", "minimum": 1, "maximum": 1000, "default": 1000,
         });
     }
     let is_empty = named["properties"].as_object().is_none_or(Map::is_empty);

@@ -97,7 +97,7 @@ fn tcp(options: &Options) -> Result<Option<Tcp>, Refusals> {
     let Some(listen) = &options.listen else {
         let alone = [("--tls-cert", options.tls_cert.is_some()), ("--tls-key", options.tls_key.is_some()), ("--client-ca", options.client_ca.is_some())];
         return match alone.iter().find(|(_, given)| *given) {
-            Some((word, _)) => Err(refuse(format!("{word} is given and nothing listens on TCP"), "add --listen HOST:PORT")),
+            Some((word, _)) => Err(refuse(format!("{word} is given but nothing listens on TCP"), "add --listen HOST:PORT")),
             None => Ok(None),
         };
     };
@@ -106,23 +106,23 @@ fn tcp(options: &Options) -> Result<Option<Tcp>, Refusals> {
     let knows_callers = options.tokens.is_some() || options.client_ca.is_some() || options.run_token.is_some();
     if !address.ip().is_loopback() {
         if options.insecure_loopback {
-            return Err(refuse(format!("--insecure-loopback does not go with '{listen}'"), "it is for addresses of this machine only"));
+            return Err(refuse(format!("--insecure-loopback cannot be used with '{listen}'"), "leave it out: it is only for addresses of this machine"));
         }
         if options.tls_cert.is_none() || options.tls_key.is_none() {
             return Err(refuse(
-                format!("'{listen}' can be reached from other machines and has no TLS"),
+                format!("'{listen}' can be reached from other machines but has no TLS"),
                 "give --tls-cert and --tls-key, or listen on 127.0.0.1",
             ));
         }
         if !knows_callers {
             return Err(refuse(
-                format!("'{listen}' can be reached from other machines and has no authentication"),
+                format!("'{listen}' can be reached from other machines but has no authentication"),
                 "give --tokens (opengpac token new), or --client-ca",
             ));
         }
     } else if !knows_callers && !options.insecure_loopback {
         return Err(refuse(
-            format!("'{listen}' can be reached by every user of this machine and has no authentication"),
+            format!("'{listen}' can be reached by every user of this machine but has no authentication"),
             "give --tokens (opengpac token new), or --insecure-loopback to let every user observe",
         ));
     }
@@ -157,7 +157,7 @@ pub(crate) fn service(
     lanes: Arc<Lanes>,
 ) -> Result<Service, Refusals> {
     let tokens =
-        options.tokens.as_deref().map(Tokens::open).transpose().map_err(|why| refuse(format!("tokens: {why}"), "make the file with opengpac token new"))?;
+        options.tokens.as_deref().map(Tokens::open).transpose().map_err(|why| refuse(format!("tokens: {why}"), "create the file with opengpac token new"))?;
     Ok(Service {
         system,
         gate: Gate { tokens, run, uid: socket::uid(), insecure_loopback: options.insecure_loopback },
@@ -165,7 +165,7 @@ pub(crate) fn service(
         audit,
         rates: Rates::new(20_000.0, 20_000.0),
         lanes,
-        files: Files::new().map_err(|why| refuse(format!("cannot make a folder for files: {why}"), "make room among the temporary files"))?,
+        files: Files::new().map_err(|why| refuse(format!("cannot make a folder for files: {why}"), "free space in the folder of temporary files"))?,
         journal,
         records: options.records.clone(),
         trust: digests(&options.trust)?,
@@ -189,7 +189,7 @@ pub(crate) fn door(service: Service, options: &Options) -> Result<Door, Refusals
 fn digests(given: &[String]) -> Result<Vec<String>, Refusals> {
     let digest = |text: &String| {
         let lower = text.to_ascii_lowercase();
-        let wrong = || refuse(format!("'{text}' is no SHA-256 digest"), "give the 64 hexadecimal digits that 'opengpac replay' or sha256sum shows");
+        let wrong = || refuse(format!("'{text}' is not a SHA-256 digest"), "give the 64 hexadecimal digits that 'opengpac replay' or sha256sum shows");
         if is_sha256(&lower) { Ok(lower) } else { Err(wrong()) }
     };
     given.iter().map(digest).collect()
@@ -205,11 +205,11 @@ impl Server {
     /// replayed before any request is answered.
     pub fn start_watched(system: Arc<System>, options: &Options, watcher: &mut dyn Watcher) -> Result<Server, Refusals> {
         if options.journal_strict && options.journal.is_none() {
-            return Err(refuse("--journal-strict is given and there is no journal", "add --journal FILE"));
+            return Err(refuse("--journal-strict is given without a journal", "add --journal FILE"));
         }
         let tcp = tcp(options)?;
         if tcp.is_none() && (options.no_socket || options.page.is_some() || options.run_token.is_some()) {
-            return Err(refuse("the studio needs an address of TCP", "add --listen 127.0.0.1:8777"));
+            return Err(refuse("the studio needs a TCP address", "add --listen 127.0.0.1:8777"));
         }
         if options.no_socket {
             return Server::serve(system, options, None, tcp, watcher);
@@ -253,7 +253,7 @@ impl Server {
         if let Some((address, tls)) = tcp {
             let cannot = |why: std::io::Error| {
                 let class = if why.kind() == ErrorKind::AddrInUse { Class::InUse } else { Class::DefinitionError };
-                vec![Refusal::new(class, format!("cannot listen on '{address}': {why}")).remedy("take another port, or 0 for any that is free")]
+                vec![Refusal::new(class, format!("cannot listen on '{address}': {why}")).remedy("choose another port, or 0 for any free one")]
             };
             let listener = listen::bound(runtime, address).map_err(cannot)?;
             let scheme = if tls.is_some() { "https" } else { "http" };
@@ -274,12 +274,12 @@ impl Server {
 
     /// Reopens the audit file, and rereads the files of TLS and of tokens. Returns messages for the operator.
     pub fn reread(&self) -> Vec<String> {
-        let audit = self.door.service.audit.reopen().map_err(|why| format!("the audit file stays the one of before: {why}"));
+        let audit = self.door.service.audit.reopen().map_err(|why| format!("the previous audit file stays in use: {why}"));
         let told = |refusals: Refusals| refusals.iter().map(ToString::to_string).collect::<Vec<_>>().join("; ");
-        let tls = self.tls.as_ref().map_or(Ok(()), |tls| tls.reread()).map_err(|why| format!("TLS goes on with the files of before: {}", told(why)));
+        let tls = self.tls.as_ref().map_or(Ok(()), |tls| tls.reread()).map_err(|why| format!("the previous TLS files stay in use: {}", told(why)));
         self.door.service.tell_of_tokens();
         let failed: Vec<String> = [audit.err(), tls.err()].into_iter().flatten().collect();
-        let news = if failed.is_empty() { vec!["the audit file, the tokens and the files of TLS were opened again".to_owned()] } else { failed };
+        let news = if failed.is_empty() { vec!["the audit file, the tokens and the TLS files were reopened".to_owned()] } else { failed };
         news.iter().for_each(|text| self.door.service.system.log_control(text));
         news
     }
@@ -342,7 +342,7 @@ async fn look_after(door: Door) {
             }
         });
         if looked.await.is_err() {
-            eprintln!("control: looking after the sessions failed; please report it");
+            eprintln!("control: the supervision of sessions failed; please report it");
         }
     }
 }

@@ -37,7 +37,7 @@ impl Site {
         if ours && headers.get_all(header::HOST).iter().count() == 1 {
             return Ok(());
         }
-        Err(Failure::new(Class::NotAllowed, format!("the host '{host}' is not ours"), format!("start the daemon with --host {name}")))
+        Err(Failure::new(Class::NotAllowed, format!("the host '{host}' is not a name of this daemon"), format!("start the daemon with --host {name}")))
     }
 
     /// Checks the origin: a page in a browser may call only if it was named at the start or was loaded from the very address that it
@@ -58,7 +58,7 @@ impl Site {
         if self.origins.iter().any(|known| known == origin) {
             return Ok(());
         }
-        Err(Failure::new(Class::NotAllowed, format!("pages of '{origin}' may not call"), format!("start the daemon with --origin {origin}")))
+        Err(Failure::new(Class::NotAllowed, format!("pages of '{origin}' may not call this daemon"), format!("start the daemon with --origin {origin}")))
     }
 }
 

@@ -152,9 +152,9 @@ impl Table {
         let (all, own) = (self.known.len(), self.known.values().filter(|known| known.caller.who == caller.who).count());
         let kept = if caller.role >= Role::Operate { 0 } else { RESERVED };
         let full = if own >= KNOWN_EACH_MAX + more {
-            format!("{} has {own} connections already", caller.who)
+            format!("{} already has {own} connections", caller.who)
         } else if all >= KNOWN_MAX - kept + more {
-            format!("there are {all} connections already")
+            format!("there are already {all} connections")
         } else {
             return Ok(());
         };

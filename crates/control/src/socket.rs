@@ -34,16 +34,16 @@ pub fn bind(path: &Path, is_default: bool) -> Result<UnixListener, Refusals> {
     if is_default {
         let about = fs::symlink_metadata(folder).map_err(failed)?;
         if !about.is_dir() || about.uid() != uid() || about.mode() & 0o077 != 0 {
-            let message = format!("the folder '{}' is not ours alone", folder.display());
+            let message = format!("the folder '{}' is not accessible to this user alone", folder.display());
             return Err(refuse(Class::NotAllowed, message, "remove it, or give a path with --socket"));
         }
     }
     match fs::symlink_metadata(path) {
         Ok(about) if !about.file_type().is_socket() => {
-            return Err(refuse(Class::InUse, format!("'{}' is there and is no socket", path.display()), "give another path with --socket"));
+            return Err(refuse(Class::InUse, format!("'{}' exists and is not a socket", path.display()), "give another path with --socket"));
         }
         Ok(_) if UnixStream::connect(path).is_ok() => {
-            return Err(refuse(Class::InUse, format!("a system is served on '{}' already", path.display()), "give this one another name or --socket"));
+            return Err(refuse(Class::InUse, format!("a system is already served on '{}'", path.display()), "give this one another name or another --socket"));
         }
         Ok(_) => fs::remove_file(path).map_err(failed)?,
         Err(why) if why.kind() == ErrorKind::NotFound => {}

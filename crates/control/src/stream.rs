@@ -68,8 +68,8 @@ pub(crate) async fn open(
 ) -> Response {
     let opened = || -> Result<Response, Failure> {
         let presence = present(&service, &headers, &caller)?;
-        let Query(options) = query.map_err(|why| Failure::new(Class::CallError, why.body_text(), "write ?hold=true, ?beat=true, both or nothing"))?;
-        let upgrade = upgrade.map_err(|why| Failure::new(Class::CallError, why.body_text(), "the stream is a WebSocket"))?;
+        let Query(options) = query.map_err(|why| Failure::new(Class::CallError, why.body_text(), "write ?hold=true, ?beat=true, both or neither"))?;
+        let upgrade = upgrade.map_err(|why| Failure::new(Class::CallError, why.body_text(), "open the stream as a WebSocket"))?;
         let held = match (options.hold, presence) {
             (true, Some(presence)) => Some(SessionHold::new(service.clone(), presence.id.clone())),
             (true, None) => {
@@ -175,7 +175,7 @@ impl Stream {
                     let Some(Ok(received)) = received else { return None };
                     // Each ping is answered, and the answers accumulate if the client does not read them.
                     if pace.count() {
-                        let reason = format!("a client sends at most {FRAMES_EACH_SECOND} frames a second");
+                        let reason = format!("a client may send at most {FRAMES_EACH_SECOND} frames a second");
                         return Some(CloseFrame { code: TOO_MANY, reason: reason.into() });
                     }
                     match received {
@@ -201,7 +201,7 @@ impl Stream {
         let subscription = match frames::frame(text)? {
             StreamRequest::Unsubscribe(id) => {
                 let Some((subscription, _)) = subscriptions.remove(&id) else {
-                    return Err(Failure::new(Class::UnknownName, format!("there is no subscription '{id}'"), "it was never made, or is over"));
+                    return Err(Failure::new(Class::UnknownName, format!("there is no subscription '{id}'"), "use the id of an open subscription"));
                 };
                 subscription.abort();
                 return Ok(());
@@ -211,14 +211,14 @@ impl Stream {
         let id = subscription.id.clone();
         subscriptions.retain(|_, (subscription, _)| !subscription.is_finished());
         if subscriptions.contains_key(&id) {
-            return Err(Failure::new(Class::InUse, format!("there is a subscription '{id}' already"), "take another id"));
+            return Err(Failure::new(Class::InUse, format!("there is already a subscription '{id}'"), "use another id"));
         }
         if subscriptions.len() >= SUBSCRIPTIONS_MAX {
-            return Err(Failure::new(Class::LimitExceeded, format!("a stream has at most {SUBSCRIPTIONS_MAX} subscriptions"), "open another stream"));
+            return Err(Failure::new(Class::LimitExceeded, format!("a stream can have at most {SUBSCRIPTIONS_MAX} subscriptions"), "open another stream"));
         }
         let channels = if subscription.topic == Topic::Scope { subscription.names.len() } else { 0 };
         if channels + subscriptions.values().map(|(_, channels)| channels).sum::<usize>() > CHANNELS_MAX {
-            return Err(Failure::new(Class::LimitExceeded, format!("the scopes of a stream have at most {CHANNELS_MAX} channels"), "open another stream"));
+            return Err(Failure::new(Class::LimitExceeded, format!("the scopes of a stream can have at most {CHANNELS_MAX} channels"), "open another stream"));
         }
         let (service, sender) = (self.service.clone(), sender.clone());
         let running = match subscription.topic {

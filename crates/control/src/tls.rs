@@ -35,7 +35,7 @@ pub fn fingerprint(certificate: &CertificateDer<'_>) -> [u8; 32] {
 fn private_key(path: &Path) -> Result<PrivateKeyDer<'static>, Refusals> {
     let failed = |why: std::io::Error| wrong(format!("cannot read the key '{}': {why}", path.display()), "give a PEM file");
     let closed = |why: std::io::Error| match why.kind() {
-        ErrorKind::PermissionDenied => wrong(format!("the key of TLS: {why}"), "it has to be a file that its owner alone may read"),
+        ErrorKind::PermissionDenied => wrong(format!("the key of TLS: {why}"), "make it readable only by its owner"),
         _ => failed(why),
     };
     let file = secret::open(path).map_err(closed)?;
@@ -76,16 +76,16 @@ impl Tls {
 fn acceptor(certificate: &Path, key: &Path, client_ca: Option<&Path>, only_certificates: bool) -> Result<TlsAcceptor, Refusals> {
     let provider = Arc::new(rustls::crypto::ring::default_provider());
     let failed =
-        |why: &dyn std::fmt::Display| wrong(format!("TLS with '{}' and '{}': {why}", certificate.display(), key.display()), "do they belong together?");
+        |why: &dyn std::fmt::Display| wrong(format!("TLS with '{}' and '{}': {why}", certificate.display(), key.display()), "check that they belong together");
     let builder = ServerConfig::builder_with_provider(provider.clone()).with_safe_default_protocol_versions().map_err(|why| failed(&why))?;
     let builder = match client_ca {
         None => builder.with_no_client_auth(),
         Some(path) => {
             let mut roots = RootCertStore::empty();
             for root in certificates(path)? {
-                roots
-                    .add(root)
-                    .map_err(|why| wrong(format!("'{}' has a certificate that cannot be used: {why}", path.display()), "give that of the authority"))?;
+                roots.add(root).map_err(|why| {
+                    wrong(format!("'{}' has a certificate that cannot be used: {why}", path.display()), "give the certificate of the authority")
+                })?;
             }
             let verifier = WebPkiClientVerifier::builder_with_provider(Arc::new(roots), provider);
             let verifier = if only_certificates { verifier } else { verifier.allow_unauthenticated() };

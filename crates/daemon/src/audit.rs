@@ -127,9 +127,13 @@ impl Audit {
             }
             Err(why) => {
                 if std::mem::replace(&mut open.is_written, false) {
-                    eprintln!("audit: cannot write '{}': {why}; nothing can be configured until that is possible again", self.path.display());
+                    eprintln!("audit: cannot write '{}': {why}; nothing can be configured until it can be written again", self.path.display());
                 }
-                Err(Failure::new(Class::AuditFailed, format!("the audit file cannot be written: {why}"), "make room for it; observing and operating go on"))
+                Err(Failure::new(
+                    Class::AuditFailed,
+                    format!("the audit file cannot be written: {why}"),
+                    "make room for it; observing and operating still work",
+                ))
             }
         }
     }

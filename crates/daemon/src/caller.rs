@@ -103,7 +103,7 @@ impl Gate {
         if (&now.who, now.role) == (&caller.who, caller.role) {
             return Ok(());
         }
-        let message = format!("{} has the role {} no longer", caller.who, caller.role.word());
+        let message = format!("{} no longer has the role {}", caller.who, caller.role.word());
         Err(Failure::new(Class::NotAllowed, message, "connect again").ground(Ground::UnknownCaller))
     }
 

@@ -32,12 +32,13 @@ pub fn check_target(module: &str, named: &ModuleOrigin, bytes: &[u8]) -> Result<
     }
     match (&named.target, named.abi) {
         (Some(for_target), _) if *for_target != target() => {
-            refuse(format!("module '{module}' is for {for_target}, this system runs on {}", target()), "build it for that, or send its source")
+            refuse(format!("module '{module}' is for {for_target}, but this system runs on {}", target()), "build it for that target, or send its source")
         }
-        (_, Some(abi)) if abi != opengpac::abi::ABI => {
-            refuse(format!("module '{module}' has version {abi} of the block interface, this system has {}", opengpac::abi::ABI), "build it anew")
-        }
+        (_, Some(abi)) if abi != opengpac::abi::ABI => refuse(
+            format!("module '{module}' has version {abi} of the block interface, but this system has {}", opengpac::abi::ABI),
+            "build it again with this version",
+        ),
         (Some(_), Some(_)) => Ok(()),
-        _ => refuse(format!("module '{module}' is a shared object that does not say for which machine"), "send abi= and target= as GET /v1/version has them"),
+        _ => refuse(format!("module '{module}' is a shared object that does not name its machine"), "send abi= and target= as given by GET /v1/version"),
     }
 }

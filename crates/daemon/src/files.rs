@@ -70,7 +70,7 @@ impl Files {
         }
         let more = bytes.len() as u64;
         if *total + more > FILES_MAX {
-            return Err(Failure::new(Class::LimitExceeded, format!("files have at most {} MiB together", FILES_MAX >> 20), "start the daemon anew"));
+            return Err(Failure::new(Class::LimitExceeded, format!("files can have at most {} MiB together", FILES_MAX >> 20), "restart the daemon"));
         }
         fs::write(&path, bytes).map_err(|why| failed("keep a file", &why))?;
         *total += more;
@@ -97,7 +97,7 @@ impl Files {
             return Err(Failure::new(Class::CallError, format!("a file cannot be named {name:?}"), "give its name without folders"));
         }
         let mut random = [0_u8; 8];
-        getrandom::fill(&mut random).map_err(|why| Failure::new(Class::InvalidState, format!("there is no random number: {why}"), "try again"))?;
+        getrandom::fill(&mut random).map_err(|why| Failure::new(Class::InvalidState, format!("cannot generate a random number: {why}"), "try again"))?;
         let folder = self.folder.join(hex(&random));
         fs::DirBuilder::new().mode(0o700).create(&folder).map_err(|why| failed("make a folder", &why))?;
         let path = folder.join(name);
@@ -115,9 +115,9 @@ impl Files {
         if role < Role::Download && (reach == Reach::Code || !is_reference) {
             let (what, remedy) = match reach {
                 Reach::Code => ("code that runs", "leave it out, or ask for a token of that role"),
-                _ => ("a file of the machine of the system", "put its files (PUT /v1/files/SHA256) and name them, or ask for a token of that role"),
+                _ => ("a file of the machine of the system", "upload its files (PUT /v1/files/SHA256) and name them, or ask for a token of that role"),
             };
-            let message = format!("'{option}' names {what}, which needs the role download, and the caller has {}", role.word());
+            let message = format!("'{option}' names {what}, which needs the role download, but the caller has {}", role.word());
             return Err(Failure::new(Class::NotAllowed, message, remedy));
         }
         if is_reference {
@@ -137,13 +137,13 @@ impl Files {
                 return Err(Failure::new(
                     Class::UnknownName,
                     format!("there is no file with SHA-256 '{sha256}' for '{name}'"),
-                    "put it first: PUT /v1/files/SHA256",
+                    "upload it first: PUT /v1/files/SHA256",
                 ));
             }
             digest.update(format!("{name}\0{sha256}\n"));
         }
         if !reference.files.contains_key(&reference.main) {
-            return Err(Failure::new(Class::UnknownName, format!("'{}' is none of the files that are named", reference.main), "main is one of files"));
+            return Err(Failure::new(Class::UnknownName, format!("'{}' is not one of the named files", reference.main), "choose main from the files"));
         }
         let folder = self.folder.join("models").join(hex(&digest.finalize()));
         if !folder.exists() {
@@ -188,13 +188,13 @@ fn remove_orphans(home: &Path) {
 /// Refuses content that does not match its digest.
 pub fn check_digest(sha256: &str, bytes: &[u8], what: &str) -> Result<(), Failure> {
     if !is_sha256(sha256) {
-        return Err(Failure::new(Class::CallError, format!("'{sha256}' is no SHA-256"), "write 64 lower-case hexadecimal digits"));
+        return Err(Failure::new(Class::CallError, format!("'{sha256}' is not a SHA-256 digest"), "write 64 lower-case hexadecimal digits"));
     }
     let is = hex(&Sha256::digest(bytes));
     if is == sha256 {
         return Ok(());
     }
-    Err(Failure::new(Class::CallError, format!("{what} has SHA-256 {is}, not {sha256}"), "it was changed on its way: send it again"))
+    Err(Failure::new(Class::CallError, format!("{what} has SHA-256 {is}, not {sha256}"), "send it again: it was changed on its way"))
 }
 
 fn check_relative(name: &str) -> Result<(), Failure> {
@@ -202,9 +202,9 @@ fn check_relative(name: &str) -> Result<(), Failure> {
     if !name.is_empty() && name.len() < 512 && !name.contains('\0') && parts.all(|part| matches!(part, Component::Normal(_))) {
         return Ok(());
     }
-    Err(Failure::new(Class::CallError, format!("a file cannot be named {name:?}"), "take a relative name without '..'"))
+    Err(Failure::new(Class::CallError, format!("a file cannot be named {name:?}"), "give a relative name without '..'"))
 }
 
 fn failed(what: &str, why: &io::Error) -> Failure {
-    Failure::new(Class::InvalidState, format!("cannot {what}: {why}"), "make room on the machine of the system")
+    Failure::new(Class::InvalidState, format!("cannot {what}: {why}"), "free space on the machine of the system")
 }

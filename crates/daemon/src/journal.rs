@@ -68,7 +68,7 @@ impl Journal {
             Unavailable::Taken => refuse(
                 Class::InUse,
                 format!("another daemon keeps the journal '{shown}'"),
-                "end that one first, or give this one a journal of its own: --journal FILE",
+                "stop that one first, or give this one another journal: --journal FILE",
             ),
             Unavailable::Failed(why) => unwritable(path, &why),
         })?;
@@ -77,21 +77,21 @@ impl Journal {
         if let Some(bytes) = bytes {
             let read = lines::read(&bytes).map_err(|Damage { line, why }| damaged(path, line, &why))?;
             if read.head.system != system {
-                let message = format!("the journal '{shown}' is of system '{}', this is '{system}'", read.head.system);
+                let message = format!("the journal '{shown}' belongs to system '{}', but this is '{system}'", read.head.system);
                 return Err(refuse(Class::DefinitionError, message, "start the daemon under that --name, or give another --journal"));
             }
             if let Some(line) = read.cut {
-                told.push(format!("journal '{shown}', line {line}: the last line was cut short and is left out: its call was never answered"));
+                told.push(format!("journal '{shown}', line {line}: the last line was cut short and is skipped: its call was never answered"));
             }
             ledger = Ledger::of(read.lines).map_err(|(line, why)| damaged(path, line, &why))?;
             let lost = ledger.leave_lost();
             if lost > 0 {
-                told.push(format!("journal '{shown}': {lost} instances of sessions that went with the daemon are not made again"));
+                told.push(format!("journal '{shown}': {lost} instances of sessions that ended with the daemon are not created again"));
             }
         }
         let old = ledger.leave_old_definitions();
         if old > 0 {
-            told.push(format!("journal '{shown}': {old} definitions and modules that later ones replaced are left out"));
+            told.push(format!("journal '{shown}': {old} definitions and modules that were replaced later are skipped"));
         }
         ledger.renumber();
         let kept = ledger.lines().map(|kept| &kept.line);
@@ -198,7 +198,7 @@ impl Journal {
 
     fn refused(&self, why: &io::Error, done: &str) -> Failure {
         let message = format!("the journal '{}' cannot be written: {why}; {done}", self.path.display());
-        Failure::new(Class::AuditFailed, message, "make room for it; observing, operating and stopping go on")
+        Failure::new(Class::AuditFailed, message, "make room for it; observing, operating and stopping still work")
     }
 
     /// Reports a line that could not be written: as an error to a configuring caller, and to everyone in the log.
@@ -207,7 +207,7 @@ impl Journal {
             self.told.store(false, Ordering::Relaxed);
             return Ok(());
         };
-        let failure = self.refused(&why, "what was called was done, and is lost if the daemon dies before the journal can be written again");
+        let failure = self.refused(&why, "the call was carried out, but is lost if the daemon dies before the journal can be written again");
         if role >= Role::Configure {
             return Err(failure);
         }
@@ -222,7 +222,7 @@ impl Journal {
 
 fn damaged(path: &Path, line: usize, why: &str) -> Refusals {
     let message = format!("the journal '{}' cannot be played: line {line}: {why}", path.display());
-    refuse(Class::DefinitionError, message, "mend or delete that line, or move the file away to begin without it; it was not touched")
+    refuse(Class::DefinitionError, message, "fix or delete that line, or move the file away to begin without it; it was not changed")
 }
 
 /// Returns the digests of the files that a call refers to, at every depth of its options.
@@ -292,7 +292,7 @@ impl Inner {
         if let Line::Became { of: Subject::Instance(number), state: State::Deleted } = &line {
             self.instances.remove(number);
         }
-        self.ledger.take(0, line.clone()).map_err(|why| io::Error::other(format!("a line that goes with none before it: {why}")))?;
+        self.ledger.take(0, line.clone()).map_err(|why| io::Error::other(format!("a line that does not follow from the earlier ones: {why}")))?;
         let written = if self.is_broken { self.rewrite() } else { self.file.append(&line) };
         self.is_broken |= written.is_err();
         if written.is_ok() && self.file.has_grown() {

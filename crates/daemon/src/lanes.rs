@@ -167,8 +167,8 @@ impl Lanes {
             waits: Shares::new("waits", WAITS_MAX, WAITS_EACH_MAX, WAITS_KEPT),
             costly: Shares::new("checks, histories and listings", COSTLY_MAX, COSTLY_EACH_MAX, COSTLY_EACH_MAX),
             scopes: Shares::new("scopes", SCOPES_MAX, SCOPES_EACH_MAX, SCOPES_EACH_MAX / 4),
-            bodies: Shares::new("bytes of bodies under way", BODIES_MAX, BODIES_EACH_MAX, BODIES_EACH_MAX),
-            answers: Shares::new("bytes of answers that were not read", ANSWERS_MAX, ANSWERS_EACH_MAX, ANSWERS_EACH_MAX),
+            bodies: Shares::new("bytes of bodies in transfer", BODIES_MAX, BODIES_EACH_MAX, BODIES_EACH_MAX),
+            answers: Shares::new("bytes of unread answers", ANSWERS_MAX, ANSWERS_EACH_MAX, ANSWERS_EACH_MAX),
             costly_turns: Turns::new(1),
             costly_all: Arc::new(Semaphore::new(COSTLY_THREADS)),
             usual_turns: Turns::new(USUAL_EACH_MAX),
@@ -238,7 +238,7 @@ fn in_place<T>(run: impl FnOnce() -> Result<T, Failure>) -> Result<T, Failure> {
 }
 
 fn failed_inside() -> Failure {
-    Failure::new(Class::InvalidState, "the call failed inside OpenGPAC", "please report it with what was called").ground(Ground::Internal)
+    Failure::new(Class::InvalidState, "the call failed inside OpenGPAC", "please report it, with the call that you made").ground(Ground::Internal)
 }
 
 #[cfg(test)]

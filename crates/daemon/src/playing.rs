@@ -85,7 +85,7 @@ pub fn play(service: &Service, journal: &Journal, strict: bool, watcher: &mut dy
     player.content();
     player.all(&there)?;
     if player.is_unwatched && !running.is_empty() {
-        player.failed("nothing was started: what watches over the machine could not be made again".to_owned(), "mend that, then enable the devices");
+        player.failed("nothing was started: the monitoring of the machine could not be set up again".to_owned(), "fix that, then enable the devices");
     } else {
         player.all(&running)?;
     }
@@ -93,7 +93,7 @@ pub fn play(service: &Service, journal: &Journal, strict: bool, watcher: &mut dy
         player.watcher.tell(&format!("{} verb instances were suspended and are not started again", suspended.len()));
     }
     if !stopped.is_empty() {
-        player.watcher.tell("the emergency stop is latched: what ran when it came is not started again");
+        player.watcher.tell("the emergency stop is latched: what was running when it came is not started again");
     }
     player.take_over();
     let Player { instances, failures, total, .. } = player;
@@ -166,8 +166,8 @@ impl Player<'_> {
         if self.watcher.goes_on() {
             return Ok(());
         }
-        let message = format!("the daemon was ended when {} of {} calls of its journal were played", self.played, self.total);
-        Err(vec![Refusal::new(Class::InvalidState, message).remedy("start it again: the journal is as it was")])
+        let message = format!("the daemon was stopped when {} of {} calls of its journal had been played", self.played, self.total);
+        Err(vec![Refusal::new(Class::InvalidState, message).remedy("start it again: the journal is unchanged")])
     }
 
     fn failed(&mut self, what: String, remedy: &str) {
@@ -183,9 +183,9 @@ impl Player<'_> {
         match self.service.system.take_over() {
             Ok(TakenOver { processors }) => processors.iter().for_each(|of| {
                 self.watcher.tell(&taken(of));
-                of.anew.iter().for_each(|Anew { block, why }| self.watcher.tell(&format!("  {block} begins anew: {why}")));
+                of.anew.iter().for_each(|Anew { block, why }| self.watcher.tell(&format!("  {block} starts again: {why}")));
             }),
-            Err(refusals) => self.failed(format!("taking over what runs failed: {}", text(&Failure::from(refusals))), "call take_over again"),
+            Err(refusals) => self.failed(format!("cannot take over the running processes: {}", text(&Failure::from(refusals))), "call take_over again"),
         }
     }
 
@@ -196,7 +196,7 @@ impl Player<'_> {
                 self.service.recorded(&act, by.role, || self.module(module, file, sha256))
             }
             Line::Call { call, withheld, .. } if !withheld.is_empty() => {
-                let message = format!("its argument '{}' is a secret, which a journal does not have", withheld.join("', '"));
+                let message = format!("its argument '{}' is a secret, which a journal does not contain", withheld.join("', '"));
                 Err(Failure::new(Class::CallError, message, format!("call '{call}' again")))
             }
             Line::Call { call, of, arguments, by, .. } => {
@@ -225,7 +225,7 @@ impl Player<'_> {
             Some(Subject::Device(device)) if effect(call) == Effect::TunesInstance => self.devices.get(device),
             _ => return Ok(arguments),
         };
-        let gone = || Failure::new(Class::InvalidState, "the instance that it is for could not be made or started", "make it again");
+        let gone = || Failure::new(Class::InvalidState, "its instance could not be created or started", "create it again");
         arguments.insert("instance".to_owned(), json!(instance.ok_or_else(gone)?));
         Ok(arguments)
     }
@@ -274,7 +274,7 @@ impl Player<'_> {
             match system.wait_enabled(device, Some(until_ns), SLICE)? {
                 WaitResult::Done(false) | WaitResult::TimedOut => {
                     let message = format!("device '{device}' is not enabled after {} s", ENABLED_WITHIN_NS / 1_000_000_000);
-                    return Err(Failure::new(Class::NotEnabled, message, "look at the log, and enable it again"));
+                    return Err(Failure::new(Class::NotEnabled, message, "check the log, and enable it again"));
                 }
                 WaitResult::Done(true) => return Ok(()),
                 // The next check ends the replay.
@@ -287,7 +287,7 @@ impl Player<'_> {
 
 /// Repeats a call with the rights of its original caller.
 fn make(service: &Service, name: &str, arguments: Map<String, Json>, by: &By) -> Result<Json, Failure> {
-    let unknown = || Failure::new(Class::UnknownName, format!("there is no call '{name}'"), "is this an older daemon?");
+    let unknown = || Failure::new(Class::UnknownName, format!("there is no call '{name}'"), "check whether this daemon is older than the journal");
     let call = calls::find(name).ok_or_else(unknown)?;
     service.require_role(&caller(by), call.role, name)?;
     let mut arguments = arguments;
@@ -296,7 +296,7 @@ fn make(service: &Service, name: &str, arguments: Map<String, Json>, by: &By) ->
     crate::records::go_on(&call.records, &mut arguments);
     match api::begin(&service.system, name, &Json::Object(arguments).to_string(), SLICE)? {
         CallResult::Done(result) => Ok(result),
-        CallResult::Waiting { .. } => Err(Failure::new(Class::CallError, format!("call '{name}' lasts, and cannot be played"), "delete that line")),
+        CallResult::Waiting { .. } => Err(Failure::new(Class::CallError, format!("call '{name}' may last, so it cannot be played"), "delete that line")),
     }
 }
 
@@ -305,10 +305,10 @@ fn taken(of: &OfProcessor) -> String {
     let OfProcessor { name, processors, carried, ended, gap_ns, .. } = of;
     let what = if processors.contains(name) { format!("processor '{name}'") } else { format!("process '{name}' (processors '{}')", processors.join("', '")) };
     if !of.is_adopted {
-        return format!("{what} begins anew: no process of it was left");
+        return format!("{what} starts again: none of its processes was left");
     }
-    let held = gap_ns.map_or(String::new(), |gap_ns| format!("; outputs held for {:.1} ms", gap_ns as f64 * 1e-6));
-    format!("{what} was taken over: {} blocks go on, {} have ended{held}", carried.len(), ended.len())
+    let held = gap_ns.map_or(String::new(), |gap_ns| format!("; outputs held their values for {:.1} ms", gap_ns as f64 * 1e-6));
+    format!("{what} was taken over: {} blocks continue, {} have ended{held}", carried.len(), ended.len())
 }
 
 /// Returns true if nothing is started when the replay of this call fails: a guard that would stop a motion is missing.

@@ -40,7 +40,7 @@ pub fn place(folder: Option<&Path>, trust: &[String], takes: &RecordArguments, a
 pub fn identify(takes: &RecordArguments, arguments: &mut Map<String, Json>) -> Result<(), Failure> {
     if let Some(argument) = takes.identity {
         let mut random = [0_u8; 8];
-        getrandom::fill(&mut random).map_err(|why| Failure::new(Class::InvalidState, format!("there is no random number: {why}"), "try again"))?;
+        getrandom::fill(&mut random).map_err(|why| Failure::new(Class::InvalidState, format!("cannot generate a random number: {why}"), "try again"))?;
         arguments.insert(argument.to_owned(), hex(&random).into());
     }
     Ok(())

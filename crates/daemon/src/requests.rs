@@ -28,9 +28,9 @@ pub fn asked(body: &[u8], lasts: bool) -> Result<CallRequest, Failure> {
         None => SLICE_MAX,
         Some(given) if lasts => match given.as_u64().filter(|ms| (1..=1_000).contains(ms)) {
             Some(ms) => Duration::from_millis(ms),
-            None => return Err(wrong(format!("slice_ms is {given}"), "take 1 to 1,000 ms")),
+            None => return Err(wrong(format!("slice_ms cannot be {given}"), "give 1 to 1,000 ms")),
         },
-        Some(_) => return Err(wrong("this call does not last and has no slice_ms".to_owned(), "leave it out")),
+        Some(_) => return Err(wrong("this call does not last, so it has no slice_ms".to_owned(), "leave it out")),
     };
     Ok(CallRequest { arguments, slice, as_of_ms: None })
 }
@@ -38,7 +38,7 @@ pub fn asked(body: &[u8], lasts: bool) -> Result<CallRequest, Failure> {
 /// Parses a body of a given form; an empty body counts as `{}`.
 pub fn object<T: DeserializeOwned>(body: &[u8]) -> Result<T, Failure> {
     let body = if body.iter().all(u8::is_ascii_whitespace) { b"{}" } else { body };
-    serde_json::from_slice(body).map_err(|why| wrong(format!("the body is not of the right form: {why}"), "see docs/control.md and GET /v1/schema"))
+    serde_json::from_slice(body).map_err(|why| wrong(format!("the body does not have the right form: {why}"), "see docs/control.md and GET /v1/schema"))
 }
 
 /// Makes the failure of a request of the wrong form.
@@ -87,13 +87,13 @@ pub fn check_extent(arguments: &Map<String, Json>) -> Result<(), Failure> {
     of.add_members(arguments, 0);
     let bounds = [
         (of.blocks, BLOCKS_MAX, format!("{} blocks", of.blocks)),
-        (of.nested, NESTED_MAX, format!("graphs {} deep", of.nested)),
+        (of.nested, NESTED_MAX, format!("graphs nested {} deep", of.nested)),
         (of.values, VALUES_MAX, format!("{} values", of.values)),
     ];
     match bounds.into_iter().find(|(is, most, _)| is > most) {
         None => Ok(()),
         Some((_, most, has)) => {
-            let message = format!("the definition has {has}, and at most {most} are checked for a caller");
+            let message = format!("the definition has {has}, but at most {most} are checked for a caller");
             Err(Failure::new(Class::LimitExceeded, message, "check its parts one by one"))
         }
     }
@@ -125,10 +125,10 @@ impl OpenSession {
     pub fn checked(self) -> Result<OpenSession, Failure> {
         let is_letter = |c: char| c.is_ascii_alphanumeric() || matches!(c, '.' | '_' | '-');
         if self.name.is_empty() || self.name.len() > 64 || !self.name.chars().all(is_letter) {
-            return Err(wrong(format!("a session cannot be named {:?}", self.name), "take letters, digits, '.', '_' and '-', at most 64"));
+            return Err(wrong(format!("a session cannot be named {:?}", self.name), "use letters, digits, '.', '_' and '-', at most 64"));
         }
         if !(1_000..=60_000).contains(&self.lost_after_ms) {
-            return Err(wrong(format!("lost_after_ms is {}", self.lost_after_ms), "take 1,000 to 60,000 ms"));
+            return Err(wrong(format!("lost_after_ms cannot be {}", self.lost_after_ms), "give 1,000 to 60,000 ms"));
         }
         if let Some(person) = &self.person {
             said("person", person, PERSON_MAX)?;
@@ -153,7 +153,7 @@ const REASON_MAX: usize = 200;
 /// Refuses a text shown to other people if it is empty, too long, or has control characters.
 fn said(what: &str, text: &str, most: usize) -> Result<(), Failure> {
     if text.trim().is_empty() || text.chars().count() > most || text.chars().any(char::is_control) {
-        return Err(wrong(format!("{what} is {text:?}"), &format!("write 1 to {most} characters on one line, or leave it out")));
+        return Err(wrong(format!("{what} cannot be {text:?}"), &format!("write 1 to {most} characters on one line, or leave it out")));
     }
     Ok(())
 }
@@ -178,7 +178,7 @@ impl AskForCommand {
     /// Refuses invalid bounds.
     pub fn checked(self) -> Result<AskForCommand, Failure> {
         if !(1_000..=600_000).contains(&self.wait_ms) {
-            return Err(wrong(format!("wait_ms is {}", self.wait_ms), "take 1,000 to 600,000 ms"));
+            return Err(wrong(format!("wait_ms cannot be {}", self.wait_ms), "give 1,000 to 600,000 ms"));
         }
         Ok(AskForCommand { reason: reason(self.reason)?, ..self })
     }

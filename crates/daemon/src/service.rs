@@ -68,7 +68,7 @@ impl Service {
         if caller.role >= role {
             return Ok(());
         }
-        let message = format!("'{what}' needs the role {}, and {} has {}", role.word(), caller.who, caller.role.word());
+        let message = format!("'{what}' needs the role {}, but {} has {}", role.word(), caller.who, caller.role.word());
         Err(Failure::new(Class::NotAllowed, message, "ask the operator of the system for a token of that role"))
     }
 

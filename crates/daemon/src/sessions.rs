@@ -108,10 +108,10 @@ impl State {
     fn make_room(&mut self, who: &str) -> Result<(), Failure> {
         let own = self.by_name.values().filter(|session| session.who == who).count();
         if own >= SESSIONS_EACH_MAX {
-            self.evict(|session| session.who == who, &format!("{who} has {own} sessions already"))?;
+            self.evict(|session| session.who == who, &format!("{who} already has {own} sessions"))?;
         }
         if self.by_name.len() >= SESSIONS_MAX {
-            self.evict(|_| true, &format!("there are {SESSIONS_MAX} sessions already"))?;
+            self.evict(|_| true, &format!("there are already {SESSIONS_MAX} sessions"))?;
         }
         Ok(())
     }
@@ -150,12 +150,12 @@ impl State {
 }
 
 fn ended() -> Failure {
-    Failure::new(Class::SessionLost, "there is no such session: it was closed, taken up elsewhere, or counts as lost", "open it again: POST /v1/sessions")
+    Failure::new(Class::SessionLost, "there is no such session: it was closed, taken over elsewhere, or counts as lost", "open it again: POST /v1/sessions")
 }
 
 fn fresh_id() -> Result<String, Failure> {
     let mut random = [0_u8; 16];
-    let why = |why: getrandom::Error| Failure::new(Class::InvalidState, format!("there is no random number: {why}"), "try again");
+    let why = |why: getrandom::Error| Failure::new(Class::InvalidState, format!("cannot generate a random number: {why}"), "try again");
     getrandom::fill(&mut random).map_err(why)?;
     Ok(hex(&random))
 }
@@ -172,7 +172,7 @@ impl Sessions {
         if let Some(before) = state.by_name.get(&asked.name) {
             if before.who != caller.who || (before.alive && !asked.take_up) {
                 let is = if before.alive { "is alive" } else { "is kept" };
-                let (message, remedy) = (format!("session '{}' of {} {is}", asked.name, before.who), "take another name, or take it up as the same caller");
+                let (message, remedy) = (format!("session '{}' of {} {is}", asked.name, before.who), "use another name, or take it over as the same caller");
                 return Err(Failure::new(Class::InUse, message, remedy));
             }
         } else {
@@ -401,8 +401,8 @@ fn reader<'a>(state: &'a mut State, name: &str, caller: &Caller) -> Result<&'a m
         return Err(Failure::new(Class::UnknownName, format!("there is no session '{name}'"), "see GET /v1/sessions"));
     };
     if session.who != caller.who && caller.role < Role::Configure {
-        let message = format!("the reports of session '{name}' are those of {}", session.who);
-        return Err(Failure::new(Class::NotAllowed, message, "call as that, or with the role configure"));
+        let message = format!("the reports of session '{name}' belong to {}", session.who);
+        return Err(Failure::new(Class::NotAllowed, message, "call as that caller, or with the role configure"));
     }
     Ok(session)
 }

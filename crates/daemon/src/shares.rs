@@ -47,14 +47,14 @@ impl Shares {
         // A quarter is reserved for callers that have none yet.
         let more = free.saturating_sub((self.all - kept) / 4) / 2;
         let full = if own + amount > self.each || (own > 0 && own + amount > more) {
-            format!("{} has {own} {} at a time already, its share of {}", caller.who, self.what, self.all - kept)
+            format!("{} already has {own} {} at a time, its share of {}", caller.who, self.what, self.all - kept)
         } else if amount > free {
-            format!("all callers together have {used} {} at a time already", self.what)
+            format!("all callers together already have {used} {} at a time", self.what)
         } else {
             *held.entry(caller.who.clone()).or_default() += amount;
             return Ok(Share { of: self.clone(), who: caller.who.clone(), amount });
         };
-        Err(Failure::new(Class::LimitExceeded, full, "come again when one is over").again_in(1))
+        Err(Failure::new(Class::LimitExceeded, full, "try again when one has ended").again_in(1))
     }
 }
 
@@ -134,11 +134,11 @@ mod tests {
     fn what_is_given_back_can_be_taken_again() {
         let shares = Shares::new("waits", 2, 2, 0);
         let (own, said) = fill(&shares, &caller("token a", Role::Observe));
-        assert_eq!((own.len(), said.as_str()), (1, "token a has 1 waits at a time already, its share of 2"));
+        assert_eq!((own.len(), said.as_str()), (1, "token a already has 1 waits at a time, its share of 2"));
         let (other, _) = fill(&shares, &caller("token b", Role::Observe));
         assert_eq!(other.len(), 1);
         let said = shares.take(&caller("token c", Role::Observe), 1).err().expect("there is none left").refusals[0].message.clone();
-        assert_eq!(said, "all callers together have 2 waits at a time already");
+        assert_eq!(said, "all callers together already have 2 waits at a time");
         drop(own);
         assert!(shares.take(&caller("token c", Role::Observe), 1).is_ok());
     }

@@ -115,10 +115,10 @@ impl Tokens {
         let Err(why) = self.refresh(read) else { return };
         read.version = None;
         read.trouble = Some(if why.kind() == io::ErrorKind::InvalidData {
-            format!("{why}; the tokens that it had before count until it is mended")
+            format!("{why}; its previous tokens stay valid until it is fixed")
         } else {
             read.kept = TokenTable::default();
-            format!("the file of tokens '{}' cannot be read: {why}; nobody is let in by a token until it is there again", self.path.display())
+            format!("the file of tokens '{}' cannot be read: {why}; no caller is admitted by a token until it exists again", self.path.display())
         });
     }
 
@@ -143,7 +143,7 @@ impl Tokens {
             let before = told.ends.insert((entry.name.clone(), entry.created), ending);
             if before.is_none_or(|before| before < ending) {
                 let what = if entry.certificate { "certificate" } else { "token" };
-                news.push(format!("{what} '{}' {when}: make another before its holder is shut out (opengpac token add)", entry.name));
+                news.push(format!("{what} '{}' {when}: create another before its holder is locked out (opengpac token add)", entry.name));
             }
         }
         news
@@ -236,7 +236,7 @@ pub fn add_certificate(path: &Path, name: &str, role: Role, expires: Option<u64>
 fn enter(path: &Path, name: &str, role: Role, expires: Option<u64>, sha256: String, certificate: bool) -> io::Result<()> {
     let mut kept = if path.exists() { load(path)? } else { TokenTable::default() };
     if kept.tokens.iter().any(|entry| entry.name == name && entry.revoked.is_none()) {
-        return Err(io::Error::new(io::ErrorKind::AlreadyExists, format!("there is a token '{name}' already; revoke it, or take another name")));
+        return Err(io::Error::new(io::ErrorKind::AlreadyExists, format!("there is already a token '{name}'; revoke it, or use another name")));
     }
     kept.tokens.push(Entry { name: name.to_owned(), role, sha256, certificate, created: now_s(), expires, revoked: None });
     store(path, &kept)
@@ -264,7 +264,7 @@ pub fn list(path: &Path) -> io::Result<Vec<Entry>> {
 fn load(path: &Path) -> io::Result<TokenTable> {
     let file = secret::open(path)?;
     let text = io::read_to_string(file)?;
-    serde_json::from_str(&text).map_err(|why| io::Error::new(io::ErrorKind::InvalidData, format!("'{}' is no file of tokens: {why}", path.display())))
+    serde_json::from_str(&text).map_err(|why| io::Error::new(io::ErrorKind::InvalidData, format!("'{}' is not a file of tokens: {why}", path.display())))
 }
 
 /// Stores the file by replacing it with a new one, so that no reader sees half of it.

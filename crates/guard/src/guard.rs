@@ -28,7 +28,7 @@ pub struct Guard {
 const WATCHES: [bool; 2] = [true, false];
 
 fn no_descriptor(error: &io::Error) -> GuardError {
-    GuardError(format!("no descriptor can be made for the guard: {error}"))
+    GuardError(format!("cannot create a descriptor for the guard: {error}"))
 }
 
 /// Returns the commands that start the two processes, each with its own path.
@@ -93,7 +93,7 @@ impl Guard {
     /// As for [`Guard::watch`].
     pub fn watch_this(&self, ward: u64, name: &str, heartbeat: Heartbeat, bounds: Bounds) -> Result<(), GuardError> {
         canary::share(&self.members[0].hearts().supervisor, &heartbeat);
-        let process = process_kit::this_process().map_err(|error| GuardError(format!("no descriptor of this process can be made: {error}")))?;
+        let process = process_kit::this_process().map_err(|error| GuardError(format!("cannot create a descriptor of this process: {error}")))?;
         self.add(ward, name, process, Some((heartbeat, bounds)), true)
     }
 

@@ -81,7 +81,7 @@ impl Member {
     ///
     /// Fails if it cannot be started, or ended immediately.
     pub fn start(command: GuardCommand, watches: bool, tell: Tells) -> Result<Member, GuardError> {
-        let heart = || Heartbeat::new().map_err(|error| GuardError(format!("no memory for the hearts of guard and supervisor: {error}")));
+        let heart = || Heartbeat::new().map_err(|error| GuardError(format!("cannot allocate memory for the heartbeats of guard and supervisor: {error}")));
         let hearts = Hearts { guard: heart()?, supervisor: heart()? };
         let (link, child) = launch(&command, &hearts, false)?;
         Member::of(command, watches, link, Some(child), (Registry::default(), hearts), tell)
@@ -91,8 +91,8 @@ impl Member {
     ///
     /// Fails if nobody listens there, or a process answers that is not a guard.
     pub fn adopt(command: GuardCommand, watches: bool, tell: Tells) -> Result<Member, GuardError> {
-        let path = command.path.clone().ok_or_else(|| GuardError("a guard is adopted at a path, and none is given".to_owned()))?;
-        let link = connect(&path).map_err(|error| GuardError(format!("no guard at '{}': {error}", path.display())))?;
+        let path = command.path.clone().ok_or_else(|| GuardError("a guard is adopted at a path, but none is given".to_owned()))?;
+        let link = connect(&path).map_err(|error| GuardError(format!("there is no guard at '{}': {error}", path.display())))?;
         let (registry, hearts, missing) = tale(&link, &path)?;
         if !missing.is_empty() {
             tell(GuardEvent::Missing(missing));
@@ -108,7 +108,7 @@ impl Member {
         (registry, hearts): (Registry, Hearts),
         tell: Tells,
     ) -> Result<Member, GuardError> {
-        let watcher = Watcher::new(hearts, watches).map_err(|error| GuardError(format!("no descriptor can be made to watch the guard: {error}")))?;
+        let watcher = Watcher::new(hearts, watches).map_err(|error| GuardError(format!("cannot create a descriptor to watch the guard: {error}")))?;
         let link = Arc::new(link);
         watcher.guarded_by(child.as_ref(), &link, true);
         // It cannot fail, since registrations are only passed on.
@@ -277,7 +277,7 @@ impl MemberState {
             let left = ANSWER.saturating_sub(silence.lasted());
             if left.is_zero() {
                 state.requests.swap_remove(place);
-                return Err(GuardError(format!("the guard does not answer for {} s", ANSWER.as_secs())));
+                return Err(GuardError(format!("the guard did not answer within {} s", ANSWER.as_secs())));
             }
             state = self.answered.wait_timeout(state, left.min(LOOK)).unwrap_or_else(PoisonError::into_inner).0;
         }

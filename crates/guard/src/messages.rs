@@ -102,11 +102,11 @@ impl std::fmt::Display for Loss {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         let what = match self.cause {
             Cause::Died => "has ended",
-            Cause::Frozen => "stood still (its heart did not beat)",
+            Cause::Frozen => "stood still (its heartbeat stopped)",
             Cause::Stopped => "was stopped (SIGSTOP, a debugger)",
         };
         let span_us = (self.safe_ns - self.seen_ns) as f64 * 1e-3;
-        write!(f, "process '{}' {what}; {} safe handles written after {span_us:.0} us", self.name, self.written)?;
+        write!(f, "process '{}' {what}; {} safe handles were written after {span_us:.0} us", self.name, self.written)?;
         if !self.failed.is_empty() {
             write!(f, "; not made safe: {}", self.failed.join("; "))?;
         }

@@ -64,7 +64,7 @@ fn ask_to_hold(ward: u64, device: &str, handle: &SafeHandle) -> io::Result<Reque
 }
 
 fn no_descriptor(error: io::Error) -> String {
-    format!("no descriptor can be made for the guard: {error}")
+    format!("cannot create a descriptor for the guard: {error}")
 }
 
 impl Registry {
@@ -83,7 +83,7 @@ impl Registry {
 
     pub fn add(&mut self, ward: Ward) -> Result<Request, String> {
         if let Some(other) = self.wards.get(&ward.text.ward) {
-            return Err(format!("process '{}' is registered with the guard as {} already", other.text.name, ward.text.ward));
+            return Err(format!("process '{}' is already registered with the guard as {}", other.text.name, ward.text.ward));
         }
         let ask = ward.ask().map_err(no_descriptor)?;
         self.wards.insert(ward.text.ward, ward);

@@ -22,8 +22,8 @@ pub(crate) fn send(link: &UnixLink, request: u64, ask: Ask, descriptors: &[Owned
 /// Starts a guard process. With `stands_in`, it guards like any other, but beats and listens only when it is asked to [lead](Ask::Lead),
 /// and it is started at the priority of the calling thread.
 pub(crate) fn launch(command: &GuardCommand, hearts: &Hearts, stands_in: bool) -> Result<(UnixLink, Child), GuardError> {
-    let (link, theirs) = UnixLink::pair().map_err(|error| GuardError(format!("no link to a guard can be made: {error}")))?;
-    let [heart, supervisor] = hearts.descriptors().map_err(|error| GuardError(format!("no descriptor can be made for a guard: {error}")))?;
+    let (link, theirs) = UnixLink::pair().map_err(|error| GuardError(format!("cannot make a link to a guard: {error}")))?;
+    let [heart, supervisor] = hearts.descriptors().map_err(|error| GuardError(format!("cannot create a descriptor for a guard: {error}")))?;
     let mut launch = Launch::new(command.command.iter().cloned()).descriptor(LINK, theirs).descriptor(HEART, heart).descriptor(SUPERVISOR, supervisor);
     if let Some(path) = &command.path {
         launch = launch.variable(PATH, path);
@@ -37,7 +37,7 @@ pub(crate) fn launch(command: &GuardCommand, hearts: &Hearts, stands_in: bool) -
 
 /// Returns the registrations and hearts that a guard sends to the supervisor that adopts it, with the rights that it lacks.
 pub(crate) fn tale(link: &UnixLink, path: &Path) -> Result<(Registry, Hearts, Vec<String>), GuardError> {
-    let silent = || GuardError(format!("what listens at '{}' does not answer as a guard does", path.display()));
+    let silent = || GuardError(format!("the process that listens at '{}' does not answer like a guard", path.display()));
     let (mut registry, mut hearts, mut lacks) = (Registry::default(), None, Vec::new());
     send(link, 0, Ask::Adopt, &[]).map_err(|LinkClosed| silent())?;
     loop {

@@ -39,13 +39,13 @@ impl Wards {
     /// Changes the watched processes. Fails with a message if the request is invalid.
     pub fn act(&mut self, ask: Ask, descriptors: Vec<OwnedFd>) -> Result<(), String> {
         let mut descriptors = VecDeque::from(descriptors);
-        let mut next = |what: &str| descriptors.pop_front().ok_or_else(|| format!("{what} did not come along"));
+        let mut next = |what: &str| descriptors.pop_front().ok_or_else(|| format!("{what} was not sent with the request"));
         match ask {
             Ask::Ward(text) => {
                 let process = next("the process")?;
                 let heartbeat = text.bounds.map(|_| next("the heartbeat")).transpose()?;
                 if self.0.iter().any(|ward| ward.text.ward == text.ward) {
-                    return Err(format!("process {} is guarded already", text.ward));
+                    return Err(format!("process {} is already guarded", text.ward));
                 }
                 let heartbeat = heartbeat.map(Heartbeat::received).transpose().map_err(|error| error.to_string())?;
                 self.0.push(Ward::new(text, process, heartbeat, now_ns()));

@@ -264,7 +264,7 @@ impl Bridge {
             hasten();
             serving.serve();
         });
-        let thread = thread.map_err(|error| NetworkError { message: format!("no thread for the bridge: {error}") })?;
+        let thread = thread.map_err(|error| NetworkError { message: format!("cannot start a thread for the bridge: {error}") })?;
         Ok(Arc::new(Bridge { core, thread: Some(thread) }))
     }
 }

@@ -109,7 +109,7 @@ impl Hosts {
     /// Fails if no such host has joined, or if it has left.
     pub fn link(&self, host: &str, number: u64) -> Result<Box<dyn Link>, EndError> {
         let core = &self.0.core;
-        let missing = || EndError { message: format!("no host '{host}' has joined system '{}'; start `opengpac join` there", core.options.system) };
+        let missing = || EndError { message: format!("host '{host}' has not joined system '{}'; start `opengpac join` there", core.options.system) };
         let far = core.peers().id(host).ok_or_else(missing)?;
         let key = |from: u64, to: u64, what: &str| format!("{}/link/{number:x}/{from:x}/{to:x}/{what}", core.base());
         let outlet = |key: String| core.wire.outlet(&key, Urgency::Commands).map_err(no_end);
@@ -203,7 +203,7 @@ fn port_of(endpoint: &str) -> u16 {
 }
 
 fn no_end(error: NetworkError) -> EndError {
-    EndError { message: format!("no way to the other hosts: {}", error.message) }
+    EndError { message: format!("there is no connection to the other hosts: {}", error.message) }
 }
 
 fn with<T>(far: &Weak<T>, act: impl FnOnce(&T)) {
@@ -225,7 +225,7 @@ fn knock(options: &Options, wire: &dyn Network, (id, port): (u64, u16), until: I
     let _listening = wire.subscribe(&format!("{root}/hello/{id:x}"), Arc::new(hear))?;
     let door = wire.outlet(&format!("{root}/hello"), Urgency::Clock)?;
     let (name, target) = (options.name.clone(), TARGET.to_owned());
-    let drawn = secret::drawn().map_err(|error| NetworkError { message: format!("no number can be drawn: {error}") })?;
+    let drawn = secret::drawn().map_err(|error| NetworkError { message: format!("cannot generate a random number: {error}") })?;
     let hello = Hello { protocol: PROTOCOL_VERSION, abi: options.abi_version, little_endian: cfg!(target_endian = "little"), id, name, target, drawn };
     let hello = Control::Hello(hello).emit();
     while Instant::now() < until {
@@ -270,19 +270,19 @@ fn admit(core: &Core, hello: &Hello) -> Result<(), String> {
     let here = &core.options;
     if hello.protocol != PROTOCOL_VERSION {
         return Err(format!(
-            "it speaks version {} of the protocol between hosts, this side version {PROTOCOL_VERSION}; install the same OpenGPAC on both",
+            "it speaks version {} of the protocol between hosts, but this side speaks version {PROTOCOL_VERSION}; install the same OpenGPAC on both",
             hello.protocol
         ));
     }
     if hello.abi != here.abi_version {
         let (theirs, ours) = (hello.abi, here.abi_version);
-        return Err(format!("its block interface (ABI) has version {theirs}, this side's version {ours}; install the same OpenGPAC on both"));
+        return Err(format!("its block interface (ABI) has version {theirs}, but this side's has version {ours}; install the same OpenGPAC on both"));
     }
     if hello.little_endian != cfg!(target_endian = "little") {
-        return Err(format!("it is a {} and this side a {TARGET}, with another order of bytes; values could not be read", hello.target));
+        return Err(format!("it is a {} and this side a {TARGET}, whose byte order differs, so that values could not be read", hello.target));
     }
     if hello.name == here.name {
-        return Err(format!("the host that listens is named '{}' too; give this one another name", here.name));
+        return Err(format!("the host that listens is also named '{}'; give this one another name", here.name));
     }
     let now_ns = core.time.steady_ns();
     let replaced = core.peers().admit(KnownPeer::new(hello.id, hello.name.clone(), hello.target.clone(), now_ns), now_ns)?;

@@ -70,7 +70,7 @@ impl Peers {
         if let Some(known) = same.map(|at| &self.known[at]) {
             let silent_ns = now_ns - known.heard_ns;
             if !known.gone && silent_ns < REPLACED_AFTER_NS {
-                return Err(format!("a host '{}' has joined already and was heard {} ms ago; give this one another name", host.name, silent_ns / 1_000_000));
+                return Err(format!("a host '{}' has already joined and was heard {} ms ago; give this one another name", host.name, silent_ns / 1_000_000));
             }
         }
         let replaced = same.map(|at| self.known.remove(at).id);
@@ -147,7 +147,7 @@ mod tests {
         assert_eq!(peers.admit(host(1, "b", 0), 0), Ok(None));
         assert_eq!(peers.admit(host(1, "b", 0), 0), Ok(None), "the same host asks again");
         let refused = peers.admit(host(2, "b", 0), 300 * MS).expect_err("the name is taken");
-        assert!(refused.contains("'b' has joined already and was heard 300 ms ago"), "{refused}");
+        assert!(refused.contains("'b' has already joined and was heard 300 ms ago"), "{refused}");
         assert_eq!(peers.admit(host(2, "b", 0), 1_000 * MS), Ok(Some(1)));
         assert_eq!(peers.id("b"), Some(2));
         peers.remove(2);

@@ -6,7 +6,7 @@ use std::path::PathBuf;
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum JoinError {
     /// The endpoint is malformed.
-    #[error("'{endpoint}' is no endpoint; write tcp/HOST:PORT or tls/HOST:PORT")]
+    #[error("'{endpoint}' is not an endpoint; write tcp/HOST:PORT or tls/HOST:PORT")]
     Endpoint {
         /// Endpoint as passed.
         endpoint: String,
@@ -41,7 +41,7 @@ pub enum JoinError {
     #[error("the token is too weak; use 16 characters or more, without white space")]
     WeakToken,
     /// A token was passed without the files that it requires.
-    #[error("a token alone does not do to {purpose}; give {needed} too")]
+    #[error("a token alone is not enough to {purpose}; give {needed} too")]
     TokenAlone {
         /// Purpose: to listen or to join.
         purpose: &'static str,
@@ -59,7 +59,7 @@ pub enum JoinError {
         reason: String,
     },
     /// The network, or the security of the other side, refuses.
-    #[error("no way to '{endpoint}': {reason}")]
+    #[error("cannot connect to '{endpoint}': {reason}")]
     NoWay {
         /// Endpoint as passed.
         endpoint: String,
@@ -67,7 +67,7 @@ pub enum JoinError {
         reason: String,
     },
     /// There was no answer at the endpoint.
-    #[error("no system '{system}' answered at '{endpoint}' within {seconds} s; is it running there, under this name?")]
+    #[error("no system '{system}' answered at '{endpoint}' within {seconds} s; check that it is running there under this name")]
     NoAnswer {
         /// Name of the system.
         system: String,
@@ -77,7 +77,7 @@ pub enum JoinError {
         seconds: u64,
     },
     /// The listening side refuses.
-    #[error("system '{system}' at '{endpoint}' does not take host '{name}' in: {reason}")]
+    #[error("system '{system}' at '{endpoint}' does not admit host '{name}': {reason}")]
     ByListener {
         /// Name of the system.
         system: String,

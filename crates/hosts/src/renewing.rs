@@ -100,7 +100,7 @@ impl ZenohWire {
         let (alive, ended) = mpsc::channel();
         let watched = shared.clone();
         let thread = std::thread::Builder::new().name("hosts-way".to_owned()).spawn(move || watched.watch(&ended, LOOK, open));
-        let no_thread = |error| JoinError::NoWay { endpoint: endpoint.to_string(), reason: format!("no thread for the way: {error}") };
+        let no_thread = |error| JoinError::NoWay { endpoint: endpoint.to_string(), reason: format!("cannot start a thread for the connection: {error}") };
         let thread = thread.map_err(no_thread)?;
         Ok(ZenohWire { shared, watching: Some((alive, thread)) })
     }

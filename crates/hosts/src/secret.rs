@@ -49,14 +49,14 @@ pub fn secret_of_user(folder: &Path) -> Result<String, JoinError> {
         let _removed = std::fs::remove_file(&own);
         linked.map_err(|error| refused(error.to_string()))?;
     }
-    Err(refused("it is taken away as often as it is made".to_owned()))
+    Err(refused("it disappears each time it is created".to_owned()))
 }
 
 fn read(file: File) -> Result<String, String> {
     let about = file.metadata().map_err(|error| error.to_string())?;
     // SAFETY: returns a number.
     if about.uid() != unsafe { libc::geteuid() } || about.mode() & 0o077 != 0 {
-        return Err("others have made it or may read it; remove it".to_owned());
+        return Err("others have created it or may read it; remove it".to_owned());
     }
     let mut secret = String::new();
     file.take(4 * LEN as u64).read_to_string(&mut secret).map_err(|error| error.to_string())?;

@@ -24,7 +24,7 @@ const OPEN_MS: u32 = 1_000;
 const USER: &str = "opengpac";
 
 /// Additional explanation if a host that joins on loopback is not admitted.
-const ANOTHER_SECRET: &str = "; if a system listens there, it is another user's: what joins it then needs the token that it was given to listen with";
+const ANOTHER_SECRET: &str = "; if a system listens there, it belongs to another user: join it with the token with which it listens";
 
 /// Opens a session; a joining side succeeds only if the listening side admits it.
 pub(crate) fn open(options: &Options, endpoint: &Endpoint, side: Side) -> Result<Session, JoinError> {

@@ -56,7 +56,7 @@ fn only_loopback_may_be_plain_and_each_refusal_says_what_to_do() {
         ("tcp/127.0.0.1:7447", full.clone(), "have no effect on 'tcp/127.0.0.1:7447'; write tls/HOST:PORT"),
         ("tcp/192.0.2.1:7447", token(TOKEN), "have no effect"),
         ("tls/127.0.0.1:7447", token("short"), "use 16 characters or more"),
-        ("tls/127.0.0.1:7447", token(TOKEN), "a token alone does not do to"),
+        ("tls/127.0.0.1:7447", token(TOKEN), "a token alone is not enough to"),
         ("tls/127.0.0.1:7447", missing, "the authority 'no/such.pem' cannot be used"),
         ("http://127.0.0.1", loopback(), "write tcp/HOST:PORT or tls/HOST:PORT"),
     ] {
@@ -130,7 +130,7 @@ fn on_loopback_each_side_must_have_the_secret() {
     let _b = Hosts::join(of("cell-b", SECRET)).expect("it has the secret");
     assert!(a.wait_for("cell-b", LONG));
     let refused = refusal(Hosts::join(Options { join_max: Duration::from_secs(2), ..of("cell-c", "another-secret-of-length") }));
-    assert!(refused.contains(&endpoint) && refused.contains("it is another user's"), "{refused}");
+    assert!(refused.contains(&endpoint) && refused.contains("it belongs to another user"), "{refused}");
     for weak in ["", "short", "with white space in it"] {
         assert!(refusal(Hosts::join(of("cell-c", weak))).contains("16 characters or more"), "{weak}");
         assert!(refusal(Hosts::listen(of("cell-c", weak))).contains("16 characters or more"), "{weak}");
@@ -170,11 +170,11 @@ fn a_host_that_does_not_fit_is_refused_with_words() {
     let _a = Hosts::listen(options("cell-a")).expect("loopback");
     let _b = Hosts::join(options("cell-b")).expect("it fits");
     let older = refusal(Hosts::join(Options { abi_version: 6, ..options("cell-c") }));
-    assert!(older.contains("does not take host 'cell-c' in: its block interface (ABI) has version 6, this side's version 7"), "{older}");
+    assert!(older.contains("does not admit host 'cell-c': its block interface (ABI) has version 6, but this side's has version 7"), "{older}");
     let taken = refusal(Hosts::join(options("cell-b")));
-    assert!(taken.contains("a host 'cell-b' has joined already") && taken.contains("give this one another name"), "{taken}");
+    assert!(taken.contains("a host 'cell-b' has already joined") && taken.contains("give this one another name"), "{taken}");
     let listeners = refusal(Hosts::join(options("cell-a")));
-    assert!(listeners.contains("the host that listens is named 'cell-a' too"), "{listeners}");
+    assert!(listeners.contains("the host that listens is also named 'cell-a'"), "{listeners}");
     // Long enough to connect on a busy machine; without a connection the refusal would differ.
     let elsewhere = Options { join_max: Duration::from_secs(5), system: "another".to_owned(), ..options("cell-d") };
     assert!(refusal(Hosts::join(elsewhere)).contains("no system 'another' answered"));

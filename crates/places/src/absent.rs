@@ -24,7 +24,7 @@ impl JoinedHosts {
     pub fn close(&self) {}
 
     pub fn start(&self, system: &str, host: &str, processor: &str) -> Result<StartedProcessor, String> {
-        Err(format!("no host '{host}' has joined system '{system}' for processor '{processor}': {NO_HOSTS}"))
+        Err(format!("host '{host}' has not joined system '{system}' for processor '{processor}': {NO_HOSTS}"))
     }
 }
 

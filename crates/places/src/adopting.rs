@@ -106,7 +106,7 @@ fn ask(link: UnixLink, system: &str, processor: &str) -> Result<Option<WaitingPr
         AdoptionAnswer::Other => Ok(None),
         AdoptionAnswer::Refused { why } => Err(format!("its process cannot be taken over: {why}")),
         AdoptionAnswer::Come { guard } => {
-            let [process, heart] = <[OwnedFd; 2]>::try_from(descriptors).map_err(|_| "what answers there is no processor".to_owned())?;
+            let [process, heart] = <[OwnedFd; 2]>::try_from(descriptors).map_err(|_| "the process that answers there is not a processor".to_owned())?;
             let heart = Heartbeat::received(heart).map_err(text)?;
             Ok(Some(WaitingProcess { link, guard, process, heart }))
         }
@@ -147,14 +147,14 @@ pub(crate) fn say(link: &UnixLink, message: &impl Serialize, descriptors: &[&Own
 
 /// Decodes a message. Fails if the bytes are not one.
 pub(crate) fn heard<T: DeserializeOwned>(frame: &[u8]) -> Result<T, String> {
-    serde_json::from_slice(frame).map_err(|why| format!("what was said is of another version: {why}"))
+    serde_json::from_slice(frame).map_err(|why| format!("the message is of another version: {why}"))
 }
 
 /// Returns the next message, waiting for at most the limit.
 pub(crate) fn next(link: &UnixLink, limit: Duration) -> Result<Frame, String> {
     link.receive_with(limit).map_err(text)?.ok_or_else(|| {
         link.close();
-        "nothing was said".to_owned()
+        "there was no message".to_owned()
     })
 }
 

@@ -167,7 +167,8 @@ impl Caller for Visitor {
         say(&link, &AdoptionAnswer::Come { guard }, &[&process, &heart])?;
         let (frame, descriptors) = next(&link, ANSWER)?;
         let Enter { run, guard, is_unguarded } = heard(&frame)?;
-        let [handles, black_box, guards, supervises] = <[OwnedFd; 4]>::try_from(descriptors).map_err(|_| "who comes brings too little".to_owned())?;
+        let [handles, black_box, guards, supervises] =
+            <[OwnedFd; 4]>::try_from(descriptors).map_err(|_| "the new supervisor sent too few descriptors".to_owned())?;
         let shared = SharedMemory::new(&belongings.system, run).map_err(text)?;
         let black_box = black_box_of(black_box)?;
         belongings.watched_by(guards, supervises)?;

@@ -82,7 +82,7 @@ impl GuardedProcess {
         let said = self.seen.changed.wait_timeout_while(losses, SAID, |losses| !losses.contains_key(&self.ward));
         let (losses, _) = said.expect("nobody panics with the lock held");
         match losses.get(&self.ward) {
-            Some(guard::Cause::Frozen) => Some(format!("stood still for {} s (its heart did not beat), so it was ended", self.bounds.silent_ns as f64 * 1e-9)),
+            Some(guard::Cause::Frozen) => Some(format!("stood still for {} s (its heartbeat stopped), so it was ended", self.bounds.silent_ns as f64 * 1e-9)),
             Some(guard::Cause::Stopped) => Some(format!("was stopped for {} s (SIGSTOP, a debugger), so it was ended", self.bounds.stopped_ns as f64 * 1e-9)),
             Some(guard::Cause::Died) | None => None,
         }
@@ -244,28 +244,29 @@ fn words(event: GuardEvent) -> (String, String) {
         GuardEvent::Lost(loss) => {
             let how = match loss.cause {
                 guard::Cause::Died => "has ended",
-                guard::Cause::Frozen => "stood still (its heart did not beat) and was ended",
+                guard::Cause::Frozen => "stood still (its heartbeat stopped) and was ended",
                 guard::Cause::Stopped => "was stopped (SIGSTOP, a debugger) and was ended",
             };
             let written = written(&loss);
             (loss.name, format!("its process {how}; {written}"))
         }
         GuardEvent::MadeSafe(loss) => {
-            let how = if loss.cause == guard::Cause::Stopped { "is stopped (SIGSTOP, a debugger)" } else { "stands still (its heart does not beat)" };
+            let how = if loss.cause == guard::Cause::Stopped { "is stopped (SIGSTOP, a debugger)" } else { "stands still (its heartbeat stopped)" };
             let written = written(&loss);
             (loss.name, format!("its program {how}; {written}, and stay safe until reset() or reopen()"))
         }
-        GuardEvent::GoesOn(name) => (name, "its program goes on".to_owned()),
-        GuardEvent::Missing(missing) => ("guard".to_owned(), format!("it has less than real-time rights: {}", missing.join("; "))),
+        GuardEvent::GoesOn(name) => (name, "its program continues".to_owned()),
+        GuardEvent::Missing(missing) => ("guard".to_owned(), format!("it lacks real-time rights: {}", missing.join("; "))),
         GuardEvent::Restarted { how, refused } if refused.is_empty() => {
-            ("guard".to_owned(), format!("one of its two processes {how}; another one guards now, with all that was registered"))
+            ("guard".to_owned(), format!("one of its two processes {how}; another one guards now, with all registrations"))
         }
-        GuardEvent::Restarted { how, refused } => {
-            ("guard".to_owned(), format!("one of its two processes {how}; another one guards now, but for what it could not take: {}", refused.join("; ")))
-        }
-        GuardEvent::Alone(why) => ("guard".to_owned(), format!("one of its two processes is gone for good: {why}; the other one guards alone")),
+        GuardEvent::Restarted { how, refused } => (
+            "guard".to_owned(),
+            format!("one of its two processes {how}; another one guards now, except for what it could not take over: {}", refused.join("; ")),
+        ),
+        GuardEvent::Alone(why) => ("guard".to_owned(), format!("one of its two processes is lost permanently: {why}; the other one guards alone")),
         GuardEvent::Gone(why) => {
-            ("guard".to_owned(), format!("there is no guard any more: {why}; processes that die from now on leave their outputs as they are"))
+            ("guard".to_owned(), format!("there is no longer a guard: {why}; processes that die from now on leave their outputs as they are"))
         }
     }
 }
@@ -273,5 +274,5 @@ fn words(event: GuardEvent) -> (String, String) {
 fn written(loss: &guard::Loss) -> String {
     let failed = if loss.failed.is_empty() { String::new() } else { format!("; not written: {}", loss.failed.join(", ")) };
     let us = (loss.safe_ns - loss.seen_ns) as f64 * 1e-3;
-    format!("{} safe outputs were written {us:.0} us after that was seen{failed}", loss.written)
+    format!("{} safe outputs were written {us:.0} us after this was detected{failed}", loss.written)
 }

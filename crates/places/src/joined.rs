@@ -106,9 +106,9 @@ impl JoinedHosts {
     pub fn listen(&self, system: &str, options: &str, epoch_ns: i64) -> Result<(), String> {
         let mut listening = self.listening.lock().expect("nobody panics with the lock held");
         if listening.is_some() {
-            return Err(format!("system '{system}' listens already"));
+            return Err(format!("system '{system}' is already listening"));
         }
-        let options: JoinOptions = serde_json::from_str(options).map_err(|why| format!("this is not how a host listens: {why}"))?;
+        let options: JoinOptions = serde_json::from_str(options).map_err(|why| format!("a host cannot listen with these options: {why}"))?;
         let hosts = Hosts::listen(options.options(system, Some(&self.telling))?).map_err(text)?;
         hosts.set_epoch(epoch_ns);
         *listening = Some(Listening { hosts, last_link: CONTROL, controls: HashMap::new() });
@@ -123,13 +123,13 @@ impl JoinedHosts {
     pub fn start(&self, system: &str, host: &str, processor: &str) -> Result<StartedProcessor, String> {
         let hosts = {
             let listening = self.listening.lock().expect("nobody panics with the lock held");
-            let Some(listening) = listening.as_ref() else { return Err(format!("system '{system}' does not listen for hosts: call listen() before")) };
+            let Some(listening) = listening.as_ref() else { return Err(format!("system '{system}' does not listen for hosts: call listen() first")) };
             listening.hosts.clone()
         };
         if !hosts.wait_for(host, JOINED_MAX) {
             let seconds = JOINED_MAX.as_secs();
             return Err(format!(
-                "no host '{host}' has joined system '{system}' within {seconds} s; start `opengpac join --system {system} --name {host} --at …` there"
+                "host '{host}' did not join system '{system}' within {seconds} s; start `opengpac join --system {system} --name {host} --at …` there"
             ));
         }
         let mut listening = self.listening.lock().expect("nobody panics with the lock held");
@@ -143,7 +143,7 @@ impl JoinedHosts {
             // First processor of the host, or the first since it returned.
             listening.controls.remove(host);
             let control: Arc<dyn Link> = hosts.link(host, CONTROL).map_err(|why| why.message)?.into();
-            call(&control).map_err(|_| format!("host '{host}' does not take processor '{processor}'"))?;
+            call(&control).map_err(|_| format!("host '{host}' does not accept processor '{processor}'"))?;
             listening.controls.insert(host.to_owned(), control);
         }
         let running = Arc::new(LentProcessor { host: host.to_owned() });
@@ -158,7 +158,7 @@ struct LentProcessor {
 
 impl ProcessorProcess for LentProcessor {
     fn cause(&self) -> String {
-        format!("or host '{}' is gone, or the network to it is cut", self.host)
+        format!("or host '{}' is gone, or the network connection to it is interrupted", self.host)
     }
 
     fn end(&self) {}
@@ -200,7 +200,7 @@ pub fn join(system: &str, options: JoinOptions, python: OsString, stop: &dyn Fn(
             Ok(None) => {}
             Err(_) => break,
             Ok(Some(frame)) => {
-                let number = u64::from_le_bytes(frame.try_into().map_err(|_| "this is no number of a link".to_owned())?);
+                let number = u64::from_le_bytes(frame.try_into().map_err(|_| "this is not the number of a link".to_owned())?);
                 let link: Arc<dyn Link> = hosts.link(&listener, number).map_err(|why| why.message)?.into();
                 let shared = SharedMemory::new(&format!("{system}-{name}"), run).map_err(text)?;
                 let closing = link.clone();

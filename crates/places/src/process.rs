@@ -26,7 +26,7 @@ pub fn processor() -> Result<(), String> {
     kernel::retire_when_lost();
     let link: Arc<dyn Link> = Arc::new(UnixLink::from_descriptor(inherited(LINK)?).map_err(text)?);
     let variable = |name: &str| std::env::var(name).map_err(|_| format!("the environment has no {name}: a system starts this process"));
-    let run: u64 = variable(RUN)?.parse().map_err(|_| format!("{RUN} is no number"))?;
+    let run: u64 = variable(RUN)?.parse().map_err(|_| format!("{RUN} is not a number"))?;
     let shared = SharedMemory::new(&variable(SYSTEM)?, run).map_err(text)?;
     let python = variable(PYTHON)?;
     let handles = UnixLink::from_descriptor(inherited(HANDLES)?).map_err(text)?;

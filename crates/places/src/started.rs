@@ -78,7 +78,7 @@ impl Places {
             return Ok(None);
         }
         let Some(waiting) = adopting::find(&self.system, name)? else {
-            self.telling.tell("processor", name, "no process of it waits for a new supervisor: one is started".to_owned());
+            self.telling.tell("processor", name, "none of its processes waits for a new supervisor: one is started".to_owned());
             return Ok(None);
         };
         let WaitingProcess { link, guard, process, heart } = waiting;
@@ -105,7 +105,7 @@ impl Places {
         let [guards, supervises] = guarded.hearts()?;
         let brings = [&handles_there, &black_box.descriptor().map_err(text)?, &guards, &supervises];
         adopting::say(&link, &Enter { run: self.run, guard, is_unguarded }, &brings)?;
-        self.telling.tell("processor", name, format!("process {} of it has lost its system, and is to be taken over", child.pid()));
+        self.telling.tell("processor", name, format!("its process {} has lost its system, and will be taken over", child.pid()));
         let socket = adopting::place(&self.system, name, child.pid().cast_unsigned());
         let running = Arc::new(Process { child, guarded, heart: its_heart, black_box, socket });
         Ok(Some(StartedProcessor { link: Arc::new(link) as Arc<dyn Link>, near, running, silence: SILENCE, is_adopted: true }))

@@ -20,7 +20,7 @@ pub fn inherited(name: &str) -> Result<OwnedFd, NotInherited> {
     let number = number_of(&given, name).ok_or_else(|| refuse("it was not passed"))?;
     let mut taken = TAKEN.lock().unwrap_or_else(PoisonError::into_inner);
     if taken.contains(&number) {
-        return Err(refuse("it was taken before"));
+        return Err(refuse("it was already taken"));
     }
     // SAFETY: sets a flag of a descriptor; a number that is none is refused by the operating system.
     if unsafe { libc::fcntl(number, libc::F_SETFD, libc::FD_CLOEXEC) } != 0 {
@@ -51,7 +51,7 @@ pub struct NotInherited {
 impl fmt::Display for NotInherited {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let NotInherited { name, given, problem } = self;
-        write!(f, "no descriptor '{name}': {problem} ({DESCRIPTORS}='{given}'); this process is started by OpenGPAC, not by hand")
+        write!(f, "there is no descriptor '{name}': {problem} ({DESCRIPTORS}='{given}'); let OpenGPAC start this process: it cannot be started by hand")
     }
 }
 

@@ -25,7 +25,7 @@ pub(crate) fn send(socket: BorrowedFd<'_>, bytes: &[u8], descriptors: &[Borrowed
     message.msg_iov = &mut part;
     message.msg_iovlen = 1;
     if !descriptors.is_empty() {
-        assert!(descriptors.len() <= DESCRIPTORS_MAX, "{} descriptors with one frame, at most {DESCRIPTORS_MAX} can be", descriptors.len());
+        assert!(descriptors.len() <= DESCRIPTORS_MAX, "{} descriptors cannot be sent with one frame: at most {DESCRIPTORS_MAX} can", descriptors.len());
         let len = std::mem::size_of_val(descriptors) as u32;
         message.msg_control = control.0.as_mut_ptr().cast();
         // SAFETY: computes sizes, then fills the one header, which `control` has room for (checked above and at compile time).

@@ -40,7 +40,7 @@ fn signal_words(signal: i32) -> Option<(&'static str, &'static str)> {
     Some(match signal {
         libc::SIGKILL => ("SIGKILL", "it was killed, or memory ran out"),
         libc::SIGSEGV => ("SIGSEGV", "an invalid memory access"),
-        libc::SIGBUS => ("SIGBUS", "an access to memory that is not there"),
+        libc::SIGBUS => ("SIGBUS", "an access to memory that does not exist"),
         libc::SIGFPE => ("SIGFPE", "an arithmetic error"),
         libc::SIGILL => ("SIGILL", "an illegal instruction"),
         libc::SIGABRT => ("SIGABRT", "it aborted"),
@@ -52,7 +52,7 @@ fn signal_words(signal: i32) -> Option<(&'static str, &'static str)> {
         libc::SIGALRM => ("SIGALRM", "an alarm"),
         libc::SIGTRAP => ("SIGTRAP", "a trap"),
         libc::SIGSYS => ("SIGSYS", "a forbidden system call"),
-        libc::SIGXCPU => ("SIGXCPU", "its limit of processor time was spent"),
+        libc::SIGXCPU => ("SIGXCPU", "its limit of processor time was reached"),
         libc::SIGXFSZ => ("SIGXFSZ", "its limit of file size was reached"),
         libc::SIGUSR1 => ("SIGUSR1", "a signal of a user"),
         libc::SIGUSR2 => ("SIGUSR2", "a signal of a user"),

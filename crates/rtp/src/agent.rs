@@ -149,8 +149,8 @@ impl Agent {
 
     fn turning_away(&self) -> &'static str {
         match self.before {
-            Some(_) => "another system is about to take it over",
-            None => "its system is there and commands it; only what has lost its system is taken over",
+            Some(_) => "another system is already taking it over",
+            None => "its system is still there and commands it; only a processor that has lost its system is taken over",
         }
     }
 
@@ -288,7 +288,7 @@ impl Agent {
     }
 
     fn open(&mut self, name: &str, kind: &str, options: &str) -> Result<Answer, String> {
-        let options: serde_json::Value = serde_json::from_str(options).map_err(|why| format!("the options of device '{name}' are no JSON: {why}"))?;
+        let options: serde_json::Value = serde_json::from_str(options).map_err(|why| format!("the options of device '{name}' are not JSON: {why}"))?;
         let known = locked(&self.shared.devices).get(name).filter(|device| device.is_lost()).cloned();
         if let Some(lost) = known {
             return self.reopen(&lost, kind, &options);
@@ -319,14 +319,14 @@ impl Agent {
         let (link, stop) = (self.shared.link.clone(), self.stop.clone());
         let carry_out = move || {
             let served = serde_json::from_str(&arguments)
-                .map_err(|why| ServiceError::Arguments(format!("the arguments of service '{service}' are no JSON: {why}")))
+                .map_err(|why| ServiceError::Arguments(format!("the arguments of service '{service}' are not JSON: {why}")))
                 .and_then(|arguments| beside.serve(&service, &arguments, &|| stop.load(Ordering::Acquire)));
             let answer = Answer::Served(served.map(|answer| answer.to_string()));
             // If the link is broken, the next `receive` reports it.
             let _heard = link.send(&frame(&News::Answer { ticket, answer }));
         };
         if let Err(why) = std::thread::Builder::new().name("service".into()).spawn(carry_out) {
-            self.answer(ticket, Answer::Refused(format!("a thread for the service cannot be started: {why}")));
+            self.answer(ticket, Answer::Refused(format!("cannot start a thread for the service: {why}")));
         }
     }
 
@@ -342,7 +342,7 @@ impl Agent {
         let (Some(device), Some(opening)) = (device, before.opened.get(name)) else { return Ok(None) };
         if opening.kind != kind || opening.options != *options {
             return Err(format!(
-                "device '{name}' runs there with driver '{}' and {}, and is to be taken over with driver '{kind}' and {options}; open it as it was",
+                "device '{name}' runs there with driver '{}' and {}, but is to be taken over with driver '{kind}' and {options}; open it as before",
                 opening.kind, opening.options
             ));
         }
@@ -355,12 +355,14 @@ impl Agent {
 fn greet(link: &Arc<dyn Link>) -> Result<(i64, String), String> {
     const GREETING: Duration = Duration::from_secs(30);
     let greeting = link.receive(GREETING).map_err(|why| why.to_string())?.ok_or("no supervisor has greeted this processor for 30 s")?;
-    let Order::Greet { version, abi, processor, epoch_ns, .. } = opened(&greeting)? else { return Err("the first frame is no greeting".to_owned()) };
+    let Order::Greet { version, abi, processor, epoch_ns, .. } = opened(&greeting)? else { return Err("the first frame is not a greeting".to_owned()) };
     let refused = match (version == VERSION, abi == ABI_VERSION) {
         (true, true) => None,
-        (false, _) => Some(format!("it speaks version {VERSION} of the protocol, the system version {version}: install the same release on both sides")),
+        (false, _) => {
+            Some(format!("it speaks version {VERSION} of the protocol, but the system speaks version {version}: install the same release on both sides"))
+        }
         (_, false) => {
-            Some(format!("its blocks are of ABI version {ABI_VERSION}, those of the system of version {abi}: install the same release on both sides"))
+            Some(format!("its blocks have ABI version {ABI_VERSION}, but those of the system have version {abi}: install the same release on both sides"))
         }
     };
     let target = format!("{}-{}", std::env::consts::ARCH, std::env::consts::OS);

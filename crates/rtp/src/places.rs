@@ -7,7 +7,7 @@ use std::sync::Arc;
 use std::time::Duration;
 
 /// Refusal of a build without links between hosts.
-pub const NO_HOSTS: &str = "this build has no links between hosts: `make setup-hosts` builds them in the sources, and the wheel has them";
+pub const NO_HOSTS: &str = "this build has no links between hosts: build them with `make setup-hosts` in the sources, or use the wheel, which has them";
 
 /// Carrier of the connections between this process and a processor.
 pub type Near = Box<dyn Ends>;
@@ -28,7 +28,7 @@ pub trait Places: Send + Sync {
     /// # Errors
     /// Fails with a message if there is no guard.
     fn this(&self, _processor: &str, _lost_after: Option<Duration>) -> Result<Box<dyn ProcessorHold>, String> {
-        Err("this system was made without a guard".to_owned())
+        Err("this system has no guard".to_owned())
     }
 
     /// Allows other hosts to join; `options`: JSON. `epoch_ns`: of the system, on CLOCK_MONOTONIC.

@@ -165,7 +165,7 @@ impl Processor {
         self.is_up.store(true, Ordering::Release);
         let sender = link.clone();
         let spawn = |name: &str, body: Box<dyn FnOnce() + Send>| {
-            std::thread::Builder::new().name(name.into()).spawn(body).map(drop).map_err(|why| format!("a thread for it cannot be started: {why}"))
+            std::thread::Builder::new().name(name.into()).spawn(body).map(drop).map_err(|why| format!("cannot start a thread for it: {why}"))
         };
         spawn("rtp-sends", Box::new(move || send_all(&frames, &*sender)))?;
         let (this, host) = (self.clone(), Arc::downgrade(host));
@@ -224,7 +224,7 @@ impl Processor {
         match self.ask(ANSWER, |ticket| Order::Open { ticket, device, kind, options })? {
             Answer::Opened { channels, description } => Ok(OpenedDevice { channels, description }),
             Answer::Refused(why) => Err(why),
-            _ => Err("it gave another answer than was asked for".to_owned()),
+            _ => Err("its answer does not match the request".to_owned()),
         }
     }
 
@@ -237,7 +237,7 @@ impl Processor {
         match self.ask(SERVICE, |ticket| Order::Service { ticket, device, service, arguments }) {
             Ok(Answer::Served(served)) => served,
             Ok(Answer::Refused(why)) | Err(why) => Err(ServiceError::Failed(why)),
-            Ok(_) => Err(ServiceError::Failed("it gave another answer than was asked for".to_owned())),
+            Ok(_) => Err(ServiceError::Failed("its answer does not match the request".to_owned())),
         }
     }
 
@@ -285,7 +285,7 @@ impl Processor {
                 Ok(Some(report))
             }
             Answer::Refused(why) => Err(why),
-            _ => Err("it gave another answer than was asked for".to_owned()),
+            _ => Err("its answer does not match the request".to_owned()),
         }
     }
 

@@ -134,5 +134,5 @@ pub fn frame(of: &impl Serialize) -> Vec<u8> {
 
 /// Decodes a frame. Fails with a message if the bytes are not a frame.
 pub fn opened<T: DeserializeOwned>(frame: &[u8]) -> Result<T, String> {
-    postcard::from_bytes(frame).map_err(|why| format!("this is no frame of version {VERSION}: {why}"))
+    postcard::from_bytes(frame).map_err(|why| format!("this is not a frame of version {VERSION}: {why}"))
 }

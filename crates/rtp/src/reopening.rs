@@ -35,7 +35,7 @@ impl Agent {
             None => unsafe { renewal.alone() },
         }
         let is_done = holds_within(BOUNDARY, || done.load(Ordering::Acquire));
-        is_done.then_some(()).ok_or_else(|| format!("its source has not looked for {} s: is its processor overloaded?", BOUNDARY.as_secs()))
+        is_done.then_some(()).ok_or_else(|| format!("its source did not respond within {} s; check whether its processor is overloaded", BOUNDARY.as_secs()))
     }
 
     fn source_of(&self, device: &Arc<Device>) -> Option<SourceId> {

@@ -71,7 +71,7 @@ fn succeeded(mut agent: Agent, door: &mut Option<Box<dyn Door>>) -> Result<Agent
         }
     }
     if let Some(caller) = agent.caller.take() {
-        caller.refuse("nothing goes on there: it is about to end");
+        caller.refuse("it is about to end");
     }
     Err(Box::new(agent))
 }

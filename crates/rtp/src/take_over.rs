@@ -19,9 +19,11 @@ impl Agent {
     /// Ends the processes that ran here before, and continues where they stopped. Fails with a message, without changing anything, if
     /// there are none or they must not continue.
     pub(crate) fn take_over(&mut self) -> Result<TakenOver, String> {
-        let Some(before) = &self.before else { return Err("nothing runs there that was not started by this system".to_owned()) };
+        let Some(before) = &self.before else { return Err("nothing runs there that another system had started".to_owned()) };
         if before.stop.load(Ordering::Acquire) && !self.stop.load(Ordering::Acquire) {
-            return Err("its emergency stop is in force since its system was lost; call emergency_stop() here first, and reset() when it is mended".to_owned());
+            return Err(
+                "its emergency stop is in force since its system was lost; call emergency_stop() here first, and reset() when the cause is removed".to_owned()
+            );
         }
         let ahead_ns = self.shared.host.epoch_ns() - before.shared.host.epoch_ns();
         let held: Vec<Holding> = before.held.values().cloned().collect();
@@ -49,7 +51,11 @@ impl Agent {
         self.forget(&mut before);
         drop(before);
         report.gap_ns = self.gap_ns();
-        if is_done { Ok(report) } else { Err(format!("its sources did not take it over within {} s: is its processor overloaded?", BOUNDARY.as_secs())) }
+        if is_done {
+            Ok(report)
+        } else {
+            Err(format!("its sources did not take it over within {} s; check whether its processor is overloaded", BOUNDARY.as_secs()))
+        }
     }
 
     /// Takes over devices that no source of this system has, without a kernel.

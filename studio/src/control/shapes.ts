@@ -2911,7 +2911,7 @@ export interface Calls {
       service: string;
       /** Arguments of the service. */
       arguments?: { [name: string]: unknown } | null;
-      /** How long this request may last, ms. */
+      /** Time limit of this request, ms. */
       slice_ms?: number;
     };
     result: Value | null;
@@ -2924,7 +2924,7 @@ export interface Calls {
       kind: string;
       /** Options of the driver that define the search. */
       options?: { [name: string]: unknown } | null;
-      /** How long this request may last, ms. */
+      /** Time limit of this request, ms. */
       slice_ms?: number;
     };
     result: Value | null;
@@ -2934,7 +2934,7 @@ export interface Calls {
     role: "operate";
     arguments: {
       errand: number;
-      /** How long this request may last, ms. */
+      /** Time limit of this request, ms. */
       slice_ms?: number;
     };
     result: Value | null;
@@ -3080,7 +3080,7 @@ export interface Calls {
       timeout_ns?: number | null;
       /** Absolute time of the timeout, as an alternative. */
       until_ns?: number | null;
-      /** How long this request may last, ms. */
+      /** Time limit of this request, ms. */
       slice_ms?: number;
     };
     result: boolean;
@@ -3090,7 +3090,7 @@ export interface Calls {
     role: "operate";
     arguments: {
       name: string;
-      /** How long this request may last, ms. */
+      /** Time limit of this request, ms. */
       slice_ms?: number;
     };
     result: null;
@@ -3199,7 +3199,7 @@ export interface Calls {
     role: "operate";
     arguments: {
       limits?: Limits;
-      /** How long this request may last, ms. */
+      /** Time limit of this request, ms. */
       slice_ms?: number;
     } & ApplicationRequest;
     result: Report | null;
@@ -3209,7 +3209,7 @@ export interface Calls {
     role: "operate";
     arguments: {
       instance: number;
-      /** How long this request may last, ms. */
+      /** Time limit of this request, ms. */
       slice_ms?: number;
     };
     result: Report | null;
@@ -3240,7 +3240,7 @@ export interface Calls {
       timeout_ns?: number | null;
       /** Absolute time of the timeout, as an alternative. */
       until_ns?: number | null;
-      /** How long this request may last, ms. */
+      /** Time limit of this request, ms. */
       slice_ms?: number;
     };
     result: Report | null;
@@ -3254,7 +3254,7 @@ export interface Calls {
       timeout_ns?: number | null;
       /** Absolute time of the timeout, as an alternative. */
       until_ns?: number | null;
-      /** How long this request may last, ms. */
+      /** Time limit of this request, ms. */
       slice_ms?: number;
     };
     result: Report | null;
@@ -3373,7 +3373,7 @@ export interface Calls {
     role: "operate";
     arguments: {
       duration_ns: number;
-      /** How long this request may last, ms. */
+      /** Time limit of this request, ms. */
       slice_ms?: number;
     };
     result: null;
@@ -3414,7 +3414,7 @@ export interface Calls {
     role: "operate";
     arguments: {
       devices?: string[] | null;
-      /** How long this request may last, ms. */
+      /** Time limit of this request, ms. */
       slice_ms?: number;
     };
     result: string[];
@@ -3425,7 +3425,7 @@ export interface Calls {
     arguments: {
       instances: number[];
       names: string[];
-      /** How long this request may last, ms. */
+      /** Time limit of this request, ms. */
       slice_ms?: number;
     };
     result: string[];

@@ -141,11 +141,11 @@ def test_a_block_with_another_face_begins_anew_and_is_named(orphaned: Orphaned) 
 
 def test_the_second_of_two_successors_is_refused(orphaned: Orphaned) -> None:
     first, second = orphaned.begin(), orphaned.program("adopts")
-    with pytest.raises(gpac.InvalidState, match=r"processor 'rtp1'.*its system is there and commands it"):
+    with pytest.raises(gpac.InvalidState, match=r"processor 'rtp1'.*its system is still there and commands it"):
         orphaned.cell()
     orphaned.kill(first)
     go(second, "adopts")
-    with pytest.raises(gpac.InvalidState, match=r"processor 'rtp1'.*another system is about to take it over"):
+    with pytest.raises(gpac.InvalidState, match=r"processor 'rtp1'.*another system is already taking it over"):
         orphaned.cell()
     assert orphaned.held()
     orphaned.kill(second)
@@ -155,7 +155,7 @@ def test_the_second_of_two_successors_is_refused(orphaned: Orphaned) -> None:
 
 def test_a_device_that_is_opened_otherwise_is_refused(orphaned: Orphaned) -> None:
     orphaned.kill(orphaned.begin())
-    with pytest.raises(gpac.DeviceFailed, match=r"device 'drives' runs there with driver 'plant_process'.*open it as it was"):
+    with pytest.raises(gpac.DeviceFailed, match=r"device 'drives' runs there with driver 'plant_process'.*open it as before"):
         orphaned.cell(linger="11 s")
     open_systems.close_last(orphaned.name)
     assert orphaned.held()
@@ -195,7 +195,7 @@ def test_where_nothing_waits_a_process_is_started_and_that_is_said(built: dict[s
         taken = cell.take_over()
         assert taken.adopted == () and str(taken) == "processor 'rtp1': its process was started for this system"
         assert [entry["text"] for entry in cell.log() if entry["about"] == "rtp1"] == [
-            "no process of it waits for a new supervisor: one is started"
+            "none of its processes waits for a new supervisor: one is started"
         ]
 
 

@@ -109,7 +109,9 @@ def test_a_killed_process_takes_both_and_a_reset_brings_both_back(sharing: Shari
     sharing.goes_on(near)
     assert [entry["about"] for entry in sharing.log("processor_lost")] == ["rtp1.fast", "rtp2.fast"]
     assert [entry["about"] for entry in sharing.log("guard")] == [PROCESS], "the guard has one process"
-    with pytest.raises(gpac.InvalidState, match=r"processor 'rtp3': its process 'cell-a', of processor 'rtp1' too, is lost.*reset\(\)"):
+    with pytest.raises(
+        gpac.InvalidState, match=r"processor 'rtp3': its process 'cell-a', which processor 'rtp1' uses too, is lost.*reset\(\)"
+    ):
         sharing.cell.processor("rtp3", process=PROCESS)
     sharing.cell.reset()
     assert sharing.process() != killed
@@ -219,20 +221,24 @@ def test_close_leaves_nothing(built: dict[str, str]) -> None:
 @pytest.mark.parametrize("name", ["", " ", "cell a", "cell/a", "-a", "a" * 65])
 def test_a_name_that_is_none_is_refused(name: str) -> None:
     with gpac.System("refused", clock="virtual") as cell:
-        with pytest.raises(gpac.DefinitionError, match=r"processor 'rtp1' is to run in process .*, which is no name; take letters"):
+        with pytest.raises(gpac.DefinitionError, match=r"processor 'rtp1' is to run in process .*, which is not a valid name; use letters"):
             cell.processor("rtp1", process=name)
         cell.processor("rtp1", process="cell-a")
 
 
 def test_contradictions_are_refused() -> None:
     with gpac.System("refused", clock="virtual") as cell:
-        with pytest.raises(gpac.PlacementError, match="processor 'rtp1' is to run in process 'cell-a' and on host 'cell-b'"):
+        with pytest.raises(gpac.PlacementError, match="processor 'rtp1' is to run both in process 'cell-a' and on host 'cell-b'"):
             cell.processor("rtp1", process="cell-a", host="cell-b")
         cell.processor("rtp1", process=True)
-        with pytest.raises(gpac.InUse, match="'rtp1' has a process of its own, which is called 'rtp1'; processor 'rtp2' names that too"):
+        with pytest.raises(
+            gpac.InUse, match="'rtp1' has its own process, which is called 'rtp1', but processor 'rtp2' names that process too"
+        ):
             cell.processor("rtp2", process="rtp1")
         cell.processor("rtp2", process="rtp3")
-        with pytest.raises(gpac.InUse, match="'rtp3' has a process of its own, which is called 'rtp3'; processor 'rtp2' names that too"):
+        with pytest.raises(
+            gpac.InUse, match="'rtp3' has its own process, which is called 'rtp3', but processor 'rtp2' names that process too"
+        ):
             cell.processor("rtp3", process=True)
         with pytest.raises(gpac.PlacementError, match="supervisor"):
             gpac.System("real", progress=False).processor("rtp1", supervisor=True, process="cell-a")

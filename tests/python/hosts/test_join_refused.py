@@ -26,16 +26,16 @@ def refused(joining: Joining) -> str:
 @pytest.mark.usefixtures("listening")
 def test_a_system_of_another_name(joins: Callable[..., Joining], endpoint: str) -> None:
     said = refused(joins(system="lime"))
-    assert f"no system 'lime' answered at '{endpoint}' within 15 s; is it running there, under this name?" in said
+    assert f"no system 'lime' answered at '{endpoint}' within 15 s; check that it is running there under this name" in said
 
 
 def test_a_port_where_nobody_listens(joins: Callable[..., Joining], endpoint: str) -> None:
-    assert f"no way to '{endpoint}'" in refused(joins())
+    assert f"cannot connect to '{endpoint}'" in refused(joins())
 
 
 @pytest.mark.usefixtures("listening")
 def test_the_name_of_the_host_that_listens(joins: Callable[..., Joining]) -> None:
-    assert f"the host that listens is named '{LISTENER}' too; give this one another name" in refused(joins(LISTENER))
+    assert f"the host that listens is also named '{LISTENER}'; give this one another name" in refused(joins(LISTENER))
 
 
 @pytest.mark.parametrize(
@@ -43,7 +43,7 @@ def test_the_name_of_the_host_that_listens(joins: Callable[..., Joining]) -> Non
     [
         (OUTSIDE, "can be reached from other hosts, so it needs TLS; use tls/HOST:PORT with certificates or a token"),
         ("tls/127.0.0.1:7447", "needs certificates: give authority, certificate and key, or a token"),
-        ("127.0.0.1:7447", "is no endpoint; write tcp/HOST:PORT or tls/HOST:PORT"),
+        ("127.0.0.1:7447", "is not an endpoint; write tcp/HOST:PORT or tls/HOST:PORT"),
     ],
 )
 def test_an_endpoint_that_does_not_do(joins: Callable[..., Joining], at: str, words: str) -> None:
@@ -62,7 +62,7 @@ def test_a_name_that_does_not_do(joins: Callable[..., Joining]) -> None:
     [
         ({"token": "short"}, "the token is too weak; use 16 characters or more, without white space"),
         ({"token": "with white space in it"}, "the token is too weak"),
-        ({"token": "a-token-of-the-tests"}, "a token alone does not do to listen; give this host's certificate and its key too"),
+        ({"token": "a-token-of-the-tests"}, "a token alone is not enough to listen; give this host's certificate and its key too"),
         ({"authority": "ca.pem", "certificate": "none.pem", "key": "server.key"}, "none.pem' cannot be used: No such file"),
         ({"authority": "ca.pem", "certificate": "server.pem", "key": "open.key"}, "others may read it; chmod 600 it"),
     ],
@@ -90,7 +90,7 @@ def test_a_file_of_a_token_that_is_not_there(joins: Callable[..., Joining], tmp_
 
 
 def test_a_processor_of_a_host_that_does_not_join(listening: gpac.System) -> None:
-    with pytest.raises(gpac.InvalidState, match="no host 'cell-c' has joined system 'line' within 15 s; start `opengpac join"):
+    with pytest.raises(gpac.InvalidState, match="host 'cell-c' did not join system 'line' within 15 s; start `opengpac join"):
         listening.processor("far", host="cell-c")
 
 

@@ -61,7 +61,7 @@ def test_the_holder_declines_with_its_reason(two: tuple[Session, Session], aside
     with pytest.raises(gpac.NotCommanding, match="was declined by session 'first': the tool is being changed"):
         answered.result()
     assert first.commands and not second.commands and first.command.requests == ()
-    with pytest.raises(gpac.UnknownName, match="'second' does not ask"):
+    with pytest.raises(gpac.UnknownName, match="'second' has not requested command"):
         first.decline("second")
     with pytest.raises(gpac.NotCommanding, match="'first'"):
         second.hand_over("second")

@@ -107,7 +107,7 @@ def test_where_the_disk_is_full_it_says_so_and_knows_it_later(start: Callable[..
     with gpac.connect(daemon.url, name="panel") as cell:
         axis = swing.build(cell).enable()
         room(journal.stat().st_size + 10)
-        with pytest.raises(gpac.AuditFailed, match=r"cannot be written.*what was called was done, and is lost if the daemon dies"):
+        with pytest.raises(gpac.AuditFailed, match=r"cannot be written.*the call was carried out, but is lost if the daemon dies"):
             cell.svv("first", "double")
         with pytest.raises(gpac.AuditFailed, match=r"cannot be written.*nothing was done; make room for it"):
             cell.svv("second", "double")
@@ -167,4 +167,4 @@ def test_what_does_not_go_together_is_said(tmp_path: Path) -> None:
         [sys.executable, "-m", "opengpac", "rts", "--journal-strict", "--socket", str(tmp_path / "s")],
         env=environment(), capture_output=True, text=True, timeout=PATIENCE_S,
     )  # fmt: skip
-    assert done.returncode == 1 and "--journal-strict is given and there is no journal; add --journal FILE" in done.stderr
+    assert done.returncode == 1 and "--journal-strict is given without a journal; add --journal FILE" in done.stderr

@@ -87,7 +87,7 @@ def test_code_out_of_a_recording_runs_only_where_its_digest_is_trusted(tmp_path:
     try:
         with gpac.connect(daemon.url) as cell:
             refused = _run(cell)
-            assert refused["found"] is None and "brings native code" in refused["failure"] and "SHA-256" in refused["failure"]
+            assert refused["found"] is None and "contains native code" in refused["failure"] and "SHA-256" in refused["failure"]
             digest = refused["failure"].split("SHA-256 ")[1][:64]
     finally:
         daemon.stop()
@@ -106,4 +106,4 @@ def test_code_out_of_a_recording_runs_only_where_its_digest_is_trusted(tmp_path:
 
 def test_a_digest_that_is_none_is_refused_at_the_start(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["rts", "--socket", str(tmp_path / "cell.sock"), "--trust", "abc"]) == 1
-    assert "'abc' is no SHA-256 digest" in capsys.readouterr().err
+    assert "'abc' is not a SHA-256 digest" in capsys.readouterr().err

@@ -163,7 +163,7 @@ def test_only_edit_may_install(page: Path) -> None:
 
 def test_a_port_that_is_taken_and_what_is_no_port(page: Path) -> None:
     with gpac.System("cell", clock="virtual") as cell, socket.create_server(("127.0.0.1", 0)) as taken:
-        with pytest.raises(gpac.InUse, match="take another port"):
+        with pytest.raises(gpac.InUse, match="choose another port"):
             cell.studio(port=taken.getsockname()[1])
         for wrong in (-1, 70_000, "80", True):
             with pytest.raises(gpac.CallError, match="port"):

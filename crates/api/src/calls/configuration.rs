@@ -153,7 +153,7 @@ fn source_kind(kind: &str, period_ns: u64) -> Result<SourceKind, Refusals> {
         "trigger" => Ok(SourceKind::Trigger),
         "software" => Ok(SourceKind::Software),
         other => Err(vec![
-            Refusal::new(Class::DefinitionError, format!("there is no kind of source '{other}'")).remedy("take \"timer\", \"trigger\" or \"software\""),
+            Refusal::new(Class::DefinitionError, format!("there is no kind of source '{other}'")).remedy("use \"timer\", \"trigger\" or \"software\""),
         ]),
     }
 }

@@ -95,10 +95,10 @@ pub fn is_recording(system: &System, number: u64) -> bool {
 
 fn of(system: &System, number: u64) -> Result<Arc<Recorder>, Refusals> {
     let found = system.companion(number).and_then(|companion| companion.as_any().downcast::<Recorder>().ok());
-    found.ok_or_else(|| vec![Refusal::new(Class::UnknownName, format!("there is no recording {number}")).remedy("take the number that 'record' gave")])
+    found.ok_or_else(|| vec![Refusal::new(Class::UnknownName, format!("there is no recording {number}")).remedy("use the number that 'record' returned")])
 }
 
 fn again(system: &System, number: u64) -> Result<Arc<Again>, Refusals> {
     let found = system.companion(number).and_then(|companion| companion.as_any().downcast::<Again>().ok());
-    found.ok_or_else(|| vec![Refusal::new(Class::UnknownName, format!("there is no replay {number}")).remedy("take the number that 'replay' gave")])
+    found.ok_or_else(|| vec![Refusal::new(Class::UnknownName, format!("there is no replay {number}")).remedy("use the number that 'replay' returned")])
 }

@@ -4,7 +4,7 @@ use super::{answer, by_subject, ordered, signature, wrapped};
 use crate::Call;
 
 /// Lines that enclose the list.
-const BEGIN: &str = " * ---- the calls, made from their declarations in crates/api ----\n";
+const BEGIN: &str = " * ---- the calls, generated from their declarations in crates/api ----\n";
 const END: &str = " * ---- end of the calls ----\n";
 
 /// Returns the list of calls as lines of a C comment.

@@ -7,9 +7,9 @@ use serde_json::Value as Json;
 
 const HEAD: &str = "# SPDX-License-Identifier: Apache-2.0
 # ruff: noqa: E501
-\"\"\"The calls on a real-time system, made from their declarations in crates/api: do not edit.
+\"\"\"Calls on a real-time system, generated from their declarations in crates/api: do not edit.
 
-What moves bytes at a rate has methods of its own, see `realtime.py`.
+Calls that move bytes at a rate have their own methods, see `realtime.py`.
 \"\"\"
 
 from __future__ import annotations
@@ -20,11 +20,11 @@ from typing import Any
 from .call_transport import CallTransport
 
 LASTING = frozenset({LASTING})
-\"\"\"Calls that last, and go on in slices.\"\"\"
+\"\"\"Calls that may last, and continue in slices.\"\"\"
 
 
 class Calls(CallTransport):
-    \"\"\"Every call as a method. An argument that is None is left out.\"\"\"
+    \"\"\"Every call as a method. An argument that is None is omitted.\"\"\"
 
     __slots__ = ()
 ";

@@ -50,7 +50,7 @@ pub(super) async fn module(
 pub(super) async fn file_is_there(State(service): ServiceState, Path(sha256): Path<String>) -> Answer {
     match service.files.size(&sha256) {
         Some(bytes) => Ok(Json(json!({ "result": StoredFile { bytes } }))),
-        None => Err(Failure::new(Class::UnknownName, format!("there is no file with SHA-256 '{sha256}'"), "put it").into()),
+        None => Err(Failure::new(Class::UnknownName, format!("there is no file with SHA-256 '{sha256}'"), "upload it").into()),
     }
 }
 

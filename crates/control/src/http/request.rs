@@ -24,14 +24,13 @@ pub(super) const BODY_TIME: Duration = Duration::from_secs(10);
 
 /// Reads a body of at most `most` bytes.
 pub(super) async fn body(body: Body, most: usize, time: Duration) -> Result<Bytes, Failure> {
-    let late =
-        |_| Failure::new(Class::LimitExceeded, format!("the body has not arrived within {} s", time.as_secs()), "send it faster").ground(Ground::TooSlow);
+    let late = |_| Failure::new(Class::LimitExceeded, format!("the body did not arrive within {} s", time.as_secs()), "send it faster").ground(Ground::TooSlow);
     tokio::time::timeout(time, collect(body, most)).await.map_err(late)?
 }
 
 /// Collects a body. The rest of a body that is too large is read too, up to a limit, so that its sender receives the refusal.
 async fn collect(mut body: Body, most: usize) -> Result<Bytes, Failure> {
-    let refused = || Failure::new(Class::LimitExceeded, format!("the body has more than {most} bytes, or was broken off"), "send less at once");
+    let refused = || Failure::new(Class::LimitExceeded, format!("the body has more than {most} bytes, or was interrupted"), "send less at once");
     let (mut text, mut size) = (Vec::new(), 0);
     while let Some(frame) = std::future::poll_fn(|context| Pin::new(&mut body).poll_frame(context)).await {
         let Ok(data) = frame.map_err(|_| refused())?.into_data() else { continue };

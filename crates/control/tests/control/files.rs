@@ -92,7 +92,7 @@ fn a_code_module_comes_as_bytes() {
     let (_, answer) = put(&format!("file=gain.so&sha256={digest}&abi=99&target={}-linux", std::env::consts::ARCH), elf);
     assert!(answer["errors"][0]["message"].as_str().is_some_and(|m| m.contains("version 99")), "{answer}");
     let (_, answer) = put(&format!("file=gain.so&sha256={digest}"), elf);
-    assert!(answer["errors"][0]["message"].as_str().is_some_and(|m| m.contains("does not say for which machine")), "{answer}");
+    assert!(answer["errors"][0]["message"].as_str().is_some_and(|m| m.contains("does not name its machine")), "{answer}");
 }
 
 #[test]

@@ -93,7 +93,7 @@ fn a_file_of_tokens_that_others_can_read_is_refused() {
     assert!(Tokens::open(&folder.file("none")).is_err());
     std::fs::write(&path, "{").expect("ours");
     std::fs::set_permissions(&path, std::fs::Permissions::from_mode(0o600)).expect("ours");
-    assert!(Tokens::open(&path).err().expect("refused").to_string().contains("no file of tokens"));
+    assert!(Tokens::open(&path).err().expect("refused").to_string().contains("not a file of tokens"));
 }
 
 #[test]
@@ -167,14 +167,14 @@ fn a_damaged_file_of_tokens_leaves_those_that_it_had_and_says_so_once() {
         std::fs::write(&path, damage).expect("ours");
         assert!(kept.verify(&right, 1).is_ok(), "it goes on to count");
         let news = kept.news(0);
-        assert!(news.len() == 1 && news[0].contains("count until it is mended"), "{news:?}");
+        assert!(news.len() == 1 && news[0].contains("stay valid until it is fixed"), "{news:?}");
         assert!(kept.news(0).is_empty(), "it is said once");
         std::fs::write(&path, &whole).expect("ours");
         assert!(kept.news(0)[0].ends_with("can be read again"));
     }
     std::fs::remove_file(&path).expect("ours");
     assert_eq!(kept.verify(&right, 1).expect_err("it is gone"), TokenRejection::Wrong);
-    assert!(kept.news(0)[0].contains("nobody is let in by a token"));
+    assert!(kept.news(0)[0].contains("no caller is admitted by a token"));
 }
 
 #[test]

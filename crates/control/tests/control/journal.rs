@@ -39,7 +39,7 @@ fn refused(left: &Folder, change: impl FnOnce(&mut Options), watcher: &mut Messa
     change(&mut options);
     let before = std::fs::read_to_string(options.journal.as_ref().expect("given")).expect("text");
     let refusals = Server::start_watched(system("virtual"), &options, watcher).err().expect("refused");
-    assert_eq!(std::fs::read_to_string(options.journal.expect("given")).expect("text"), before, "it was not touched");
+    assert_eq!(std::fs::read_to_string(options.journal.expect("given")).expect("text"), before, "it was not changed");
     assert!(!options.socket.expect("given").exists(), "nothing listens");
     refusals.iter().map(ToString::to_string).collect()
 }
@@ -127,7 +127,7 @@ fn what_goes_on_without_its_program_runs_again_with_its_last_parameters_and_noth
     assert_eq!(states(&rig), ["hold#2 running"], "{told:?}");
     rig.system.advance(5_000_000).expect("time");
     assert_eq!(value(&rig, "b"), 3.5);
-    assert!(told[0].ends_with("3 instances of sessions that went with the daemon are not made again"), "{told:?}");
+    assert!(told[0].ends_with("3 instances of sessions that ended with the daemon are not created again"), "{told:?}");
 }
 
 #[test]
@@ -179,7 +179,7 @@ fn a_call_whose_wait_alone_is_refused_goes_on_as_its_callers() {
     rig.call(&session, "define_verb", verb);
     let asked = json!({ "verb": "hold", "arguments": { "y": { "svv": "y" } }, "placement": { "*": "rtp0.soft" }, "slice_ms": 1000 });
     let (_, answer) = rig.ask("POST", "/v1/call/perform", &[("opengpac-session", &session)], &asked.to_string());
-    assert!(class(&answer) == "InvalidState" && answer.to_string().contains("the wait would have no end"), "{answer}");
+    assert!(class(&answer) == "InvalidState" && answer.to_string().contains("the wait would never end"), "{answer}");
     assert_eq!(states(&rig), ["hold#1 running"]);
     assert!(!text(&rig.folder).contains("deleted"), "the journal has it: {}", text(&rig.folder));
     rig.system.halt(rig.system.statistics().instances[0].id).unwrap_or_else(|r| panic!("{r:?}"));
@@ -297,7 +297,7 @@ fn a_call_that_fails_is_named_and_with_strict_it_ends_the_start() {
     let (_, told) = again(changed(r#""role":"download""#, r#""role":"operate""#));
     assert!(told[0].contains("'svv' needs the role configure"), "{told:?}");
     let (_, told) = again(changed(r#""arguments""#, r#""withheld":["token"],"arguments""#));
-    assert!(told[0].contains("its argument 'token' is a secret, which a journal does not have; call 'svv' again"), "{told:?}");
+    assert!(told[0].contains("its argument 'token' is a secret, which a journal does not contain; call 'svv' again"), "{told:?}");
 }
 
 #[test]
@@ -312,7 +312,7 @@ fn nothing_is_started_where_what_watches_over_it_is_missing() {
     let line = format!(r#"{{"line":"call","call":"emergency_stop_input","arguments":{{"device":"door","channel":"open"}},"by":{by}}}"#);
     std::fs::write(left.file("j"), text(&left) + &line + "\n").expect("ours");
     let (rig, told) = again(left);
-    assert!(told.iter().any(|text| text.contains("nothing was started: what watches over the machine could not be made again")), "{told:?}");
+    assert!(told.iter().any(|text| text.contains("nothing was started: the monitoring of the machine could not be set up again")), "{told:?}");
     assert!(!states(&rig).iter().any(|state| state.contains("running")));
 }
 
@@ -328,7 +328,9 @@ fn a_file_that_is_not_of_this_daemon_is_refused_and_left_alone() {
     };
     assert!(refusal(&|text| text.replace("\"line\":\"call\"", "\"line\":\"cal\"")).contains("line 2: unknown variant"));
     assert!(refusal(&|text| text.replace("\"version\":1", "\"version\":2")).contains("line 1: it has version 2"));
-    assert!(refusal(&|text| text.replace("\"cell\"", "\"press\"")).contains("is of system 'press', this is 'cell'; start the daemon under that --name"));
+    assert!(
+        refusal(&|text| text.replace("\"cell\"", "\"press\"")).contains("belongs to system 'press', but this is 'cell'; start the daemon under that --name")
+    );
     assert!(refusal(&|_| "something else".to_owned()).contains("line 1: EOF"));
     assert!(refusal(&|text| text + "\n").contains("line 3: EOF"));
 }
@@ -364,7 +366,7 @@ fn playing_can_be_ended_and_leaves_the_journal_as_it_was() {
     rig.call(&session, "start", json!({ "instance": id }));
     let left = killed(&rig);
     let ended = refused(&left, |_| {}, &mut MessageKeeper(Vec::new(), 4));
-    assert!(ended.contains("ended when 1 of 4 calls of its journal were played"), "{ended:?}");
+    assert!(ended.contains("stopped when 1 of 4 calls of its journal had been played"), "{ended:?}");
 }
 
 #[test]

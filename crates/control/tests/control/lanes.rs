@@ -89,7 +89,7 @@ async fn observers_that_wait_are_in_the_way_of_no_halt() {
             let (whose, status, answer) = answered.recv().await.expect("an answer");
             assert_eq!((status, class(&answer)), (429, "LimitExceeded"), "{answer}");
             let said = answer["errors"][0]["message"].as_str().expect("a sentence");
-            assert!(said.starts_with(&format!("token {whose} has ")) && said.ends_with(" waits at a time already, its share of 96"), "{said}");
+            assert!(said.starts_with(&format!("token {whose} already has ")) && said.ends_with(" waits at a time, its share of 96"), "{said}");
             refused += usize::from(whose == who);
         }
     }
@@ -164,9 +164,12 @@ async fn a_definition_that_is_too_large_is_refused_before_it_is_checked() {
     assert_eq!(check(of_blocks(100)).await.0, 200);
     let (status, answer) = check(of_blocks(4_097)).await;
     assert_eq!((status, class(&answer)), (413, "LimitExceeded"), "{answer}");
-    assert_eq!(answer["errors"][0]["message"], "the definition has 4097 blocks, and at most 4096 are checked for a caller");
+    assert_eq!(answer["errors"][0]["message"], "the definition has 4097 blocks, but at most 4096 are checked for a caller");
     let nested =
         (0..17).fold(json!({ "name": "g", "blocks": { "b": block } }), |inner, _| json!({ "name": "g", "blocks": { "b": { "block": { "graph": inner } } } }));
     let (status, answer) = check(json!({ "graph": nested })).await;
-    assert_eq!((status, answer["errors"][0]["message"].as_str()), (413, Some("the definition has graphs 18 deep, and at most 16 are checked for a caller")));
+    assert_eq!(
+        (status, answer["errors"][0]["message"].as_str()),
+        (413, Some("the definition has graphs nested 18 deep, but at most 16 are checked for a caller"))
+    );
 }

@@ -230,9 +230,9 @@ fn a_page_that_was_not_built_and_a_studio_without_an_address_are_refused() {
         assert!(text.contains("make page") && text.contains(missing.to_str().expect("text")), "{text}");
     }
     let page = page(&folder);
-    assert!(refused(&|o: &mut Options| o.page = Some(page.clone())).contains("needs an address of TCP"));
-    assert!(refused(&|o: &mut Options| o.run_token = Some(Role::Observe)).contains("needs an address of TCP"));
+    assert!(refused(&|o: &mut Options| o.page = Some(page.clone())).contains("needs a TCP address"));
+    assert!(refused(&|o: &mut Options| o.run_token = Some(Role::Observe)).contains("needs a TCP address"));
     let taken = std::net::TcpListener::bind("127.0.0.1:0").expect("a port");
     let address = taken.local_addr().expect("an address").to_string();
-    assert!(refused(&|o: &mut Options| (o.listen, o.run_token) = (Some(address.clone()), Some(Role::Observe))).contains("take another port"));
+    assert!(refused(&|o: &mut Options| (o.listen, o.run_token) = (Some(address.clone()), Some(Role::Observe))).contains("choose another port"));
 }

@@ -75,7 +75,7 @@ fn an_address_that_others_reach_needs_tls_and_callers_that_are_known() {
         anywhere(o);
         o.insecure_loopback = true;
     };
-    assert!(refused(insecure).contains("--insecure-loopback does not go with"));
+    assert!(refused(insecure).contains("--insecure-loopback cannot be used with"));
 }
 
 #[test]
@@ -97,7 +97,7 @@ fn loopback_needs_a_token_unless_it_is_asked_for() {
 
 #[test]
 fn what_does_not_go_together_is_said() {
-    assert!(refused(|o, f| o.tls_cert = Some(f.file("cert.pem"))).contains("--tls-cert is given and nothing listens on TCP"));
+    assert!(refused(|o, f| o.tls_cert = Some(f.file("cert.pem"))).contains("--tls-cert is given but nothing listens on TCP"));
     assert!(refused(|o, f| o.tokens = Some(f.file("none.json"))).contains("opengpac token new"));
     assert!(refused(|o, f| o.audit = Some(f.0.clone())).contains("cannot open the audit file"));
     let broken = |o: &mut Options, f: &Folder| {

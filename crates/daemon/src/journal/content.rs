@@ -41,7 +41,7 @@ impl Content {
     /// Returns the content with this digest.
     pub fn bytes(&self, sha256: &str) -> io::Result<Vec<u8>> {
         if !is_sha256(sha256) {
-            return Err(io::Error::other("this is no SHA-256"));
+            return Err(io::Error::other("this is not a SHA-256 digest"));
         }
         fs::read(self.folder.join(sha256))
     }

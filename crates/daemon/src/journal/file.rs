@@ -57,13 +57,12 @@ fn refuse_open(path: &Path) -> io::Result<()> {
     };
     let mode = about.mode() & 0o777;
     if mode & 0o022 != 0 {
-        let message =
-            format!("others may write '{}' (mode {mode:04o}), and so command the next start: look at what it holds, then chmod go-w it", path.display());
+        let message = format!("others may write '{}' (mode {mode:04o}), and so command the next start: check its content, then chmod go-w it", path.display());
         return Err(io::Error::new(io::ErrorKind::PermissionDenied, message));
     }
     let own = rustix::process::geteuid().as_raw();
     if about.uid() != own && about.uid() != 0 {
-        let message = format!("'{}' is of user {}, and this is user {own}: give a journal of this user", path.display(), about.uid());
+        let message = format!("'{}' belongs to user {}, but this is user {own}: give a journal of this user", path.display(), about.uid());
         return Err(io::Error::new(io::ErrorKind::PermissionDenied, message));
     }
     Ok(())
@@ -73,7 +72,7 @@ fn refuse_open(path: &Path) -> io::Result<()> {
 fn refuse_folder(path: &Path) -> io::Result<()> {
     let mode = std::fs::metadata(path)?.mode();
     if mode & 0o002 != 0 && mode & 0o1000 == 0 {
-        let message = format!("others may exchange files in '{}' (mode {:04o}): chmod o-w it", path.display(), mode & 0o7777);
+        let message = format!("others may replace files in '{}' (mode {:04o}): chmod o-w it", path.display(), mode & 0o7777);
         return Err(io::Error::new(io::ErrorKind::PermissionDenied, message));
     }
     Ok(())

@@ -94,7 +94,7 @@ impl Ledger {
             Line::Call { ref call, ref of, .. } => match (effect(call), of.clone()) {
                 (Effect::CreatesInstance, Some(Subject::Instance(number))) => {
                     if self.made(number) {
-                        return Err(format!("it makes instance {number}, which a line before it has made"));
+                        return Err(format!("it creates instance {number}, which an earlier line has already created"));
                     }
                     self.next = self.next.max(number);
                     self.kept.push(LedgerEntry { at, line });
@@ -103,21 +103,21 @@ impl Ledger {
                     if let Subject::Instance(number) = subject
                         && !self.made(number)
                     {
-                        return Err(format!("it starts instance {number}, which no line before it makes"));
+                        return Err(format!("it starts instance {number}, which no earlier line creates"));
                     }
                     self.end(&subject);
                     self.kept.push(LedgerEntry { at, line });
                 }
                 (Effect::TunesInstance, Some(subject)) => {
                     if !self.runs(&subject) {
-                        return Err("it sets parameters of what no line before it starts".to_owned());
+                        return Err("it sets parameters of an instance that no earlier line starts".to_owned());
                     }
                     self.set(at, &subject, line);
                 }
                 (Effect::CreatesInstance | Effect::StartsInstance | Effect::EnablesDevice | Effect::TunesInstance | Effect::DeletesInstance, _) => {
-                    return Err(format!("call '{call}' does not say of what"));
+                    return Err(format!("call '{call}' does not name its instance or device"));
                 }
-                (_, Some(_)) => return Err(format!("call '{call}' is of no instance or device")),
+                (_, Some(_)) => return Err(format!("call '{call}' does not act on an instance or device")),
                 (_, None) => self.configure(at, line),
             },
         }

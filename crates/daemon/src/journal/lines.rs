@@ -112,7 +112,7 @@ pub fn read(bytes: &[u8]) -> Result<JournalText, Damage> {
         return Err(Damage { line: 1, why: format!("its format is {:?}, not {FORMAT:?}", head.format) });
     }
     if head.version != VERSION {
-        return Err(Damage { line: 1, why: format!("it has version {} of the journal, this daemon writes and reads version {VERSION}", head.version) });
+        return Err(Damage { line: 1, why: format!("it has version {} of the journal, but this daemon writes and reads version {VERSION}", head.version) });
     }
     let lines = texts.map(|(number, text)| Ok((number, parsed(number, text)?))).collect::<Result<Vec<_>, Damage>>()?;
     let cut = (!rest.is_empty()).then_some(lines.len() + 2);

@@ -120,7 +120,7 @@ impl Command {
             }
         };
         if self.holder.as_deref().is_none_or(|holder| holder == name) {
-            self.hold(name, None, "nobody else commanded");
+            self.hold(name, None, "no other session was in command");
         }
         number
     }

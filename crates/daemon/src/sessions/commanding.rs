@@ -29,7 +29,7 @@ impl State {
         if self.command.holder() == Some(name) {
             return Ok(());
         }
-        Err(self.not_commanding("only the session that commands answers requests for command"))
+        Err(self.not_commanding("only the session in command can answer requests for command"))
     }
 
     fn told(&self, now: Instant) -> Holder {
@@ -62,12 +62,15 @@ impl Sessions {
         let mut state = self.locked();
         match state.command.holder() {
             Some(holder) if holder != name && !(force && role >= Role::Configure) => {
-                let remedy =
-                    if force { "taking it from the holder needs the role configure" } else { "request it, wait until it is given back, or take it with force" };
+                let remedy = if force {
+                    "taking command from its holder needs the role configure"
+                } else {
+                    "request it, wait until it is given back, or take it by force"
+                };
                 Err(state.not_commanding(remedy))
             }
             _ => {
-                let reason = if force { "taken with force" } else { "taken" };
+                let reason = if force { "taken by force" } else { "taken" };
                 state.command.hold(name, Some(name), reason);
                 Ok(())
             }
@@ -93,7 +96,11 @@ impl Sessions {
         if self.locked().command.end(name, Outcome::Withdrawn, Some(name), reason) {
             return Ok(());
         }
-        Err(Failure::new(Class::InvalidState, format!("session '{name}' does not ask for command"), "see GET /v1/command: it may have been answered"))
+        Err(Failure::new(
+            Class::InvalidState,
+            format!("session '{name}' has not requested command"),
+            "check GET /v1/command: the request may have been answered",
+        ))
     }
 
     /// Hands command over to another session, with or without a request. Fails if the session `name` does not have command, or if the
@@ -103,11 +110,11 @@ impl Sessions {
         state.require_holder(name)?;
         match state.by_name.get(to) {
             Some(session) if !session.alive => {
-                Err(Failure::new(Class::UnknownName, format!("session '{to}' is lost, and cannot command"), "wait until it has come back"))
+                Err(Failure::new(Class::UnknownName, format!("session '{to}' is lost, so it cannot command"), "wait until it has come back"))
             }
             Some(session) if session.role < Role::Operate => {
-                let message = format!("session '{to}' has the role {}, and commanding needs operate", session.role.word());
-                Err(Failure::new(Class::NotAllowed, message, "it needs a token of that role"))
+                let message = format!("session '{to}' has the role {}, but commanding needs operate", session.role.word());
+                Err(Failure::new(Class::NotAllowed, message, "give it a token of that role"))
             }
             Some(_) => {
                 let reason = format!("{} handed it over", state.called(name));
@@ -125,7 +132,7 @@ impl Sessions {
         if state.command.end(asking, Outcome::Declined, Some(name), reason) {
             return Ok(());
         }
-        Err(Failure::new(Class::UnknownName, format!("session '{asking}' does not ask for command"), "see the requests of GET /v1/command"))
+        Err(Failure::new(Class::UnknownName, format!("session '{asking}' has not requested command"), "check the requests in GET /v1/command"))
     }
 
     /// Returns the name of a session's person, if provided.

@@ -107,10 +107,10 @@ fn parameters_that_are_set_one_after_the_other_are_one_line() {
 fn a_line_about_what_no_line_made_is_refused() {
     let mut ledger = Ledger::default();
     let refused = |ledger: &mut Ledger, line: Line| ledger.take(2, line).expect_err("refused");
-    assert_eq!(refused(&mut ledger, line("start", Some(Subject::Instance(3)), json!({}))), "it starts instance 3, which no line before it makes");
-    assert!(refused(&mut ledger, line("set", Some(Subject::Device("a".to_owned())), json!({}))).contains("no line before it starts"));
-    assert!(refused(&mut ledger, line("create", None, json!({}))).contains("does not say of what"));
-    assert!(refused(&mut ledger, line("svv", Some(Subject::Instance(1)), json!({}))).contains("is of no instance"));
+    assert_eq!(refused(&mut ledger, line("start", Some(Subject::Instance(3)), json!({}))), "it starts instance 3, which no earlier line creates");
+    assert!(refused(&mut ledger, line("set", Some(Subject::Device("a".to_owned())), json!({}))).contains("no earlier line starts"));
+    assert!(refused(&mut ledger, line("create", None, json!({}))).contains("does not name its instance or device"));
+    assert!(refused(&mut ledger, line("svv", Some(Subject::Instance(1)), json!({}))).contains("does not act on an instance"));
 }
 
 #[test]

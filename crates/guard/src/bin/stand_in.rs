@@ -15,7 +15,7 @@ fn main() {
         "rtp" => rtp(),
         "supervisor" => supervisor(),
         "program" => program(),
-        other => panic!("no stand-in '{other}'"),
+        other => panic!("there is no stand-in '{other}'"),
     }
 }
 

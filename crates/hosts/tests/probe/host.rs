@@ -81,7 +81,7 @@ fn serve(hosts: &Hosts) {
                 // A closed link has already been reported.
                 let _ = link.send(rest.as_bytes());
             }
-            _ => panic!("'{command}' is no command"),
+            _ => panic!("'{command}' is not a command"),
         }
     }
 }

@@ -11,7 +11,7 @@ fn main() {
         "abort" => std::process::abort(),
         "words" => say_words(),
         "parent" => parent(),
-        other => panic!("no stand-in '{other}'"),
+        other => panic!("there is no stand-in '{other}'"),
     }
 }
 
@@ -29,7 +29,7 @@ fn say_words() {
         libc::getrlimit(libc::RLIMIT_RTTIME, &mut limit);
         (libc::getpgrp(), limit.rlim_cur)
     };
-    let again = inherited("link").expect_err("taken").to_string().contains("taken before");
+    let again = inherited("link").expect_err("taken").to_string().contains("already taken");
     let text = format!("{} {} {limit} {again}", open.join(","), group.cast_unsigned() == std::process::id());
     link.send(text.as_bytes()).expect("the test is there");
     // Until the test closes the link.

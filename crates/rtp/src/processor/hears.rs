@@ -26,7 +26,7 @@ impl Processor {
                     let Some(host) = host.upgrade() else { return };
                     match opened::<News>(&bytes).and_then(|news| self.take_in(&host, news)) {
                         Ok(()) => {}
-                        Err(why) => break format!("what it says cannot be understood: {why}"),
+                        Err(why) => break format!("its message cannot be understood: {why}"),
                     }
                 }
                 Ok(None) if silence.lasted() > silence_max => break format!("nothing has come from it for {} s", silence_max.as_secs_f64()),
@@ -50,7 +50,7 @@ impl Processor {
         let running = locked(&self.running).clone();
         let Some(running) = running else { return "the link to it broke".to_owned() };
         let stuck = running.stuck().and_then(|place| locked(&self.sources).iter().filter(|(.., here)| *here).nth(place).map(|(_, spec, _)| spec.name.clone()));
-        let stuck = stuck.map(|name| format!(": timer '{name}' did not fire any more")).unwrap_or_default();
+        let stuck = stuck.map(|name| format!(": timer '{name}' no longer fired")).unwrap_or_default();
         format!("its process {}{stuck}", running.cause())
     }
 
