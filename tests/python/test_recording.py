@@ -354,10 +354,10 @@ def test_files_follow_each_other_and_the_newest_stay(cell: gpac.System, tmp_path
 @pytest.mark.parametrize(
     ("options", "words"),
     [
-        ({"split": "1 MB", "replay": True}, "a recording for a replay is one file"),
-        ({"keep": 3}, "at what size the next file begins"),
+        ({"split": "1 MB", "replay": True}, "a recording for a replay is a single file"),
+        ({"keep": 3}, "the size at which the next file begins"),
         ({"split": "10 kB"}, "give 1 MB or more"),
-        ({"split": "1 MB", "keep": 1}, "give 2 or more"),
+        ({"split": "1 MB", "keep": 1}, "keep 2 or more"),
         ({"split": "much"}, "split= must be a size, not 'much'; write '500 MB'"),
         ({"split": "5 mb"}, "write one of the units B, kB, MB"),
         ({"split": -1}, "must be a size, not"),

@@ -112,7 +112,7 @@ def test_a_cpp_exception_is_a_fault_with_what_it_says(rig: Rig, thrower: str) ->
 
 def test_what_a_cpp_exception_says_is_bounded_and_may_be_nothing(memory_rig: Rig, thrower: str) -> None:
     block = memory_rig.cell.download(thrower).throws
-    assert "it is no std::exception" in block.run(10, how=1).fault["text"]
+    assert "it is not a std::exception" in block.run(10, how=1).fault["text"]
     assert block.run(10, how=2).fault["text"].endswith("x" * 200)
     assert "range_check" in block.run(10).fault["text"] and "xx" not in block.run(10).fault["text"]
 

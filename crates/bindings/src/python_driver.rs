@@ -13,14 +13,14 @@ use serde_json::Value;
 use std::sync::Arc;
 
 pub static DRIVER: Declaration =
-    Declaration::new("python_object", "a driver written in Python, on the thread of its source: for tests, and where time is virtual", &OPTIONS, open);
+    Declaration::new("python_object", "a driver written in Python, on the thread of its source: for tests, and for the virtual clock", &OPTIONS, open);
 
 const OPTIONS: [OptionWord; 5] = [
-    OptionWord::with_default("path", Kind::Text, "none: module is given", "the file with its class").reaches(Reach::Code),
-    OptionWord::with_default("module", Kind::Text, "none: path is given", "the module with its class").reaches(Reach::Code),
-    OptionWord::with_default("class", Kind::Text, "the only one there", "its class"),
+    OptionWord::with_default("path", Kind::Text, "none: module is given", "file that contains its class").reaches(Reach::Code),
+    OptionWord::with_default("module", Kind::Text, "none: path is given", "module that contains its class").reaches(Reach::Code),
+    OptionWord::with_default("class", Kind::Text, "the only one in it", "name of its class"),
     OptionWord::with_default("options", Kind::Table, "none", "what the class declares as Option"),
-    OptionWord::with_default("paths", Kind::List, "those of this interpreter", "where else modules are looked for").reaches(Reach::Code),
+    OptionWord::with_default("paths", Kind::List, "those of this interpreter", "further folders in which modules are looked for").reaches(Reach::Code),
 ];
 
 /// Name of the driver's last channel: the age of its readings.
@@ -94,7 +94,7 @@ fn open(given: &GivenOptions<'_>) -> Result<OpenedDriver, DriverError> {
         let made = if channel.write { Channel::write(channel.name, of).safe(channel.safe).slew(channel.slew) } else { Channel::read(channel.name, of) };
         offsets.push(layout.add(made.unit(channel.unit).doc(channel.doc)).offset);
     }
-    let age = layout.add(Channel::read(AGE, Type::DOUBLE).unit("s").doc("how old the readings are"));
+    let age = layout.add(Channel::read(AGE, Type::DOUBLE).unit("s").doc("age of the readings"));
     let placed = Python::attach(|py| exchange.call_method1(py, "place", (offsets, layout.readings_len())).map(drop));
     placed.map_err(|why| DriverError::Failed(told(&why)))?;
     let mut commands = vec![0; layout.commands_len()];

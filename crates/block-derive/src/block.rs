@@ -20,7 +20,7 @@ pub fn expand(input: &DeriveInput) -> syn::Result<TokenStream> {
     };
     let doc = text::description(&text::doc(&input.attrs));
     if doc.is_empty() {
-        return Err(syn::Error::new(ident.span(), "a block has a description: write a doc comment above it whose first sentence says what it computes"));
+        return Err(syn::Error::new(ident.span(), "a block needs a description: write a doc comment above it whose first sentence says what it computes"));
     }
     let size = items.iter().find(|item| item.kind == Kind::Size);
     let memory = memory(ident, &items);
@@ -57,27 +57,27 @@ pub fn expand(input: &DeriveInput) -> syn::Result<TokenStream> {
 }
 
 fn items(input: &DeriveInput) -> syn::Result<Vec<Item>> {
-    let Data::Struct(structure) = &input.data else { return Err(syn::Error::new(input.span(), "a function block is a struct: its fields are its items")) };
+    let Data::Struct(structure) = &input.data else { return Err(syn::Error::new(input.span(), "a function block must be a struct: its fields are its items")) };
     let Fields::Named(fields) = &structure.fields else {
-        return Err(syn::Error::new(input.span(), "the items of a block have names: use a struct with named fields"));
+        return Err(syn::Error::new(input.span(), "the items of a block must have names: use a struct with named fields"));
     };
     if !input.generics.params.is_empty() {
         return Err(syn::Error::new(
             input.generics.span(),
-            "a function block has no generic parameters: its interface is fixed; use #[size(least, most)] for any number of elements",
+            "a function block cannot have generic parameters: its interface is fixed; use #[size(least, most)] for any number of elements",
         ));
     }
     let items = fields.named.iter().map(Item::new).collect::<syn::Result<Vec<_>>>()?;
     if items.len() > ITEMS_MAX {
         return Err(syn::Error::new(
             items[ITEMS_MAX].name.span(),
-            "a block has at most 32 items: put several values into an array or a struct with #[derive(Type)]",
+            "a block can have at most 32 items: put several values into an array or a struct with #[derive(Type)]",
         ));
     }
     let mut sizes = items.iter().filter(|item| item.kind == Kind::Size);
     let first = sizes.next();
     if let Some(second) = sizes.next() {
-        return Err(syn::Error::new(second.name.span(), "a block has one size"));
+        return Err(syn::Error::new(second.name.span(), "a block can have only one size"));
     }
     if let (None, Some(item)) = (first, items.iter().find(|item| item.sized)) {
         return Err(syn::Error::new(item.name.span(), "a `sized` item needs the block's size: #[size(1, 16)] n: u32"));

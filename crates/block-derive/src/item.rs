@@ -40,19 +40,19 @@ pub struct Item {
     pub most: TokenStream,
 }
 
-const WORDS: &str = "every field is an item of the block: give it #[input], #[output], #[param(default = ...)], #[state], #[device(read)], \
+const WORDS: &str = "every field must be an item of the block: give it #[input], #[output], #[param(default = ...)], #[state], #[device(read)], \
                      #[device(write)], #[condition] or #[size(least, most)]";
 
 impl Item {
     /// Reads a field.
     pub fn new(field: &Field) -> syn::Result<Item> {
-        let name = field.ident.clone().ok_or_else(|| syn::Error::new(field.span(), "the items of a block have names: use a struct with named fields"))?;
+        let name = field.ident.clone().ok_or_else(|| syn::Error::new(field.span(), "the items of a block must have names: use a struct with named fields"))?;
         let mut declared = None;
         for attribute in &field.attrs {
             let word = attribute.path().get_ident().map(ToString::to_string).unwrap_or_default();
             if matches!(word.as_str(), "input" | "output" | "param" | "state" | "device" | "condition" | "size") {
                 if declared.is_some() {
-                    return Err(syn::Error::new(attribute.span(), "an item is one thing only: leave one attribute"));
+                    return Err(syn::Error::new(attribute.span(), "an item can have only one role: keep one attribute"));
                 }
                 declared = Some((word, attribute));
             }
@@ -60,7 +60,7 @@ impl Item {
         let Some((word, attribute)) = declared else { return Err(syn::Error::new(name.span(), WORDS)) };
         let doc = text::doc(&field.attrs);
         if doc.is_empty() {
-            return Err(syn::Error::new(name.span(), "an item has a description: write a doc comment above it, `/// what it is`"));
+            return Err(syn::Error::new(name.span(), "an item needs a description: write a doc comment above it, `/// what it is`"));
         }
         let mut item = Item {
             kind: kind(&word, &field.ty),
@@ -91,7 +91,7 @@ impl Item {
         };
         if word == "size" {
             let [(least, None), (most, None)] = &given[..] else {
-                return Err(syn::Error::new(attribute.span(), "a size says the least and the most number of elements: #[size(1, 16)] n: u32"));
+                return Err(syn::Error::new(attribute.span(), "a size needs the minimum and maximum number of elements: #[size(1, 16)] n: u32"));
             };
             self.least = quote!(#least);
             self.most = quote!(#most);
@@ -115,7 +115,7 @@ impl Item {
                 ("state", "opaque", None) => self.opaque = true,
                 ("device", "read", None) => (self.kind, way) = (Kind::DeviceRead, true),
                 ("device", "write", None) => (self.kind, way) = (Kind::DeviceWrite, true),
-                (_, other, _) => return Err(syn::Error::new(name.span(), format!("`{other}` cannot be said of #[{word}] like this: {}", forms(word)))),
+                (_, other, _) => return Err(syn::Error::new(name.span(), format!("`{other}` cannot be used like this in #[{word}]: {}", forms(word)))),
             }
         }
         // A descriptor has a single text for unit and range: "rad/s (0, 10]".
@@ -124,24 +124,24 @@ impl Item {
             None => unit,
         };
         if word == "param" && self.value.is_none() {
-            return Err(syn::Error::new(attribute.span(), "a parameter has a default: #[param(default = 0.1)]"));
+            return Err(syn::Error::new(attribute.span(), "a parameter needs a default: #[param(default = 0.1)]"));
         }
         if word == "device" && !way {
-            return Err(syn::Error::new(attribute.span(), "a device channel is read or written: #[device(read)] or #[device(write)]"));
+            return Err(syn::Error::new(attribute.span(), "a device channel must be read or written: #[device(read)] or #[device(write)]"));
         }
         if self.asynchronous && self.ratio.is_some() {
-            return Err(syn::Error::new(attribute.span(), "a port has one mode: `asynchronous` or `ratio = n`"));
+            return Err(syn::Error::new(attribute.span(), "a port can have only one mode: `asynchronous` or `ratio = n`"));
         }
         if self.in_place && (self.sized || self.history || self.value.is_some() || self.ratio.is_some()) {
             return Err(syn::Error::new(
                 attribute.span(),
-                "a port that is used in place has no size, history, default or ratio: #[input(asynchronous, in_place)] table: InPlace<[f64; 65536]>",
+                "a port that is used in place cannot have a size, history, default or ratio: #[input(asynchronous, in_place)] table: InPlace<[f64; 65536]>",
             ));
         }
         if self.history && (self.sized || self.value.is_some()) {
             return Err(syn::Error::new(
                 attribute.span(),
-                "a history is of as many values as its array says, and has no default: #[input(history)] u: [f64; 8]",
+                "a history has as many values as its array, and cannot have a default: #[input(history)] u: [f64; 8]",
             ));
         }
         Ok(())

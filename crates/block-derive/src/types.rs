@@ -8,13 +8,13 @@ use syn::{Data, DeriveInput, Fields, Meta, spanned::Spanned};
 
 /// Generates the implementation of `opengpac::Type` for a `#[repr(C)]` struct.
 pub fn expand(input: &DeriveInput) -> syn::Result<TokenStream> {
-    let Data::Struct(structure) = &input.data else { return Err(syn::Error::new(input.span(), "a type of items is a struct")) };
-    let Fields::Named(fields) = &structure.fields else { return Err(syn::Error::new(input.span(), "the members of a type have names")) };
+    let Data::Struct(structure) = &input.data else { return Err(syn::Error::new(input.span(), "a type of items must be a struct")) };
+    let Fields::Named(fields) = &structure.fields else { return Err(syn::Error::new(input.span(), "the members of a type must have names")) };
     let c_layout = input.attrs.iter().any(|attribute| {
         attribute.path().is_ident("repr") && matches!(&attribute.meta, Meta::List(list) if list.tokens.to_string().split(',').any(|word| word.trim() == "C"))
     });
     if !c_layout {
-        return Err(syn::Error::new(input.ident.span(), "a type of items has the layout of C: add #[repr(C)]"));
+        return Err(syn::Error::new(input.ident.span(), "a type of items needs the layout of C: add #[repr(C)]"));
     }
     let name = match text::given_name(&input.attrs)? {
         Some(name) => name,

@@ -64,7 +64,7 @@ typedef _Bool bool;
 #define OG_ZERO
 #endif
 #ifdef __FAST_MATH__
-#error "a function block is compiled without -ffast-math: it must give the same bits everywhere"
+#error "compile a function block without -ffast-math: it must give the same bits everywhere"
 #endif
 
 // ---- The bytes that a code module and the real-time system share: abi.rs ----
@@ -286,7 +286,7 @@ OG_INLINE uint64_t opengpac_nonfinite(const void *value, size_t bytes, size_t ty
 #define OG_APPLY(...) OG_APPLY_(__VA_ARGS__)
 #define OG_APPLY_(text, probe, M, arguments, ...) OG_CALL(M, (text, OG_UNWRAP arguments))
 #define OG_ERROR(message) (ERROR, 0, 0, 0, int, error, OG_ZERO, message, "", "")
-#define OG_UNKNOWN(text, ...) OG_ERROR("'" text "' is not an item of a function block: the words are in, in_async, in_ratio, in_history, in_default, in_async_default, out, out_async, out_ratio, out_nonfinite, state, state_keep, param, device, condition, condition_of, condition_of_default, size")
+#define OG_UNKNOWN(text, ...) OG_ERROR("'" text "' is not an item of a function block: use in, in_async, in_ratio, in_history, in_default, in_async_default, out, out_async, out_ratio, out_nonfinite, state, state_keep, param, device, condition, condition_of, condition_of_default, size")
 #define OG_NO_DESCRIPTION(text, form) OG_ERROR("'" text "' has no description: write " form)
 #define OG_EXCESS(text, form) OG_ERROR("'" text "' has too many arguments: write " form)
 #define OG_WORD_more_than_32(...) ~, OG_OVERFULL, ()
@@ -354,7 +354,7 @@ OG_INLINE uint64_t opengpac_nonfinite(const void *value, size_t bytes, size_t ty
 #define OG_WAY_read(...) ~, OG_WAY, (DEVR, __VA_ARGS__)
 #define OG_WAY_write(...) ~, OG_WAY, (DEVW, __VA_ARGS__)
 #define OG_WAY(text, K, T, name, doc, unit) (K, 0, 0, 0, T, name, OG_ZERO, doc, unit, text)
-#define OG_WAYLESS(text, ...) OG_ERROR("'" text "' does not say read or write: write " OG_DEVICE_FORM)
+#define OG_WAYLESS(text, ...) OG_ERROR("'" text "' declares neither read nor write: write " OG_DEVICE_FORM)
 
 // condition(name, "what")
 #define OG_WORD_condition(...) ~, OG_BARE, (__VA_ARGS__)
@@ -369,7 +369,7 @@ OG_INLINE uint64_t opengpac_nonfinite(const void *value, size_t bytes, size_t ty
 #define OG_WORD_size(...) ~, OG_SIZE_ITEM, (__VA_ARGS__)
 #define OG_SIZE_ITEM(text, ...) OG_CAT(OG_SIZE_, OG_COUNT(__VA_ARGS__))(text, __VA_ARGS__)
 #define OG_SIZE_FORM "size(n, least, most)"
-#define OG_SIZE_1(text, ...) OG_ERROR("'" text "' does not say how many elements: write " OG_SIZE_FORM)
+#define OG_SIZE_1(text, ...) OG_ERROR("'" text "' has no number of elements: write " OG_SIZE_FORM)
 #define OG_SIZE_2(text, ...) OG_SIZE_1(text)
 #define OG_SIZE_3(text, n, least, most) OG_SIZE_4(text, n, least, most, "number of elements")
 #define OG_SIZE_4(text, n, least, most, doc) (SIZE, most, 0, least, uint32_t, n, least, doc, "", text)
@@ -418,16 +418,16 @@ OG_INLINE uint64_t opengpac_nonfinite(const void *value, size_t bytes, size_t ty
     OG_ASSERT(OG_CLASS(T) != OG_CLASS_OTHER_WIDTH, "'" text "': the width of this type differs between machines: write int32_t, uint8_t, ..."); \
     OG_ASSERT(!OG_IS_SIZED(#T) || opengpac_sizes_##C == 1, "'" text "': the brackets hold neither a number nor the name of a size(n, least, most)"); \
     OG_ASSERT((mode) != OG_RATIO || (ratio) >= 1, "'" text "': the ratio must be 1 or more"); \
-    OG_ASSERT(!((flags) & OG_HISTORY) || ((ratio) >= 1 && (ratio) <= 4096), "'" text "': a history holds 1 to 4096 values"); \
-    OG_ASSERT(!((flags) & OG_HISTORY) || !OG_IS_SIZED(#T), "'" text "': a history is of values of one length: write a number into the brackets"); \
+    OG_ASSERT(!((flags) & OG_HISTORY) || ((ratio) >= 1 && (ratio) <= 4096), "'" text "': a history must hold 1 to 4096 values"); \
+    OG_ASSERT(!((flags) & OG_HISTORY) || !OG_IS_SIZED(#T), "'" text "': all values of a history must have the same length: write a number into the brackets"); \
     OG_ASSERT(OG_CAT(OG_LENGTH_, OG_ONE_OR_LIST(OG_UNWRAP value))(value) == 0 || OG_CLASS(T) == OG_CLASS_STRUCT || \
         OG_CAT(OG_LENGTH_, OG_ONE_OR_LIST(OG_UNWRAP value))(value) == sizeof(__typeof__(T)) / OG_BASE_SIZE(T), \
-        "'" text "': the list in parentheses has not as many values as the type has elements");
+        "'" text "': the list in parentheses must have as many values as the type has elements");
 #define OG_CHECK_SIZE(C, i, K, most, flags, least, T, name, value, doc, unit, text) \
-    OG_ASSERT(__builtin_strcmp(#name, "self") && __builtin_strcmp(#name, "invocation"), "'" text "': the body has 'self' and 'invocation' already: choose another name"); \
+    OG_ASSERT(__builtin_strcmp(#name, "self") && __builtin_strcmp(#name, "invocation"), "'" text "': the body already has 'self' and 'invocation': choose another name"); \
     OG_CHECK_NAME(C, i, K, most, flags, least, T, name, value, doc, unit, text) \
     OG_ASSERT((least) >= 1 && (least) <= (most) && (most) <= 65536, "'" text "': the minimum size must be 1 or more, the maximum at least that and at most 65536"); \
-    OG_ASSERT(opengpac_sizes_##C == 1, "'" text "': a block has one size");
+    OG_ASSERT(opengpac_sizes_##C == 1, "'" text "': a block can have only one size");
 
 // The name of the size: a constant for the struct, and a variable for the body.
 #define OG_ONLY_SIZE(C, i, t, M) OG_EACH(C, i, t, OG_NOTHING, OG_NOTHING, OG_NOTHING, OG_NOTHING, OG_NOTHING, OG_NOTHING, M, OG_NOTHING)
@@ -439,7 +439,7 @@ OG_INLINE uint64_t opengpac_nonfinite(const void *value, size_t bytes, size_t ty
 #define OG_SIZES_OF(C, i, K, most, flags, least, T, name, ...) \
     extern char opengpac_size_##name[]; \
     OG_ASSERT(__builtin_types_compatible_p(__typeof__(opengpac_size_##name), char[1]), \
-        "the size '" #name "' of block '" #C "' has the name of another block's size: in C each block of a file has a size name of its own, for example " #name "_" #C); \
+        "the size '" #name "' of block '" #C "' has the name of another block's size: in C give each block of a file its own size name, for example " #name "_" #C); \
     extern char opengpac_size_##name[2]; \
     enum { name = most };
 #endif
@@ -565,7 +565,7 @@ __attribute__((cold, noinline, unused)) static uint64_t opengpac_threw(const cha
 #define OG_TRY(...) \
     try { __VA_ARGS__ } \
     catch (const std::exception &thrown) { opengpac_result.word = opengpac_threw(thrown.what()); } \
-    catch (...) { opengpac_result.word = opengpac_threw("it is no std::exception"); }
+    catch (...) { opengpac_result.word = opengpac_threw("it is not a std::exception"); }
 #else
 #define OG_TRY(...) __VA_ARGS__
 #endif

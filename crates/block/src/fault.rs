@@ -45,10 +45,10 @@ impl std::error::Error for Fault {}
 /// Returns the text for a fault in code of a library; `signal` 0 stands for an exceeded budget.
 pub fn lost_text(signal: i32) -> String {
     let what = match signal {
-        0 => "did not come back, in its time, from a library function that may hold a lock".to_owned(),
+        0 => "did not return in time from a library function that may hold a lock".to_owned(),
         signal => format!("has failed in a library function that may hold a lock: {}", signal_text(signal)),
     };
-    format!("{what}; what else uses that library may hang, so start this program again")
+    format!("{what}; other users of that library may hang, so start this program again")
 }
 
 /// Text about a block that changed the floating-point control words or the direction flag.
@@ -57,7 +57,7 @@ pub const FLOATS_CHANGED: &str =
 
 /// Text about a block that forked its process.
 pub const CALLED_FORK: &str =
-    "called fork(); the copy of the process was ended at once, since it had the devices in its hands; start programs with posix_spawn(), outside the firing";
+    "called fork(); the copy of the process was ended at once, because it shares the devices; start programs with posix_spawn(), outside the firing";
 
 /// Pseudo signal number of a block that ended its thread.
 const ENDED_ITS_THREAD: i32 = 0xfd;
@@ -68,9 +68,9 @@ pub fn signal_text(signal: i32) -> String {
         4 => "illegal instruction".to_owned(),
         5 => "a trap (SIGTRAP)".to_owned(),
         6 => "abort(), as a failed assertion and std::terminate() call it (SIGABRT)".to_owned(),
-        7 => "access to memory that is not there (bus error)".to_owned(),
+        7 => "access to memory that does not exist (bus error)".to_owned(),
         8 => "division by zero or another arithmetic fault".to_owned(),
-        11 => "access to memory that is not its own (segmentation fault)".to_owned(),
+        11 => "access to memory that it does not own (segmentation fault)".to_owned(),
         ENDED_ITS_THREAD => "pthread_exit(), which ends the thread of its source".to_owned(),
         other => format!("signal {other}"),
     }

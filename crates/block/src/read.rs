@@ -127,7 +127,7 @@ impl core::fmt::Display for Refusal {
     fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
         match self {
             Refusal::AbiVersion { module, here } => {
-                write!(f, "the module is of ABI version {module}, this system of {here}: compile it again with this system's opengpac.h")
+                write!(f, "the module has ABI version {module}, but this system has {here}: compile it again with this system's opengpac.h")
             }
             Refusal::NoBlocks => write!(f, "the module has no function block: declare one with FUNCTION_BLOCK"),
             Refusal::Invalid { block, item, what } if item.is_empty() => write!(f, "block '{block}' of the module is damaged: {what}"),
@@ -149,7 +149,7 @@ impl BlockFace {
         if descriptor.abi != abi::ABI {
             return Err(Refusal::AbiVersion { module: descriptor.abi, here: abi::ABI });
         }
-        let name = string(descriptor.name).ok_or_else(|| invalid("", "", "a block has no name in UTF-8"))?;
+        let name = string(descriptor.name).ok_or_else(|| invalid("", "", "the name of a block is missing or not UTF-8"))?;
         let bad = |what: &str| invalid(&name, "", what);
         if descriptor.item_count as usize > abi::ITEMS_MAX {
             return Err(bad("it has more than 32 items"));
@@ -165,8 +165,8 @@ impl BlockFace {
             items.push(read_item(&name, descriptor, item)?);
         }
         let face = BlockFace {
-            doc: string(descriptor.doc).ok_or_else(|| bad("its description is no UTF-8"))?,
-            file: string(descriptor.file).ok_or_else(|| bad("its file name is no UTF-8"))?,
+            doc: string(descriptor.doc).ok_or_else(|| bad("its description is not UTF-8"))?,
+            file: string(descriptor.file).ok_or_else(|| bad("its file name is not UTF-8"))?,
             line: descriptor.line,
             items,
             instance_size: descriptor.instance_size as usize,
@@ -208,11 +208,11 @@ impl TypeFace {
     /// # Errors
     /// Fails if a name or text is not UTF-8, or the size is impossible.
     pub fn read(descriptor: &'static TypeDescriptor) -> Result<TypeFace, Refusal> {
-        let name = string(descriptor.name).ok_or_else(|| invalid("", "", "a type has no name in UTF-8"))?;
+        let name = string(descriptor.name).ok_or_else(|| invalid("", "", "the name of a type is missing or not UTF-8"))?;
         let bad = |what: &str| invalid("", &name, what);
         let face = TypeFace {
-            declaration: normalise(&string(descriptor.declaration).ok_or_else(|| bad("its declaration is no UTF-8"))?),
-            doc: string(descriptor.doc).ok_or_else(|| bad("its description is no UTF-8"))?,
+            declaration: normalise(&string(descriptor.declaration).ok_or_else(|| bad("its declaration is not UTF-8"))?),
+            doc: string(descriptor.doc).ok_or_else(|| bad("its description is not UTF-8"))?,
             size: descriptor.size as usize,
             align: descriptor.align as usize,
             name: name.clone(),
@@ -271,7 +271,7 @@ impl ModuleFace {
         order_blocks(&mut blocks);
         let types = order_types(types);
         let text = |text, what: &str| string(text).ok_or_else(|| invalid("", "", what));
-        Ok(ModuleFace { blocks, types, target: text(module.target, "its target is no UTF-8")?, compiler: text(module.compiler, "its compiler is no UTF-8")? })
+        Ok(ModuleFace { blocks, types, target: text(module.target, "its target is not UTF-8")?, compiler: text(module.compiler, "its compiler is not UTF-8")? })
     }
 }
 
@@ -296,7 +296,7 @@ fn order_types(types: Vec<TypeFace>) -> Vec<TypeFace> {
 }
 
 fn read_item(block: &str, descriptor: &'static Descriptor, item: &Item) -> Result<ItemFace, Refusal> {
-    let name = string(item.name).ok_or_else(|| invalid(block, "", "an item has no name in UTF-8"))?;
+    let name = string(item.name).ok_or_else(|| invalid(block, "", "the name of an item is missing or not UTF-8"))?;
     let bad = |what: &str| invalid(block, &name, what);
     let text = |text, what: &str| string(text).ok_or_else(|| invalid(block, &name, what));
     let kind = match item.kind {
@@ -327,9 +327,9 @@ fn read_item(block: &str, descriptor: &'static Descriptor, item: &Item) -> Resul
     Ok(ItemFace {
         kind,
         mode,
-        type_text: normalise(&text(item.type_text, "its type is no UTF-8")?),
-        unit: text(item.unit, "its unit is no UTF-8")?,
-        doc: text(item.doc, "its description is no UTF-8")?,
+        type_text: normalise(&text(item.type_text, "its type is not UTF-8")?),
+        unit: text(item.unit, "its unit is not UTF-8")?,
+        doc: text(item.doc, "its description is not UTF-8")?,
         has_default: item.flags & flag::DEFAULT != 0,
         nonfinite: item.flags & flag::NONFINITE != 0,
         keep: item.flags & flag::KEEP != 0,

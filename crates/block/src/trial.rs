@@ -30,7 +30,7 @@ impl core::fmt::Display for TrialError {
             TrialError::WrongLength { item, type_text, given, wanted } => write!(f, "item '{item}' ({type_text}) takes {wanted} values, not {given}"),
             TrialError::NotNumbers { item, type_text } => write!(f, "item '{item}' is a {type_text}, not numbers: give its bytes"),
             TrialError::SizeOutOfRange { item, given, least, most } => write!(f, "size '{item}' must be {least} to {most}, not {given}"),
-            TrialError::NotSettable { item } => write!(f, "item '{item}' cannot be set: it is the block's to write"),
+            TrialError::NotSettable { item } => write!(f, "item '{item}' cannot be set: only the block writes it"),
         }
     }
 }

@@ -9,8 +9,8 @@ use crate::abi::TypeDescriptor;
 /// It has the layout of the C type that `text` names and no pointers or references: the real-time system copies it bytewise.
 #[diagnostic::on_unimplemented(
     message = "`{Self}` cannot be the type of an item",
-    label = "no type of an item",
-    note = "an item is an integer of fixed width, f32, f64, bool, an array of these, or a #[repr(C)] struct with #[derive(opengpac::Type)]"
+    label = "not a type that an item can have",
+    note = "an item must be an integer of fixed width, f32, f64, bool, an array of these, or a #[repr(C)] struct with #[derive(opengpac::Type)]"
 )]
 pub unsafe trait Type: Copy + 'static {
     /// Returns the C type: `"double"`, `"double[6]"`, `"pose"`.

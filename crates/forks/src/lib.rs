@@ -14,7 +14,7 @@
 //! Memory and the word also work for `clone` and `SYS_fork`, which call no handlers. None of the four detects `vfork()`, whose child
 //! shares all memory.
 #[cfg(not(target_os = "linux"))]
-compile_error!("children are told from their parents by MADV_WIPEONFORK, which Linux has");
+compile_error!("this crate tells children from their parents by MADV_WIPEONFORK, which only Linux has");
 
 mod device;
 mod memory;

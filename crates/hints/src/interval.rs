@@ -89,7 +89,7 @@ impl FromStr for Interval {
     type Err = String;
 
     fn from_str(text: &str) -> Result<Interval, String> {
-        let wrong = || format!("the range '{text}' cannot be read; write for example '[0, 1]' or '(0, inf)'");
+        let wrong = || format!("the range '{text}' cannot be read; write, for example, '[0, 1]' or '(0, inf)'");
         let inside = text.strip_prefix(['[', '(']).and_then(|rest| rest.strip_suffix([']', ')'])).ok_or_else(wrong)?;
         let (least, most) = inside.split_once(',').ok_or_else(wrong)?;
         let end = |text: &str| text.trim().parse::<f64>().ok().filter(|end| !end.is_nan());

@@ -78,10 +78,10 @@ impl Block {
     /// cell is smaller than the item.
     pub fn bind(&mut self, item: usize, cell: &Cell) {
         let declared = &self.items()[item];
-        assert!(declared.address != NONE, "item {item} of block '{}' is no port or device, so it cannot be bound", self.name);
+        assert!(declared.address != NONE, "item {item} of block '{}' is not a port or device, so it cannot be bound", self.name);
         let (at, size) = (declared.address as usize, declared.size as usize);
         let sized = declared.flags & flag::SIZED != 0;
-        assert!(sized || cell.len() >= size, "item {item} of block '{}' has {size} bytes, its cell {}", self.name, cell.len());
+        assert!(sized || cell.len() >= size, "item {item} of block '{}' has {size} bytes, but its cell has {}", self.name, cell.len());
         self.write(at, &(cell.start() as usize).to_ne_bytes());
         self.bound[item] = Some(cell.clone());
     }
@@ -160,7 +160,7 @@ impl Block {
     ) -> Result<Block, String> {
         let items = items(descriptor);
         if initial.len() != descriptor.instance_size as usize || bound.len() != items.len() || memory.len() < initial.len() {
-            return Err(format!("block '{name}' is not as its code module says: another version of the module?"));
+            return Err(format!("block '{name}' does not match its code module; check the version of the module"));
         }
         if !(memory.start() as usize).is_multiple_of(descriptor.instance_align.max(1) as usize) {
             return Err(format!("the memory of block '{name}' is not aligned"));
@@ -168,7 +168,7 @@ impl Block {
         for (item, cell) in items.iter().zip(bound) {
             // `abi::Run` guarantees its code that every address is bound.
             if cell.is_none() != (item.address == NONE) {
-                return Err(format!("an item of block '{name}' is not bound, or is none that could be"));
+                return Err(format!("an item of block '{name}' is not bound, or cannot be bound"));
             }
             let fits = cell.as_ref().is_none_or(|cell| item.flags & flag::SIZED != 0 || cell.len() >= item.size as usize);
             if !fits {

@@ -352,9 +352,9 @@ pub fn restore_handlers() -> Option<String> {
     }
     install();
     let by = if by.is_null() { "set to its default, or ignored".to_owned() } else { format!("replaced by code of {}", object_of(by)) };
-    let which = if signal == BUDGET_SIGNAL.load(Ordering::Relaxed) { "the signal of spent time budgets".to_owned() } else { signal_name(signal) };
+    let which = if signal == BUDGET_SIGNAL.load(Ordering::Relaxed) { "the signal of used-up time budgets".to_owned() } else { signal_name(signal) };
     let process = std::process::id();
-    Some(format!("the handler of {which} in process {process} was {by}: faults of blocks were not contained until now; OpenGPAC's handler is in front again"))
+    Some(format!("the handler of {which} in process {process} was {by}: faults of blocks were not contained until now; OpenGPAC's handler is installed again"))
 }
 
 fn signal_name(signal: i32) -> String {

@@ -52,7 +52,7 @@ impl Device {
             assert_eq!(
                 channel.safe.len(),
                 channel.len,
-                "channel '{}' of device '{name}' has {} bytes, its safe value {}",
+                "channel '{}' of device '{name}' has {} bytes, but its safe value has {}",
                 channel.name,
                 channel.len,
                 channel.safe.len()

@@ -144,7 +144,7 @@ fn an_heir_that_took_nothing_over_leaves_the_device_for_the_next() {
     let other = Block::install(BlockId(1), "b1", without_items(), Arc::new(()), Extent::new(256).cell(0, 256));
     let table = Table::new(vec![step(&Arc::new(other), &interval(), &Process::new(1, 1), &[])], vec![], vec![], vec![heir.clone()], None);
     let (_, passed) = Heritage::between(&Holding::of(&table, SourceId(0)), &[held], 0);
-    assert_eq!(passed.anew, [("b1".to_owned(), "it has 0 items, the one before had 5".to_owned())]);
+    assert_eq!(passed.anew, [("b1".to_owned(), "it has 0 items, but the previous one had 5".to_owned())]);
 }
 
 /// Returns a block without items.

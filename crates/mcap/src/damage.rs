@@ -9,9 +9,9 @@ use std::ops::Range;
 use std::os::unix::fs::FileExt;
 
 /// Cause of damage: the record is impossible.
-pub(crate) const UNLIKELY: &str = "a record has a code or length that none can have";
+pub(crate) const UNLIKELY: &str = "a record has an impossible code or length";
 /// Cause of damage: a message after a chunk, which is ignored.
-pub(crate) const BESIDE: &str = "a message stands between chunks, without a checksum";
+pub(crate) const BESIDE: &str = "a message is between chunks, without a checksum";
 
 /// An unreadable part of a file.
 #[derive(Clone, Debug, PartialEq, Eq)]

@@ -314,7 +314,7 @@ impl IndexedFile {
         if begins < MAGIC.len() as u64 || begins > footer.start || footer.start - begins > SUMMARY_MAX {
             self.passed.push(Damage::harmless(footer, "the end of the file is damaged"));
         } else if crc32fast::hash(&self.read(begins..ends)?) != sum {
-            self.passed.push(Damage::harmless(begins..ends, "the summary has another checksum than it says"));
+            self.passed.push(Damage::harmless(begins..ends, "the checksum of the summary does not match"));
         } else {
             return Ok(());
         }
@@ -411,7 +411,7 @@ impl IndexedFile {
         let mut rest = Rest(&head);
         let (Some(code @ 1..), Some(size)) = (rest.u8(), rest.u64()) else { return Ok(None) };
         if size > LEN_MAX {
-            return Err(Unreadable::Damaged { at, what: "no record is as long as this one says" });
+            return Err(Unreadable::Damaged { at, what: "a record has an impossible length" });
         }
         let fields = at + HEAD..at + HEAD + size;
         Ok((fields.end <= len).then_some((code, fields)))

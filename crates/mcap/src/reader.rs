@@ -31,7 +31,7 @@ pub enum Record<'a> {
 /// Reason why a file cannot be read, or not any further.
 #[derive(Debug, thiserror::Error)]
 pub enum Unreadable {
-    #[error("it is no MCAP file")]
+    #[error("it is not an MCAP file")]
     NoMcap,
     /// `at` is the offset of the damaged record, bytes.
     #[error("it is damaged at byte {at}: {what}")]
@@ -122,7 +122,7 @@ impl<R: Read> Reader<R> {
                 self.taken = end;
                 match code {
                     CHANNEL | MESSAGE => return Ok(Some((code, end - fields.0.len()..end))),
-                    NONE | CHUNK | DATA_END | FOOTER => return Err(Unreadable::Damaged { at: self.begins, what: "a chunk has a record that none can have" }),
+                    NONE | CHUNK | DATA_END | FOOTER => return Err(Unreadable::Damaged { at: self.begins, what: "a chunk contains an impossible record" }),
                     _ => continue,
                 }
             }
@@ -156,7 +156,7 @@ impl<R: Read> Reader<R> {
             return Ok(None);
         };
         if len > LEN_MAX {
-            return Err(Unreadable::Damaged { at: self.begins, what: "no record is as long as this one says" });
+            return Err(Unreadable::Damaged { at: self.begins, what: "a record has an impossible length" });
         }
         self.ends = self.begins + HEAD + len;
         Ok(Some((code, len)))
@@ -190,15 +190,15 @@ pub(crate) fn unpack(fields: &[u8], at: u64, content: &mut Vec<u8>) -> Result<()
             let read = lz4_flex::frame::FrameDecoder::new(packed).take(size + 1).read_to_end(content);
             read.map_err(|_| damaged("a chunk cannot be decompressed"))?;
         }
-        "lz4" => return Err(damaged("no chunk is as long as this one says")),
+        "lz4" => return Err(damaged("a chunk has an impossible length")),
         "zstd" => return Err(Unreadable::Compressed { how: compression }),
         _ => return Err(damaged("a chunk names a compression that MCAP does not have")),
     }
     if content.len() as u64 != size {
-        return Err(damaged("a chunk is not as long as it says"));
+        return Err(damaged("the length of a chunk does not match its content"));
     }
     if sum != 0 && crc32fast::hash(content) != sum {
-        return Err(damaged("a chunk has another checksum than it says"));
+        return Err(damaged("the checksum of a chunk does not match"));
     }
     Ok(())
 }

@@ -258,11 +258,11 @@ fn damage_is_said_with_its_place() {
     let (found, damage) = read(&damaged);
     assert_eq!(found, expected[..before], "what lies before the damage");
     assert!(damage.expect_err("damaged").to_string().starts_with(&format!("it is damaged at byte {begin}: a chunk ")));
-    assert!(why(&with_chunks(&bytes, |records| chunk(records.len(), 1, "", records))).ends_with("a chunk has another checksum than it says"));
-    assert!(why(&with_chunks(&bytes, |records| chunk(records.len() + 1, 0, "", records))).ends_with("a chunk is not as long as it says"));
-    assert!(why(&with_chunks(&bytes, |records| chunk(1 << 40, 0, "lz4", records))).ends_with("no chunk is as long as this one says"));
+    assert!(why(&with_chunks(&bytes, |records| chunk(records.len(), 1, "", records))).ends_with("the checksum of a chunk does not match"));
+    assert!(why(&with_chunks(&bytes, |records| chunk(records.len() + 1, 0, "", records))).ends_with("the length of a chunk does not match its content"));
+    assert!(why(&with_chunks(&bytes, |records| chunk(1 << 40, 0, "lz4", records))).ends_with("a chunk has an impossible length"));
     assert!(why(&with_chunks(&bytes, |records| plain(&records[1..]))).contains("a record"));
-    assert!(why(&with_chunks(&bytes, |records| plain(&plain(records)))).ends_with("a chunk has a record that none can have"));
+    assert!(why(&with_chunks(&bytes, |records| plain(&plain(records)))).ends_with("a chunk contains an impossible record"));
     assert!(read(&with_chunks(&bytes, |records| chunk(records.len(), 0, "", records))).1.is_ok_and(|whole| whole), "without a checksum");
 }
 
@@ -279,7 +279,7 @@ fn a_record_that_is_longer_than_its_file_takes_no_memory() {
         assert_eq!(read(&longer(51)).1.ok(), Some(false), "record {code}: cut off");
         assert_eq!(read(&longer(1 << 32)).1.ok(), Some(false), "record {code}: cut off");
         let why = read(&longer(u64::MAX)).1.expect_err("damaged").to_string();
-        assert_eq!(why, "it is damaged at byte 8: no record is as long as this one says");
+        assert_eq!(why, "it is damaged at byte 8: a record has an impossible length");
     }
 }
 

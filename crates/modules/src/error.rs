@@ -12,11 +12,11 @@ pub enum LoadError {
     Unreadable { path: PathBuf, what: String },
     #[error("module '{}' is damaged: {what}; build it again", path.display())]
     Damaged { path: PathBuf, what: String },
-    #[error("module '{}' is for {have}, this system is {want}: build it for this system", path.display())]
+    #[error("module '{}' is for {have}, but this system is {want}: build it for this system", path.display())]
     ForeignTarget { path: PathBuf, have: String, want: String },
-    #[error("'{}' is a shared object but no code module: it has no function opengpac_module; include opengpac.h and declare a FUNCTION_BLOCK, or use opengpac::module! in Rust", path.display())]
+    #[error("'{}' is a shared object but not a code module: it has no function opengpac_module; include opengpac.h and declare a FUNCTION_BLOCK, or use opengpac::module! in Rust", path.display())]
     NotAModule { path: PathBuf },
-    #[error("module '{}' is of ABI version {module}, this system of {here}: build it again with this system's opengpac.h", path.display())]
+    #[error("module '{}' has ABI version {module}, but this system has {here}: build it again with this system's opengpac.h", path.display())]
     AbiVersion { path: PathBuf, module: u32, here: u32 },
     #[error("module '{}' has no function block: declare one with FUNCTION_BLOCK", path.display())]
     NoBlocks { path: PathBuf },
@@ -26,13 +26,13 @@ pub enum LoadError {
     Crashed { path: PathBuf, signal: i32 },
     #[error("module '{}' did not load within {seconds} s: its initialisation does not end, or the machine is overloaded", path.display())]
     TimedOut { path: PathBuf, seconds: u64 },
-    #[error("no process can be started to try modules in: {what}")]
+    #[error("cannot start a process to try modules in: {what}")]
     NoProbe { what: String },
     #[error("{first_error}, at {}:{line}", file.display())]
     BuildFailed { first_error: String, file: PathBuf, line: u32 },
     #[error(transparent)]
     CannotBuild(BuildError),
-    #[error("'{}' is no file that blocks come from: give {known}", path.display())]
+    #[error("'{}' is not a file that can contain blocks: give {known}", path.display())]
     Unknown { path: PathBuf, known: String },
     #[error("policy '{}' is refused: {what}", path.display())]
     Network { path: PathBuf, what: String },

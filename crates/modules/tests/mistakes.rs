@@ -28,7 +28,7 @@ fn check(name: &str, item: &str, message: &str) {
 
 #[test]
 fn an_unknown_word() {
-    check("word", "imput(double, v, \"raw\")", "'imput(double, v, \"raw\")' is not an item of a function block: the words are in, in_async");
+    check("word", "imput(double, v, \"raw\")", "'imput(double, v, \"raw\")' is not an item of a function block: use in, in_async");
 }
 
 #[test]
@@ -89,12 +89,12 @@ fn a_length_that_is_no_size() {
 
 #[test]
 fn a_list_of_another_length() {
-    check("list", "param(double[3], k, (1, 2), \"gains\")", "has not as many values as the type has elements");
+    check("list", "param(double[3], k, (1, 2), \"gains\")", "must have as many values as the type has elements");
 }
 
 #[test]
 fn a_device_without_its_way() {
-    check("way", "device(double, v, both, \"motor\")", "does not say read or write");
+    check("way", "device(double, v, both, \"motor\")", "declares neither read nor write");
 }
 
 #[test]
@@ -106,7 +106,7 @@ fn impossible_numbers() {
 #[test]
 fn a_history_of_no_or_of_any_length() {
     check("history", "in_history(double, v, 0, \"past\")", "a history holds 1 to 4096 values");
-    check("history", "size(n, 1, 4), in_history(double[n], v, 3, \"past\")", "a history is of values of one length");
+    check("history", "size(n, 1, 4), in_history(double[n], v, 3, \"past\")", "all values of a history must have the same length");
 }
 
 #[test]

@@ -38,7 +38,7 @@ fn a_file_that_is_not_there() {
 #[test]
 fn a_file_that_is_no_shared_object() {
     let path = write(&folder("refused-text"), "text.so", "this is a text");
-    assert!(matches!(refusal(&path), LoadError::Damaged { what, .. } if what == "it is no shared object"));
+    assert!(matches!(refusal(&path), LoadError::Damaged { what, .. } if what == "it is not a shared object"));
 }
 
 #[test]

@@ -98,7 +98,7 @@ impl RecordedMessage {
 impl Archive {
     /// Opens a file. Fails if it cannot be read or is not a recording of OpenGPAC.
     pub fn open(path: &Path) -> Result<Archive, Refusals> {
-        let file = File::open(path).map_err(|why| cannot_read(path, &why, "does the file exist?"))?;
+        let file = File::open(path).map_err(|why| cannot_read(path, &why, "check that the file exists"))?;
         let file = IndexedFile::open(file).map_err(|why| cannot_read(path, &why, OURS))?;
         if !file.metadata.contains_key(ABOUT) && (file.damage().is_empty() || file.channels.is_empty()) {
             return Err(cannot_read(path, &"it was not made by OpenGPAC", OURS));

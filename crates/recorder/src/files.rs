@@ -31,16 +31,16 @@ impl Bounds {
         let refused = |message: String, remedy: &str| Err(Refusal::new(Class::ValueRefused, message).remedy(remedy));
         match self {
             Bounds { split: None, keep: Some(_) } => {
-                refused("files are to be kept, and the recording has one".to_owned(), "say too at what size the next file begins")
+                refused("files are to be kept, but the recording has only one".to_owned(), "also give the size at which the next file begins")
             }
             Bounds { split: Some(split), .. } if split < SPLIT_MIN => {
                 refused(format!("a file of a recording cannot end at {split} bytes"), "give 1 MB or more")
             }
             Bounds { keep: Some(keep), .. } if keep < KEEP_MIN => {
-                refused(format!("{keep} files cannot be kept"), "give 2 or more: the one that is written, and one that is whole")
+                refused(format!("{keep} files cannot be kept"), "keep 2 or more: the one being written, and a complete one")
             }
             Bounds { split: Some(_), .. } if replay => {
-                refused("a recording for a replay is one file, and this one is to be split".to_owned(), "leave out one of the two")
+                refused("a recording for a replay is a single file, but this one is to be split".to_owned(), "leave out one of the two")
             }
             _ => Ok(()),
         }
@@ -176,7 +176,7 @@ impl Files {
             Ok(next) => next,
             Err(why) => {
                 self.book.finish();
-                self.book.failure.get_or_insert(format!("the next file cannot be made: {why}"));
+                self.book.failure.get_or_insert(format!("the next file cannot be created: {why}"));
                 return;
             }
         };
@@ -210,6 +210,6 @@ fn name_of(path: &Path) -> String {
 /// Returns the reason why nothing more may be written if the disk is too full.
 fn too_full(space: Space) -> Option<String> {
     let mega = |bytes: u64| bytes / 1_000_000;
-    let said = || format!("the disk has {} MB free, and a recording leaves {} MB for what else is written there", mega(space.free), mega(space.spared));
+    let said = || format!("the disk has {} MB free, but a recording leaves {} MB for what else is written there", mega(space.free), mega(space.spared));
     (space.free < space.spared).then(said)
 }

@@ -84,7 +84,7 @@ impl Recording {
     pub fn open(path: &Path) -> Result<Recording, Refusals> {
         let refused = |why: Unreadable| {
             let remedy = match why {
-                Unreadable::File(_) => "does the file exist?",
+                Unreadable::File(_) => "check that the file exists",
                 Unreadable::Compressed { .. } => "decompress it first, for example with 'mcap decompress'",
                 Unreadable::NoMcap | Unreadable::Damaged { .. } => OURS,
             };
@@ -115,7 +115,7 @@ impl Recording {
                     }
                     let lost = self.put_all(&chunk, &file.channels);
                     if !lost.is_empty() {
-                        damage.push(Damage { counts: Some(lost), ..file.damage_of(at, "messages are not what their channels have, or of no known channel") });
+                        damage.push(Damage { counts: Some(lost), ..file.damage_of(at, "messages do not match their channels, or belong to no known channel") });
                     }
                 }
                 Err(Unreadable::Damaged { what, .. }) => damage.push(file.damage_of(at, what)),
@@ -205,7 +205,7 @@ impl Recording {
     }
 }
 
-pub(crate) const OURS: &str = "take a file that cell.record() has made";
+pub(crate) const OURS: &str = "give a file that was recorded with cell.record()";
 
 pub(crate) fn cannot_read(path: &Path, why: &dyn std::fmt::Display, remedy: &str) -> Refusals {
     vec![Refusal::new(Class::ValueRefused, format!("cannot read recording '{}': {why}", path.display())).remedy(remedy)]

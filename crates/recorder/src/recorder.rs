@@ -122,12 +122,12 @@ impl Recorder {
             let remedy = match why.kind() {
                 ErrorKind::AlreadyExists => "give it another name, or delete that file",
                 ErrorKind::StorageFull => "make room on that disk, or record on another one",
-                _ => "does the folder exist, and may you write there?",
+                _ => "check that the folder exists and that you may write there",
             };
             cannot(why.to_string(), remedy)
         })?;
         match Drain::new(system, options) {
-            Ok(drain) => Recorder::run(drain, files, room).map_err(|why| cannot(why, "does the machine run out of threads or of memory?")),
+            Ok(drain) => Recorder::run(drain, files, room).map_err(|why| cannot(why, "check whether the machine is out of threads or memory")),
             Err(refused) => {
                 files.give_up();
                 Err(refused)
@@ -366,6 +366,6 @@ impl Writer {
         }
         let is_new = book.failure.is_some() && summary.failure.is_none();
         summary.failure.clone_from(&book.failure);
-        is_new.then(|| format!("cannot write '{}' any more: {}", self.files.path().display(), book.failure.as_deref().unwrap_or_default()))
+        is_new.then(|| format!("cannot write '{}' any longer: {}", self.files.path().display(), book.failure.as_deref().unwrap_or_default()))
     }
 }

@@ -30,7 +30,7 @@ impl Again {
             return Err(cannot("it has nothing to replay".to_owned(), "record with replay=True, before the first interrupt source is made"));
         }
         let Some((command, python)) = system.replay_command() else {
-            return Err(cannot("this system was made without a way to start processes".to_owned(), "run it again with 'opengpac replay'"));
+            return Err(cannot("this system has no way to start processes".to_owned(), "run it again with 'opengpac replay'"));
         };
         trust.extend(system.module_digests());
         let others = if present { system.module_code() } else { Vec::new() };

@@ -49,7 +49,7 @@ pub struct RecordingFile {
 pub fn recordings(folder: &Path) -> Result<Vec<RecordingFile>, Refusals> {
     let cannot = |why: std::io::Error| {
         let said = format!("cannot read the folder of recordings '{}': {why}", folder.display());
-        vec![Refusal::new(Class::ValueRefused, said).remedy("does it exist, and may the system read it?")]
+        vec![Refusal::new(Class::ValueRefused, said).remedy("check that it exists and that the system may read it")]
     };
     let mut found = Vec::new();
     for entry in std::fs::read_dir(folder).map_err(cannot)? {

@@ -74,7 +74,7 @@ impl Apart {
     /// # Errors
     /// Fails with a message if the process cannot be started.
     pub fn start(command: Vec<OsString>, python: String, path: &Path, trust: Vec<String>, others: Vec<(String, Vec<u8>)>) -> Result<Apart, String> {
-        let cannot = |why: std::io::Error| format!("no process can be started for a replay: {why}");
+        let cannot = |why: std::io::Error| format!("cannot start a process for a replay: {why}");
         let (ours, theirs) = UnixStream::pair().map_err(cannot)?;
         let child = Launch::new(command).descriptor(LINK, OwnedFd::from(theirs)).start().map_err(|why| why.to_string())?;
         let (child, is_cancelled) = (Arc::new(child), Arc::new(AtomicBool::new(false)));
@@ -134,7 +134,7 @@ impl Listener {
         standing.failure = Some(match status {
             _ if self.is_cancelled.load(Ordering::Acquire) => "it was stopped".to_owned(),
             Some(status) => format!("the process in which it ran {status}"),
-            None => "the process in which it ran says nothing more".to_owned(),
+            None => "the process in which it ran no longer answers".to_owned(),
         });
     }
 
@@ -159,8 +159,8 @@ pub fn serve() -> Result<(), String> {
     process_kit::stand_back();
     let mut link = UnixStream::from(inherited(LINK).map_err(|why| why.to_string())?);
     let mut bytes = Vec::new();
-    link.read_to_end(&mut bytes).map_err(|why| format!("nothing was asked for: {why}"))?;
-    let request: Request = postcard::from_bytes(&bytes).map_err(|why| format!("what was asked for is not understood: {why}"))?;
+    link.read_to_end(&mut bytes).map_err(|why| format!("there was no request: {why}"))?;
+    let request: Request = postcard::from_bytes(&bytes).map_err(|why| format!("the request cannot be understood: {why}"))?;
     match run(request, &mut link) {
         Err(why) => say(&mut link, &ProcessMessage::Refused(why)),
         Ok(found) => found.map_or(Ok(()), |found| say(&mut link, &ProcessMessage::Found(Box::new(found)))),

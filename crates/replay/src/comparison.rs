@@ -52,7 +52,7 @@ impl Comparison {
         let (Some(before), Some(after)) = (before, after) else { return Ok(None) };
         if !before.same {
             let (source, number) = (self.before.name(before.source), before.number);
-            return Err(Unplayable(format!("the code of the record itself does not give what is recorded, in firing {number} of source '{source}'")));
+            return Err(Unplayable(format!("the recorded code itself does not reproduce the recorded values, in firing {number} of source '{source}'")));
         }
         if after.same {
             return Ok(Some((after, None)));

@@ -67,20 +67,20 @@ impl Condition {
 }
 
 fn part_of(part: &str, whole: &str) -> Result<Part, String> {
-    let refused = |why: &str| format!("cannot read '{part}' in the condition '{whole}': {why}; write for example 'force > 20 and joint.sensed[2] <= 0.5'");
+    let refused = |why: &str| format!("cannot read '{part}' in the condition '{whole}': {why}; write, for example, 'force > 20 and joint.sensed[2] <= 0.5'");
     let found = RELATIONS.iter().find_map(|(sign, relation)| part.split_once(sign).map(|(name, limit)| (name.trim(), *relation, limit.trim())));
     let Some((name, relation, limit)) = found else { return Err(refused("it compares nothing")) };
     let limit = match limit {
         "true" => 1.0,
         "false" => 0.0,
-        _ => limit.parse().map_err(|_| refused(&format!("'{limit}' is no number")))?,
+        _ => limit.parse().map_err(|_| refused(&format!("'{limit}' is not a number")))?,
     };
     let (svv, element) = match name.strip_suffix(']').and_then(|name| name.rsplit_once('[')) {
-        Some((svv, element)) => (svv, element.parse().map_err(|_| refused(&format!("'{element}' is no number of an element")))?),
+        Some((svv, element)) => (svv, element.parse().map_err(|_| refused(&format!("'{element}' is not the number of an element")))?),
         None => (name, 0),
     };
     if svv.is_empty() || svv.contains(char::is_whitespace) {
-        return Err(refused("the name of an SVV stands on the left"));
+        return Err(refused("the name of an SVV belongs on the left"));
     }
     Ok(Part { svv: svv.to_owned(), element, relation, limit })
 }
@@ -89,7 +89,7 @@ impl Part {
     fn holds(&self, player: &mut Player) -> Result<bool, String> {
         let Some(svv) = player.svv(&self.svv) else { return Ok(false) };
         let value =
-            svv.number(self.element).ok_or_else(|| format!("SVV '{}' of type {} has no number as element {}", svv.name, svv.type_text, self.element))?;
+            svv.number(self.element).ok_or_else(|| format!("element {1} of SVV '{0}' of type {2} is not a number", svv.name, svv.type_text, self.element))?;
         Ok(match self.relation {
             Relation::Above => value > self.limit,
             Relation::AtLeast => value >= self.limit,
@@ -143,9 +143,9 @@ mod tests {
     fn what_is_not_understood_is_named() {
         for (text, why) in [
             ("force", "compares nothing"),
-            ("force > much", "'much' is no number"),
-            ("a[x] > 1", "'x' is no number of an element"),
-            ("> 3", "stands on the left"),
+            ("force > much", "'much' is not a number"),
+            ("a[x] > 1", "'x' is not a number of an element"),
+            ("> 3", "belongs on the left"),
         ] {
             let refused = Condition::read(text).expect_err("it is refused");
             assert!(refused.contains(why), "{refused}");

@@ -30,7 +30,7 @@ impl Reader {
         let shown = path.display();
         let file = File::open(path).map_err(|why| format!("cannot open '{shown}': {why}"))?;
         let file = mcap::Reader::new(file).map_err(|why| match why {
-            Unreadable::NoMcap => format!("'{shown}' is no MCAP file: give one that was recorded for replay"),
+            Unreadable::NoMcap => format!("'{shown}' is not an MCAP file: give one that was recorded for replay"),
             why => unreadable(&why),
         })?;
         Ok(Reader { file, channel: None, next: 0 })

@@ -103,24 +103,24 @@ impl Player {
                     return Err(Unplayable(format!("source '{}' of the record has no period: the record is damaged", spec.name)));
                 }
                 self.sources.push(spec.name.clone());
-                self.host.add_source(spec.clone()).map_err(|why| Unplayable(format!("source '{}' cannot be made: {why}", spec.name)))?;
+                self.host.add_source(spec.clone()).map_err(|why| Unplayable(format!("source '{}' cannot be created: {why}", spec.name)))?;
             }
             Entry::Device { name, channels } => {
                 if let Some(channel) = channels.iter().find(|channel| !is_sound(channel)) {
-                    return Err(Unplayable(format!("channel '{}' of device '{name}' cannot be: the record is damaged", channel.name)));
+                    return Err(Unplayable(format!("channel '{}' of device '{name}' is impossible: the record is damaged", channel.name)));
                 }
                 self.ground.devices.insert(name.clone(), channels.clone());
             }
             Entry::Script { number, source, parcel } => {
                 let script = self.reader.open(*number, parcel.clone(), &mut self.ground).map_err(|why| {
                     let source = self.name(*source);
-                    Unplayable(format!("script {number} for source '{source}' cannot be carried out again: {why}"))
+                    Unplayable(format!("script {number} for source '{source}' cannot be repeated: {why}"))
                 })?;
                 self.scripts.insert(*number, script);
             }
             Entry::Named { source, name, type_text, unit, cell } => {
                 if self.sources.len() <= source.0 as usize {
-                    return Err(Unplayable(format!("the record has SVV '{name}' in source {} before it is made: it is damaged", source.0)));
+                    return Err(Unplayable(format!("the record uses SVV '{name}' in source {} before it is created: it is damaged", source.0)));
                 }
                 let (type_text, unit) = (type_text.clone(), unit.clone());
                 let places = self.svvs.entry(name.clone()).or_default();
@@ -135,11 +135,11 @@ impl Player {
 
     fn stretch(&mut self, source: SourceId, stretch: &Stretch) -> Result<Moment, Unplayable> {
         if self.sources.len() <= source.0 as usize {
-            return Err(Unplayable(format!("the record names source {} before it is made", source.0)));
+            return Err(Unplayable(format!("the record uses source {} before it is created", source.0)));
         }
         if stretch.lost > 0 {
             let (name, number, lost) = (self.name(source), stretch.number, stretch.lost);
-            let why = format!("{lost} firings and scripts of source '{name}' before firing {number} are not in it: its recorder was too slow");
+            let why = format!("{lost} firings and scripts of source '{name}' before firing {number} are missing from it: its recorder was too slow");
             return Err(Unplayable(format!("the record cannot be replayed from here on: {why}")));
         }
         let script = if let Occasion::Script(number) = stretch.occasion { self.scripts.remove(&number) } else { None };
@@ -229,7 +229,7 @@ fn is_sound(channel: &Channel) -> bool {
 
 fn stop_differs(recorded: bool) -> String {
     match recorded {
-        true => "a fault or a spent time budget stopped the source here when it was recorded, and does not now".to_owned(),
-        false => "a fault stops the source here, and did not when it was recorded".to_owned(),
+        true => "a fault or a used-up time budget stopped the source here during the recording, but does not now".to_owned(),
+        false => "a fault stops the source here, but did not during the recording".to_owned(),
     }
 }

@@ -148,8 +148,8 @@ impl Run {
             return Err(format!("the record has no SVV '{name}'; it has {}", known.join(", ")));
         }
         if let Some((name, _)) = self.asked.with.iter().find(|(name, _)| !self.modules.contains(name)) {
-            let known = if self.modules.is_empty() { "none but the library".to_owned() } else { self.modules.join(", ") };
-            return Err(format!("the record has no code module '{name}' that another could stand in for; it has {known}"));
+            let known = if self.modules.is_empty() { "only the library".to_owned() } else { self.modules.join(", ") };
+            return Err(format!("the record has no code module '{name}' that could be replaced; it has {known}"));
         }
         let message = if self.reader.is_cut_off() { "the file ends in the middle: its recorder was stopped" } else { "" };
         Ok(self.found(StopReason::End, None, message.to_owned()))
@@ -165,7 +165,7 @@ impl Run {
     /// Describes a difference of the recorded code itself, which can be compared with a digest only.
     fn unnamed(&mut self, moment: &Moment) -> DifferenceText {
         let how = moment.differs.clone().unwrap_or_else(|| {
-            "the code of the record gives other values here than when it was recorded: another version of the library, or a block that is not a function of its inputs".to_owned()
+            "the code of the record produces other values here than during the recording: the version of the library differs, or a block is not a function of its inputs".to_owned()
         });
         let player = self.player();
         DifferenceText {

@@ -88,7 +88,7 @@ impl Trust {
 fn refusal(path: &str, strange: &[CodeFile]) -> String {
     let told: Vec<String> = strange.iter().map(|one| format!("'{}' ({} bytes, SHA-256 {})", one.name, one.len, one.sha256)).collect();
     format!(
-        "'{path}' brings native code, which a replay runs with all your rights: {}; who built it the file does not say: where you trust its origin, replay it with trust=True (opengpac replay --trust)",
+        "'{path}' contains native code, which a replay runs with all your rights: {}; the file does not say who built it: if you trust its origin, replay it with trust=True (opengpac replay --trust)",
         told.join(", ")
     )
 }

@@ -21,7 +21,7 @@ struct Looks {
 impl View for Looks {
     fn read(&mut self, release_ns: i64, readings: &mut [u8]) -> Result<(), DeviceError> {
         if self.of.is_lost() {
-            return Err(DeviceError { message: format!("device '{}' is lost where it runs", self.of.name()) });
+            return Err(DeviceError { message: format!("device '{}' was lost by its processor", self.of.name()) });
         }
         let view = self.view.as_mut().expect("it goes back when this is dropped");
         let _news = view.latch(release_ns);
@@ -71,7 +71,7 @@ fn show(device: &mut Device) {
 pub fn heir(of: &Arc<Device>) -> Result<Arc<Device>, DeviceError> {
     let refuse = |why: &str| DeviceError { message: format!("device '{}' cannot be taken over: {why}", of.name()) };
     let mut device = remote_device::recorded(of.name(), of.channels().to_vec())?;
-    let view = of.seen().view.lock().expect("nobody panics with the lock held").take().ok_or_else(|| refuse("somebody else is about to do so"))?;
+    let view = of.seen().view.lock().expect("nobody panics with the lock held").take().ok_or_else(|| refuse("another system is already taking it over"))?;
     let mut looks = Looks { of: of.clone(), view: Some(view) };
     let mut readings = vec![0; device.images().0.len()];
     looks.read(0, &mut readings)?;

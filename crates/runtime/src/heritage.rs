@@ -88,7 +88,7 @@ impl Heritage {
         for held in &to.blocks {
             let label = held.block.name().to_owned();
             let Some((from, source)) = known.get(label.as_str()) else {
-                passed.anew.push((label, "there was none of that name".to_owned()));
+                passed.anew.push((label, "there was no block of that name".to_owned()));
                 continue;
             };
             match copies(&held.block, &from.block) {
@@ -162,11 +162,11 @@ impl Inheritance for Heritage {
 fn copies(to: &Block, from: &Block) -> Result<Vec<(Cell, Cell)>, String> {
     let (items, others) = (to.items(), from.items());
     if items.len() != others.len() {
-        return Err(format!("it has {} items, the one before had {}", items.len(), others.len()));
+        return Err(format!("it has {} items, but the previous one had {}", items.len(), others.len()));
     }
     for (item, other) in items.iter().zip(others) {
         if !is_same_face(item, other) {
-            return Err(format!("its item '{}' differs from '{}' of the one before", text(item.name), text(other.name)));
+            return Err(format!("its item '{}' differs from '{}' of the previous one", text(item.name), text(other.name)));
         }
     }
     let ((memory, _, bound), (memory_before, _, bound_before)) = (to.parts(), from.parts());
@@ -176,13 +176,13 @@ fn copies(to: &Block, from: &Block) -> Result<Vec<(Cell, Cell)>, String> {
             let (at, at_before, len) = (item.offset as usize, other.offset as usize, item.size as usize);
             let (now, before) = (memory.part(at, len), memory_before.part(at_before, len));
             if item.kind == kind::SIZE && now.load() != before.load() {
-                return Err(format!("it is made for another '{}'", text(item.name)));
+                return Err(format!("it is bound to a different '{}'", text(item.name)));
             }
             copies.push((before, now));
         }
         if let (Some(now), Some(before), true) = (&bound[index], &bound_before[index], item.kind != kind::DEVICE_READ) {
             if now.len() != before.len() {
-                return Err(format!("what its item '{}' is bound to has another length", text(item.name)));
+                return Err(format!("its item '{}' is bound to something of another length", text(item.name)));
             }
             copies.push((before.clone(), now.clone()));
         }

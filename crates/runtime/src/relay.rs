@@ -96,7 +96,7 @@ impl Relays {
         let thread = Arc::<Thread>::default();
         let running = thread.clone();
         let handle = std::thread::Builder::new().name("relays".into()).spawn(move || running.run(epoch_ns));
-        keep_thread(handle.map_err(|why| EndError { message: format!("a thread that relays cannot be started: {why}; close other programs") })?);
+        keep_thread(handle.map_err(|why| EndError { message: format!("cannot start a thread for the relay: {why}; close other programs") })?);
         Ok(started.insert(thread).clone())
     }
 

@@ -52,7 +52,7 @@ impl Renewal {
     pub fn open(device: &Arc<Device>, fresh: Arc<Device>) -> Result<Renewal, String> {
         let face = |of: &Device| of.channels().iter().map(|c| (c.name.clone(), c.direction, c.type_text.clone(), c.offset, c.len)).collect::<Vec<_>>();
         if face(device) != face(&fresh) {
-            return Err(format!("its driver now has other channels than device '{}' was opened with", device.name()));
+            return Err(format!("its driver now has different channels than those with which device '{}' was opened", device.name()));
         }
         device.set_safe_handles(fresh.safe_handles());
         Ok(Renewal { device: device.clone(), by: Some(fresh), is_open: true, is_done: Arc::default() })

@@ -195,7 +195,7 @@ impl Virtual {
         self.instant.set((i64::MIN, 0));
         let refused: u64 = self.sources.borrow().iter().map(|member| member.source.requests.pending.swap(0, Ordering::SeqCst)).sum();
         format!(
-            "more than {FIRINGS_AN_INSTANT} requested firings at {time_ns} ns, the last of source '{}': {refused} requests are refused; where sources raise each other without time passing, let a timer drive one of them",
+            "more than {FIRINGS_AN_INSTANT} requested firings at {time_ns} ns, the last of source '{}': {refused} requests are refused; if sources raise each other without time passing, let a timer drive one of them",
             last.source.spec.name
         )
     }

@@ -71,7 +71,7 @@ impl Connection {
     pub fn enter(folder: &Arc<Folder>, role: Role, number: u64, spec: &ConnectionSpec) -> Result<Self, EndError> {
         Connection::entered(folder, role, number, spec).map_err(|why| EndError {
             message: format!(
-                "cannot make the {} end of connection {number} (source {} to source {}) in shared memory: {}",
+                "cannot create the {} end of connection {number} (source {} to source {}) in shared memory: {}",
                 role.name(),
                 spec.writer,
                 spec.reader,
@@ -148,16 +148,16 @@ impl Failure {
                 format!("no memory for {len} bytes; close other programs")
             }
             Failure::System(error) => error.to_string(),
-            Failure::Taken => format!("it has a {} end that lives; drop that one first", role.name()),
+            Failure::Taken => format!("its {} end already exists; drop that one first", role.name()),
             Failure::OtherLengths(ours, theirs) => {
                 let lengths = |[group, row, depth]: &[u64; 3]| format!("a group of {group} bytes and {depth} rows of {row}");
-                format!("the {} end was made for {}, this one is for {}; make both for the same", role.other().name(), lengths(theirs), lengths(ours))
+                format!("the {} end was created for {}, but this one is for {}; create both for the same", role.other().name(), lengths(theirs), lengths(ours))
             }
             Failure::Stopped => format!("the thread of the {} end is stopped inside a publication; resume or end it first", role.other().name()),
             Failure::Spoilt(process) => {
                 let other = role.other().name();
                 format!(
-                    "the memory that process {process} offers for the {other} end was written over; whichever process did it is at fault: end it, and reset its processor"
+                    "the memory that process {process} offers for the {other} end was overwritten; find the process at fault and end it, then reset its processor"
                 )
             }
         }

@@ -55,13 +55,11 @@ impl Fate {
         let (value, depth) = (self.value.load(Ordering::Relaxed), self.spec.queue_depth);
         let what = match self.word.load(Ordering::Relaxed) {
             word if word == Word::Middle as u32 => format!("the word of its buffers is {value:#x}"),
-            _ => format!("{value} rows are said to wait, and there is room for {depth}"),
+            _ => format!("{value} rows are marked as waiting, but there is room for only {depth}"),
         };
-        let maker = self.maker.map_or(String::new(), |process| format!(", which process {process} has made,"));
-        let message = format!(
-            "the memory of connection {}{maker} was written over: {what}; whichever process did it is at fault: end it, and reset its processor",
-            self.number
-        );
+        let maker = self.maker.map_or(String::new(), |process| format!(", which process {process} created,"));
+        let message =
+            format!("the memory of connection {}{maker} was overwritten: {what}; find the process at fault and end it, then reset its processor", self.number);
         Some(LostConnection { writer: self.spec.writer, reader: self.spec.reader, message })
     }
 }

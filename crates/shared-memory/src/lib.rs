@@ -82,7 +82,7 @@ impl SharedMemory {
     /// Fails without rights or room in `/dev/shm`.
     pub fn new(system: &str, run: u64) -> Result<Self, EndError> {
         let failed = |error: io::Error| EndError {
-            message: format!("cannot enter the shared memory of system '{system}': {error}; see who may read and write /dev/shm, and how full it is"),
+            message: format!("cannot enter the shared memory of system '{system}': {error}; check who may read and write /dev/shm, and how full it is"),
         };
         folder::sweep();
         let folder = Folder::enter(system, run).map_err(failed)?;
@@ -119,7 +119,7 @@ impl Ends for SharedMemory {
             _ => {
                 let listener = self.listener().map_err(|error| EndError {
                     message: format!(
-                        "cannot make the reading end of connection {number} (source {} to source {}) in shared memory: its rows have no listener: {error}; end processes of this system that are not needed",
+                        "cannot create the reading end of connection {number} (source {} to source {}) in shared memory: its rows have no listener: {error}; end processes of this system that are not needed",
                         spec.writer, spec.reader
                     ),
                 })?;

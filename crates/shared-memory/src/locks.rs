@@ -20,7 +20,7 @@ fn within(mut has: impl FnMut() -> io::Result<bool>) -> io::Result<()> {
     let since = Instant::now();
     while !has()? {
         if since.elapsed() > WAIT_MAX {
-            let text = format!("another process has held a lock for {} s: it is stopped, or holds it on purpose; end it", WAIT_MAX.as_secs());
+            let text = format!("another process has held a lock for {} s: it is stopped, or does so on purpose; end it", WAIT_MAX.as_secs());
             return Err(io::Error::new(io::ErrorKind::TimedOut, text));
         }
         std::thread::sleep(AGAIN);

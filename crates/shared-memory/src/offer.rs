@@ -43,7 +43,7 @@ pub(crate) fn offered(path: &Path) -> io::Result<Option<(OwnedFd, u32)>> {
         leads_to => leads_to?,
     };
     let Some(process) = offering(&leads_to) else {
-        return Err(io::Error::other(format!("'{}' leads to '{}', which is no memory of a process", path.display(), leads_to.display())));
+        return Err(io::Error::other(format!("'{}' leads to '{}', which is not the memory of a process", path.display(), leads_to.display())));
     };
     // First only resolved (`O_PATH`): opening some files has side effects, and opening others blocks.
     let found = match OpenOptions::new().read(true).custom_flags(libc::O_PATH).open(&leads_to) {
@@ -57,7 +57,7 @@ pub(crate) fn offered(path: &Path) -> io::Result<Option<(OwnedFd, u32)>> {
     };
     let kind = found.metadata()?.file_type();
     if !kind.is_file() || kind.is_fifo() {
-        return Err(io::Error::other(format!("process {process} offers what is no memory")));
+        return Err(io::Error::other(format!("process {process} offers something that is not memory")));
     }
     let through = format!("/proc/self/fd/{}", found.as_fd().as_raw_fd());
     let memory: File = OpenOptions::new().read(true).write(true).custom_flags(libc::O_NONBLOCK | libc::O_NOCTTY).open(through)?;

@@ -84,7 +84,7 @@ impl SealedMemory {
         }
         // SAFETY: the mapping was made just now.
         unsafe { forks::keep_from_children(start.cast(), len) };
-        Ok(SealedMemory { descriptor, start: NonNull::new(start.cast()).expect("the system maps nothing at address 0"), len })
+        Ok(SealedMemory { descriptor, start: NonNull::new(start.cast()).expect("the operating system maps nothing at address 0"), len })
     }
 
     /// Returns the start address in this process, which is page-aligned.
@@ -143,7 +143,7 @@ fn sealed_len(descriptor: BorrowedFd<'_>) -> io::Result<usize> {
     // SAFETY: asks about an open descriptor.
     let seals = unsafe { libc::fcntl(descriptor.as_raw_fd(), libc::F_GET_SEALS) };
     if seals < 0 || seals & SEALS != SEALS {
-        return Err(invalid("the memory is not sealed: who gave it could take it away again".to_owned()));
+        return Err(invalid("the memory is not sealed: its giver could take it away again".to_owned()));
     }
     // SAFETY: all zeroes is a valid value, which the call fills.
     let mut about: libc::stat = unsafe { std::mem::zeroed() };
@@ -185,7 +185,7 @@ mod tests {
         // SAFETY: the name ends in NUL, and the descriptor that is made is nobody else's.
         let open = unsafe { OwnedFd::from_raw_fd(libc::memfd_create(c"open".as_ptr(), libc::MFD_CLOEXEC | libc::MFD_ALLOW_SEALING)) };
         let refused = SealedMemory::received(open, 0).expect_err("it is not sealed").to_string();
-        assert_eq!(refused, "the memory is not sealed: who gave it could take it away again");
+        assert_eq!(refused, "the memory is not sealed: its giver could take it away again");
         let file = File::open("/proc/self/exe").expect("this program");
         assert!(SealedMemory::received(file.into(), 1).is_err());
     }

@@ -25,7 +25,7 @@ fn a_second_end_of_a_kind_is_refused_while_the_first_lives() {
     let refused = there.sender(1, &SPEC).err().expect("there is one").message;
     assert_eq!(
         refused,
-        "cannot make the writing end of connection 1 (source 3 to source 5) in shared memory: it has a writing end that lives; drop that one first"
+        "cannot create the writing end of connection 1 (source 3 to source 5) in shared memory: its writing end already exists; drop that one first"
     );
     drop(first);
     assert!(there.sender(1, &SPEC).is_ok());
@@ -40,8 +40,8 @@ fn ends_of_different_lengths_are_refused() {
     let refused = there.receiver(1, &other, nobody()).err().expect("it differs").message;
     assert_eq!(
         refused,
-        "cannot make the reading end of connection 1 (source 3 to source 5) in shared memory: the writing end was made for a group of 8 bytes and 4 rows \
-         of 8, this one is for a group of 16 bytes and 2 rows of 8; make both for the same"
+        "cannot create the reading end of connection 1 (source 3 to source 5) in shared memory: the writing end was created for a group of 8 bytes and 4 rows \
+         of 8, but this one is for a group of 16 bytes and 2 rows of 8; create both for the same"
     );
     assert!(there.receiver(1, &SPEC, nobody()).is_ok(), "the refusal claimed nothing");
 }

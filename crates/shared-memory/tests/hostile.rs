@@ -174,8 +174,8 @@ fn what_a_peer_offers_instead_of_memory_is_refused_by_its_process() {
     let file = File::open("/proc/self/exe").expect("this program");
     let (null, number) = (File::open("/dev/null").expect("a device"), |file: &File| std::os::fd::AsRawFd::as_raw_fd(file));
     for (leads_to, why) in [
-        ("/etc/passwd".to_owned(), "no memory of a process".to_owned()),
-        (format!("/proc/{me}/fd/{}", number(&null)), format!("process {me} offers what is no memory")),
+        ("/etc/passwd".to_owned(), "not the memory of a process".to_owned()),
+        (format!("/proc/{me}/fd/{}", number(&null)), format!("process {me} offers something that is not memory")),
         (format!("/proc/{me}/fd/{}", number(&file)), "".to_owned()),
     ] {
         symlink(&leads_to, &place).expect("a link");

@@ -68,11 +68,11 @@ def _entry(key: str, value: str) -> Callable[[onnx.TensorProto], None]:
 @pytest.mark.parametrize(
     ("key", "value", "words"),
     [
-        ("location", "gone.data", "its values lie in 'gone.data', which cannot be read beside the network"),
+        ("location", "gone.data", "its values are in 'gone.data', which cannot be read beside the network"),
         ("location", "../whole.onnx", "'../whole.onnx', which is not below the folder of the network"),
         ("location", "/etc/passwd", "'/etc/passwd', which is not below the folder of the network"),
         ("offset", "99999999", "its values end at byte 100001535 of 'net.onnx.data'"),
-        ("length", "many", "its length 'many' is no number"),
+        ("length", "many", "its length 'many' is not a number"),
         ("length", "3", "its shape [32, 12] needs 384 values, the file has another number"),
     ],
 )
@@ -183,7 +183,7 @@ def test_integers_in_an_operator_for_floats_are_refused_by_the_node(tmp_path: Pa
         [numpy_helper.from_array(np.array([2]), "two")],
     )
     file = saved(tmp_path, helper.make_model(graph, opset_imports=[helper.make_opsetid("", 17)], ir_version=10))
-    with pytest.raises(gpac.errors.ModuleError, match=r"node 'halve' \(Div\): it computes with integers.*cast them to floats before"):
+    with pytest.raises(gpac.errors.ModuleError, match=r"node 'halve' \(Div\): it computes with integers.*cast them to floats first"):
         gpac.policy(file)
 
 

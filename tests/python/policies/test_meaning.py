@@ -164,12 +164,12 @@ NETWORKS = {
         {"inputs": {"obs": [1, "width"]}},
         r"input 'obs': its dimension 1 of 2 is dynamic \('width'\): .* shapes={'obs': \(1, \.\.\.\)}",
     ),
-    "opset": ({"opset": 3}, "it is of opset 3, those supported are 7 to"),
+    "opset": ({"opset": 3}, "it uses opset 3, but only 7 to"),
     "missing value": (
         {"nodes": [helper.make_node("Relu", ["ghost"], ["actions"], name="odd")]},
         "node 'odd' .* reads 'ghost', which no node before",
     ),
-    "missing output": ({"outputs": {"other": [1, 4]}}, "no node gives its output 'other'"),
+    "missing output": ({"outputs": {"other": [1, 4]}}, "no node produces its output 'other'"),
     "shapes": (
         {"nodes": [helper.make_node("MatMul", ["obs", "w"], ["actions"], name="odd")], "constants": {"w": np.zeros((5, 2), np.float32)}},
         r"node 'odd' \(MatMul\): shapes \[1, 4\] and \[5, 2\] cannot be multiplied",

@@ -47,7 +47,7 @@ REFUSED = {
     "dropout_default_mask": "for training: export the network for inference",
     "empty_set": "is dynamic ('without a name'): export the network with fixed shapes",
     "reshape_allowzero": "cannot become",
-    "split_zero_size": "do not make up dimension 0",
+    "split_zero_size": "do not add up to dimension 0",
     "slice_start_out_of_bounds": "its output 'y' has no elements",
 }
 """Parts of the names of tests that do not apply to policies, with the words of the refusal."""

@@ -22,14 +22,14 @@ pub(super) fn check_item(block: &str, name: &str, descriptor: &Descriptor, item:
     let bound = matches!(kind, Kind::Input | Kind::Output | Kind::DeviceRead | Kind::DeviceWrite);
     let in_place = matches!(kind, Kind::Input | Kind::Output) && item.offset == abi::NONE;
     if in_place && (item.size == 0 || item.flags & (abi::flag::DEFAULT | abi::flag::SIZED | abi::flag::HISTORY) != 0) {
-        return bad("it is used in place and yet has a default, a size or a history");
+        return bad("it is used in place but has a default, a size or a history");
     }
     let valued = !in_place && (kind != Kind::Condition || item.offset != abi::NONE);
     if valued && (item.size == 0 || !inside(item.offset, item.size)) {
         return bad("its value lies outside the instance");
     }
     if !valued && !in_place && (item.size != 0 || item.report != abi::NONE) {
-        return bad("it has no value and yet a size");
+        return bad("it has no value but has a size");
     }
     if bound != (item.address != abi::NONE) || (bound && (!inside(item.address, 8) || !item.address.is_multiple_of(8))) {
         return bad("its address is missing or outside the instance");
@@ -45,12 +45,12 @@ pub(super) fn check_item(block: &str, name: &str, descriptor: &Descriptor, item:
     } else if item.flags & abi::flag::HISTORY != 0 {
         let asynchronous_input = kind == Kind::Input && item.mode == abi::mode::ASYNCHRONOUS && item.flags & abi::flag::SIZED == 0;
         if !asynchronous_input || item.ratio == 0 || item.ratio.checked_mul(item.element) != Some(item.size) {
-            return bad("it is no history of a number of values");
+            return bad("it is not a history of a number of values");
         }
     } else if item.flags & abi::flag::SIZED == 0 && item.element != item.size {
         return bad("its size and that of its element differ");
     } else if item.flags & abi::flag::SIZED != 0 && (item.element == 0 || !item.size.is_multiple_of(item.element)) {
-        return bad("its size is no multiple of its element's");
+        return bad("its size is not a multiple of its element's");
     }
     Ok(())
 }
@@ -59,16 +59,16 @@ pub(super) fn check_item(block: &str, name: &str, descriptor: &Descriptor, item:
 pub(super) fn check_block(block: &BlockFace, types: &[TypeFace]) -> Result<(), Refusal> {
     let bad = |item: &str, what: &str| Err(invalid(&block.name, item, what));
     if !is_name(&block.name) {
-        return bad("", "its name is no identifier");
+        return bad("", "its name is not an identifier");
     }
     let mut sizes = block.items.iter().filter(|item| item.kind == Kind::Size);
     let size = sizes.next();
     if let Some(second) = sizes.next() {
-        return bad(&second.name, "a block has one size");
+        return bad(&second.name, "a block can have only one size");
     }
     for (index, item) in block.items.iter().enumerate() {
         if !is_name(&item.name) {
-            return bad(&item.name, "its name is no identifier");
+            return bad(&item.name, "its name is not an identifier");
         }
         if block.items[..index].iter().any(|other| other.name == item.name) {
             return bad(&item.name, "the block has two items of this name");
@@ -78,7 +78,7 @@ pub(super) fn check_block(block: &BlockFace, types: &[TypeFace]) -> Result<(), R
         }
         let Some(text) = TypeText::parse(&item.type_text) else { return bad(&item.name, "its type cannot be read") };
         let Some(element) = text.base_size(types) else {
-            return bad(&item.name, &format!("the type '{}' is not one of the module: declare it with TYPE", text.base));
+            return bad(&item.name, &format!("the type '{}' does not belong to the module: declare it with TYPE", text.base));
         };
         let count = match (item.sized, size) {
             (false, _) if text.size_name().is_none() => text.count(),
@@ -86,7 +86,7 @@ pub(super) fn check_block(block: &BlockFace, types: &[TypeFace]) -> Result<(), R
             _ => return bad(&item.name, "the length in its type is not a number, nor the name of the block's size"),
         };
         if element * count * (item.history as usize).max(1) != item.size {
-            return bad(&item.name, &format!("its type '{}' has {} bytes, its value {}", item.type_text, element * count, item.size));
+            return bad(&item.name, &format!("its type '{}' has {} bytes, but its value has {}", item.type_text, element * count, item.size));
         }
     }
     Ok(())

@@ -26,7 +26,7 @@ pub fn check(bytes: &[u8]) -> Result<Elf<'_>, ElfError> {
         [0x7f, b'E', b'L', b'F', ..] => {}
         [b'M', b'Z', ..] => return foreign("a Windows module"),
         [0xcf, 0xfa, 0xed, 0xfe, ..] | [0xca, 0xfe, 0xba, 0xbe, ..] => return foreign("a macOS module"),
-        _ => return Err(damaged("it is no shared object")),
+        _ => return Err(damaged("it is not a shared object")),
     }
     let (machine, little) = machine::<FileHeader64<Endianness>>(bytes).or_else(|_| machine::<FileHeader32<Endianness>>(bytes))?;
     let have = format!("{machine}-linux");
@@ -35,7 +35,7 @@ pub fn check(bytes: &[u8]) -> Result<Elf<'_>, ElfError> {
     }
     let file = Elf::read(bytes)?;
     if file.kind != ET_DYN {
-        return Err(damaged("it is no shared object: link it with -shared"));
+        return Err(damaged("it is not a shared object: link it with -shared"));
     }
     file.check_relocations()?;
     Ok(file)
@@ -126,7 +126,7 @@ impl<'a> Elf<'a> {
             let bytes = usize::try_from(size).ok().and_then(|size| self.at(table)?.get(..size)).ok_or_else(unread)?;
             let relocations: &[Rela64<Little>] = object::slice_from_all_bytes(bytes).map_err(|_| unread())?;
             if relocations.iter().any(|relocation| !self.is_written(relocation.r_offset(Little))) {
-                return Err(damaged("a relocation points outside of it"));
+                return Err(damaged("a relocation points outside it"));
             }
         }
         Ok(())

@@ -93,7 +93,7 @@ impl Probe {
             (None, ("abi", version)) => Finding::OtherAbi(version.parse().unwrap_or(u32::MAX)),
             (None, ("nosymbol", _)) => Finding::NoSymbol,
             (None, ("noload" | "damaged", what)) => Finding::Refused(what.to_string()),
-            _ => Finding::Unusable(format!("the probe ended with {status} and said '{text}'")),
+            _ => Finding::Unusable(format!("the probe ended with {status} and reported '{text}'")),
         }
     }
 }

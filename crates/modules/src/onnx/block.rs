@@ -187,13 +187,13 @@ impl<'a> Block<'a> {
         self.items.whole("state", "opengpac_last", "0, ", "time of the invocation before");
         line!(self.body, "    (void)beyond;\n    self->opengpac_last = invocation->now_ns == 0 ? -1 : invocation->now_ns;");
         if self.meaning.inputs.values().flatten().any(|term| term.previous.is_empty() && term.within.is_some()) {
-            let doc = "an input is beyond the range of training: the number of its element; the network got the end of the range";
+            let doc = "an input is beyond the range of training: the number of its element; the network received the end of the range";
             self.items.whole("condition_of", "out_of_distribution", "", doc);
             line!(self.body, "    if (beyond >= 0) report_value(out_of_distribution, beyond);");
         }
         if let Some(age) = self.meaning.age_max_ns {
             self.items.whole("in_async", "observed", "", "time at which the inputs were observed, in ns of the system's clock");
-            self.items.whole("condition_of", "stale", "", "the inputs are older than was declared: their age in ns");
+            self.items.whole("condition_of", "stale", "", "the inputs are older than declared: their age in ns");
             line!(self.body, "    if (invocation->now_ns - self->observed > {age}) report_value(stale, invocation->now_ns - self->observed);");
         }
     }

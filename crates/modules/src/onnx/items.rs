@@ -32,7 +32,7 @@ impl Items {
     /// Returns all items as arguments of the declaration.
     pub fn declared(&self) -> Result<String, String> {
         match self.0.len() {
-            count if count > ITEMS_MAX => Err(format!("its block would have {count} items, {ITEMS_MAX} are the most: join ports")),
+            count if count > ITEMS_MAX => Err(format!("its block would have {count} items, but at most {ITEMS_MAX} are possible: join ports")),
             _ => Ok(self.0.join(",\n    ")),
         }
     }
@@ -67,7 +67,7 @@ pub(super) fn quoted(text: &str) -> String {
 pub(super) fn identifier(name: &str) -> Result<&str, String> {
     let is_one = name.chars().all(|c| c.is_ascii_alphanumeric() || c == '_') && name.starts_with(|c: char| c.is_ascii_alphabetic());
     if !is_one {
-        return Err(format!("'{name}' is no name of a port or block: use letters, digits and _"));
+        return Err(format!("'{name}' cannot name a port or block: use letters, digits and _"));
     }
     if is_taken_in_c(name) { Err(format!("'{name}' is a word of C or of OpenGPAC: give the port or block another name")) } else { Ok(name) }
 }

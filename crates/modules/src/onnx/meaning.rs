@@ -75,7 +75,7 @@ impl Meaning {
         for (input, output) in &self.states {
             let (from, to) = (shape(&network.inputs, input, "input")?, shape(&network.outputs, output, "output")?);
             if from != to {
-                return Err(format!("state: its input '{input}' has shape {from:?}, its output '{output}' {to:?}"));
+                return Err(format!("state: its input '{input}' has shape {from:?}, but its output '{output}' has {to:?}"));
             }
         }
         let fed: Vec<String> = self.states.keys().cloned().collect();
@@ -130,7 +130,7 @@ fn check(name: &str, terms: &[Term], shape: &[usize], side: &str) -> Result<(), 
             .iter()
             .map(|t| format!("{} {}", t.trained_as(), if t.history > 1 { format!("{} x {}", t.size, t.history) } else { t.size.to_string() }))
             .collect();
-        return Err(format!("{side} '{name}' has {width} elements (shape {shape:?}), its declaration {declared}: {}", parts.join(", ")));
+        return Err(format!("{side} '{name}' has {width} elements (shape {shape:?}), but its declaration has {declared}: {}", parts.join(", ")));
     }
     for term in terms {
         let lists = [
@@ -141,7 +141,7 @@ fn check(name: &str, terms: &[Term], shape: &[usize], side: &str) -> Result<(), 
         let ranges = [("clip", &term.clip), ("within", &term.within)].map(|(what, range)| (what, range.as_ref().map(|[least, _]| least.len())));
         for (what, len) in lists.into_iter().chain(ranges) {
             if let Some(len) = len.filter(|&len| len != term.size) {
-                return Err(format!("{side} '{name}': '{}' has {} elements, its {what} {len}", term.trained_as(), term.size));
+                return Err(format!("{side} '{name}': '{}' has {} elements, but its {what} has {len}", term.trained_as(), term.size));
             }
         }
     }

@@ -110,5 +110,5 @@ fn list(file: &Metadata, key: &str) -> Vec<String> {
 }
 
 fn differ(what: &str, ours: &str, theirs: &str) -> String {
-    format!("{what}: the declaration says {ours}, the file {theirs}; correct the declaration, or leave it out where the file says it")
+    format!("{what}: the declaration has {ours}, but the file has {theirs}; correct the declaration, or leave it out if the file contains it")
 }

@@ -24,7 +24,7 @@ pub struct Network {
 /// # Errors
 /// Fails if the bytes are not an ONNX model.
 pub fn decode(bytes: &[u8]) -> Result<(Model, BTreeMap<String, String>), String> {
-    let model = Model::decode(bytes).map_err(|error| format!("it is damaged, or no ONNX file ({error}): export it again"))?;
+    let model = Model::decode(bytes).map_err(|error| format!("it is damaged, or not an ONNX file ({error}): export it again"))?;
     let metadata = model.metadata.iter().map(|entry| (entry.key.clone(), entry.value.clone())).collect();
     Ok((model, metadata))
 }
@@ -34,11 +34,11 @@ pub fn decode(bytes: &[u8]) -> Result<(Model, BTreeMap<String, String>), String>
 /// # Errors
 /// Names the unsupported feature, with the node's name and the remedy.
 pub fn read(model: &Model, shapes: &BTreeMap<String, Vec<i64>>) -> Result<Network, String> {
-    let graph = model.graph.as_ref().ok_or("it has no graph: it is damaged, or no ONNX file; export it again")?;
+    let graph = model.graph.as_ref().ok_or("it has no graph: it is damaged, or not an ONNX file; export it again")?;
     let opset = model.opset_import.iter().find(|opset| matches!(opset.domain.as_str(), "" | "ai.onnx")).map(|opset| opset.version);
     let opset = opset.ok_or("it names no version of the operators (opset): export it again")?;
     if !OPSETS.contains(&opset) {
-        return Err(format!("it is of opset {opset}, those supported are {} to {}: export it with opset_version=17", OPSETS.start(), OPSETS.end()));
+        return Err(format!("it uses opset {opset}, but only {} to {} are supported: export it with opset_version=17", OPSETS.start(), OPSETS.end()));
     }
     let needed = needed(graph);
     let mut values: HashMap<String, Value> = HashMap::new();
@@ -109,14 +109,14 @@ fn batch_symbol(input: &ValueInfo) -> Option<&str> {
 }
 
 fn shape_of(input: &ValueInfo, given: Option<&Vec<i64>>, batches: &HashSet<&str>, assumed: &mut Vec<String>) -> Result<(Kind, Vec<usize>), String> {
-    let tensor = input.r#type.as_ref().and_then(|of| of.tensor.as_ref()).ok_or("it is no tensor: only tensors are supported")?;
+    let tensor = input.r#type.as_ref().and_then(|of| of.tensor.as_ref()).ok_or("it is not a tensor: only tensors are supported")?;
     let kind = Kind::of(tensor.element);
     let kind = kind.ok_or_else(|| format!("its elements are {}: export the network with 32-bit floats", proto::type_name(tensor.element)))?;
     let dims = dims_of(input);
     if let Some(given) = given {
         let fits = dims.is_none_or(|dims| dims.len() == given.len() && dims.iter().zip(given).all(|(d, g)| d.is_open() || d.value == *g));
         if !fits {
-            return Err(format!("the shape {given:?} that is given for it does not fit the file's"));
+            return Err(format!("the given shape {given:?} does not fit that of the file"));
         }
         return Ok((kind, fixed(given)?));
     }
@@ -144,12 +144,12 @@ fn enter(node: &Node, opset: i64, values: &mut HashMap<String, Value>, program: 
     let find = |name: &String| match (name.as_str(), values.get(name)) {
         ("", _) => Ok(None),
         (_, Some(value)) => Ok(Some(value.clone())),
-        _ => Err(format!("it reads '{name}', which no node before it gives: the file is damaged")),
+        _ => Err(format!("it reads '{name}', which no node before it produces: the file is damaged")),
     };
     let inputs = node.input.iter().map(find).collect::<Result<Vec<_>, _>>()?;
     let outputs = translate(node, inputs, opset, program)?;
     if outputs.len() < node.output.len() {
-        return Err(format!("it has {} outputs, {} are supported", node.output.len(), outputs.len()));
+        return Err(format!("it has {} outputs, but {} are supported", node.output.len(), outputs.len()));
     }
     values.extend(node.output.iter().cloned().zip(outputs).filter(|(name, _)| !name.is_empty()));
     Ok(())
@@ -158,7 +158,7 @@ fn enter(node: &Node, opset: i64, values: &mut HashMap<String, Value>, program: 
 fn leave(graph: &Graph, values: &HashMap<String, Value>, program: &mut Program) -> Result<Vec<(String, Vec<usize>)>, String> {
     let mut outputs = Vec::new();
     for output in &graph.output {
-        let value = values.get(&output.name).ok_or_else(|| format!("no node gives its output '{}': the file is damaged", output.name))?;
+        let value = values.get(&output.name).ok_or_else(|| format!("no node produces its output '{}': the file is damaged", output.name))?;
         if value.len() == 0 {
             return Err(format!("its output '{}' has no elements (shape {:?})", output.name, value.shape));
         }

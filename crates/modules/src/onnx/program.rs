@@ -121,7 +121,7 @@ impl Program {
         }
         if size * 4 > SCRATCH_BYTES_MAX {
             return Err(format!(
-                "it needs {} kB of scratch, {} kB is the most: run a network of this size in a process",
+                "it needs {} kB of scratch memory, but at most {} kB are possible: run a network of this size in a process",
                 size * 4 / 1024,
                 SCRATCH_BYTES_MAX / 1024
             ));
@@ -136,7 +136,7 @@ impl Program {
     pub fn constants(&self) -> Result<String, String> {
         let all: usize = self.constants.iter().map(|floats| floats.len()).sum();
         if all > CONSTANTS_MAX {
-            return Err(format!("it has {all} weights, {CONSTANTS_MAX} is the most in a firing: run a network of this size in a process"));
+            return Err(format!("it has {all} weights, but at most {CONSTANTS_MAX} are possible in a firing: run a network of this size in a process"));
         }
         let mut text = String::new();
         for (i, floats) in self.constants.iter().enumerate() {

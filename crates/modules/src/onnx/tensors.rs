@@ -86,13 +86,13 @@ pub fn take_in(model: &mut Model, folder: &Path) -> Result<bool, String> {
 fn outside(tensor: &Tensor, folder: &Path, total: &mut u64) -> Result<Vec<u8>, String> {
     let entry = |key: &str| tensor.external_data.iter().find(|entry| entry.key == key).map(|entry| entry.value.as_str());
     let number =
-        |key: &str| entry(key).map(|text| text.parse::<u64>().map_err(|_| format!("its {key} '{text}' is no number: the file is damaged"))).transpose();
+        |key: &str| entry(key).map(|text| text.parse::<u64>().map_err(|_| format!("its {key} '{text}' is not a number: the file is damaged"))).transpose();
     let location = entry("location").ok_or("it names no file for its values: the file is damaged")?;
     let (start, length) = (number("offset")?.unwrap_or(0), number("length")?);
     if !Path::new(location).components().all(|part| matches!(part, Component::Normal(_) | Component::CurDir)) {
-        return Err(format!("its values lie in '{location}', which is not below the folder of the network"));
+        return Err(format!("its values are in '{location}', which is not below the folder of the network"));
     }
-    let unreadable = |error: std::io::Error| format!("its values lie in '{location}', which cannot be read beside the network ({error}): copy both files");
+    let unreadable = |error: std::io::Error| format!("its values are in '{location}', which cannot be read beside the network ({error}): copy both files");
     let mut file = File::open(folder.join(location)).map_err(unreadable)?;
     let size = file.metadata().map_err(unreadable)?.len();
     let length = length.unwrap_or_else(|| size.saturating_sub(start));

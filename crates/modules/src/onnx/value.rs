@@ -55,7 +55,7 @@ impl Value {
         let count: usize = shape.iter().product();
         if tensor.data_location != 0 {
             let file = tensor.external_data.iter().find(|entry| entry.key == "location").map_or("another file", |entry| entry.value.as_str());
-            return Err(format!("its values lie in '{file}': load the network where that file lies beside it, or save it with its weights inside"));
+            return Err(format!("its values are in '{file}': load the network from the folder that contains both, or save it with its weights inside"));
         }
         let made = match Kind::of(tensor.data_type) {
             Some(Kind::Float) => Value::floats(shape.clone(), tensors::floats(tensor)),
@@ -68,7 +68,7 @@ impl Value {
             Content::Buffer(_) => (0, false),
         };
         if len != count || !is_whole {
-            return Err(format!("it is damaged: its shape {shape:?} needs {count} values, the file has another number"));
+            return Err(format!("it is damaged: its shape {shape:?} needs {count} values, but the file has another number"));
         }
         if let Content::Floats(floats) = &made.content
             && floats.iter().any(|x| x.is_nan())

@@ -98,6 +98,6 @@ fn linker_error(text: &str) -> String {
     let missing = text.lines().find_map(|line| line.split_once("undefined reference to ").or_else(|| line.split_once("undefined symbol: ")));
     match missing {
         Some((_, name)) => format!("the function '{}' is declared and called but not defined: add the file that defines it", name.trim_matches(['`', '\''])),
-        None => text.lines().find(|line| !line.trim().is_empty()).unwrap_or("the compiler failed and said nothing").to_string(),
+        None => text.lines().find(|line| !line.trim().is_empty()).unwrap_or("the compiler failed without a message").to_string(),
     }
 }

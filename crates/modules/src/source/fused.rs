@@ -72,7 +72,7 @@ pub struct NotFused(pub String);
 pub fn fit(descriptor: &Descriptor) -> Result<(), NotFused> {
     let why = |text: &str| Err(NotFused(text.to_string()));
     if descriptor.instance_size > FUSED_SIZE_MAX {
-        return why(&format!("its instance has {} bytes; {FUSED_SIZE_MAX} at most", descriptor.instance_size));
+        return why(&format!("its instance has {} bytes, but at most {FUSED_SIZE_MAX} are possible", descriptor.instance_size));
     }
     match text::of(descriptor.run) {
         None => why("it was not built here from a source in C"),
@@ -124,7 +124,7 @@ fn failed(what: &dyn std::fmt::Display) -> NotFused {
 
 fn unchanged(texts: &[Arc<Text>]) -> Result<(), NotFused> {
     match texts.iter().find_map(|text| text.changed()) {
-        Some(file) => Err(NotFused(format!("'{}' is gone, or is another one, since it was included", file.display()))),
+        Some(file) => Err(NotFused(format!("'{}' was removed or replaced since it was included", file.display()))),
         None => Ok(()),
     }
 }
@@ -165,7 +165,7 @@ impl Room {
             let alone = self.lines_by_file(&self.folder.path().join(numbered(number)), std::slice::from_ref(text))?;
             if let Some((file, _)) = alone.into_iter().find(|(file, lines)| text.includes(file) && joined.get(file) != Some(lines)) {
                 let others: Vec<String> = texts.iter().filter(|other| other.path != text.path).map(|other| format!("'{}'", other.path.display())).collect();
-                return Err(NotFused(format!("'{}' is another text in one file with {}: they share a macro", file.display(), others.join(", "))));
+                return Err(NotFused(format!("'{}' has a different text in one file with {}: they share a macro", file.display(), others.join(", "))));
             }
         }
         Ok(())

@@ -95,7 +95,7 @@ fn has_no_state(object: &[u8]) -> Result<(), String> {
     let unread = |error: object::Error| format!("its object file cannot be read: {error}");
     let file = object::File::parse(object).map_err(unread)?;
     for section in file.sections() {
-        let SectionFlags::Elf { sh_flags } = section.flags() else { return Err("its object file is none of this system".to_string()) };
+        let SectionFlags::Elf { sh_flags } = section.flags() else { return Err("its object file is not for this system".to_string()) };
         let name = section.name().map_err(unread)?;
         let is_constant = name.starts_with(".data.rel.ro") || name.starts_with("opengpac_");
         if sh_flags & u64::from(object::elf::SHF_WRITE) == 0 || is_constant || section.size() == 0 {

@@ -225,7 +225,7 @@ fn one_that_is_under_way_grows_and_one_that_was_cut_off_ends_where_it_does() {
     assert_eq!(names.len(), 4);
     assert!(names.contains(&"run.mcap".to_owned()));
     std::fs::write(scratch.file("none.mcap"), b"nothing").unwrap();
-    assert!(opened(&scratch.file("none.mcap")).is_err_and(|why| why[0].message.contains("it is no MCAP file")));
+    assert!(opened(&scratch.file("none.mcap")).is_err_and(|why| why[0].message.contains("it is not an MCAP file")));
     assert!(recordings(&scratch.file("absent")).is_err_and(|why| why[0].message.contains("cannot read the folder")));
 }
 

@@ -201,7 +201,7 @@ fn a_disk_that_is_full_already_is_refused() {
     let system = system();
     let begun = Recorder::start_in(&system, Box::new(folder.clone()), &folder.file("run.mcap"), &Options::default(), 1 << 20);
     let why = begun.map(|_| ()).expect_err("refused")[0].to_string();
-    assert!(why.contains("the disk has 0 MB free, and a recording leaves 1 MB") && why.contains("make room"), "{why}");
+    assert!(why.contains("the disk has 0 MB free, but a recording leaves 1 MB") && why.contains("make room"), "{why}");
     assert!(folder.files().is_empty(), "no file is left");
 }
 
@@ -210,9 +210,9 @@ fn bounds_that_cannot_be_kept_are_refused() {
     let (folder, system) = (Scratch::new("bounds", u64::MAX), system());
     let why = |options: Options| Recorder::start(&system, &folder.file("run.mcap"), &options).map(|_| ()).expect_err("refused")[0].to_string();
     let is_said = |options: Options, words: &str| assert!(why(options).contains(words), "{words}");
-    is_said(Options { keep: Some(3), ..Options::default() }, "at what size the next file begins");
+    is_said(Options { keep: Some(3), ..Options::default() }, "the size at which the next file begins");
     is_said(Options { split_bytes: Some(999_999), ..Options::default() }, "give 1 MB or more");
-    is_said(Options { split_bytes: Some(1_000_000), keep: Some(1), ..Options::default() }, "give 2 or more");
-    is_said(Options { split_bytes: Some(1_000_000), replay: true, ..Options::default() }, "a recording for a replay is one file");
+    is_said(Options { split_bytes: Some(1_000_000), keep: Some(1), ..Options::default() }, "keep 2 or more");
+    is_said(Options { split_bytes: Some(1_000_000), replay: true, ..Options::default() }, "a recording for a replay is a single file");
     assert!(folder.files().is_empty(), "no file is left");
 }

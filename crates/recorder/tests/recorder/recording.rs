@@ -93,7 +93,7 @@ fn what_cannot_be_recorded_is_refused_with_words() {
     std::fs::write(&file.0, "mine").unwrap();
     assert!(of(Options::default(), &file.0).contains("cannot record into"));
     assert_eq!(std::fs::read(&file.0).unwrap(), b"mine");
-    assert!(Recording::open(&file.0).expect_err("no MCAP")[0].to_string().contains("no MCAP file"));
+    assert!(Recording::open(&file.0).expect_err("no MCAP")[0].to_string().contains("not an MCAP file"));
 }
 
 /// A disk of this capacity, which can stall.

@@ -140,7 +140,7 @@ impl Reader {
             }
             RemoteObject::Block { number, id, name, code, memory, initial, bound } => {
                 let Some((descriptor, module)) = ground.code(&code) else {
-                    return Err(format!("the code of block '{name}' ({} of module {}) is not here", code.block, code.module));
+                    return Err(format!("the code of block '{name}' ({} of module {}) is missing here", code.block, code.module));
                 };
                 let bound = bound.into_iter().map(|cell| cell.map(|cell| self.cell(cell)).transpose()).collect::<ReadResult<Vec<_>>>()?;
                 let block = Block::like((id, &name), descriptor, module, self.cell(memory)?, &initial, &bound)?;
@@ -165,7 +165,7 @@ impl Reader {
             }
             RemoteObject::Rows { number, row_len, depth } => {
                 if depth < 2 || row_len.checked_mul(depth).is_none_or(|bytes| bytes > BYTES_MAX) {
-                    return Err(format!("a ring of {depth} rows of {row_len} bytes cannot be made"));
+                    return Err(format!("a ring of {depth} rows of {row_len} bytes cannot be created"));
                 }
                 let (writer, _) = interconnect::rows(row_len as usize, depth as usize);
                 self.keep(number, Object::Rows(RowsEnd::new(writer)))
@@ -251,7 +251,7 @@ impl Reader {
         let group_len: usize = group.iter().map(Cell::len).sum();
         let queue_fits = way.queue_row_len.checked_mul(way.queue_depth.max(1)).is_some_and(|bytes| bytes <= BYTES_MAX);
         if group_len as u64 != way.asynchronous_len || !queue_fits || (!members.is_empty() && way.queue_depth == 0) {
-            return Err(format!("connection {} is not as long as its members", way.number));
+            return Err(format!("the length of connection {} does not match its members", way.number));
         }
         Ok((way.way(), group, members))
     }
@@ -264,7 +264,7 @@ impl Reader {
                 let response = match of.response {
                     ResponseAs::Tell => Response::Tell,
                     ResponseAs::Remember if of.condition < 64 => Response::Remember,
-                    ResponseAs::Remember => return Err(format!("condition {} cannot be remembered", of.condition)),
+                    ResponseAs::Remember => return Err(format!("condition {} cannot be latched", of.condition)),
                     ResponseAs::React { ops, next } => {
                         let script = Script { id: 0, ops: self.ops(ops)? };
                         if script.ops.iter().any(Op::swaps) || script.captured_len() > CAPTURED_MAX {
@@ -343,7 +343,7 @@ impl Reader {
             OpAs::Store(cell, bytes) => {
                 let cell = self.cell(cell)?;
                 if cell.len() != bytes.len() {
-                    return Err(format!("a cell of {} bytes does not take {}", cell.len(), bytes.len()));
+                    return Err(format!("a cell of {} bytes cannot hold {}", cell.len(), bytes.len()));
                 }
                 Op::Store(cell, bytes.into())
             }
@@ -378,6 +378,6 @@ impl Reader {
         let device = self.device(device)?;
         let known = device.channels().len();
         let exist = channels.iter().all(|channel| usize::from(*channel) < known);
-        if exist { Ok(device.clone()) } else { Err(format!("device '{}' has {known} channels only", device.name())) }
+        if exist { Ok(device.clone()) } else { Err(format!("device '{}' has only {known} channels", device.name())) }
     }
 }

@@ -109,7 +109,7 @@ fn play(kernel: &mut Kernel, tape: Option<&SourceTape>, stretch: &Stretch, scrip
             kernel.carry_out(Submission::new(script), stretch.time_ns);
         }
         (Occasion::Script(number), None) => {
-            return PlayedSegment { digest: 0, stopped: false, differs: Some(format!("the record does not have script {number}")) };
+            return PlayedSegment { digest: 0, stopped: false, differs: Some(format!("the record does not contain script {number}")) };
         }
         (Occasion::Restart, _) => kernel.restart(),
     }

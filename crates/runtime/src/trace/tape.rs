@@ -131,7 +131,7 @@ impl SourceTape {
     /// Returns, when playing, the first mismatch between queries and answers, if any; left-over answers count as a mismatch.
     pub fn differs(&self) -> Option<String> {
         let Side::Plays(side) = self.side() else { return None };
-        side.differs.take().or_else(|| (side.at < side.answers.len()).then(|| format!("the record goes on with {}", Ask::of(side.answers[side.at]))))
+        side.differs.take().or_else(|| (side.at < side.answers.len()).then(|| format!("the record continues with {}", Ask::of(side.answers[side.at]))))
     }
 
     /// Stores, when recording, an answer of a connection.
@@ -268,7 +268,7 @@ impl Playing {
             Some(_) => self.at += 1,
             None => {
                 let (asked, recorded) = (Ask::of(asks[0] as u8), next.map_or("nothing more", Ask::of));
-                self.differs = Some(format!("asked for {asked}, where the record has {recorded}"));
+                self.differs = Some(format!("asked for {asked}, but the record has {recorded}"));
             }
         }
         found
@@ -280,7 +280,7 @@ impl Playing {
         }
         let end = self.at.saturating_add(len);
         if end > self.answers.len() {
-            self.differs = Some("an answer is longer than what is recorded of it".to_owned());
+            self.differs = Some("an answer is longer than its record".to_owned());
             return None;
         }
         let bytes = &self.answers[self.at..end];

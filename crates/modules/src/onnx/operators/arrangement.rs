@@ -23,7 +23,7 @@ pub fn range(call: &mut Call) -> OperatorResult {
         let count = ((limit - start) / delta).ceil().max(0.0);
         fixed(&[if count.is_nan() { -1 } else { count as i64 }])
             .map(|shape| shape[0])
-            .map_err(|_| format!("a range from {start} to {limit} by {delta} has no end"))
+            .map_err(|_| format!("a range from {start} to {limit} by {delta} does not end"))
     };
     match (&start.content, &limit.content, &delta.content) {
         (Content::Ints(a), Content::Ints(b), Content::Ints(d)) if [a.len(), b.len(), d.len()] == [1; 3] => {
@@ -126,7 +126,7 @@ pub fn extreme(call: &mut Call) -> OperatorResult {
     let (keeps, last) = (call.int("keepdims", 1) != 0, call.int("select_last_index", 0) != 0);
     let len = x.shape[at];
     if len == 0 {
-        return Err("it looks among no elements".to_string());
+        return Err("it searches no elements".to_string());
     }
     let mut order: Vec<usize> = (0..x.shape.len()).filter(|&d| d != at).collect();
     let mut shape: Vec<usize> = order.iter().map(|&d| x.shape[d]).collect();

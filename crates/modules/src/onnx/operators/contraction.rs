@@ -17,12 +17,12 @@ pub fn einsum(call: &mut Call) -> OperatorResult {
                 *known = size;
             }
             if *known != size && size != 1 {
-                return Err(format!("dimension '{name}' of '{equation}' is {known} and {size}"));
+                return Err(format!("dimension '{name}' of '{equation}' is both {known} and {size}"));
             }
         }
     }
     if let Some(unknown) = result.iter().find(|name| !sizes.contains_key(name)) {
-        return Err(format!("dimension '{unknown}' of the result of '{equation}' is one of no operand"));
+        return Err(format!("dimension '{unknown}' of the result of '{equation}' belongs to no operand"));
     }
     let made = call.program.value(&result.iter().map(|name| sizes[name]).collect::<Vec<_>>());
     let to = call.program.name(&made)?;
@@ -50,7 +50,7 @@ fn read(equation: &str, operands: &[Value]) -> Result<(Vec<Vec<char>>, Vec<char>
     let (left, right) = equation.split_once("->").map_or((equation, None), |(left, right)| (left, Some(right)));
     let written: Vec<&str> = left.split(',').collect();
     if written.len() != operands.len() {
-        return Err(format!("'{equation}' has {} terms, its node {} inputs", written.len(), operands.len()));
+        return Err(format!("'{equation}' has {} terms, but its node has {} inputs", written.len(), operands.len()));
     }
     let rests: Vec<usize> = written.iter().zip(operands).map(|(term, of)| of.shape.len().saturating_sub(term.replace("...", "").len())).collect();
     let most = written.iter().zip(&rests).filter(|(term, _)| term.contains("...")).map(|(_, &rest)| rest).max().unwrap_or(0);
@@ -65,7 +65,7 @@ fn read(equation: &str, operands: &[Value]) -> Result<(Vec<Vec<char>>, Vec<char>
     let terms: Vec<Vec<char>> = written.iter().zip(&rests).map(|(term, &rest)| named(term, rest)).collect();
     for (term, operand) in terms.iter().zip(operands) {
         if term.len() != operand.shape.len() {
-            return Err(format!("a term of '{equation}' has {} dimensions, its input has shape {:?}", term.len(), operand.shape));
+            return Err(format!("a term of '{equation}' has {} dimensions, but its input has shape {:?}", term.len(), operand.shape));
         }
     }
     let all: Vec<char> = terms.concat();

@@ -121,7 +121,7 @@ pub fn mapped_to(call: &mut Call, kind: Kind, expression: &str) -> OperatorResul
 fn combined(call: &mut Call) -> OperatorResult {
     let operator = call.node.op_type.clone();
     if call.opset < 7 && call.node.attribute.iter().any(|a| a.name == "broadcast") {
-        return Err("it spreads its operands by the rule before opset 7: export the network with a newer opset".to_string());
+        return Err("it broadcasts its operands by the rule before opset 7: export the network with a newer opset".to_string());
     }
     let mut made = call.input(0)?;
     for at in 1..call.inputs.len() {

@@ -46,7 +46,7 @@ pub fn translate(node: &Node, inputs: Vec<Option<Value>>, opset: i64, program: &
         && !(kind == Kind::Whole && TAKE_WHOLE.contains(&node.op_type.as_str()))
     {
         let what = if kind == Kind::Whole { "integers" } else { "truth values" };
-        return Err(format!("it computes with {what}, which is not supported for this operator: cast them to floats before"));
+        return Err(format!("it computes with {what}, which is not supported for this operator: cast them to floats first"));
     }
     let mut call = Call { node, inputs, opset, program, asked: RefCell::default() };
     let outputs = operator(&mut call)?;
@@ -184,7 +184,7 @@ impl Call<'_> {
 fn axis(axis: i64, rank: usize) -> Result<usize, String> {
     let from_start = if axis < 0 { axis.checked_add(i64::try_from(rank).unwrap_or(0)) } else { Some(axis) };
     let found = from_start.and_then(|axis| usize::try_from(axis).ok()).filter(|&axis| axis < rank);
-    found.ok_or_else(|| format!("axis {axis} is not one of a value of {rank} dimensions"))
+    found.ok_or_else(|| format!("a value of {rank} dimensions has no axis {axis}"))
 }
 
 fn axes(given: &[i64], rank: usize) -> Result<Vec<usize>, String> {

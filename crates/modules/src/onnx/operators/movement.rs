@@ -65,7 +65,7 @@ pub fn constant_of_shape(call: &mut Call) -> OperatorResult {
         Some(Content::Ints(ints)) if ints.len() == 1 => Value::ints(shape, vec![ints[0]; len]),
         Some(Content::Floats(floats)) if floats.len() == 1 => Value::floats(shape, vec![floats[0]; len]),
         None => Value::floats(shape, vec![0.0; len]),
-        _ => return Err("its value is not one number".to_string()),
+        _ => return Err("its value is not a single number".to_string()),
     }])
 }
 
@@ -95,7 +95,7 @@ pub fn reshape(call: &mut Call) -> OperatorResult {
     let mut wanted = call.known_ints(1, "shape")?.ok_or("its shape is missing: the file is damaged")?;
     for (i, dim) in wanted.iter_mut().enumerate() {
         if *dim == 0 && !zero_is_zero {
-            *dim = x.shape.get(i).map(|&d| d as i64).ok_or("a 0 in its shape stands for no dimension")?;
+            *dim = x.shape.get(i).map(|&d| d as i64).ok_or("a 0 in its shape matches no dimension")?;
         }
     }
     let known: i64 = wanted.iter().filter(|&&d| d >= 0).product();
@@ -136,7 +136,7 @@ pub fn unsqueeze(call: &mut Call) -> OperatorResult {
     let new = axes(&given, rank)?;
     let mut old = x.shape.iter();
     let shape = (0..rank).map(|i| if new.contains(&i) { Some(1) } else { old.next().copied() }).collect::<Option<Vec<_>>>();
-    Ok(vec![x.reshaped(shape.ok_or("an axis is there more than once")?)])
+    Ok(vec![x.reshaped(shape.ok_or("an axis appears more than once")?)])
 }
 
 pub fn transpose(call: &mut Call) -> OperatorResult {
@@ -154,7 +154,7 @@ pub fn transposed(program: &mut Program, x: &Value, order: &[usize]) -> Result<V
     let mut sorted = order.to_vec();
     sorted.sort_unstable();
     if !sorted.iter().copied().eq(0..x.shape.len()) {
-        return Err(format!("{order:?} is no order of the dimensions of shape {:?}", x.shape));
+        return Err(format!("{order:?} is not an order of the dimensions of shape {:?}", x.shape));
     }
     let own = strides(&x.shape);
     let shape: Vec<usize> = order.iter().map(|&i| x.shape[i]).collect();
@@ -245,7 +245,7 @@ pub fn split(call: &mut Call) -> OperatorResult {
         }
     };
     if sizes.iter().sum::<usize>() != x.shape[at] {
-        return Err(format!("parts of {sizes:?} do not make up dimension {at} of shape {:?}", x.shape));
+        return Err(format!("parts of {sizes:?} do not add up to dimension {at} of shape {:?}", x.shape));
     }
     let own = strides(&x.shape);
     let mut start = 0;
@@ -268,7 +268,7 @@ pub fn gather(call: &mut Call) -> OperatorResult {
         return gather_at_run_time(call, &x, &which, at);
     }
     let given = call.known_ints(1, "indices")?.unwrap_or_default();
-    let rows = given.iter().map(|&i| axis(i, x.shape[at])).collect::<Result<Vec<_>, _>>().map_err(|_| "an index lies outside".to_string())?;
+    let rows = given.iter().map(|&i| axis(i, x.shape[at])).collect::<Result<Vec<_>, _>>().map_err(|_| "an index is out of range".to_string())?;
     let (before, after) = (x.shape[..at].to_vec(), x.shape[at + 1..].to_vec());
     let inner: usize = after.iter().product();
     let mut indices = Vec::new();

@@ -60,7 +60,7 @@ pub fn batch(call: &mut Call) -> OperatorResult {
     let (scale, bias, mean, variance) = (scale?, bias?, mean?, variance?);
     let channels = x.shape.get(1).copied().unwrap_or(0);
     if [scale.len(), bias.len(), mean.len(), variance.len()].iter().any(|&len| len != channels) {
-        return Err(format!("its parameters are not {channels} each, as the channels of shape {:?}", x.shape));
+        return Err(format!("it must have {channels} parameters of each kind, one for each channel of shape {:?}", x.shape));
     }
     let by: Vec<f32> = (0..channels).map(|i| scale[i] / (variance[i] + epsilon).sqrt()).collect();
     let shape = [&[channels], &vec![1; x.shape.len() - 2][..]].concat();

@@ -27,13 +27,13 @@ pub fn pool(call: &mut Call) -> OperatorResult {
     let is_mean = call.node.op_type == "AveragePool";
     let places = |given: Option<Vec<i64>>, default: i64| -> Result<Vec<i64>, String> {
         let found = given.unwrap_or_else(|| vec![default; spatial.len()]);
-        if found.len() == spatial.len() && found.iter().all(|&n| n > 0) { Ok(found) } else { Err(format!("{found:?} is no window of shape {spatial:?}")) }
+        if found.len() == spatial.len() && found.iter().all(|&n| n > 0) { Ok(found) } else { Err(format!("{found:?} is not a window of shape {spatial:?}")) }
     };
     let kernel = places(Some(call.ints("kernel_shape").ok_or("its kernel_shape is missing: the file is damaged")?), 1)?;
     let (stride, dilation) = (places(call.ints("strides"), 1)?, places(call.ints("dilations"), 1)?);
     let (ceil, counts_padding) = (call.int("ceil_mode", 0) != 0, call.int("count_include_pad", 0) != 0);
     if call.int("storage_order", 0) != 0 || call.node.output.len() > 1 {
-        return Err("its indices are not supported: take them out of its outputs".to_string());
+        return Err("its indices are not supported: remove them from its outputs".to_string());
     }
     let padded = padded(call, &spatial, &kernel, &stride, &dilation, ceil)?;
     let (pads, sizes) = (padded.iter().map(|d| d.pads).collect::<Vec<_>>(), padded.iter().map(|d| d.windows).collect::<Vec<_>>());

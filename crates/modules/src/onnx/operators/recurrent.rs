@@ -27,7 +27,7 @@ impl Cell {
         }
         let given = activations_of(call);
         if !given.is_empty() && given.join(" ") != activations {
-            return Err(format!("its activations are {}, those supported are {activations}", given.join(" ")));
+            return Err(format!("its activations are {}, but only {activations} are supported", given.join(" ")));
         }
         if call.optional(4).is_some() {
             return Err("it has sequence_lens: export the network with sequences of fixed length".to_string());
@@ -121,7 +121,7 @@ pub fn rnn(call: &mut Call) -> OperatorResult {
         "Tanh" => "hyperbolic_tangent",
         "Relu" => "relu",
         "Sigmoid" => "sigmoid",
-        other => return Err(format!("its activation is {other}, those supported are Tanh, Relu and Sigmoid")),
+        other => return Err(format!("its activation is {other}, but only Tanh, Relu and Sigmoid are supported")),
     };
     let cell = Cell::read(call, 1, &activation)?;
     let (h, p, k) = (cell.hidden, cell.padded, cell.inputs);
