@@ -35,17 +35,17 @@ test("a constant of another unit and a field that cannot be read are found, and 
   await wire(page, "second", "Wire second.y to", "joint.commanded");
   await choose(page, "wave");
   await enter(panelOf(page, "wave"), "frequency (Hz)", "3 rad");
-  await finding(page, "cannot take '3 rad' where the unit is Hz").click();
+  await finding(page, "cannot convert '3 rad' to Hz").click();
   // From another view: the block is selected, and the field of the constant has the focus.
   const focused = () => page.evaluate(() => document.activeElement?.closest("[data-place]")?.getAttribute("data-place"));
   await standsStill(page.locator('[data-box="second"]'));
   await choose(page, "second");
-  await finding(page, "cannot take '3 rad' where the unit is Hz").click();
+  await finding(page, "cannot convert '3 rad' to Hz").click();
   await panelOf(page, "wave").waitFor();
   expect(await focused()).toBe("item:frequency");
   await shoot(page, "checks-constant");
   await enter(panelOf(page, "wave"), "frequency (Hz)", "3 Hz");
-  await finding(page, "cannot take '3 rad'").waitFor({ state: "detached" });
+  await finding(page, "cannot convert '3 rad'").waitFor({ state: "detached" });
   await page.getByRole("button", { name: "Command lists" }).click();
   await activate(page, "start", ["wave", "second"], "20 ms");
   // As in the checks at installation: leads from the lists to one of the two.

@@ -136,14 +136,14 @@ def test_an_emergency_stop_latches(full: Any) -> None:
 
 
 ODD_GOALS: dict[str, tuple[Any, str]] = {
-    "a column": (np.zeros((2, 1)), "it takes a number, not a list of 1; give a number, or a text with a unit"),
+    "a column": (np.zeros((2, 1)), "it takes a number, not a list of 1; give a number, or a string with a unit"),
     "a truth value": ([True, 0.0], "it takes a number, not true"),
     "a table": ([{"rad": 1.0}, 0.0], "it takes a number, not a record"),
     "a masked array": (
         np.ma.array([0.1, 0.2], mask=[True, False]),
         "'goal' is an array whose element 0 (from 0) is masked, which has no value; give every element a value: .filled(…)",
     ),
-    "a number beyond all": (["1e400 deg", 0.0], "the number of '1e400 deg' is beyond the range of a double"),
+    "a number beyond all": (["1e400 deg", 0.0], "the number in '1e400 deg' is beyond the range of a double"),
 }
 
 

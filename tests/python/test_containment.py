@@ -154,7 +154,7 @@ def test_after_a_crash_a_transition_leads_to_what_runs_on_other_sources(memory_r
     rig.cell.reset()
     rig.cell.download(rig.built["faults"], "faults")
     with pytest.raises(
-        gpac.Terminated, match=r"command list 'after' cannot follow: it runs on 'rtp0\.doomed', which is gone too"
+        gpac.Terminated, match=r"command list 'after' cannot follow: it runs on 'rtp0\.doomed', which is lost too"
     ) as caught:
         verb.on({"bad": doomed, "count": doomed})(y, z, limit=3, time_limit="1 s")
     assert (caught.value.condition, caught.value.command_list) == ("fault", "start")
@@ -162,7 +162,7 @@ def test_after_a_crash_a_transition_leads_to_what_runs_on_other_sources(memory_r
 
 def test_an_emergency_stop_has_no_transition(memory_rig: Rig) -> None:
     lists = {"start": [activate("count", every="1 ms")], "after": [activate("count", every="2 ms")]}
-    with pytest.raises(gpac.DefinitionError, match=r"'emergency_stop'.*cannot be made: an emergency stop ends every verb at once"):
+    with pytest.raises(gpac.DefinitionError, match=r"'emergency_stop'.*can never be taken: an emergency stop ends every verb at once"):
         memory_rig.counting("stopping", command_lists=lists, initial="start", transitions={("start", "emergency_stop"): "after"})
 
 

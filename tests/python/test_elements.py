@@ -163,13 +163,13 @@ def test_elements_keep_their_unit(cell: gpac.System, fast: gpac.Source) -> None:
 WRONG: dict[str, tuple[dict[str, Any], str]] = {
     "a gap": (
         {"u0": ["a.y", "sum.u[0]"], "u1": ["b.y", "sum.u[2]"]},
-        r"element \[1\] of input 'sum.u' .* is bound to nothing, and \[0\], \[2\]",
+        r"element \[1\] of input 'sum.u' .* is not bound, but \[0\], \[2\]",
     ),
     "one twice": ({"u0": ["a.y", "sum.u[0]"], "u1": ["b.y", "sum.u[0]"]}, r"input 'sum.u\[0\]' .* is covered by 'u0' and by 'u1'"),
     "too many": ({"u0": ["a.y", "sum.u[0]"], "u1": ["b.y", "sum.u[16]"]}, r"input 'sum.u' .* has no element \[16\]; it has at most 16"),
     "of a number": (
         {"u0": ["a.y", "sum.u[0]"], "u1": ["b.y[0]", "sum.u[1]"]},
-        r"output 'b.y' .* has no elements; name it without brackets",
+        r"output 'b.y' .* has no elements; write it without brackets",
     ),
     "no index": ({"u0": ["a.y", "sum.u[-1]"]}, r"'sum' \(library.sum\) has no 'u\[-1\]'"),
     "whole, twice": (
@@ -189,7 +189,7 @@ def test_what_is_wrong_names_the_element(cell: gpac.System, fast: gpac.Source, w
 
 def test_a_port_is_not_bound_whole_and_by_elements(cell: gpac.System, fast: gpac.Source) -> None:
     parts = added(instantiation_parameters={"y": "sum.y", "u": "sum.u"})
-    with pytest.raises(gpac.CoverError, match=r"input 'sum.u' .* is covered whole by 'u', and its element \[0\] by another"):
+    with pytest.raises(gpac.CoverError, match=r"input 'sum.u' .* is covered as a whole by 'u', and its element \[0\] by another"):
         gpac.Verb("add", cells={"u0": ["a.y", "sum.u[0]"]}, **parts)
 
 

@@ -61,7 +61,7 @@ def test_what_a_halt_leads_to_reports_halted(rig: Rig) -> None:
 
 
 def test_wrong_endings_are_refused_where_they_are_written(memory_rig: Rig) -> None:
-    with pytest.raises(gpac.UnknownName, match=r"the ending list 'relase' of verb 'braked' is not there; did you mean 'release'"):
+    with pytest.raises(gpac.UnknownName, match=r"the ending list 'relase' of verb 'braked' does not exist; did you mean 'release'"):
         braked(memory_rig, ending="relase", initial="start")
     with pytest.raises(gpac.DefinitionError, match="enters the ending list"):
         braked(memory_rig, transitions={("start", "enough"): "release"})

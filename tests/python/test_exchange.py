@@ -141,4 +141,4 @@ def test_the_log_names_a_block_with_states_that_nobody_has_told_where_to_begin()
         for name, middle in (("notched", lib.second_order(kind=3, frequency=50.0)), ("filtered", lib.lowpass(alpha=0.25))):
             axis.x.exchange_verb(axis.servo(name, middle))
         told = [entry["text"] for entry in axis.cell.log() if entry["kind"] == "exchange"]
-        assert told == ["its verb is 'notched'; the states of 'middle' are initial", "its verb is 'filtered'"]
+        assert told == ["its verb is now 'notched'; the states of 'middle' are back at their initial values", "its verb is now 'filtered'"]

@@ -122,7 +122,7 @@ def test_a_block_that_could_change_the_floating_point_state_is_not_fused(rig: Ri
     chain(rig.cell.download(path, "code")).on(rig.fast).asynch(limit=1e9, pole=-1.0)
     told = rig.cell.fuse()
     assert told["groups"] == []
-    assert told["single"][0] == {"block": "chain#1.clock", "why": "its floating-point state is looked at after each invocation"}
+    assert told["single"][0] == {"block": "chain#1.clock", "why": "its floating-point state is checked after each invocation"}
 
 
 def test_a_fault_names_the_block_inside(rig: Rig, code: gpac.Module) -> None:

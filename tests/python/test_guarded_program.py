@@ -143,7 +143,7 @@ def test_what_was_commanded_is_safe_when_all_who_watch_stood_still_together(prog
     for process in every:
         os.kill(process, signal.SIGCONT)
     condition, why = json.loads(program.ask("end"))
-    assert condition == "device_lost" and "its source 'rtp1.fast' stood still for " in why and "they are safe now" in why
+    assert condition == "device_lost" and "its source 'rtp1.fast' stood still for " in why and "they are in their safe states now" in why
     assert (program.ask("reset"), program.ask("push"), program.ask("look")) == ("reset\n", "pushed\n", "[]\n")
 
 
@@ -156,7 +156,11 @@ def test_a_standstill_of_all_is_told_with_its_length_and_nobody_is_blamed(proces
             there = tree(program.process.pid)
             program.stands_still_with_all(SHORT_S)
             condition, why = json.loads(program.ask("end"))
-            assert condition == "device_lost" and "its source 'rtp1.fast' stood still for " in why and "they are safe now" in why
+            assert (
+                condition == "device_lost"
+                and "its source 'rtp1.fast' stood still for " in why
+                and "they are in their safe states now" in why
+            )
             alarms, late = json.loads(program.ask("told"))
             assert sorted(alarms) == ["device_lost drive", "time_lost system"], "and no processor or guard is lost"
             words = r"source '[a-z0-9.]+' stood still for \d+\.\d s \(its process was stopped, or the machine\)"
@@ -187,7 +191,7 @@ def test_a_plant_that_nobody_commands_makes_itself_safe_and_says_so(program: Pro
     for guard in children("run_guard", program.process.pid):
         os.kill(guard, signal.SIGSTOP)
     condition, why = program.is_stopped_and_goes_on()
-    assert condition == "device_lost" and "no command came for its timeout of 50 ms" in why
+    assert condition == "device_lost" and "no command came within its timeout of 50 ms" in why
     assert (program.ask("reset"), program.ask("push"), program.ask("look")) == ("reset\n", "pushed\n", "[]\n")
 
 
@@ -214,7 +218,7 @@ def test_a_program_that_loses_a_guard_is_guarded_all_the_time(program: Program, 
 
 
 LOST = {
-    "gives_up_rights": "the system has ended the thread of source 'rtp1.fast'",
+    "gives_up_rights": "the operating system has ended the thread of source 'rtp1.fast'",
     "masks_signals": "a block on source 'rtp1.fast' does not return and has masked every signal",
 }
 
@@ -226,7 +230,7 @@ def test_a_thread_that_is_lost_leaves_its_devices_safe_and_is_told(program: Prog
     assert condition == "processor_lost" and why in told and told.endswith("; outputs were made safe: 'drive'"), told
     assert program.is_safe()
     assert program.ask("reset") == "reset\n"
-    assert "is lost; see the log for why, then start the program again" in program.refused("push")
+    assert "is lost; see the log for the reason, then start the program again" in program.refused("push")
 
 
 def test_under_the_virtual_clock_nobody_is_guarded() -> None:
@@ -247,10 +251,10 @@ def test_a_source_that_is_too_slow_for_a_watchdog_is_refused(driver: gpac.driver
         slow, fast, called = (rtp.timer("slow", period="6 ms"), rtp.timer("fast", period="5 ms"), rtp.software("called"))
         with pytest.raises(
             gpac.PlacementError,
-            match=r"device 'd' goes to its safe state without a command for 10 ms, and source 'rtp0\.slow' commands it every 6 ms",
+            match=r"device 'd' goes to its safe state after 10 ms without a command, but source 'rtp0\.slow' commands it every 6 ms",
         ):
             rtp.physical_device("d", driver, exchange=slow)
-        with pytest.raises(gpac.PlacementError, match=r"source 'rtp0\.called' is no timer"):
+        with pytest.raises(gpac.PlacementError, match=r"source 'rtp0\.called' is not a timer"):
             rtp.physical_device("d", driver, exchange=called)
         rtp.physical_device("d", driver, exchange=fast)
 

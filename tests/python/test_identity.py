@@ -41,7 +41,7 @@ def test_a_handle_of_an_svv_does_not_read_its_successor(cell: gpac.System) -> No
     assert old.value == 3
     old.delete()
     new = cell.svv("level", "double", initial=2.5, history=5)
-    gone = "the SVV 'level' that was asked for is gone: it was deleted, and another has its name"
+    gone = "the SVV 'level' that was asked for no longer exists: it was deleted, and another SVV has its name"
     reads = [lambda: old.value, lambda: old.number, lambda: old.history[:], lambda: cell.read(new, old), lambda: unused.value]
     for ask in [*reads, old.delete]:
         assert refused(ask) == gone

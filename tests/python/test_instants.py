@@ -79,7 +79,7 @@ def test_requests_without_end_at_one_instant_are_refused_and_everything_else_wor
     counting = rig.counting("triggered", command_lists={"start": [activate("count")]}).on(trigger).asynch(t)
     for _ in range(10_000):
         trigger.request()
-    with pytest.raises(gpac.Error, match=r"'rtp0\.trigger' takes no request: 10,000 requests wait .*let time pass"):
+    with pytest.raises(gpac.Error, match=r"'rtp0\.trigger' cannot be requested again: 10,000 requests already wait .*let time pass"):
         trigger.request()
     rig.cell.advance("1 ms")
     assert (t.value, rig.cell.now) == (9999, pytest.approx(1e-3))

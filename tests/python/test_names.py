@@ -9,9 +9,9 @@ import opengpac as gpac
 
 NO_NAMES = {
     " ": r"is ' '; give a name, for example 'cell'",
-    "a\nb": r"is 'a\\nb', which holds characters that cannot be shown; leave out line ends and control characters",
-    "a\u200bb": r"is 'a\\u\{200b\}b', which holds characters that cannot be shown",
-    "a\u202eb": r"is 'a\\u\{202e\}b', which holds characters that cannot be shown",
+    "a\nb": r"is 'a\\nb', which contains characters that cannot be printed; remove line breaks and control characters",
+    "a\u200bb": r"is 'a\\u\{200b\}b', which contains characters that cannot be printed",
+    "a\u202eb": r"is 'a\\u\{202e\}b', which contains characters that cannot be printed",
     "x" * 257: r"is 257 characters long; give a name of at most 256",
 }
 

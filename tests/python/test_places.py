@@ -94,7 +94,10 @@ def test_several_errors_have_a_place_each() -> None:
         (lambda cell: library.gain.run(u=[1.0], k=float("nan")), "'k' must be finite, not nan"),
         (lambda cell: library.gain.run(u=None), "input 'u' must be a value, not None"),
         (lambda cell: cell.processor("p").timer("t", period="-1 ms"), "the period of timer 't' cannot be -1 ms: its range is at least 0 s"),
-        (lambda cell: cell.processor("p").timer("t", period="1 us"), "the period of source 'p.t' is 0.001 ms, shorter than 10 us"),
+        (
+            lambda cell: cell.processor("p").timer("t", period="1 us"),
+            "the period of source 'p.t' cannot be 0.001 ms, which is shorter than 10 us",
+        ),
     ],
 )
 def test_a_refusal_names_the_value_and_whose_it_is(cell: gpac.System, refused: Callable[[gpac.System], Any], said: str) -> None:

@@ -179,7 +179,10 @@ def test_set_points_are_within_the_range_of_the_joint_as_it_is_now(joint: Joint)
 
 
 def test_a_range_that_cannot_be_is_refused_where_it_is_declared(cell: gpac.System) -> None:
-    with pytest.raises(gpac.UnknownName, match="the range of parameter 'speed' of device type 'A' names 'fastest', which is no parameter"):
+    with pytest.raises(
+        gpac.UnknownName,
+        match="the range of parameter 'speed' of device type 'A' names 'fastest', which is not one of its numeric parameters",
+    ):
 
         class A(gpac.LogicalDevice):
             speed: float = gpac.parameter(1.0, within=(0, "fastest"))
@@ -196,7 +199,7 @@ def test_a_range_that_cannot_be_is_refused_where_it_is_declared(cell: gpac.Syste
 
     with pytest.raises(gpac.ValueRefused, match="the lower end first"):
         cell.svv("level", within=(1, 0))
-    with pytest.raises(gpac.ValueRefused, match="names a parameter, and it is no SVV of a device"):
+    with pytest.raises(gpac.ValueRefused, match="names a parameter, but it is not an SVV of a device"):
         cell.svv("level", within=(0, "most"))  # type: ignore[arg-type]
 
 
@@ -308,9 +311,9 @@ def test_a_number_far_beyond_its_range_asks_back(arm: gpac.robots.Arm, unit: str
 
 def test_a_unit_with_a_choice_is_that_of_the_joints(arm: gpac.robots.Arm) -> None:
     move: Any = gpac.robots.move
-    with pytest.raises(gpac.UnitMismatch, match="'speed': cannot take '20 mm/s' where the unit is rad/s"):
+    with pytest.raises(gpac.UnitMismatch, match="'speed': cannot convert '20 mm/s' to rad/s"):
         move(arm, _home(arm), speed="20 mm/s")
-    with pytest.raises(gpac.UnitMismatch, match="'tolerance': cannot take '1 mm' where the unit is rad"):
+    with pytest.raises(gpac.UnitMismatch, match="'tolerance': cannot convert '1 mm' to rad"):
         move(arm, _home(arm), tolerance="1 mm")
     assert move(arm, _home(arm), speed="60 deg/s", tolerance="0.2 deg").condition == "arrived"
 
@@ -323,7 +326,7 @@ def test_a_quaternion_has_length_1(arm: gpac.robots.Arm) -> None:
 
 @pytest.mark.parametrize("limit", ["-1 s", "0 s", 0, -1])
 def test_a_time_limit_is_above_0(arm: gpac.robots.Arm, limit: Any) -> None:
-    with pytest.raises(gpac.OutOfRange, match=r"'time_limit' cannot be .* s: its range is above 0 s"):
+    with pytest.raises(gpac.OutOfRange, match=r"'time_limit' must be above 0 s, not .* s"):
         motion.move_absolute(arm, _home(arm), time_limit=limit)
     instance = motion.move_absolute.new_instance(arm)
     with pytest.raises(gpac.OutOfRange, match="'time_limit' cannot be"):
@@ -363,7 +366,7 @@ def test_a_range_declared_behind_a_unit_in_c_is_kept(cell: gpac.System, tmp_path
     with pytest.raises(gpac.OutOfRange, match="'k' cannot be 57 rad/s: its range is 0 to 1 rad/s; did you mean '57 deg/s'"):
         verb.on(fast).asynch(y, k=57.0)
     (tmp_path / "wrong.c").write_text(source.read_text().replace("[0, 1]", "[1, 0]").replace("ranged", "wrong"))
-    with pytest.raises(gpac.Error, match=r"the range behind the unit in 'rad/s \[1, 0\]' cannot be read; write for example"):
+    with pytest.raises(gpac.Error, match=r"the range after the unit in 'rad/s \[1, 0\]' cannot be read; write, for example"):
         gpac.Verb(
             "run",
             blocks={"b": cell.download(str(tmp_path / "wrong.c")).wrong},
@@ -398,7 +401,7 @@ NEGATIVE_TIMES: dict[str, Callable[[gpac.System], Any]] = {
 
 @pytest.mark.parametrize("said", NEGATIVE_TIMES)
 def test_a_time_that_cannot_be_negative_is_refused_in_words(cell: gpac.System, said: str) -> None:
-    with pytest.raises(gpac.OutOfRange, match=re.escape(f"{said}: its range is at least 0 s; give a time that is not negative")):
+    with pytest.raises(gpac.OutOfRange, match=re.escape(f"{said}: it must be at least 0 s; give a time that is not negative")):
         NEGATIVE_TIMES[said](cell)
 
 

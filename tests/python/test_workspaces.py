@@ -73,7 +73,7 @@ START = {"verb": "pour", "arguments": {"y": {"svv": "wave"}}, "values": {"amplit
             "'amplitude' of verb 'pour' has no value",
         ),
         (one("buttons", buttons=[{"label": "Go", "start": {**START, "verb": "poor"}}]), gpac.UnknownName, "did you mean 'pour'"),
-        (one("plot"), gpac.DefinitionError, "panel 'Tank': it has 0 'names'; name the SVVs that it shows"),
+        (one("plot"), gpac.DefinitionError, "panel 'Tank': it cannot have 0 'names'; name the SVVs that it shows"),
         (one("clock"), gpac.CallError, "plot"),
         ({**one("alarms"), "layot": {}}, gpac.CallError, "layot"),
         ({"name": "tank"}, gpac.CallError, "has no 'layout'"),
@@ -98,14 +98,14 @@ def test_a_button_that_makes_its_instance_is_checked_as_a_start_is(cell: gpac.Sy
 def test_neither_kind_takes_the_place_of_the_other(cell: gpac.System) -> None:
     cell.workspaces.ship(one("alarms"))
     native = cell._alive()
-    with pytest.raises(gpac.InUse, match="a program has shipped; keep this one under another name"), gpac.errors.refusals:
+    with pytest.raises(gpac.InUse, match="was shipped by a program; save this one under another name"), gpac.errors.refusals:
         native.keep_workspace(one("alarms"))
-    with pytest.raises(gpac.InUse, match="a program has shipped"):
+    with pytest.raises(gpac.InUse, match="was shipped by a program"):
         cell.workspaces.forget("tank")
     native.keep_workspace({**one("alarms"), "name": "mine"})
-    with pytest.raises(gpac.InUse, match="a person keeps"):
+    with pytest.raises(gpac.InUse, match="was saved by a person"):
         cell.workspaces.ship({**one("alarms"), "name": "mine"})
-    with pytest.raises(gpac.InUse, match="a person keeps"):
+    with pytest.raises(gpac.InUse, match="was saved by a person"):
         cell.workspaces.withdraw("mine")
     cell.workspaces.forget("mine")
     cell.workspaces.withdraw("tank")

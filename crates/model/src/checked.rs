@@ -96,7 +96,7 @@ impl CheckedVerb {
             flat.subject = Some(Where::Cell { cell: name.clone() });
             let ports = flat.cover("", name, nodes, &verb.place);
             if verb.instantiation_parameters.contains_key(name) {
-                flat.refuse(Class::CoverError, format!("'{name}' is an instantiation parameter and a cell"), &verb.place, "give them two names");
+                flat.refuse(Class::CoverError, format!("'{name}' is both an instantiation parameter and a cell"), &verb.place, "give them different names");
             }
             flat.groups.push(Group { name: name.clone(), origin: Origin::Cell, ports, place: verb.place.clone() });
         }

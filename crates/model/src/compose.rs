@@ -127,12 +127,12 @@ impl<'a> Composing<'a> {
         let mut parts = Vec::with_capacity(of.parts.len());
         for (label, verb) in &of.parts {
             if label.is_empty() || label.contains('.') {
-                let refusal = Refusal::new(Class::DefinitionError, format!("the label '{label}' of a part of '{}' is empty or has a dot", of.name));
+                let refusal = Refusal::new(Class::DefinitionError, format!("the label '{label}' of a part of '{}' is empty or contains a dot", of.name));
                 refusals.push(refusal.remedy("give the part a plain name").at(&of.place));
             }
             let dotted = verb.conditions.keys().chain(verb.output_values.keys()).find(|name| verb.parts.is_empty() && name.contains('.'));
             if let Some(name) = dotted {
-                let message = format!("part '{label}' of '{}' has a condition or output '{name}', and a dot parts a name from its part", of.name);
+                let message = format!("part '{label}' of '{}' has a condition or output '{name}', but a dot separates a name from its part", of.name);
                 refusals.push(Refusal::new(Class::DefinitionError, message).remedy("give it a plain name in its verb").at(&verb.place).at(&of.place));
             }
             match CheckedVerb::new(verb, configuration) {

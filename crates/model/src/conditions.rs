@@ -138,8 +138,8 @@ fn check_one(flat: &mut Flat<'_>, verb: &Verb, key: &str, termination: &Terminat
     let place = if termination.place.is_some() { &termination.place } else { &verb.place };
     let is_system = SYSTEM.contains(&name) || LIMITS.contains(&name);
     if termination.on.is_empty() && !is_system {
-        let remedy = format!("say on('label.condition'), or name one of {}, {}", SYSTEM.join(", "), LIMITS.join(", "));
-        flat.refuse(Class::UnknownName, format!("the condition '{name}' stands for no block condition and is no system condition"), place, &remedy);
+        let remedy = format!("write on('label.condition'), or name one of {}, {}", SYSTEM.join(", "), LIMITS.join(", "));
+        flat.refuse(Class::UnknownName, format!("the condition '{name}' stands for no block condition and is not a system condition"), place, &remedy);
     }
     let on: Vec<Port> = termination.on.iter().filter_map(|on| condition_port(flat, on, place, true)).collect();
     let mut returns = Vec::new();
@@ -148,7 +148,7 @@ fn check_one(flat: &mut Flat<'_>, verb: &Verb, key: &str, termination: &Terminat
             Some(index) => returns.push(index),
             None => {
                 let remedy = did_you_mean(output, verb.output_values.keys().map(String::as_str));
-                flat.refuse(Class::UnknownName, format!("the condition '{name}' returns '{output}', which is no output value"), place, &remedy);
+                flat.refuse(Class::UnknownName, format!("the condition '{name}' returns '{output}', which is not an output value"), place, &remedy);
             }
         }
     }
@@ -156,7 +156,7 @@ fn check_one(flat: &mut Flat<'_>, verb: &Verb, key: &str, termination: &Terminat
         let found = verb.command_lists.get_index_of(list);
         if found.is_none() {
             let remedy = did_you_mean(list, verb.command_lists.keys().map(String::as_str));
-            flat.refuse(Class::UnknownName, format!("the condition '{name}' holds during '{list}', which is no command list"), place, &remedy);
+            flat.refuse(Class::UnknownName, format!("the condition '{name}' holds during '{list}', which is not a command list"), place, &remedy);
         }
         found
     });
@@ -182,8 +182,8 @@ fn check_returns(flat: &mut Flat<'_>, verb: &Verb, conditions: &[CheckedConditio
         }
         let place = if termination.place.is_some() { &termination.place } else { &verb.place };
         flat.subject = Some(Where::Condition { condition: key.clone() });
-        let message = format!("the condition '{key}' has returns and never ends the verb: every command list in which it holds has a transition for it");
-        flat.refuse(Class::DefinitionError, message, place, "leave returns out, or give them to the condition that ends it");
+        let message = format!("the condition '{key}' has returns= but never ends the verb: every command list in which it holds has a transition for it");
+        flat.refuse(Class::DefinitionError, message, place, "leave returns= out, or give it to the condition that ends the verb");
     }
 }
 
@@ -194,14 +194,19 @@ fn check_transitions(flat: &mut Flat<'_>, verb: &Verb, conditions: &mut [Checked
         flat.subject = Some(Where::Transition { transition: (transition.from.clone(), transition.condition.clone()) });
         let text = format!("the transition ('{}', '{}') → '{}'", transition.from, transition.condition, transition.to);
         if let Some(other) = seen.insert((&transition.from, &transition.condition), &transition.to) {
-            flat.refuse(Class::DefinitionError, format!("{text} is there already, to '{other}'"), place, "a condition leads from a list to one list");
+            flat.refuse(
+                Class::DefinitionError,
+                format!("{text} conflicts with the one to '{other}'"),
+                place,
+                "let a condition lead from a list to only one list",
+            );
             continue;
         }
         let mut list = |name: &str| {
             let found = verb.command_lists.get_index_of(name);
             if found.is_none() {
                 let remedy = did_you_mean(name, verb.command_lists.keys().map(String::as_str));
-                flat.refuse(Class::UnknownName, format!("{text} names the command list '{name}', which is not there"), place, &remedy);
+                flat.refuse(Class::UnknownName, format!("{text} names the command list '{name}', which does not exist"), place, &remedy);
             }
             found
         };
@@ -214,7 +219,7 @@ fn check_transitions(flat: &mut Flat<'_>, verb: &Verb, conditions: &mut [Checked
             continue;
         }
         if transition.condition == "emergency_stop" {
-            let message = format!("{text} cannot be made: an emergency stop ends every verb at once and leaves no output to act on");
+            let message = format!("{text} can never be taken: an emergency stop ends every verb at once and leaves no output to act on");
             flat.refuse(Class::DefinitionError, message, place, "leave it out, and start what is to follow after reset()");
             continue;
         }
@@ -224,7 +229,7 @@ fn check_transitions(flat: &mut Flat<'_>, verb: &Verb, conditions: &mut [Checked
             None => {
                 let during = conditions.iter().filter(|c| c.planned.name == transition.condition).flat_map(|c| &c.planned.during);
                 let during: Vec<String> = during.filter_map(|list| Some(format!("'{}'", verb.command_lists.get_index(*list)?.0))).collect();
-                let message = format!("{text} cannot happen: '{}' holds only during {}", transition.condition, during.join(", "));
+                let message = format!("{text} can never be taken: '{}' holds only during {}", transition.condition, during.join(", "));
                 flat.refuse(Class::DefinitionError, message, place, "leave one of them out");
             }
         }

@@ -156,7 +156,7 @@ impl Limits {
             Value::Number(number) => Ok(*number),
             _ => {
                 let refusal = Refusal::new(Class::ValueRefused, format!("it takes a number, not {}", value.described()));
-                Err(refusal.remedy("give a number, or a text with a unit, for example '90 deg'"))
+                Err(refusal.remedy("give a number, or a string with a unit, for example '90 deg'"))
             }
         };
         let given = given.map_err(|refusal| refusal.for_what(&what()))?;
@@ -167,8 +167,8 @@ impl Limits {
         }
         let unit = if self.unit.is_empty() { String::new() } else { format!(" {}", self.unit) };
         let whence = if self.parameters.is_empty() { String::new() } else { format!(" ({})", self.parameters.join(" to ")) };
-        let counted = from.map_or(String::new(), |from| format!(" from {}, that is {}{unit},", short(from), short(reached)));
-        let message = format!("{} is {}{unit}{counted} and its range is {} to {}{unit}{whence}", what(), short(given), short(self.least), short(self.most));
+        let counted = from.map_or(String::new(), |from| format!(" from {}, that is {}{unit}", short(from), short(reached)));
+        let message = format!("{} is {}{unit}{counted}, but its range is {} to {}{unit}{whence}", what(), short(given), short(self.least), short(self.most));
         let mut refusal = Refusal::new(Class::OutOfRange, message).remedy(self.remedy(value, given, from));
         if let Some(device) = &self.device {
             refusal = refusal.end(format!("device '{device}'"), &None);
@@ -214,7 +214,7 @@ fn check_member(flat: &mut Flat<'_>, verb: &Verb, name: &str, what: &str, kinds:
     let found = name.split_once('.').and_then(|(object, member)| Some((verb.objects.get(object)?, member)));
     let Some((object, member)) = found else {
         let remedy = "name a member of an object, for example 'arm.max_speed'";
-        return flat.refuse(Class::UnknownName, format!("{what} names '{name}', which is no member of an object"), place, remedy);
+        return flat.refuse(Class::UnknownName, format!("{what} names '{name}', which is not a member of an object"), place, remedy);
     };
     // The existence of the type was checked with the objects.
     let Some(of) = flat.configuration.device_types.get(&object.device_type) else { return };

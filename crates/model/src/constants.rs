@@ -9,7 +9,7 @@ pub(crate) fn constants_on_bound_inputs(flat: &mut Flat<'_>) {
     for group in flat.groups.iter().filter(|group| group.origin.varies()) {
         for &(block, item) in &group.ports {
             if flat.blocks[block].constants.iter().any(|(at, _)| *at == flat.blocks[block].kind.whole(item)) {
-                let message = format!("{} is given a constant and bound to '{}'", flat.described((block, item)), group.name);
+                let message = format!("{} is both given a constant and bound to '{}'", flat.described((block, item)), group.name);
                 let refusal = Refusal::new(Class::CoverError, message).remedy("leave one of them out").about([flat.part((block, item))]);
                 flat.refusals.push(refusal.at(&flat.blocks[block].place));
             }

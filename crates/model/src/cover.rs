@@ -24,7 +24,7 @@ impl<'a> Flat<'a> {
         };
         let Some(labelled) = self.labels.get(label).copied() else {
             let remedy = self.did_you_mean_label(prefix, label);
-            self.refuse(Class::UnknownName, format!("'{full}' names the block '{label}', which is not there"), place, &remedy);
+            self.refuse(Class::UnknownName, format!("'{full}' names the block '{label}', which does not exist"), place, &remedy);
             return None;
         };
         let found = match labelled {
@@ -81,8 +81,8 @@ impl<'a> Flat<'a> {
                 }
                 Some(ItemTarget::Item(port)) if is_data(self.item_kind(port)) => vec![port],
                 Some(ItemTarget::Item(port)) => {
-                    let message = format!("'{by}' covers {}, which is no port or device", self.described(port));
-                    self.refuse_ports(Class::CoverError, message, place, "parameters and conditions are reached by input parameters", &[port]);
+                    let message = format!("'{by}' covers {}, which is not a port or device", self.described(port));
+                    self.refuse_ports(Class::CoverError, message, place, "reach parameters and conditions by input parameters", &[port]);
                     continue;
                 }
                 None => continue,
@@ -126,7 +126,7 @@ impl<'a> Flat<'a> {
     fn relax_port(&mut self, port: Port, mode: Mode, place: &Option<SourceLocation>) {
         let described = self.described(port);
         if !matches!(self.item_kind(port), Kind::Input | Kind::Output) {
-            self.refuse(Class::SchedulingError, format!("modes gives a mode to {described}, which is no port"), place, "");
+            self.refuse(Class::SchedulingError, format!("modes= gives a mode to {described}, which is not a port"), place, "");
             return;
         }
         let port = (port.0, self.blocks[port.0].kind.whole(port.1));
@@ -138,8 +138,8 @@ impl<'a> Flat<'a> {
             self.blocks[port.0].modes.retain(|(item, _)| *item != port.1);
             self.blocks[port.0].modes.push((port.1, mode));
         } else {
-            let message = format!("{described} is {}, and modes would make it {}", declared.name(), mode.name());
-            self.refuse(Class::SchedulingError, message, place, "modes may relax a declared mode, never tighten it");
+            let message = format!("{described} is {}, but modes= would make it {}", declared.name(), mode.name());
+            self.refuse(Class::SchedulingError, message, place, "use modes= only to relax a declared mode, never to tighten it");
         }
     }
 
@@ -182,7 +182,7 @@ impl<'a> Flat<'a> {
         let first = ports[0];
         let output = ports.iter().copied().find(|port| self.item_kind(*port) == Kind::Output);
         let (origin, text) = match (output, self.item_kind(first)) {
-            (Some(_), _) => (Origin::Filled, format!("output '{name}' gets a cell of its own")),
+            (Some(_), _) => (Origin::Filled, format!("output '{name}' gets its own cell")),
             (_, Kind::DeviceRead | Kind::DeviceWrite) if in_graph => return,
             (_, Kind::DeviceRead | Kind::DeviceWrite) => {
                 let message = format!("{} has no channel", self.described(first));

@@ -30,7 +30,7 @@ impl Flat<'_> {
                 }
                 None => {
                     let message = format!("{} has no elements", self.described((block, port)));
-                    self.refuse_ports(Class::UnknownName, message, place, "name it without brackets", &[(block, port)]);
+                    self.refuse_ports(Class::UnknownName, message, place, "write it without brackets", &[(block, port)]);
                 }
             }
         }
@@ -48,7 +48,7 @@ impl Flat<'_> {
                 let named = kind.elements_of(port);
                 let Some((last, item)) = named.last() else { continue };
                 if let Some(group) = self.groups.iter().find(|group| group.ports.contains(&(block, port))) {
-                    let message = format!("{} is covered whole by '{}', and its element [{last}] by another", self.described((block, port)), group.name);
+                    let message = format!("{} is covered as a whole by '{}', and its element [{last}] by another", self.described((block, port)), group.name);
                     self.refuse_ports(Class::CoverError, message, place, "name the whole port, or each of its elements", &[(block, port)]);
                 }
                 let is_sized = kind.item(port).sized;
@@ -57,8 +57,7 @@ impl Flat<'_> {
                     let described = self.described((block, port));
                     let bound: Vec<String> = named.iter().map(|(element, _)| format!("[{element}]")).collect();
                     let name = self.port_name((block, port));
-                    let refusal =
-                        Refusal::new(Class::CoverError, format!("element [{missing}] of {described} is bound to nothing, and {} are", bound.join(", ")));
+                    let refusal = Refusal::new(Class::CoverError, format!("element [{missing}] of {described} is not bound, but {} are", bound.join(", ")));
                     let refusal = refusal.remedy(format!("name '{name}[{missing}]' in a cell or a parameter")).about([self.part((block, *item))]);
                     self.push(refusal.end(described, &self.blocks[block].place).at(place));
                 }

@@ -43,11 +43,11 @@ pub fn check_ending(flat: &mut Flat<'_>, verb: &Verb, initial: usize) -> Planned
     match list {
         None => {
             let remedy = did_you_mean(name, verb.command_lists.keys().map(String::as_str));
-            flat.refuse(Class::UnknownName, format!("the ending list '{name}' of verb '{}' is not there", verb.name), &verb.place, &remedy);
+            flat.refuse(Class::UnknownName, format!("the ending list '{name}' of verb '{}' does not exist", verb.name), &verb.place, &remedy);
         }
         Some(list) if list == initial => {
-            let message = format!("the ending list '{name}' of verb '{}' is its initial one too", verb.name);
-            flat.refuse(Class::DefinitionError, message, &verb.place, "give the end a command list of its own");
+            let message = format!("the ending list '{name}' of verb '{}' is also its initial one", verb.name);
+            flat.refuse(Class::DefinitionError, message, &verb.place, "use a separate command list for the end");
         }
         Some(_) => {}
     }
@@ -56,7 +56,7 @@ pub fn check_ending(flat: &mut Flat<'_>, verb: &Verb, initial: usize) -> Planned
         flat.subject = Some(Where::Transition { transition: (transition.from.clone(), transition.condition.clone()) });
         let way = if transition.from == *name { "leaves" } else { "enters" };
         let message = format!("the transition ('{}', '{}') → '{}' {way} the ending list", transition.from, transition.condition, transition.to);
-        flat.refuse(Class::DefinitionError, message, place, "the ending list runs when the verb ends, and then the verb has ended");
+        flat.refuse(Class::DefinitionError, message, place, "leave it out: the ending list runs when the verb ends, and nothing leads into it or out of it");
     }
     flat.subject = None;
     PlannedEnding { list, limit_ns }
@@ -83,7 +83,7 @@ fn check_holding(flat: &mut Flat<'_>, verb: &Verb, Holding { set, until }: &Hold
         let item = flat.blocks[port.0].kind.item(port.1);
         if !matches!(item.kind, Kind::Input | Kind::Parameter) || !matches!(item.type_text.as_str(), "bool" | "_Bool") {
             let described = flat.described(port);
-            let message = format!("suspending verb '{}' sets {described}, which is no input or parameter of type bool", verb.name);
+            let message = format!("suspending verb '{}' sets {described}, which is not an input or parameter of type bool", verb.name);
             flat.refuse(Class::TypeMismatch, message, &verb.place, "name a bool that makes the block come to rest");
         }
     }
@@ -91,7 +91,7 @@ fn check_holding(flat: &mut Flat<'_>, verb: &Verb, Holding { set, until }: &Hold
     // A condition limited to certain lists may end the verb: there the verb is already coming to rest for good.
     let mut everywhere = conditions.iter().filter(|c| c.planned.during.is_empty());
     if let Some(ends) = everywhere.find(|c| condition.is_some_and(|until| c.planned.on.contains(&until))) {
-        let message = format!("'{until}' tells that verb '{}' may be suspended, and the condition '{}' stands for it too", verb.name, ends.planned.name);
+        let message = format!("'{until}' reports that verb '{}' may be suspended, but the condition '{}' stands for it too", verb.name, ends.planned.name);
         flat.refuse(Class::DefinitionError, message, &verb.place, "use a condition that ends nothing, or limit that one with during=");
     }
     Some((port?, condition?))

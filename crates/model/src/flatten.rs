@@ -131,7 +131,7 @@ impl<'a> Flat<'a> {
             self.subject = Some(Where::Block { block: full.clone() });
             let may_have_dot = self.is_composed && prefix.is_empty();
             if label.is_empty() || label.contains('.') && !may_have_dot {
-                self.refuse(Class::DefinitionError, format!("the label '{full}' of a block is empty or has a dot"), &usage.place, "");
+                self.refuse(Class::DefinitionError, format!("the label '{full}' of a block is empty or contains a dot"), &usage.place, "");
                 continue;
             }
             let divide = divide.saturating_mul(divides.get(label).copied().unwrap_or(1));
@@ -154,8 +154,8 @@ impl<'a> Flat<'a> {
                 Some(item) => {
                     self.subject = Some(Where::Port { block: label.clone(), port: constant.clone() });
                     let what = kind::kind_name(kind.item(item).kind);
-                    let message = format!("'{constant}' of '{label}' is a {what} and takes no constant");
-                    self.refuse(Class::DefinitionError, message, &usage.place, "constants go to parameters, presets, sizes and inputs");
+                    let message = format!("'{constant}' of '{label}' is a {what}, which cannot be given a constant");
+                    self.refuse(Class::DefinitionError, message, &usage.place, "give constants only to parameters, presets, sizes and inputs");
                 }
                 None => {
                     let names = (0..kind.interface.items.len()).filter(|item| takes_constant(&kind, *item));
@@ -227,9 +227,9 @@ impl<'a> Flat<'a> {
             self.subject = Some(Where::Block { block: format!("{prefix}{label}") });
             if !graph.blocks.contains_key(label) {
                 let remedy = did_you_mean(label, graph.blocks.keys().map(String::as_str));
-                self.refuse(Class::UnknownName, format!("divide of graph '{}' names '{label}', which is no block of it", graph.name), place, &remedy);
+                self.refuse(Class::UnknownName, format!("divide= of graph '{}' names '{label}', which is not one of its blocks", graph.name), place, &remedy);
             } else if *divide == 0 {
-                self.refuse(Class::SchedulingError, format!("divide of '{prefix}{label}' is 0"), place, "give 1 or more");
+                self.refuse(Class::SchedulingError, format!("divide= of '{prefix}{label}' is 0"), place, "give 1 or more");
             }
         }
         let mut ports = IndexMap::new();
@@ -240,7 +240,12 @@ impl<'a> Flat<'a> {
             let resolved = self.cover(prefix, &full, inner, place);
             self.check_side(&full, &resolved, is_input, place);
             if ports.insert(name.clone(), resolved).is_some() {
-                self.refuse(Class::CoverError, format!("'{full}' is an input and an output of graph '{}'", graph.name), place, "give them two names");
+                self.refuse(
+                    Class::CoverError,
+                    format!("'{full}' is both an input and an output of graph '{}'", graph.name),
+                    place,
+                    "give them different names",
+                );
             }
         }
         for (name, inner) in &graph.cells {
@@ -286,7 +291,7 @@ impl<'a> Flat<'a> {
         match output {
             Some(port) if is_input => {
                 let message = format!("the graph input '{name}' covers the output '{}'", self.port_name(port));
-                self.refuse_ports(Class::CoverError, message, place, "a graph input leads to inputs; make it an output or a cell", &[port]);
+                self.refuse_ports(Class::CoverError, message, place, "make it an output or a cell: a graph input leads only to inputs", &[port]);
             }
             None if !is_input && !ports.is_empty() => {
                 self.refuse(Class::CoverError, format!("the graph output '{name}' covers no output of a block"), place, "make it an input");
@@ -300,7 +305,7 @@ impl<'a> Flat<'a> {
         let mut outputs = ports.iter().copied().filter(|port| self.item_kind(*port) == Kind::Output);
         if let (Some(first), Some(second)) = (outputs.next(), outputs.next()) {
             let message = format!("'{name}' has two writers: {} and {}", self.described(first), self.described(second));
-            self.refuse_ports(Class::SecondWriter, message, place, "give each a cell of its own", &[second, first]);
+            self.refuse_ports(Class::SecondWriter, message, place, "give each its own cell", &[second, first]);
         }
     }
 
@@ -375,7 +380,7 @@ pub(crate) fn labelled(flat: &mut Flat<'_>, label: &str, what: &str, place: &Opt
             let mut known: Vec<&str> = flat.labels.keys().map(String::as_str).collect();
             known.sort_unstable();
             let remedy = did_you_mean(label, known);
-            flat.refuse(Class::UnknownName, format!("{what} names the block '{label}', which is not there"), place, &remedy);
+            flat.refuse(Class::UnknownName, format!("{what} names the block '{label}', which does not exist"), place, &remedy);
             None
         }
     }

@@ -55,7 +55,7 @@ impl BlockKind {
         for item in &interface.items {
             let unknown = item.unit_of.iter().find(|name| !interface.items.iter().any(|other| other.name == **name));
             let wrong = match unknown {
-                Some(name) => Some(Refusal::new(Class::UnknownName, format!("its unit is that of '{name}', which is not there"))),
+                Some(name) => Some(Refusal::new(Class::UnknownName, format!("its unit is that of '{name}', which does not exist"))),
                 None => check_unit(&item.unit).err(),
             };
             refusals.extend(wrong.map(|refusal| refusal.for_what(&format!("item '{}' of block '{}'", item.name, interface.name))));

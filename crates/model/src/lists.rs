@@ -103,9 +103,9 @@ fn wait(flat: &mut Flat<'_>, verb: &Verb, what: &str, conditions: &[String], tim
         return if conditions.is_empty() { Wait::Idle } else { Wait::Conditions(ports) };
     };
     if !conditions.is_empty() {
-        flat.refuse(Class::DefinitionError, format!("a wait of {what} has conditions and a time"), place, "wait for one of them");
+        flat.refuse(Class::DefinitionError, format!("a wait of {what} has both conditions and a time"), place, "wait for one or the other");
     } else if time_ns < 0 {
-        flat.refuse(Class::DefinitionError, format!("a wait of {what} is {time_ns} ns long"), place, "give a time of 0 or more");
+        flat.refuse(Class::DefinitionError, format!("a wait of {what} cannot be {time_ns} ns long"), place, "give a time of 0 or more");
     }
     Wait::Time(time_ns)
 }
@@ -114,7 +114,12 @@ fn wait(flat: &mut Flat<'_>, verb: &Verb, what: &str, conditions: &[String], tim
 fn wait_for(flat: &mut Flat<'_>, verb: &Verb, what: &str, name: &str, place: &Option<SourceLocation>, ports: &mut Vec<Port>) {
     if let Some(termination) = verb.conditions.get(name) {
         if termination.on.is_empty() {
-            flat.refuse(Class::DefinitionError, format!("a wait of {what} names '{name}', a system condition"), place, "wait for conditions of blocks");
+            flat.refuse(
+                Class::DefinitionError,
+                format!("a wait of {what} names '{name}', which is a system condition"),
+                place,
+                "wait for conditions of blocks",
+            );
         }
         for on in &termination.on {
             ports.extend(condition_port(flat, on, place, false));
@@ -123,7 +128,7 @@ fn wait_for(flat: &mut Flat<'_>, verb: &Verb, what: &str, name: &str, place: &Op
         ports.extend(condition_port(flat, name, place, true));
     } else {
         let remedy = did_you_mean(name, verb.conditions.keys().map(String::as_str));
-        flat.refuse(Class::UnknownName, format!("a wait of {what} names the condition '{name}', which is not there"), place, &remedy);
+        flat.refuse(Class::UnknownName, format!("a wait of {what} names the condition '{name}', which does not exist"), place, &remedy);
     }
 }
 
@@ -141,7 +146,7 @@ pub fn condition_port(flat: &mut Flat<'_>, name: &str, place: &Option<SourceLoca
             let conditions = interface.items.iter().filter(|item| item.kind == Kind::Condition);
             let remedy = did_you_mean(&interface.items[port.1].name, conditions.map(|item| item.name.as_str()));
             let described = flat.described(port);
-            flat.refuse(Class::UnknownName, format!("'{name}' is no condition: it is {described}"), place, &remedy);
+            flat.refuse(Class::UnknownName, format!("'{name}' is not a condition: it is {described}"), place, &remedy);
         }
         None => {}
     }
@@ -158,7 +163,7 @@ pub fn initial(flat: &mut Flat<'_>, verb: &Verb) -> usize {
     match &verb.initial {
         Some(name) => verb.command_lists.get_index_of(name).unwrap_or_else(|| {
             let remedy = did_you_mean(name, names());
-            flat.refuse(Class::UnknownName, format!("the initial command list '{name}' of verb '{}' is not there", verb.name), &verb.place, &remedy);
+            flat.refuse(Class::UnknownName, format!("the initial command list '{name}' of verb '{}' does not exist", verb.name), &verb.place, &remedy);
             0
         }),
         None if begins.clone().count() == 1 => begins.next().map_or(0, |(at, _)| at),
@@ -173,8 +178,8 @@ pub fn initial(flat: &mut Flat<'_>, verb: &Verb) -> usize {
         }
         None => {
             let names: Vec<&str> = names().collect();
-            let message = format!("verb '{}' has {} command lists and no initial one", verb.name, names.len());
-            flat.refuse(Class::DefinitionError, message, &verb.place, &format!("say initial= one of {}", names.join(", ")));
+            let message = format!("verb '{}' has {} command lists but no initial one", verb.name, names.len());
+            flat.refuse(Class::DefinitionError, message, &verb.place, &format!("set initial= to one of {}", names.join(", ")));
             0
         }
     }
@@ -190,19 +195,19 @@ pub fn check_scheduled(flat: &mut Flat<'_>, lists: &[CheckedList], drivers: &[Op
             let Some(first) = blocks.clone().next().filter(|_| blocks.clone().all(|block| drivers[block].is_some())) else { continue };
             let (message, remedy) = match command {
                 CheckedCommand::Activate { label, every_ns: Some(_), .. } => (
-                    format!("command list '{}' gives '{label}' an execution interval, and a synchronous input drives it", list.name),
+                    format!("command list '{}' gives '{label}' an execution interval, but a synchronous input drives it", list.name),
                     format!("write activate('{label}'), or relax what drives it with {}", crate::cycles::modes_of_all(&flat.blocks[first])),
                 ),
                 CheckedCommand::Execute { label, .. } => {
                     let port = (first, drivers[first].expect("it was looked for above"));
                     (
                         format!(
-                            "command list '{}' executes '{label}', and {} is synchronous: an execute brings it no new value",
+                            "command list '{}' executes '{label}', but {} is synchronous: an execution brings it no new value",
                             list.name,
                             flat.described(port)
                         ),
                         format!(
-                            "put it into a graph with what writes that and execute the graph, or relax it with modes={{'{}': 'asynchronous'}}",
+                            "put it into a graph with the block that writes that input and execute the graph, or relax the input with modes={{'{}': 'asynchronous'}}",
                             flat.port_name(port)
                         ),
                     )

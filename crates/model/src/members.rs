@@ -71,13 +71,13 @@ pub fn check_ranges(of: &DeviceType) -> Result<(), Refusals> {
         let unknown = members(within).map(|member| signed(member).1).find(|member| defaults.get(*member).and_then(number).is_none());
         if let Some(member) = unknown {
             let numbers = defaults.iter().filter(|(_, value)| number(value).is_some()).map(|(name, _)| name.as_str());
-            let message = format!("{what} names '{member}', which is no parameter of it that is a number");
+            let message = format!("{what} names '{member}', which is not one of its numeric parameters");
             refusals.push(Refusal::new(Class::UnknownName, message).remedy(did_you_mean(member, numbers)).at(&of.place));
             continue;
         }
         let (range, _) = within.resolve(&defaults);
         if let Some((least, most)) = range.reversed() {
-            let message = format!("{what} is {least} to {most}");
+            let message = format!("{what} is reversed: {least} to {most}");
             refusals.push(Refusal::new(Class::DefinitionError, message).remedy("give the lower end first").at(&of.place));
         }
     }

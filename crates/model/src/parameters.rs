@@ -58,14 +58,14 @@ pub(crate) fn instantiation_parameters(flat: &mut Flat<'_>, verb: &Verb) -> Vec<
             let remedy = did_you_mean(&object.device_type, flat.configuration.device_types.keys().map(String::as_str));
             flat.refuse(
                 Class::UnknownName,
-                format!("the object '{name}' is of the device type '{}', which is not there", object.device_type),
+                format!("the object '{name}' has the device type '{}', which does not exist", object.device_type),
                 &verb.place,
                 &remedy,
             );
         }
     }
     for name in verb.objects.keys().chain(verb.instantiation_parameters.keys()).filter(|name| OPTIONS.contains(&name.as_str())) {
-        let message = format!("an argument of verb '{}' cannot be named '{name}': that is a word of a call", verb.name);
+        let message = format!("an argument of verb '{}' cannot be named '{name}': calls use that name themselves", verb.name);
         flat.refuse(Class::DefinitionError, message, &verb.place, &format!("choose another name, for example '{name}_value'"));
     }
     let mut parameters = Vec::with_capacity(verb.instantiation_parameters.len());
@@ -99,13 +99,13 @@ pub(crate) fn input_parameters(flat: &mut Flat<'_>, verb: &Verb) -> Vec<CheckedI
         if verb.instantiation_parameters.contains_key(name) || verb.objects.contains_key(name) {
             flat.refuse(
                 Class::DefinitionError,
-                format!("'{name}' is an input parameter and an instantiation parameter or object"),
+                format!("'{name}' is both an input parameter and an instantiation parameter or object"),
                 place,
-                "give them two names",
+                "give them different names",
             );
         }
         if is_reserved(name) {
-            let message = format!("an input parameter of verb '{}' cannot be named '{name}': that is a word of a call", verb.name);
+            let message = format!("an input parameter of verb '{}' cannot be named '{name}': calls use that name themselves", verb.name);
             flat.refuse(Class::DefinitionError, message, place, &format!("choose another name, for example '{name}_value'"));
         }
         if let Err(refusal) = check_unit(&input.unit) {
@@ -114,7 +114,7 @@ pub(crate) fn input_parameters(flat: &mut Flat<'_>, verb: &Verb) -> Vec<CheckedI
         let whose = match if input.preset { Whose::Own } else { whose(flat, verb, name, false, place) } {
             Whose::Part { argument, .. } => {
                 let remedy = did_you_mean(&argument, verb.objects.keys().map(String::as_str));
-                flat.refuse(Class::UnknownName, format!("the input parameter '{name}' names the object '{argument}', which is not there"), place, &remedy);
+                flat.refuse(Class::UnknownName, format!("the input parameter '{name}' names the object '{argument}', which does not exist"), place, &remedy);
                 continue;
             }
             whose => whose,
@@ -140,7 +140,7 @@ pub(crate) fn input_parameters(flat: &mut Flat<'_>, verb: &Verb) -> Vec<CheckedI
                     Class::DefinitionError,
                     format!("the input parameter '{name}' cannot store into {described}"),
                     place,
-                    "input parameters go to ports, presets of conditions and parameters",
+                    "bind input parameters to ports, presets of conditions and parameters",
                 );
             }
         }

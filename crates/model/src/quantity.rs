@@ -97,13 +97,13 @@ fn is_same_unit(a: &str, b: &str) -> bool {
 /// `UnitMismatch` with the unit that was probably meant: `N.m` for `Nm`.
 pub fn check_unit(text: &str) -> Result<(), Refusal> {
     if text.contains(['[', '(', ')', ']']) {
-        let message = format!("the range behind the unit in '{}' cannot be read", text.escape_debug());
-        return Err(Refusal::new(Class::UnitMismatch, message).remedy("write for example 'rad/s (0, 10]', the lower end first"));
+        let message = format!("the range after the unit in '{}' cannot be read", text.escape_debug());
+        return Err(Refusal::new(Class::UnitMismatch, message).remedy("write, for example, 'rad/s (0, 10]', the lower end first"));
     }
     let unknown = text.split('|').filter(|_| !text.is_empty()).flat_map(words).find(|word| word_unit(word).is_none());
     match unknown {
         None => Ok(()),
-        Some("") => Err(Refusal::new(Class::UnitMismatch, format!("the unit '{text}' cannot be read")).remedy("write for example 'N.m/rad'")),
+        Some("") => Err(Refusal::new(Class::UnitMismatch, format!("the unit '{text}' cannot be read")).remedy("write, for example, 'N.m/rad'")),
         Some(word) => Err(Refusal::new(Class::UnitMismatch, format!("the unit '{}' is not known", word.escape_debug())).remedy(meant(word))),
     }
 }
@@ -161,7 +161,7 @@ pub fn number_in(text: &str, target: &str) -> Result<f64, Refusal> {
     };
     match wanted {
         Some(wanted) => Ok(number * given.multiply * wanted.divide / (given.divide * wanted.multiply)),
-        _ => Err(Refusal::new(Class::UnitMismatch, format!("cannot take '{text}' where the unit is {target}: the dimensions differ"))
+        _ => Err(Refusal::new(Class::UnitMismatch, format!("cannot convert '{text}' to {target}: the dimensions differ"))
             .remedy(format!("give a number or a quantity in {target}"))),
     }
 }
@@ -173,10 +173,10 @@ pub fn number_in(text: &str, target: &str) -> Result<f64, Refusal> {
 /// Fails with `ValueRefused` if the unit is missing or the text is not a number, with `OutOfRange` beyond 292 years,
 /// and with `UnitMismatch` if the quantity is not a time.
 pub fn duration_ns(text: &str, what: &str) -> Result<i64, Refusal> {
-    let refused = |class, is: &str| Refusal::new(class, format!("{what} '{text}' {is}")).remedy("write for example '20 ms'");
+    let refused = |class, is: &str| Refusal::new(class, format!("{what} '{text}' {is}")).remedy("write, for example, '20 ms'");
     let (_, symbol) = split(text).map_err(|_| refused(Class::ValueRefused, "is not a quantity"))?;
     if symbol.is_empty() {
-        return Err(refused(Class::ValueRefused, "has no unit").remedy("write for example '20 ms', or a number of seconds"));
+        return Err(refused(Class::ValueRefused, "has no unit").remedy("write, for example, '20 ms', or a number of seconds"));
     }
     let period = || number_in(text, "Hz").ok().filter(|hz| *hz > 0.0).map(|hz| 1e9 / hz);
     let ns = number_in(text, "ns").ok().or_else(period).ok_or_else(|| refused(Class::UnitMismatch, "is not a time"))?;
@@ -205,11 +205,12 @@ fn split(text: &str) -> Result<(f64, &str), Refusal> {
     match (1..=end).rev().find(is_number) {
         // The leading digits alone would be a different number.
         Some(end) if text[..end].ends_with(|c: char| c.is_ascii_digit()) && text[end..].starts_with(|c: char| c.is_ascii_digit()) => {
-            Err(Refusal::new(Class::ValueRefused, format!("the number of '{text}' is beyond the range of a double, 1.8e308")).remedy("give a smaller number"))
+            Err(Refusal::new(Class::ValueRefused, format!("the number in '{text}' is beyond the range of a double, 1.8e308")).remedy("give a smaller number"))
         }
         Some(end) => Ok((text[..end].trim_end().parse().expect("it was parsed a line above"), text[end..].trim())),
         None => {
-            Err(Refusal::new(Class::ValueRefused, format!("'{text}' is not a number with a unit")).remedy("write a number, or for example '20 ms' or '90 deg'"))
+            Err(Refusal::new(Class::ValueRefused, format!("'{text}' is not a number with a unit"))
+                .remedy("write a number, or, for example, '20 ms' or '90 deg'"))
         }
     }
 }
@@ -335,7 +336,7 @@ mod tests {
     fn a_number_beyond_all_numbers_is_not_read_by_its_first_digits() {
         for text in ["1e400 deg", "1e400", "-1e309 m", &format!("{} m", "9".repeat(400))] {
             let said = number_in(text, "").unwrap_err().to_string();
-            assert!(said.starts_with(&format!("the number of '{text}' is beyond the range of a double, 1.8e308")), "{said}");
+            assert!(said.starts_with(&format!("the number in '{text}' is beyond the range of a double, 1.8e308")), "{said}");
         }
         assert_eq!(number_in("1e-400 m", "m").expect("it is 0"), 0.0);
     }

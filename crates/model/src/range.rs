@@ -146,8 +146,8 @@ fn check_pose(what: &str, numbers: &[Value]) -> Result<(), Refusal> {
     }
     let length = quaternion.iter().map(|q| q * q).sum::<f64>().sqrt();
     if !(1.0 - LENGTH_TOLERANCE..=1.0 + LENGTH_TOLERANCE).contains(&length) {
-        let message = format!("{what} has the quaternion {}, of length {}", listed(quaternion), short(length));
-        return Err(Refusal::new(Class::OutOfRange, message).remedy("give one of length 1, w first; no turn is 1, 0, 0, 0"));
+        let message = format!("{what} has the quaternion {}, whose length is {}", listed(quaternion), short(length));
+        return Err(Refusal::new(Class::OutOfRange, message).remedy("give one of length 1, w first; no rotation is 1, 0, 0, 0"));
     }
     match [x, y, z].iter().find(|at| !(-POSE_REACH..=POSE_REACH).contains(*at)) {
         Some(at) => {
@@ -252,7 +252,7 @@ mod tests {
     fn a_pose_has_a_unit_quaternion_and_is_within_reach() {
         let pose = |numbers: [f64; 7]| refused("[pose]", Value::List(numbers.iter().map(|n| Value::Number(*n)).collect()));
         assert_eq!(pose([0.4, 0.0, 0.3, 1.0, 0.0, 0.0, 0.0]), "");
-        assert!(pose([0.4, 0.0, 0.3, 0.0, 0.0, 0.0, 0.0]).starts_with("'x' has the quaternion 0, 0, 0, 0, of length 0; give one of length 1"));
+        assert!(pose([0.4, 0.0, 0.3, 0.0, 0.0, 0.0, 0.0]).starts_with("'x' has the quaternion 0, 0, 0, 0, whose length is 0; give one of length 1"));
         assert!(pose([4000.0, 0.0, 0.3, 1.0, 0.0, 0.0, 0.0]).ends_with("did you mean '4000 mm'?"));
         assert_eq!(check_angle("'yaw'", 90.0).unwrap_err().to_string(), "'yaw' cannot be 90 rad: its range is -6.28319 to 6.28319 rad; did you mean '90 deg'?");
     }

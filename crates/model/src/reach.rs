@@ -92,7 +92,7 @@ impl Reach<'_> {
                     continue;
                 }
                 let message =
-                    format!("command list '{}' waits for {}, and does not activate or execute {} before", list.name, names(flat, ports), labels(flat, ports));
+                    format!("command list '{}' waits for {}, but does not activate or execute {} first", list.name, names(flat, ports), labels(flat, ports));
                 flat.subject = Some(Where::List { list: list.name.clone() });
                 self.never(flat, message, &list.place, "activate it before the wait", remarks);
             }
@@ -115,13 +115,13 @@ impl Reach<'_> {
                     _ => (format!("the command lists '{}' do not", held.join("', '")), "activate or execute"),
                 };
                 let message =
-                    format!("the condition '{}' stands for {}, and {within} {verb} {}", planned.name, names(flat, &planned.on), labels(flat, &planned.on));
+                    format!("the condition '{}' stands for {}, but {within} {verb} {}", planned.name, names(flat, &planned.on), labels(flat, &planned.on));
                 self.never(flat, message, &place, "activate it in a list where the condition holds, or leave the condition out", remarks);
                 continue;
             }
             for &(from, to) in condition.transitions.iter().filter(|(from, _)| !reports(*from)) {
                 let message = format!(
-                    "the transition ('{}', '{}') → '{}' never comes: '{}' does not activate or execute {}",
+                    "the transition ('{}', '{}') → '{}' is never taken: '{}' does not activate or execute {}",
                     self.lists[from].name,
                     planned.name,
                     self.lists[to].name,
@@ -146,7 +146,7 @@ impl Reach<'_> {
             if returned && matches!(flat.item_kind(*port), Kind::Output | Kind::Condition) && !self.runs.iter().any(|runs| runs[port.0]) {
                 flat.subject = Some(Where::Output { output: name.clone() });
                 let described = flat.described(*port);
-                let message = format!("the output value '{name}' reads {described}, and no command list activates or executes {}", labels(flat, &[*port]));
+                let message = format!("the output value '{name}' reads {described}, but no command list activates or executes {}", labels(flat, &[*port]));
                 flat.refuse(Class::DefinitionError, message, &self.verb.place, "activate or execute it, or leave the output value out");
             }
         }

@@ -17,7 +17,7 @@ pub(crate) fn undriven(flat: &mut Flat<'_>, inputs: &[CheckedInput]) {
         let given = inputs.iter().find(|input| input.ports.contains(&port));
         let why = given.map_or_else(
             || "no block writes its cell".to_owned(),
-            |input| format!("only the input parameter '{}' stores into it, which is no new value", input.name),
+            |input| format!("only the input parameter '{}' stores into it, which does not count as a new value", input.name),
         );
         let refusal = Refusal::new(Class::SchedulingError, format!("nothing drives {described}: it is {mode}, and {why}"));
         let refusal = refusal.remedy(format!("relax it with modes={{'{name}': 'asynchronous'}}, or bind a writer to it"));
@@ -40,7 +40,7 @@ pub(crate) fn cells_without_writer(flat: &mut Flat<'_>, given: &[Port]) -> Vec<R
             continue;
         }
         if !is_given {
-            let text = format!("cell '{}' has no writer and no input parameter: it stays as it is made", group.name);
+            let text = format!("cell '{}' has no writer and no input parameter: it keeps its initial value", group.name);
             remarks.push(Remark { text, place: group.place.clone() });
         }
         flat.groups[at].origin = Origin::InputOnly;

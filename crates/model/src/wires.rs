@@ -135,7 +135,7 @@ impl Sketch {
         match (&drawing.graph, &drawing.verb) {
             (Some(graph), None) => Ok(Sketch::of_graph(graph, configuration)),
             (None, Some(verb)) => Ok(Sketch::of_verb(verb, configuration)),
-            _ => Err(vec![Refusal::new(Class::CallError, "a definition is either a graph or a verb").remedy("give one of \"graph\" and \"verb\"")]),
+            _ => Err(vec![Refusal::new(Class::CallError, "a definition is either a graph or a verb").remedy("give either \"graph\" or \"verb\"")]),
         }
     }
 
@@ -242,7 +242,7 @@ impl Sketch {
             return refused(if one.writes { "both write" } else { "neither of them writes" });
         }
         if let Some(device) = [from, to].into_iter().find(|end| end.ports.iter().any(|port| !matches!(self.kind(*port), Kind::Input | Kind::Output))) {
-            return refused(&format!("{} is no port that a wire leads to; a device item takes a channel", device.described));
+            return refused(&format!("a wire cannot lead to {}; a device item takes a channel", device.described));
         }
         let (source, sink) = (self.object(from), self.object(to));
         if source.is_some() && source == sink {
@@ -250,7 +250,7 @@ impl Sketch {
         }
         if let (Some(source), Some(sink)) = (source, sink) {
             let (source, sink) = (&self.checked.groups[source].name, &self.checked.groups[sink].name);
-            return Some(format!("{} is covered by '{sink}', and {} by '{source}'; a port has one binding", to.described, from.described));
+            return Some(format!("{} is covered by '{sink}', but {} by '{source}'; a port has only one binding", to.described, from.described));
         }
         self.refused_wire(draft, from, to, source, sink)
     }
@@ -297,7 +297,7 @@ impl Sketch {
         let mut writers = together.ports.iter().filter(|port| self.kind(**port) == Kind::Output);
         let (first, second) = (writers.next()?, writers.next()?);
         let described = |port: &Port| crate::flatten::describe(&self.checked.blocks[port.0], port.1);
-        Some(format!("'{}' has two writers: {} and {}; give each a cell of its own", together.name, described(first), described(second)))
+        Some(format!("'{}' has two writers: {} and {}; give each its own cell", together.name, described(first), described(second)))
     }
 
     /// Returns the cycle of synchronous ports that the wire closes.

@@ -8,10 +8,10 @@ const SHOWN_MAX: usize = 80;
 pub fn plain(error: &str) -> String {
     let text = error.split(" at line ").next().unwrap_or(error);
     if let Some((given, wanted)) = cut(text, "invalid type: ").or_else(|| cut(text, "invalid value: ")) {
-        return format!("{} is given where {} belongs", thing(given), kind(wanted));
+        return format!("{} is given where {} is expected", thing(given), kind(wanted));
     }
     if let Some((given, wanted)) = cut(text, "invalid length ") {
-        return format!("{given} elements are given where {} belongs", kind(wanted));
+        return format!("{given} elements are given where {} is expected", kind(wanted));
     }
     if let Some((given, wanted)) = cut(text, "unknown variant ").or_else(|| cut(text, "unknown field ")) {
         return format!("there is no {} here: there are {}", shown(&given.replace('`', "'")), wanted.replace("one of ", "").replace('`', "'"));
@@ -20,11 +20,11 @@ pub fn plain(error: &str) -> String {
         return format!("{} is missing", name.replace('`', "'"));
     }
     if text.starts_with("data did not match any variant") {
-        return "it is of none of the forms that are taken here".to_owned();
+        return "it has none of the accepted forms".to_owned();
     }
     let is_syntax = ["expected value", "invalid number", "unexpected end of hex escape", "lone leading surrogate", "invalid unicode", "number out of range"];
     if is_syntax.iter().any(|said| text.starts_with(said)) {
-        return "it holds a number that is not finite, or a text that is no valid Unicode".to_owned();
+        return "it contains a number that is not finite, or text that is not valid Unicode".to_owned();
     }
     shown(text)
 }
@@ -70,7 +70,7 @@ fn kind(wanted: &str) -> String {
         "i8" | "i16" | "i32" | "i64" | "isize" => "a whole number",
         "f32" | "f64" => "a number",
         "a boolean" => "true or false",
-        "a string" | "a borrowed string" => "a text",
+        "a string" | "a borrowed string" => "a string",
         "a sequence" => "a list",
         "a map" => "an object with names",
         other if other.starts_with("struct ") => "an object with names",
@@ -103,14 +103,14 @@ mod tests {
 
     #[test]
     fn it_says_what_is_given_and_what_belongs_there() {
-        assert_eq!(of::<u64>("-1"), "-1 is given where a whole number of 0 or more belongs");
-        assert_eq!(of::<u64>("null"), "nothing is given where a whole number of 0 or more belongs");
-        assert_eq!(of::<f64>("\"five\""), "\"five\" is given where a number belongs");
-        assert_eq!(of::<bool>("0.5"), "0.5 is given where true or false belongs");
-        assert_eq!(of::<(f64, f64)>("[1]"), "1 elements are given where a list of 2 belongs");
-        assert_eq!(of::<Vec<u64>>("3"), "3 is given where a list belongs");
-        assert_eq!(of::<f64>("NaN"), "it holds a number that is not finite, or a text that is no valid Unicode");
-        assert_eq!(of::<String>("\"\\ud800\""), "it holds a number that is not finite, or a text that is no valid Unicode");
+        assert_eq!(of::<u64>("-1"), "-1 is given where a whole number of 0 or more is expected");
+        assert_eq!(of::<u64>("null"), "nothing is given where a whole number of 0 or more is expected");
+        assert_eq!(of::<f64>("\"five\""), "\"five\" is given where a number is expected");
+        assert_eq!(of::<bool>("0.5"), "0.5 is given where true or false is expected");
+        assert_eq!(of::<(f64, f64)>("[1]"), "1 elements are given where a list of 2 is expected");
+        assert_eq!(of::<Vec<u64>>("3"), "3 is given where a list is expected");
+        assert_eq!(of::<f64>("NaN"), "it contains a number that is not finite, or text that is not valid Unicode");
+        assert_eq!(of::<String>("\"\\ud800\""), "it contains a number that is not finite, or text that is not valid Unicode");
         assert!(of::<u64>(&format!("\"{}\"", "x".repeat(100_000))).len() < 200);
     }
 }

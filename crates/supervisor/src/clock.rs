@@ -16,7 +16,7 @@ impl System {
     pub fn advance(&self, duration_ns: i64) -> Result<(), Refusals> {
         self.require_virtual("advance")?;
         if duration_ns < 0 {
-            let message = format!("the duration to advance cannot be {} s: its range is at least 0 s", duration_ns as f64 * 1e-9);
+            let message = format!("the duration to advance cannot be {} s: it must be at least 0 s", duration_ns as f64 * 1e-9);
             return Err(refuse(Class::OutOfRange, message, "give a time that is not negative, for example '20 ms'"));
         }
         let limit_ns = self.now_ns().saturating_add(duration_ns);
@@ -54,6 +54,6 @@ impl System {
         if self.shared.is_virtual {
             return Ok(());
         }
-        Err(refuse(Class::InvalidState, format!("cannot {call} system '{}': its clock is monotonic", self.name), "make it with clock=\"virtual\""))
+        Err(refuse(Class::InvalidState, format!("cannot {call} system '{}': its clock is monotonic", self.name), "create it with clock=\"virtual\""))
     }
 }

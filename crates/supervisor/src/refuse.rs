@@ -18,7 +18,7 @@ pub(crate) fn unknown<'a>(what: &str, name: &str, known: impl Iterator<Item = &'
     let remedy = match model::hints::nearest(name, known.iter().copied()) {
         Some(meant) => format!("did you mean '{meant}'?"),
         None if known.is_empty() => format!("there is no {what} yet"),
-        None => format!("there are: {}", known[..known.len().min(12)].join(", ")),
+        None => format!("choose one of: {}", known[..known.len().min(12)].join(", ")),
     };
     refuse(Class::UnknownName, format!("there is no {what} '{name}'"), remedy)
 }

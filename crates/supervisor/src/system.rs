@@ -104,7 +104,7 @@ impl SystemState {
     pub fn command<T>(&self, command: impl FnOnce(&mut Core) -> Result<T, Refusals>) -> Result<T, Refusals> {
         let mut core = self.locked();
         if self.closed.load(Ordering::Acquire) {
-            return Err(refuse(Class::InvalidState, "the system is closed", "make a new one"));
+            return Err(refuse(Class::InvalidState, "the system is closed", "create a new one"));
         }
         let wake = core.next_wake(0);
         core.drain();
@@ -124,7 +124,7 @@ impl SystemState {
     pub fn ask<T>(&self, ask: impl FnOnce(&mut Core) -> Result<T, Refusals>) -> Result<T, Refusals> {
         let mut core = self.locked();
         if self.closed.load(Ordering::Acquire) {
-            return Err(refuse(Class::InvalidState, "the system is closed", "make a new one"));
+            return Err(refuse(Class::InvalidState, "the system is closed", "create a new one"));
         }
         ask(&mut core)
     }

@@ -63,8 +63,8 @@ impl SystemState {
                         None => {
                             return Err(refuse(
                                 Class::InvalidState,
-                                "nothing is ever going to happen: the wait would have no end",
-                                "is a timer running, is a block active?",
+                                "the wait would never end: nothing is going to happen",
+                                "start a timer, or activate a block, before the wait",
                             ));
                         }
                     }

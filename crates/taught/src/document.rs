@@ -13,7 +13,7 @@ const FORMAT: i64 = 2;
 const DIGITS: f64 = 1e9;
 /// Exclusive limit of the magnitude of numbers in a file.
 const NUMBER_MAX: f64 = 1e300;
-const NEW: &str = "# Taught points, one a line. You may edit this file: comments and order stay.\nformat = 2\n";
+const NEW: &str = "# Taught points, one per line. You may edit this file: comments and order are kept.\nformat = 2\n";
 
 /// A valid points file.
 pub struct PointDocument {
@@ -28,14 +28,14 @@ impl PointDocument {
     /// Parses the text of a file, or creates a new document. Fails if the text cannot be understood or belongs to another arm.
     pub fn of(text: Option<String>, file: &PointFile) -> Result<Self, Refusals> {
         let wrong = |why: String| {
-            refuse(Class::InvalidState, format!("the points file '{}' cannot be used: {why}", file.path.display()), "mend it; nothing was changed")
+            refuse(Class::InvalidState, format!("the points file '{}' cannot be used: {why}", file.path.display()), "fix it; nothing was changed")
         };
         let mut document: DocumentMut = text.as_deref().unwrap_or(NEW).parse().map_err(|why: toml_edit::TomlError| wrong(why.to_string().trim().to_owned()))?;
         if text.is_none() {
             enter_arm(&mut document, file);
         }
         if !matches!(document.get("format").and_then(Item::as_integer), Some(1 | FORMAT)) {
-            return Err(wrong(format!("its format is not 1 or {FORMAT}")));
+            return Err(wrong(format!("its format must be 1 or {FORMAT}")));
         }
         let arm = document.get("arm").and_then(Item::as_table_like).ok_or_else(|| wrong("it has no table [arm]".to_owned()))?;
         let [joints, units] = ["joints", "units"].map(|key| texts(arm.get(key)));
@@ -47,10 +47,11 @@ impl PointDocument {
         if joints.is_empty() {
             enter_arm(&mut document, file);
         } else if joints != file.joints {
-            let message = format!("the points of '{}' are of {}; arm '{}' has {}", file.path.display(), joints.join(", "), file.arm, file.joints.join(", "));
+            let message =
+                format!("the points of '{}' are of {}, but arm '{}' has {}", file.path.display(), joints.join(", "), file.arm, file.joints.join(", "));
             return Err(refuse(Class::ValueRefused, message, "name the file of this arm"));
         } else if model != file.model && !file.any_model {
-            let message = format!("the points of '{}' were taught with another model than that of '{}'", file.path.display(), file.arm);
+            let message = format!("the points of '{}' were taught with a different model from that of '{}'", file.path.display(), file.arm);
             return Err(refuse(Class::ValueRefused, message, "name the file of this arm"));
         }
         let units = if joints.is_empty() { file.units.clone() } else { units };
@@ -111,7 +112,7 @@ impl PointDocument {
         named(to)?;
         self.known(name)?;
         if self.table("points").is_some_and(|table| table.contains_key(to)) {
-            return Err(refuse(Class::ValueRefused, format!("cannot rename point '{name}': there is a point '{to}' already"), "delete that one first"));
+            return Err(refuse(Class::ValueRefused, format!("cannot rename point '{name}': there is already a point '{to}'"), "delete that one first"));
         }
         let points = self.points_mut();
         let names: Vec<String> = points.iter().map(|(key, _)| key.to_owned()).collect();
@@ -141,7 +142,7 @@ impl PointDocument {
         let entry = self.table("points").and_then(|table| table.get(name)).and_then(|entry| self.point(name, entry));
         entry.ok_or_else(|| {
             let meant =
-                hints::nearest(name, there.iter().copied()).map_or_else(|| "look at the list of points".to_owned(), |meant| format!("did you mean '{meant}'?"));
+                hints::nearest(name, there.iter().copied()).map_or_else(|| "check the list of points".to_owned(), |meant| format!("did you mean '{meant}'?"));
             refuse(Class::UnknownName, format!("there is no point '{name}' in '{}'", self.path.display()), meant)
         })
     }
@@ -153,22 +154,22 @@ impl PointDocument {
         if point.joints.len() != self.joints.len() || !finite(&point.joints) {
             return Err(refuse(
                 Class::ValueRefused,
-                format!("point '{name}' is given {:?}", point.joints),
+                format!("point '{name}' cannot be {:?}", point.joints),
                 format!("give {} finite numbers: {}", self.joints.len(), self.joints.join(", ")),
             ));
         }
         if (point.frame == JOINTS) != point.position.is_none() || !point.position.iter().chain(&point.rpy_deg).all(|place| finite(place)) {
             return Err(refuse(
                 Class::ValueRefused,
-                format!("point '{name}' is given no place in its frame '{}'", point.frame),
+                format!("point '{name}' has no valid position in its frame '{}'", point.frame),
                 "give finite numbers, or the frame 'joints'",
             ));
         }
         let no = |what: &str, name: &str| {
             refuse(
                 Class::UnknownName,
-                format!("point '{}' is of the {what} '{name}', which '{}' has not", point.name, self.path.display()),
-                "choose one of the file",
+                format!("point '{}' uses the {what} '{name}', which '{}' does not contain", point.name, self.path.display()),
+                "choose one that the file contains",
             )
         };
         if point.frame != JOINTS && point.frame != WORLD && !self.has("frames", &point.frame) {
@@ -188,7 +189,7 @@ impl PointDocument {
             }
         }
         for (name, entry) in self.table("points").into_iter().flat_map(TableLike::iter) {
-            let point = self.point(name, entry).ok_or_else(|| format!("point '{name}' is not a position of each joint: {}", self.joints.join(", ")))?;
+            let point = self.point(name, entry).ok_or_else(|| format!("point '{name}' does not have a position of each joint: {}", self.joints.join(", ")))?;
             self.fits(&point).map_err(|refusals| refusals[0].message.clone())?;
         }
         Ok(())
@@ -268,7 +269,7 @@ fn factor(unit: &str) -> Option<f64> {
 
 fn named(name: &str) -> Result<(), Refusals> {
     if name.trim().is_empty() {
-        return Err(refuse(Class::CallError, "a point has a name", "give one, for example pick"));
+        return Err(refuse(Class::CallError, "a point must have a name", "give one, for example pick"));
     }
     Ok(())
 }

@@ -116,7 +116,7 @@ fn what_cannot_be_used_is_refused_and_left_alone() {
         (head(units) + "a = {joints = [1, nan]}\n", "point 'a'"),
         (head(units) + "a = 7\n", "point 'a'"),
         (head(units) + "a = {joints = [1, 2], frame = \"table\", position = [0, 0, 0]}\n", "'table'"),
-        (head(units) + "a = {joints = [1, 2], position = [0, 0, 0]}\n", "place in its frame"),
+        (head(units) + "a = {joints = [1, 2], position = [0, 0, 0]}\n", "position in its frame"),
         (head(units).replace("\"slide\"", "\"lift\""), "turn, lift"),
         (head(units).replace("\"m\"\njoints", "\"other\"\njoints"), "another model"),
         (format!("{}a = {}1{}\n", head(units), "[".repeat(5000), "]".repeat(5000)), "cannot be used"),

@@ -29,15 +29,15 @@ test("no message of the core reaches the page with an option of Python in it", (
 test("remedies are sentences of the page", () => {
   const said = (text: string) => worded(text);
   expect(said("relax it with modes={'sum.b': 'asynchronous'}")).toBe("set the mode of 'sum.b' to asynchronous");
-  expect(said("say initial= one of start, back")).toBe("choose the command list that it begins with, one of start, back");
-  expect(said("where you trust its origin, replay it with trust=True (opengpac replay --trust)")).toBe(
-    "where you trust its origin, replay it as trusted",
+  expect(said("set initial= to one of start, back")).toBe("choose the command list that it begins with, one of start, back");
+  expect(said("if you trust its origin, replay it with trust=True (opengpac replay --trust)")).toBe(
+    "if you trust its origin, replay it as trusted",
   );
   expect(said("write activate('sum', every='1 ms'), or place it on a trigger")).toBe(
     "give the command activate of 'sum' an interval, for example 1 ms, or place it on a trigger",
   );
-  expect(said("raise kp= and kd=, or allow more by max_following_error=")).toBe(
-    "raise 'kp' and 'kd', or allow more by 'max_following_error'",
+  expect(said("raise kp= and kd=, or raise max_following_error=")).toBe(
+    "raise 'kp' and 'kd', or raise 'max_following_error'",
   );
   expect(said("units differ: x = 3, y == 4")).toBe("units differ: x = 3, y == 4");
 });

@@ -12,7 +12,7 @@ const WORDINGS: Wording[] = [
   [/give it one mode with modes=/g, "give it one mode at its port"],
   [/ with modes=(\{[^}]*\}+)?/g, " by the mode at its port"],
   [/modes=(\{[^}]*\}+)?/g, "the mode at its port"],
-  [/say initial= one of /g, "choose the command list that it begins with, one of "],
+  [/set initial= to one of /g, "choose the command list that it begins with, one of "],
   [/write activate\('([^']+)', every='1 ms'\)/g, "give the command activate of '$1' an interval, for example 1 ms"],
   [
     /declare it in every list: activate\('([^']+)', every=gpac\.interval\('[^']+', tunable=True\)\)/g,
@@ -32,9 +32,9 @@ const WORDINGS: Wording[] = [
   [/returns=/g, "return values"],
   // Sizes, histories, ranges and units.
   [/\bk='2 N\.m\/rad'/g, "2 N.m/rad"],
-  [/give for example n=6/g, "give for example 6"],
+  [/give, for example, n=6/g, "give, for example, 6"],
   [/declare it with each\(\) to take several/g, "let the object take several of them"],
-  [/give for example arm\['elbow'\]/g, "give one, for example arm.elbow"],
+  [/give, for example, arm\['elbow'\]/g, "give one, for example arm.elbow"],
   [/cell\.svv\(…, history=100\)/g, "a history of 100 values"],
   [/history=/g, "a history of "],
   [/within=\(([^)]*)\)/g, "$1"],

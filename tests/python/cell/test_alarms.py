@@ -293,7 +293,7 @@ def test_a_shelved_alarm_is_out_of_the_list_until_its_time_is_over(cell: gpac.Sy
     assert (shelving.who, shelving.reason, shelving.ended_by) == ("program", "the fan is exchanged on Monday", "")
     assert (shelving.until - shelving.time, shelving.ended) == (10.0, shelving.until)
     said = [entry["text"] for entry in cell.log() if entry["kind"] == "alarm"]
-    assert said[-1] == "E1: its time on the shelf is over"
+    assert said[-1] == "E1: its time on the shelf has expired"
     assert "E1: shelved for 10 s: the fan is exchanged on Monday" in said
 
 

@@ -10,7 +10,7 @@ from cell_rig import Bench
 from opengpac import activate, library
 from opengpac.robots import move
 
-REFUSED = r"cannot enable 'arm\.x': physical device 'drives' is lost: the loopback device was told to fail.*reopen\(\)"
+REFUSED = r"cannot enable 'arm\.x': physical device 'drives' is lost: the loopback device fails.*reopen\(\)"
 
 
 def lost(cell: gpac.System) -> Bench:

@@ -32,7 +32,7 @@ def test_manual_mode_starts_only_what_is_declared_for_it(cell: gpac.System, nudg
     bench.arm.enable()
     assert cell.mode == "automatic"
     cell.mode = "manual"
-    with pytest.raises(gpac.InvalidState, match="manual mode and verb 'robot_move' is not declared for it"):
+    with pytest.raises(gpac.InvalidState, match="manual mode, but verb 'robot_move' is not declared for it"):
         move(bench.arm, goal=[0.1, 0.1])
     nudging = nudge.asynch(bench.arm.x, to=0.05)
     cell.advance("200 ms")

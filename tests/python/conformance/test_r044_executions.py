@@ -26,14 +26,14 @@ def counted(rig: Rig, name: str, commands: list[gpac.Command], blocks: dict[str,
 @pytest.mark.parametrize("before", [[], [execute("c")], [activate("k"), execute("c")]], ids=["alone", "after its writer", "while it waits"])
 def test_r044_what_waits_for_a_value_is_not_executed(memory_rig: Rig, before: list[gpac.Command]) -> None:
     with pytest.raises(
-        gpac.SchedulingError, match=r"executes 'k', and input 'k.u' .* an execute brings it no new value; put it into a graph"
+        gpac.SchedulingError, match=r"executes 'k', but input 'k.u' .* an execution brings it no new value; put it into a graph"
     ):
         counted(memory_rig, "executed", [*before, execute("k")])
 
 
 def test_r044_a_graph_of_what_waits_is_not_executed(memory_rig: Rig) -> None:
     copier = gpac.Graph("copier", blocks={"c": memory_rig.block("copy.copy")}, inputs={"u": "c.u"}, outputs={"y": "c.y", "n": "c.n"})
-    with pytest.raises(gpac.SchedulingError, match=r"executes 'k', and input 'k.c.u' \(double\) is synchronous"):
+    with pytest.raises(gpac.SchedulingError, match=r"executes 'k', but input 'k.c.u' \(double\) is synchronous"):
         counted(memory_rig, "executed", [execute("k")], {"c": memory_rig.block("count.count"), "k": copier})
 
 

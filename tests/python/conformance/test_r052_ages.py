@@ -97,7 +97,9 @@ def test_r052_a_ratio_value_that_is_absent_for_too_long_ends_its_reader(rig: Rig
     assert vi.state == "running"
     writer.halt()
     rig.cell.advance("50 ms")
-    with pytest.raises(gpac.Terminated, match=r"a ratio value from 'rtp0\.slow' to 'rtp1\.fast' is absent for more than 0\.02 s") as end:
+    with pytest.raises(
+        gpac.Terminated, match=r"a ratio value from 'rtp0\.slow' to 'rtp1\.fast' has been missing for more than 0\.02 s"
+    ) as end:
         vi.wait()
     assert end.value.condition == "late" and 1.02 < end.value.time < 1.04
 

@@ -139,7 +139,7 @@ def test_r054_only_what_is_declared_tunable(rig: Rig) -> None:
         fixed.set(every={"count": "2 ms"})
     fixed.halt()
     vi = counting(rig).on(rig.fast).asynch(y)
-    with pytest.raises(gpac.UnknownName, match=r"every names 'cuont'.*did you mean 'count'"):
+    with pytest.raises(gpac.UnknownName, match=r"every= names 'cuont'.*did you mean 'count'"):
         vi.set(every={"cuont": "2 ms"})
     with pytest.raises(gpac.SchedulingError, match=r"1\.5 ms"):
         vi.set(every={"count": "1.5 ms"})

@@ -177,7 +177,7 @@ def test_r111_structs_and_arrays_have_histories(rig: Rig) -> None:
 def test_r111_a_history_too_short_is_refused(memory_rig: Rig, kept: int) -> None:
     u = memory_rig.cell.svv("u", history=kept)
     seen = memory_rig.cell.svv("seen", "double[4]")
-    words = r"cannot bind SVV 'u' to input 'r\.u' \(double, the last 4\): the SVV keeps (none|3); make the SVV with history=4 at .*:\d+"
+    words = r"cannot bind SVV 'u' to input 'r\.u' \(double, the last 4\): the SVV keeps (none|3); create the SVV with history=4 at .*:\d+"
     with pytest.raises(gpac.TypeMismatch, match=words) as caught:
         reading(memory_rig).on(memory_rig.fast).new_instance(u, seen)
     assert [end.what for end in caught.value.ends] == ["SVV 'u'", "input 'r.u' (double, the last 4)"]
@@ -194,5 +194,5 @@ def test_r111_a_history_has_one_length(tmp_path: Path) -> None:
     wrong = tmp_path / "wrong.c"
     items = 'size(n, 1, 4), in_history(double[n], u, 4, "u"), out(double, y, "y")'
     wrong.write_text(f'#include <opengpac.h>\nFUNCTION_BLOCK(wrong, "w", {items}) {{ return OK; }}\n')
-    with pytest.raises(gpac.ModuleError, match="a history is of values of one length"):
+    with pytest.raises(gpac.ModuleError, match="all values of a history must have the same length"):
         gpac.System("cell", clock="virtual").download(str(wrong))

@@ -35,7 +35,7 @@ FAULTS = {
     ),
     "a time without a unit": (
         '[verbs.v]\nblocks.w = "library.chirp"\n[verbs.v.command_lists]\nstart = [\n  { activate = "w", every = "20" },\n]\n',
-        ["7: ValueRefused: 'verbs.v.command_lists.start[0].every' '20' has no unit; write for example '20 ms', or a number of seconds"],
+        ["7: ValueRefused: 'verbs.v.command_lists.start[0].every' '20' has no unit; write, for example, '20 ms', or a number of seconds"],
     ),
     "a number for a time": (
         '[verbs.v]\nblocks.w = "library.chirp"\ncommand_lists.start = [{ activate = "w", every = 20 }]\n',
@@ -73,8 +73,8 @@ FAULTS = {
         'end = { on = "w.finished", returns = "y" }\n',
         [
             "12: UnknownName: 'w' (library.chirp) has no 'finish'; did you mean 'finished'?",
-            "15: UnknownName: the condition 'end' returns 'y', which is no output value",
-            "7: UnknownName: the transition ('start', 'end') → 'strat' names the command list 'strat', which is not there; "
+            "15: UnknownName: the condition 'end' returns 'y', which is not an output value",
+            "7: UnknownName: the transition ('start', 'end') → 'strat' names the command list 'strat', which does not exist; "
             "did you mean 'start'?",
         ],
     ),

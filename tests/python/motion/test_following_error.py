@@ -35,9 +35,9 @@ def stuck(cell: gpac.System, **changes: Any) -> tuple[str, gpac.Group[Any]]:
 def test_a_motion_says_joint_error_limit_effort_and_what_to_change(cell: gpac.System) -> None:
     said, _ = stuck(cell, kp=0.0)
     pattern = (
-        r"the verb of device 'axes\.x' ended with 'following_error': joint 'axes\.x' is (0\.05\d*) rad from where it is commanded to be, "
-        r"and max_following_error is 0\.05 rad; its servo's effort is 0 of max_effort 150 N\.m \(not saturated\): move with less speed= or "
-        r"acceleration=, raise kp= and kd=, or allow more by max_following_error="
+        r"the verb of device 'axes\.x' ended with 'following_error': joint 'axes\.x' is (0\.05\d*) rad from its commanded position, "
+        r"but max_following_error is 0\.05 rad; its servo's effort is 0 of max_effort 150 N\.m \(not saturated\): move with less speed= or "
+        r"acceleration=, raise kp= and kd=, or raise max_following_error="
     )
     found = re.search(pattern, said)
     assert found, said
@@ -131,7 +131,7 @@ def test_a_drive_that_closes_the_loop_has_no_effort_to_tell(cell: gpac.System) -
     axes = gpac.Group("axes", gpac.robots.Joint("axes.x", drive=plant["x"], on=fast, max_following_error=1e-4)).enable()
     with pytest.raises(gpac.Terminated) as ended:
         gpac.motion.move_absolute(axes, 1.0)
-    assert "and max_following_error is 0.0001 rad: move with less speed= or acceleration=, look for what blocks" in str(ended.value)
+    assert "but max_following_error is 0.0001 rad: move with less speed= or acceleration=, find what blocks" in str(ended.value)
     assert "torque limit of its drive" in str(ended.value)
 
 
@@ -139,11 +139,11 @@ def test_a_servo_that_swings_is_unstable_and_its_joint_in_fault(cell: gpac.Syste
     axes = machine(cell, kp=3000.0, max_effort=20.0)
     with pytest.raises(gpac.Terminated) as ended:
         gpac.motion.move_absolute(axes, 1.0)
-    found = re.search(r"the servo of joint 'axes\.([xy])' is unstable: it swings at ([\d.]+) Hz: lower kd= and kp=, ", str(ended.value))
+    found = re.search(r"the servo of joint 'axes\.([xy])' is unstable: it oscillates at ([\d.]+) Hz: lower kd= and kp=, ", str(ended.value))
     assert found, str(ended.value)
     joint = axes[0 if found[1] == "x" else 1]
     assert joint.state == "fault"
-    assert "it swings at" in cell.alarms["servo_unstable"].text
+    assert "it oscillates at" in cell.alarms["servo_unstable"].text
     # The positions of the last 20 ms turn like this, that is, over ten periods of the fastest oscillation.
     steps = np.sign(np.diff(joint.sensed.history[-21:]["value"]))
     assert float(found[2]) == pytest.approx(1000 * np.count_nonzero(np.diff(steps)) / 2 / 19, rel=0.2)
@@ -165,7 +165,7 @@ def test_the_check_can_be_turned_off(cell: gpac.System) -> None:
 
 def test_a_position_that_ripples_is_unstable_though_its_effort_is_within_its_limits(cell: gpac.System) -> None:
     axes = machine(cell, kp=2020.0, max_effort=1e6)
-    with pytest.raises(gpac.Terminated, match="is unstable: it swings at 500 Hz"):
+    with pytest.raises(gpac.Terminated, match="is unstable: it oscillates at 500 Hz"):
         gpac.motion.move_absolute(axes, 1.0)
 
 
@@ -176,7 +176,7 @@ def test_a_ripple_at_rest_is_unstable_though_it_is_far_from_every_other_limit(ce
     gpac.motion.move_absolute(joint, 0.1)
     cell.advance("4 s")
     assert joint.state == "fault"
-    assert "the servo of joint 'axes.x' is unstable: it swings at 500 Hz" in cell.alarms["servo_unstable"].text
+    assert "the servo of joint 'axes.x' is unstable: it oscillates at 500 Hz" in cell.alarms["servo_unstable"].text
     assert 1e-3 < np.ptp(joint.sensed.history[:]["value"][-20:]) < 2e-3
 
 

@@ -233,7 +233,7 @@ def test_a_group_without_geometry_is_told_what_it_lacks(arm: gpac.robots.Arm) ->
     part = gpac.Group("part", *arm)
     with pytest.raises(gpac.CallError, match=r"'chain' is missing, and group part.* has no 'chain' to replace it"):
         move_linear(part, arm.pose())
-    with pytest.raises(gpac.OutOfRange, match="'pose' has the quaternion 0, 0, 0, 0, of length 0; give one of length 1"):
+    with pytest.raises(gpac.OutOfRange, match="'pose' has the quaternion 0, 0, 0, 0, whose length is 0; give one of length 1"):
         move_linear(arm, [0, 0, 0, 0, 0, 0, 0])
 
 

@@ -113,7 +113,7 @@ def test_a_motion_that_takes_over_goes_on_smoothly(axes: gpac.Group[Joint], seed
 
 
 def test_a_goal_outside_the_range_is_refused_before_anything_moves(axes: gpac.Group[Joint]) -> None:
-    said = r"'goal' for 'axes.y' is 90 rad and its range is -2 to 2 rad.*did you mean '90 deg'\?.*test_moves.py"
+    said = r"'goal' for 'axes.y' is 90 rad, but its range is -2 to 2 rad.*did you mean '90 deg'\?.*test_moves.py"
     with pytest.raises(gpac.OutOfRange, match=said):
         motion.move_absolute(axes, [0.5, 90])
     with pytest.raises(gpac.OutOfRange, match=r"'goal' for 'axes.x' is 500 rad .*give a value within the range"):
@@ -122,7 +122,7 @@ def test_a_goal_outside_the_range_is_refused_before_anything_moves(axes: gpac.Gr
         motion.move_absolute(axes, [3.0, 1e9])
     assert isinstance(all_at_once.value, gpac.InstallationErrors) and len(all_at_once.value.errors) == 2
     motion.move_absolute(axes, [1.0, 0.0], speed="100 %")
-    with pytest.raises(gpac.OutOfRange, match=r"is 1.5 rad from 1, that is 2.5 rad, and its range"):
+    with pytest.raises(gpac.OutOfRange, match=r"is 1.5 rad from 1, that is 2.5 rad, but its range"):
         motion.move_relative(axes, [1.5, 0.0])
     with pytest.raises(gpac.OutOfRange, match=r"'speed' for 'axes.x' is 30 rad/s .*did you mean '30 deg/s'\?"):
         motion.move_absolute(axes, 0.0, speed=[30, 0.5])
@@ -171,7 +171,7 @@ def test_a_sliding_joint_counts_in_metres() -> None:
     assert lift.commanded.value == pytest.approx(0.25)
     with pytest.raises(gpac.UnitMismatch):
         motion.move_absolute(lift, "10 deg")
-    with pytest.raises(gpac.OutOfRange, match=r"'goal' for 'lift' is 2 m and its range is -1000000 to 1.2 m"):
+    with pytest.raises(gpac.OutOfRange, match=r"'goal' for 'lift' is 2 m, but its range is -1000000 to 1.2 m"):
         motion.move_absolute(lift, 2.0)
     with pytest.raises(gpac.UnitMismatch):
         lift.max_speed = "1 rad/s"

@@ -153,6 +153,6 @@ def test_who_follows_the_remedies_gets_a_verb(until: str) -> None:
 def test_what_cannot_be_awaited_is_refused() -> None:
     with pytest.raises(gpac.DefinitionError, match="until= must be 'any' or 'all', not 'both'; write until='any' or until='all'"):
         gpac.together(motion.move_absolute, name="one", until="both")
-    with pytest.raises(gpac.CompositionConflict, match=r"all parts are awaited in 'start', and part 'home' .* goes on to its list 'back'"):
+    with pytest.raises(gpac.CompositionConflict, match=r"all parts are awaited in 'start', but part 'home' .* proceeds to its list 'back'"):
         rename = {"home.arm": "other", "home.speed": "other_speed"}
         gpac.together({"move": motion.move_absolute, "home": motion.home}, name="both", rename=rename, until="all")

@@ -20,7 +20,7 @@ def test_a_velocity_is_kept_changed_and_stopped_smoothly(axes: gpac.Group[Joint]
     moving.set(velocity=[-0.2, 0.1])
     watch.run(800)
     assert axes.values("commanded_velocity") == pytest.approx([-0.2, 0.1])
-    with pytest.raises(gpac.OutOfRange, match=r"'velocity' for 'axes.x' is 3 rad/s and its range is -1 to 1 rad/s"):
+    with pytest.raises(gpac.OutOfRange, match=r"'velocity' for 'axes.x' is 3 rad/s, but its range is -1 to 1 rad/s"):
         moving.set(velocity=[3.0, 0.0])
     moving.halt()
     watch.run(400)

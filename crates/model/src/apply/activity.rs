@@ -98,14 +98,14 @@ impl Draft<'_> {
             });
             if block.is_none() && !activated.clone().any(|known| known == label) {
                 let remedy = did_you_mean(label, activated.by_ref());
-                self.refuse(Class::UnknownName, format!("every names '{label}', which verb '{}' does not activate", checked.name), &remedy, &None);
+                self.refuse(Class::UnknownName, format!("every= names '{label}', which verb '{}' does not activate", checked.name), &remedy, &None);
             } else if *every_ns == 0 {
-                self.refuse(Class::SchedulingError, format!("every gives '{label}' an interval of 0"), "give a positive interval, for example '1 ms'", &None);
+                self.refuse(Class::SchedulingError, format!("every= gives '{label}' an interval of 0"), "give a positive interval, for example '1 ms'", &None);
             } else if block.is_some_and(|block| checked.driven[block]) {
                 self.refuse(
                     Class::SchedulingError,
-                    format!("every gives '{label}' an execution interval, and a synchronous input drives it"),
-                    "give the interval to what drives it",
+                    format!("every= gives '{label}' an execution interval, but a synchronous input drives it"),
+                    "give the interval to the block that drives it",
                     &None,
                 );
             }

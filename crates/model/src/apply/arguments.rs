@@ -60,7 +60,12 @@ impl<'a> Draft<'a> {
             for (at, device) in devices.iter().enumerate() {
                 self.check_device(name, device, &object.device_type);
                 if devices[..at].contains(device) {
-                    self.refuse(Class::CallError, format!("'{name}' of verb '{}' is given the device '{device}' twice", checked.name), "give each once", &None);
+                    self.refuse(
+                        Class::CallError,
+                        format!("'{name}' of verb '{}' is given the device '{device}' twice", checked.name),
+                        "give each device once",
+                        &None,
+                    );
                 }
             }
             self.objects.push(devices);
@@ -74,7 +79,7 @@ impl<'a> Draft<'a> {
                 self.refuse(Class::UnknownName, format!("there is no logical device '{device}'"), &remedy, &None);
             }
             Some(found) if found.device_type != device_type => {
-                let message = format!("'{object}' of verb '{}' takes a {device_type}, and '{device}' is a {}", self.checked.name, found.device_type);
+                let message = format!("'{object}' of verb '{}' takes a {device_type}, but '{device}' is a {}", self.checked.name, found.device_type);
                 self.refuse(Class::CallError, message, &format!("give a {device_type}"), &None);
             }
             Some(_) => {}
@@ -94,7 +99,7 @@ impl<'a> Draft<'a> {
         for name in self.application.arguments.keys() {
             if !names.contains(&name.as_str()) {
                 let is_input = checked.inputs.iter().any(|input| input.name == *name);
-                let remedy = if is_input { format!("'{name}' is an input parameter; give it at start") } else { did_you_mean(name, names.iter().copied()) };
+                let remedy = if is_input { format!("'{name}' is an input parameter; give it at the start") } else { did_you_mean(name, names.iter().copied()) };
                 self.refuse(Class::CallError, format!("verb '{}' has no instantiation parameter '{name}'", checked.name), &remedy, &None);
             }
         }
@@ -154,12 +159,12 @@ impl<'a> Draft<'a> {
             Some(Argument::Part { device, part }) => self.channel(device, &format!("{part}.{channel}")),
             Some(_) => {
                 let message = format!("'{argument}' of verb '{}' takes a part of a physical device", self.checked.name);
-                self.refuse(Class::CallError, message, "give for example arm['elbow']", &None);
+                self.refuse(Class::CallError, message, "give, for example, arm['elbow']", &None);
                 None
             }
             None => {
                 let message = format!("verb '{}' needs '{argument}', a part of a physical device with a channel '{channel}'", self.checked.name);
-                self.refuse(Class::CallError, message, "give for example arm['elbow']", &None);
+                self.refuse(Class::CallError, message, "give, for example, arm['elbow']", &None);
                 None
             }
         }

@@ -159,7 +159,7 @@ impl<'a> Draft<'a> {
             if svvs[..at].iter().any(|(other, _)| other == name) && group.ports.iter().any(is_output) {
                 self.refuse(
                     Class::SecondWriter,
-                    format!("SVV '{name}' is twice in the list for '{}', which is written", group.name),
+                    format!("SVV '{name}' appears twice in the list for '{}', which is written to", group.name),
                     "give each SVV once",
                     &group.place,
                 );
@@ -228,10 +228,10 @@ impl<'a> Draft<'a> {
         let Some((name, svv)) = svvs.first().filter(|_| history > 0) else { return };
         let described = self.described(port);
         let (class, why, remedy) = if !whole {
-            (Class::TypeMismatch, "its values are those of one SVV".to_owned(), format!("bind it to one SVV of type {}", self.type_of(port)))
+            (Class::TypeMismatch, "its values come from one SVV".to_owned(), format!("bind it to one SVV of type {}", self.type_of(port)))
         } else if svv.history < history {
             let kept = if svv.history == 0 { "keeps none".to_owned() } else { format!("keeps {}", svv.history) };
-            (Class::TypeMismatch, format!("the SVV {kept}"), format!("make the SVV with history={history}"))
+            (Class::TypeMismatch, format!("the SVV {kept}"), format!("create the SVV with history={history}"))
         } else {
             return;
         };
@@ -264,9 +264,9 @@ impl<'a> Draft<'a> {
             let what = format!("channel '{device}.{}' ({}{})", declared.name, layout.text, comma(&declared.unit));
             let wrong = match (item.kind, declared.write) {
                 (Kind::DeviceRead, false) | (Kind::DeviceWrite, true) => None,
-                (Kind::DeviceRead, true) => Some(("the channel is written, and the block reads it", "give a channel that is read")),
-                (Kind::DeviceWrite, false) => Some(("the channel is read, and the block writes it", "give a channel that is written")),
-                _ => Some(("a channel is bound to a device item", "put library.read_channel or library.write_channel between them")),
+                (Kind::DeviceRead, true) => Some(("the channel is written, but the block reads it", "give a channel that is read")),
+                (Kind::DeviceWrite, false) => Some(("the channel is read, but the block writes it", "give a channel that is written")),
+                _ => Some(("only a device item can be bound to a channel", "put library.read_channel or library.write_channel between them")),
             };
             let types_differ = self.layout(*port).is_some_and(|l| l.text != layout.text);
             let wrong = wrong.or(types_differ.then_some(("types differ", "declare one of them as the other")));

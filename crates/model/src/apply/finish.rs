@@ -192,7 +192,7 @@ impl<'a> Draft<'a> {
             target => matches!(target, Target::Item { .. }),
         };
         if !is_own {
-            let message = format!("{} is set while the verb is suspended, and bound to what others write", self.described(set));
+            let message = format!("{} is set while the verb is suspended, but it is bound to what others write", self.described(set));
             self.refuse(Class::CoverError, message, "leave it unbound", &None);
         }
         PlannedHolding { set: target, until }

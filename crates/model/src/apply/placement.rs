@@ -55,14 +55,14 @@ impl<'a> Draft<'a> {
                 Some((source, _)) => patterns.push((part, pattern, source)),
                 None => {
                     let remedy = did_you_mean(source, configuration.sources.keys().map(String::as_str));
-                    self.refuse(Class::UnknownName, format!("the placement of '{pattern}' names the source '{source}', which is not there"), &remedy, &None);
+                    self.refuse(Class::UnknownName, format!("the placement of '{pattern}' names the source '{source}', which does not exist"), &remedy, &None);
                 }
             }
         }
         for pattern in application.placement.keys() {
             if !self.checked.blocks.iter().any(|block| fits(pattern, &block.label)) {
                 let remedy = did_you_mean(pattern, self.checked.blocks.iter().map(|b| b.label.as_str()));
-                self.refuse(Class::UnknownName, format!("the placement of '{pattern}' fits no block of verb '{}'", checked.name), &remedy, &None);
+                self.refuse(Class::UnknownName, format!("the placement of '{pattern}' matches no block of verb '{}'", checked.name), &remedy, &None);
             }
         }
         let owner = application.owner.as_ref().and_then(|owner| configuration.logical_devices.get(owner));
@@ -120,7 +120,7 @@ impl<'a> Draft<'a> {
     fn place_at_device(&mut self, block: usize, device: &str, source: &'a str, wanted: Option<&'a str>) -> Option<&'a str> {
         if let Some(wanted) = wanted.filter(|wanted| *wanted != source) {
             let label = &self.flat(block).label;
-            let message = format!("'{label}' is placed on '{wanted}', and its device '{device}' belongs to '{source}'");
+            let message = format!("'{label}' is placed on '{wanted}', but its device '{device}' belongs to '{source}'");
             let place = self.flat(block).place.clone();
             self.refuse(Class::PlacementError, message, &format!("place '{label}' on '{source}'"), &place);
             return None;
@@ -158,7 +158,7 @@ impl<'a> Draft<'a> {
         if is_software || sources.iter().all(|driver| *driver == source) {
             return;
         }
-        let message = format!("'{}' is placed on '{source}', and what drives it runs on {}", self.flat(block).label, quoted(sources));
+        let message = format!("'{}' is placed on '{source}', but what drives it runs on {}", self.flat(block).label, quoted(sources));
         let place = self.flat(block).place.clone();
         self.refuse(Class::SchedulingError, message, "place it there or on a software source, or relax the input with modes=", &place);
     }
@@ -203,11 +203,11 @@ impl<'a> Draft<'a> {
             let message = format!("'{label}' is activated without an interval, and no synchronous input drives it");
             self.refuse(Class::SchedulingError, message, &format!("write activate('{label}', every='1 ms'), or place it on a trigger"), &place);
         } else if candidates.is_empty() {
-            let message = format!("'{label}' needs {wanted}, and there is none on {}", quoted(processors));
-            self.refuse(Class::PlacementError, message, "make one, or change the interval", &place);
+            let message = format!("'{label}' needs {wanted}, but there is none on {}", quoted(processors));
+            self.refuse(Class::PlacementError, message, "create one, or change the interval", &place);
         } else {
-            let message = format!("'{label}' needs {wanted}, and {} fit equally", quoted(&candidates));
-            self.refuse(Class::PlacementError, message, &format!("say which with .on({{'{label}': …}}) or place()"), &place);
+            let message = format!("'{label}' needs {wanted}, but {} fit equally well", quoted(&candidates));
+            self.refuse(Class::PlacementError, message, &format!("choose one with .on({{'{label}': …}}) or place()"), &place);
         }
         None
     }
@@ -226,12 +226,12 @@ impl<'a> Draft<'a> {
                 "change the interval, or place it on another timer".to_owned(),
             )),
             (SourceKind::Timer { .. }, None) => Some((
-                format!("'{label}' is activated without an interval, and its source '{source}' is a timer"),
+                format!("'{label}' is activated without an interval, but its source '{source}' is a timer"),
                 format!("write activate('{label}', every='1 ms'), or place it on a trigger"),
             )),
             (SourceKind::Trigger, None) | (SourceKind::Software, None) => None,
             (SourceKind::Trigger | SourceKind::Software, Some(every)) => Some((
-                format!("'{label}' has the interval {}, and its source '{source}' is no timer", duration_text(every)),
+                format!("'{label}' has the interval {}, but its source '{source}' is not a timer", duration_text(every)),
                 format!("place it on a timer, or write activate('{label}')"),
             )),
         });

@@ -51,8 +51,8 @@ impl<'a> Beat<'a> {
     fn text(self) -> String {
         match self {
             Beat::Interval(ns) => format!("every {}", duration_text(ns)),
-            Beat::Trigger(source, 1) => format!("at each '{source}'"),
-            Beat::Trigger(source, n) => format!("at every {n}. '{source}'"),
+            Beat::Trigger(source, 1) => format!("at each firing of '{source}'"),
+            Beat::Trigger(source, n) => format!("once in {n} firings of '{source}'"),
             Beat::Once => "when it is executed".into(),
             Beat::Idle => "never".into(),
         }
@@ -242,7 +242,7 @@ impl<'a> Draft<'a> {
                 Some(update) => {
                     let (described, writer) = (self.described(reader), self.writer_text(relation.cell));
                     let message = format!(
-                        "{described} has ratio {n} and runs {}, and {writer} updates {}: it would have to update {}",
+                        "{described} has ratio {n} and runs {}, but {writer} updates {}: it would have to update {}",
                         own.text(),
                         update.text(),
                         own.divided(n).text()
@@ -276,7 +276,7 @@ impl<'a> Draft<'a> {
 
     fn rates_differ(&mut self, first: Port, other: Beat<'_>, second: Port, update: Beat<'_>) {
         let (a, b) = (self.described(first), self.described(second));
-        let message = format!("{a} is driven {} and {b} {}: synchronous inputs of a block update at one rate", other.text(), update.text());
+        let message = format!("{a} is driven {}, but {b} {}: synchronous inputs of a block must update at the same rate", other.text(), update.text());
         let remedy = self.relax_remedy(second);
         let place = self.flat(first.0).place.clone();
         self.refuse_at(Class::SchedulingError, message, &remedy, &place, [self.drawn(second), self.drawn(first)]);
@@ -334,7 +334,7 @@ impl<'a> Draft<'a> {
         let about: Vec<Where> = about.collect();
         let list = together.map(|list| format!(" in command list '{}'", self.checked.lists[list].name)).unwrap_or_default();
         let message = format!("{} has two active writers{list}: {a} and {b}", self.cell_text(cell));
-        let refusal = Refusal::new(Class::SecondWriter, message).remedy("give one of them a cell of its own, or deactivate it first");
+        let refusal = Refusal::new(Class::SecondWriter, message).remedy("give one of them its own cell, or deactivate it first");
         let refusal = refusal.end(a, &self.flat(first.0).place).end(b, &self.flat(second.0).place);
         self.refusals.push(refusal.at(&self.flat(second.0).place).at(&self.checked.place).about(about));
     }

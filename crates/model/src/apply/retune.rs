@@ -54,7 +54,7 @@ impl CheckedVerb {
     fn not_tunable(&self, label: &str) -> Option<Refusal> {
         let mut declared = self.activated().filter(|(known, _)| *known == label).map(|(_, tunable)| tunable).peekable();
         if declared.peek().is_none() {
-            let message = format!("every names '{label}', which verb '{}' does not activate", self.name);
+            let message = format!("every= names '{label}', which verb '{}' does not activate", self.name);
             return Some(Refusal::new(Class::UnknownName, message).remedy(did_you_mean(label, self.tunable_labels())));
         }
         if declared.all(|tunable| tunable) {

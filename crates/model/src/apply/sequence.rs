@@ -59,7 +59,7 @@ impl Draft<'_> {
             };
             for (from, to) in sorted.against {
                 let (from, to) = (&self.blocks[blocks[from]], &self.blocks[blocks[to]]);
-                let text = format!("'{}' reads '{}' of the firing before: a delay of one firing of '{source}'", to.label, from.label);
+                let text = format!("'{}' reads '{}' as the previous firing left it: a delay of one firing of '{source}'", to.label, from.label);
                 self.remarks.push(Remark { text, place: to.place.clone() });
             }
             *blocks = sorted.order.into_iter().map(|b| blocks[b]).collect();

@@ -42,7 +42,7 @@ impl Draft<'_> {
         let constant = flat.constants.iter().find(|(item, _)| Some(*item) == flat.kind.size_item);
         match constant {
             Some((_, Value::Integer(size))) if u32::try_from(*size).is_ok() => self.sizes[block] = u32::try_from(*size).ok(),
-            Some(_) => self.refuse(Class::ValueRefused, format!("the size of '{}' is not a whole number", flat.label), "give for example n=6", &flat.place),
+            Some(_) => self.refuse(Class::ValueRefused, format!("the size of '{}' is not a whole number", flat.label), "give, for example, n=6", &flat.place),
             // A list for an array parameter determines the number of elements.
             None => {
                 let list = flat.constants.iter().find_map(|(item, value)| match (&flat.kind.shapes[*item], value) {
@@ -109,7 +109,7 @@ impl Draft<'_> {
             }
             Some(size) if size < item.least || size > item.most => {
                 let message =
-                    format!("the size '{}' of '{}' is {size}, and {} takes {} to {}", item.name, flat.label, flat.kind.interface.name, item.least, item.most);
+                    format!("the size '{}' of '{}' is {size}, but {} takes {} to {}", item.name, flat.label, flat.kind.interface.name, item.least, item.most);
                 self.refuse(Class::ValueRefused, message, "give another number of elements", &flat.place);
             }
             Some(_) => {}

@@ -61,7 +61,7 @@ impl Composing<'_> {
         // If one part has come to rest and the other has failed, the whole has failed.
         let both_ended = name == "completed" && known.on.is_empty();
         if is_normal(&known) != is_normal(&line) && !both_ended {
-            let message = format!("the condition '{name}' of {both} is a normal end in one and not in the other, and both run together");
+            let message = format!("the condition '{name}' of {both} is a normal end in one but not in the other, and both run together");
             self.conflict(Class::CompositionConflict, message, &remedy, (first, second));
         }
         if known.priority != line.priority {

@@ -15,14 +15,14 @@ impl Composing<'_> {
             let verb = self.parts[part].verb;
             match ending {
                 Some(first) if verb.ending.is_some() => {
-                    let message = format!("{} both have an ending list, and a verb has one", self.both(first, part));
-                    self.conflict(Class::CompositionConflict, message, "leave one out, and let τ of its part do that", (first, part));
+                    let message = format!("{} both have an ending list, but a verb has only one", self.both(first, part));
+                    self.conflict(Class::CompositionConflict, message, "leave one out, and let τ of its part do its work", (first, part));
                 }
                 _ => ending = ending.or(verb.ending.as_ref().map(|_| part)),
             }
             match suspend {
                 Some(first) if verb.suspend != Suspend::Idle && discriminant(&verb.suspend) != discriminant(&self.parts[first].verb.suspend) => {
-                    let message = format!("{} are suspended in two ways", self.both(first, part));
+                    let message = format!("{} are suspended in different ways", self.both(first, part));
                     self.conflict(Class::CompositionConflict, message, "leave suspend= out in one of them", (first, part));
                 }
                 _ => suspend = suspend.or((verb.suspend != Suspend::Idle).then_some(part)),

@@ -66,13 +66,13 @@ impl Composing<'_> {
         if let (Some((part, list)), Some((other, begun))) = (ending.first(), work.first()) {
             let (of, by) = (&self.parts[*part], &self.parts[*other]);
             let message = format!(
-                "{} and {} both go on by one condition, to their lists '{}' and '{}', and a halt leads to the first alone: the second would begin then",
+                "{} and {} both proceed on one condition, to their lists '{}' and '{}', but a halt leads only to the first: the second would begin then",
                 of.described(),
                 by.described(),
                 of.own_list(*list),
                 by.own_list(*begun)
             );
-            self.refuse(Class::CompositionConflict, message, "let the halt lead to a list of its own", &None);
+            self.refuse(Class::CompositionConflict, message, "let the halt lead to a separate list", &None);
         }
     }
 
@@ -92,10 +92,10 @@ impl Composing<'_> {
             let of = &self.parts[part];
             let described = of.described();
             if let Some((condition, to)) = of.leaves(list) {
-                let message = format!("all parts are awaited in '{}', and {described} goes on to its list '{to}' by '{condition}'", joint.name);
-                self.refuse(Class::CompositionConflict, message, "compose it so that it needs one list, or leave until='all' out", &None);
+                let message = format!("all parts are awaited in '{}', but {described} proceeds to its list '{to}' on '{condition}'", joint.name);
+                self.refuse(Class::CompositionConflict, message, "compose it so that it needs only one list, or leave until='all' out", &None);
             } else if joint.name == MERGED && of.awaited(list).is_empty() && of.runs_on(list) {
-                let message = format!("all parts are awaited, and {described} has no condition with returns= that ends its list '{}'", of.own_list(list));
+                let message = format!("all parts are awaited, but {described} has no condition with returns= that ends its list '{}'", of.own_list(list));
                 self.refuse(Class::CompositionConflict, message, "give it one: conditions={'arrived': on('near.done', returns=[])}", &None);
             }
         }

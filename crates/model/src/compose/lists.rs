@@ -42,9 +42,12 @@ impl Composing<'_> {
             match &waiting {
                 _ if lead == all.len() => {}
                 Some((first, _)) => {
-                    let message =
-                        format!("the {} of {} cannot be one: both wait, and one list waits for one thing at a time", joint.what(), self.both(*first, part));
-                    self.conflict(Class::CompositionConflict, message, "let τ of one of them do what its wait does", (*first, part));
+                    let message = format!(
+                        "the {} of {} cannot be merged: both wait, but one list waits for only one thing at a time",
+                        joint.what(),
+                        self.both(*first, part)
+                    );
+                    self.conflict(Class::CompositionConflict, message, "let τ of one of them do the work of its wait", (*first, part));
                 }
                 None => waiting = Some((part, all[lead..].to_vec())),
             }
@@ -103,7 +106,7 @@ impl Composing<'_> {
             for pair in writers.windows(2) {
                 let [(first, a), (second, b)] = pair else { continue };
                 let remedy = format!("{}, or let one follow the other", self.rename_remedy(*second, name));
-                conflicts.push((format!("'{name}' has two writers together: {a} and {b}"), remedy, (*first, *second)));
+                conflicts.push((format!("'{name}' has two writers at the same time: {a} and {b}"), remedy, (*first, *second)));
             }
         }
         for (message, remedy, pair) in conflicts {

@@ -51,7 +51,7 @@ impl<'a> Composing<'a> {
                     let described = self.parts[part].described();
                     let inputs = verb.input_parameters.iter().filter(|(_, input)| !input.preset);
                     let remedy = did_you_mean(name, inputs.map(|(name, _)| name.as_str()));
-                    self.refuse(Class::UnknownName, format!("preset names '{key}', and {described} has no input parameter '{name}'"), &remedy, &None);
+                    self.refuse(Class::UnknownName, format!("preset= names '{key}', but {described} has no input parameter '{name}'"), &remedy, &None);
                 }
             }
         }
@@ -63,14 +63,19 @@ impl<'a> Composing<'a> {
         if !names.parameters.contains(name) && !names.outputs.contains(name) && !names.conditions.contains(name) {
             let known = names.parameters.iter().chain(&names.outputs).chain(&names.conditions).copied();
             let remedy = did_you_mean(name, known);
-            let message = format!("rename names '{key}', and {} has no parameter, object, output or condition '{name}'", self.parts[part].described());
+            let message = format!("rename= names '{key}', but {} has no parameter, object, output or condition '{name}'", self.parts[part].described());
             return self.refuse(Class::UnknownName, message, &remedy, &None);
         }
         let is_system = |name: &str| SYSTEM.contains(&name) || LIMITS.contains(&name);
         if to.is_empty() || to.contains('.') {
-            self.refuse(Class::DefinitionError, format!("rename gives '{key}' the name '{to}', which is empty or has a dot"), "give it a plain name", &None);
+            self.refuse(
+                Class::DefinitionError,
+                format!("rename= gives '{key}' the name '{to}', which is empty or contains a dot"),
+                "give it a plain name",
+                &None,
+            );
         } else if names.conditions.contains(name) && (is_system(to) || is_system(name)) {
-            let message = format!("rename makes the condition '{key}' '{to}', and a system condition keeps its name and stands for itself");
+            let message = format!("rename= calls the condition '{key}' '{to}', but a system condition keeps its name and stands for itself");
             self.refuse(Class::DefinitionError, message, "give it another name", &None);
         } else {
             self.parts[part].renamed.insert(name, to);
@@ -85,8 +90,8 @@ impl<'a> Composing<'a> {
             for name in names {
                 let new = self.parts[part].own(name).to_owned();
                 if let Some(other) = seen.insert(new.clone(), name) {
-                    let message = format!("rename makes two {what} of {} one: '{other}' and '{name}' are both '{new}'", self.parts[part].described());
-                    self.refuse(Class::CompositionConflict, message, "give them two names", &None);
+                    let message = format!("rename= merges two {what} of {}: '{other}' and '{name}' would both be '{new}'", self.parts[part].described());
+                    self.refuse(Class::CompositionConflict, message, "give them different names", &None);
                 }
             }
         }
@@ -98,7 +103,7 @@ impl<'a> Composing<'a> {
         if found.is_none() {
             let label = key.split('.').next().unwrap_or(key);
             let remedy = if key.contains('.') { did_you_mean(label, self.of.parts.keys().map(String::as_str)) } else { "write part.name".to_owned() };
-            self.refuse(Class::UnknownName, format!("{what} names '{key}', and no part of '{}' is '{label}'", self.of.name), &remedy, &None);
+            self.refuse(Class::UnknownName, format!("{what}= names '{key}', but no part of '{}' is called '{label}'", self.of.name), &remedy, &None);
         }
         found
     }

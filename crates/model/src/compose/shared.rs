@@ -13,13 +13,13 @@ impl Composing<'_> {
         for label in &self.of.share {
             let having: Vec<usize> = (0..self.parts.len()).filter(|part| self.parts[*part].verb.blocks.contains_key(label)).collect();
             if self.of.parts.contains_key(label) {
-                let message = format!("share names the block '{label}', and a part of '{}' has that label", self.of.name);
+                let message = format!("share= names the block '{label}', but a part of '{}' has that label", self.of.name);
                 self.refuse(Class::CompositionConflict, message, "give the part another label", &None);
             } else if having.len() < 2 {
                 let who = having.first().map_or_else(|| "no part has".to_owned(), |part| format!("only {} has", self.parts[*part].described()));
                 let known = self.parts.iter().flat_map(|part| part.verb.blocks.keys().map(String::as_str)).filter(|known| *known != label.as_str());
                 let remedy = did_you_mean(label, known.collect::<indexmap::IndexSet<_>>());
-                self.refuse(Class::UnknownName, format!("share names the block '{label}', which {who}"), &remedy, &None);
+                self.refuse(Class::UnknownName, format!("share= names the block '{label}', which {who}"), &remedy, &None);
             } else {
                 for part in &having {
                     self.parts[*part].share(label);
@@ -92,8 +92,8 @@ impl<'a> PartOf<'a> {
             Origin::Parameter => format!("the parameter '{}'", self.parameter(&group.name)),
             _ if self.verb.cells.contains_key(&group.name) => format!("the cell '{}'", self.cell(&group.name)),
             Origin::Cell => "a wire of its own graph".to_owned(),
-            Origin::Filled => "a cell of its own".to_owned(),
-            Origin::InputOnly => "an input parameter alone".to_owned(),
+            Origin::Filled => "its own cell".to_owned(),
+            Origin::InputOnly => "only an input parameter".to_owned(),
             Origin::Constant => "its constant".to_owned(),
         }
     }

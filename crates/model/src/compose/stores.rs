@@ -28,16 +28,16 @@ impl Composing<'_> {
                 match stored.get(&object).cloned() {
                     Some((first, known)) if first != part && known != input => {
                         let message = format!("the inputs '{known}' and '{input}' of {} are both stored in '{object}' at the start", self.both(first, part));
-                        self.conflict(Class::CompositionConflict, message, "give them one name with rename=, or each an object of its own", (first, part));
+                        self.conflict(Class::CompositionConflict, message, "give them one name with rename=, or give each its own object", (first, part));
                     }
                     _ => drop(stored.insert(object.clone(), (part, input.clone()))),
                 }
                 if let Some((writer, port)) = self.writer(&object, part).filter(|_| self.comes_later(part)) {
                     let message = format!(
-                        "the input '{input}' of part '{}' is stored in '{object}' ({item}) at the start, and {port} overwrites it before that part begins",
+                        "the input '{input}' of part '{}' is stored in '{object}' ({item}) at the start, but {port} overwrites it before that part begins",
                         self.parts[part].label
                     );
-                    self.conflict(Class::CompositionConflict, message, "give the input a cell of its own, or rename the parameter of one part", (writer, part));
+                    self.conflict(Class::CompositionConflict, message, "give the input its own cell, or rename the parameter of one part", (writer, part));
                 }
             }
             self.check_driven(part);

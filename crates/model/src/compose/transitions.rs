@@ -64,7 +64,7 @@ impl Composing<'_> {
         if found.is_none() {
             let name = named.map_or("", String::as_str);
             let remedy = did_you_mean(name, self.known_lists());
-            self.refuse(Class::UnknownName, format!("initial names '{name}', which is no part or list of '{}'", self.of.name), &remedy, &None);
+            self.refuse(Class::UnknownName, format!("initial= names '{name}', which is not a part or list of '{}'", self.of.name), &remedy, &None);
         }
         self.verb.initial = found;
     }
@@ -97,7 +97,7 @@ impl Composing<'_> {
                     if before == to {
                         continue;
                     }
-                    let message = format!("the condition '{condition}' leads {} to different lists, and their initial lists are one", self.both(first, at));
+                    let message = format!("the condition '{condition}' leads {} to different lists, but they have the same initial list", self.both(first, at));
                     let is_system = SYSTEM.contains(&condition.as_str()) || LIMITS.contains(&condition.as_str());
                     let remedy = if is_system {
                         "let it lead both to lists of their own, to which nothing else leads, or both back".to_owned()
@@ -126,7 +126,7 @@ impl Composing<'_> {
                 let remedy = did_you_mean(name, self.known_lists());
                 self.refuse(
                     Class::UnknownName,
-                    format!("{} begins at '{name}', which is no part or list of '{}'", text(step), self.of.name),
+                    format!("{} begins at '{name}', which is not a part or list of '{}'", text(step), self.of.name),
                     &remedy,
                     &step.place,
                 );
@@ -135,7 +135,12 @@ impl Composing<'_> {
             found.extend(lists);
         }
         if found.is_empty() {
-            self.refuse(Class::DefinitionError, format!("{} begins nowhere", text(step)), "name a part or list from which it leads", &step.place);
+            self.refuse(
+                Class::DefinitionError,
+                format!("{} does not say where it begins", text(step)),
+                "name the part or list that it leads from",
+                &step.place,
+            );
         }
         Some((found, names_lists)).filter(|(found, _)| !found.is_empty())
     }
@@ -159,7 +164,7 @@ impl Composing<'_> {
             let remedy = did_you_mean(&step.to, self.known_lists());
             return self.refuse(
                 Class::UnknownName,
-                format!("{} leads to '{}', which is no part or list of '{}'", text(step), step.to, self.of.name),
+                format!("{} leads to '{}', which is not a part or list of '{}'", text(step), step.to, self.of.name),
                 &remedy,
                 &step.place,
             );
@@ -178,8 +183,8 @@ impl Composing<'_> {
                 let from = self.parts[part].list(list);
                 match augmented.get(&(from.clone(), name.clone())) {
                     Some((known, other)) if *known == rank && *other != at => {
-                        let message = format!("{} is there twice: ('{from}', '{name}') leads to two lists", text(step));
-                        self.refuse(Class::CompositionConflict, message, "a condition leads from a list to one list", &step.place);
+                        let message = format!("{} appears twice: ('{from}', '{name}') leads to two lists", text(step));
+                        self.refuse(Class::CompositionConflict, message, "let a condition lead from a list to only one list", &step.place);
                     }
                     Some(_) => {}
                     None => {
@@ -233,7 +238,7 @@ impl Composing<'_> {
             let (of, own) = (&self.parts[*part], self.own_condition(*part, condition)?);
             let lines = of.checked.conditions.iter().filter(|c| c.planned.name == own).flat_map(|c| &c.transitions);
             let to = lines.clone().find(|(from, _)| from == list)?.1;
-            Some(format!("in '{}' it leads to '{}' already", of.list(*list), of.list(to)))
+            Some(format!("in '{}' it already leads to '{}'", of.list(*list), of.list(to)))
         };
         let why = lists.iter().find_map(elsewhere).unwrap_or_else(|| "it does not hold there, or no block that runs there reports it".to_owned());
         let part = self.parts[lists[0].0].described();
@@ -262,7 +267,7 @@ impl Composing<'_> {
             let (_, step, _) = &lines[at];
             let remedy =
                 format!("leave the line out, or name what tells the verb to end, if '{}' is how it ends: ('{}', 'halted')", step.to, step.from.join("', '"));
-            self.refuse(Class::CompositionConflict, format!("{} is never made: {why}", text(step)), &remedy, &step.place);
+            self.refuse(Class::CompositionConflict, format!("{} is never taken: {why}", text(step)), &remedy, &step.place);
         }
     }
 

@@ -75,7 +75,7 @@ impl Composing<'_> {
         let (known, first) = *seen.sorts.entry(name.to_owned()).or_insert((sort, part));
         if known != sort {
             let message =
-                format!("'{name}' is {} in part '{}' and {} in part '{}'", known.text(), self.parts[first].label, sort.text(), self.parts[part].label);
+                format!("'{name}' is {} in part '{}' but {} in part '{}'", known.text(), self.parts[first].label, sort.text(), self.parts[part].label);
             let remedy = self.rename_remedy(part, name);
             self.conflict(Class::CompositionConflict, message, &remedy, (first, part));
         }
@@ -99,7 +99,7 @@ impl Composing<'_> {
                 let first = seen.sorts[&name].1;
                 let text = |object: &crate::definition::Object| format!("{} '{}'", if object.each { "several of" } else { "one" }, object.device_type);
                 let message = format!(
-                    "the object '{name}' is {} in part '{}' and {} in part '{}'",
+                    "the object '{name}' is {} in part '{}' but {} in part '{}'",
                     text(&known),
                     self.parts[first].label,
                     text(object),
@@ -141,7 +141,7 @@ impl Composing<'_> {
             Differ::Types => (Class::TypeMismatch, "types differ".to_owned()),
             Differ::Units => (Class::UnitMismatch, "units differ".to_owned()),
         };
-        let message = format!("'{name}' of {} cannot be one: it is {} and {}: {why}", self.both(first, second), a.described, b.described);
+        let message = format!("'{name}' of {} cannot be merged: it is {} and {}: {why}", self.both(first, second), a.described, b.described);
         let remedy = self.rename_remedy(second, name);
         self.conflict(class, message, &remedy, (first, second));
     }
@@ -155,7 +155,10 @@ impl Composing<'_> {
             let is_common =
                 |port: &String| cell.contains(port) || of.shared.iter().any(|label| is_within(port, label) && cell.iter().any(|known| is_within(known, label)));
             if !cell.is_empty() && !ports.iter().any(is_common) {
-                let message = format!("the cell '{name}' of part '{}' is bound to a shared block, as one of that name of other parts is to another", of.label);
+                let message = format!(
+                    "the cell '{name}' of part '{}' is bound to a shared block, but the cell of that name in other parts is bound to another",
+                    of.label
+                );
                 self.refuse(Class::CompositionConflict, message, "give the two cells different names in their verbs", &None);
                 return;
             }
@@ -198,7 +201,7 @@ impl Composing<'_> {
         let (ports, others) = (ports_of(first), ports_of(second));
         if !units_agree(&known.unit, &input.unit) {
             let message = format!(
-                "the input '{name}' is in {} in part '{}' and in {} in part '{}'",
+                "the input '{name}' is in {} in part '{}' but in {} in part '{}'",
                 known.unit, self.parts[first].label, input.unit, self.parts[second].label
             );
             let remedy = self.rename_remedy(second, name);
@@ -212,7 +215,7 @@ impl Composing<'_> {
             // A table of thousands of numbers does not belong in a message.
             let text = |value| crate::wording::shown(&serde_json::to_string(value).unwrap_or_default());
             let (first_label, label) = (self.parts[first].label, self.parts[second].label);
-            let message = format!("the input '{name}' defaults to {} in part '{first_label}' and to {} in part '{label}'", text(a), text(b));
+            let message = format!("the input '{name}' defaults to {} in part '{first_label}' but to {} in part '{label}'", text(a), text(b));
             let remedy = format!("{}, or fix one: preset={{'{label}.{name}': {}}}", self.rename_remedy(second, name), text(b));
             self.conflict(Class::CompositionConflict, message, &remedy, (first, second));
         }

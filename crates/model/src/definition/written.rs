@@ -126,7 +126,7 @@ impl Short for Requirement {
     const SEVERAL: bool = false;
     fn of(names: Vec<String>) -> Result<Self, String> {
         let name = single(names);
-        let raises: Class = serde_json::from_value(name.clone().into()).map_err(|_| format!("'{name}' is no class of refusals"))?;
+        let raises: Class = serde_json::from_value(name.clone().into()).map_err(|_| format!("'{name}' is not a class of refusals"))?;
         Ok(Requirement { when: None, raises, remedy: String::new(), place: None })
     }
 }
@@ -232,7 +232,7 @@ impl<'de> Deserialize<'de> for WrittenCommand {
         if !COMMANDS.iter().any(|name| given.contains_key(*name)) {
             return Err(D::Error::custom(format!("a command has none of {}", COMMANDS.join(", "))));
         }
-        let wrong = |_| D::Error::custom(format!("'{}' is no command", serde_json::Value::from(given.clone())));
+        let wrong = |_| D::Error::custom(format!("'{}' is not a command", serde_json::Value::from(given.clone())));
         serde_json::from_value(given.clone().into()).map(WrittenCommand::Short).map_err(wrong)
     }
 }

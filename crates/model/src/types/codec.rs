@@ -85,7 +85,7 @@ impl Scalar {
             Scalar::Float => {
                 let number = self.number(value, unit)?;
                 if number.is_finite() && !(number as f32).is_finite() {
-                    return Err(refused(format!("{number} is out of the range of float")));
+                    return Err(refused(format!("{number} is out of range for float")));
                 }
                 bytes.copy_from_slice(&(number as f32).to_le_bytes());
             }
@@ -121,10 +121,10 @@ impl Scalar {
                 if number.fract() == 0.0 && number.abs() < 1e30 {
                     Ok(number as i128)
                 } else {
-                    Err(refused(format!("'{text}' is {number}, and {} takes whole numbers", self.name())))
+                    Err(refused(format!("'{text}' is {number}, but {} takes whole numbers", self.name())))
                 }
             }
-            _ => Err(refused(format!("{} takes a whole number, not {}", self.name(), value.described())).remedy("round it where that is meant")),
+            _ => Err(refused(format!("{} takes a whole number, not {}", self.name(), value.described())).remedy("round it if that is what you mean")),
         }
     }
 

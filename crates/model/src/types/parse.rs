@@ -28,7 +28,7 @@ impl Type {
         let read = reader.dimensions(base)?;
         match reader.next() {
             "" => Ok(read),
-            token => Err(reader.refusal(format!("'{token}' is not expected there"))),
+            token => Err(reader.refusal(format!("'{token}' is not expected here"))),
         }
     }
 }
@@ -87,7 +87,7 @@ impl<'a> Reader<'a> {
     /// Parses a scalar, a struct or a name, without trailing dimensions.
     fn base(&mut self) -> Result<Type, Refusal> {
         if self.depth > DEPTH_MAX {
-            return Err(self.refusal(format!("it is more than {DEPTH_MAX} types deep")).remedy("a type cannot contain itself"));
+            return Err(self.refusal(format!("it is nested more than {DEPTH_MAX} types deep")).remedy("a type cannot contain itself"));
         }
         while matches!(self.peek(), "const" | "volatile" | "typedef") {
             self.at += 1;
@@ -124,7 +124,7 @@ impl<'a> Reader<'a> {
             "uint64_t" | "unsigned long long" | "unsigned long long int" | "long long unsigned int" => Scalar::Uint64,
             "long" | "long int" | "signed long" => return Err(self.width(&joined, "int64_t")),
             "unsigned long" | "size_t" | "long unsigned int" => return Err(self.width(&joined, "uint64_t")),
-            "char" => return Err(self.refusal("'char' has a sign on some machines only".into()).remedy("write int8_t or uint8_t")),
+            "char" => return Err(self.refusal("'char' is signed only on some machines".into()).remedy("write int8_t or uint8_t")),
             "long double" => return Err(self.width(&joined, "double")),
             "void" => return Err(self.refusal("'void' has no value".into())),
             _ => return self.named(&joined),
@@ -137,7 +137,7 @@ impl<'a> Reader<'a> {
     }
 
     fn width(&self, word: &str, instead: &str) -> Refusal {
-        self.refusal(format!("'{word}' is not of one width on all machines")).remedy(format!("write {instead}"))
+        self.refusal(format!("'{word}' does not have the same width on all machines")).remedy(format!("write {instead}"))
     }
 
     fn named(&mut self, name: &str) -> Result<Type, Refusal> {
@@ -166,7 +166,7 @@ impl<'a> Reader<'a> {
                     return Err(self.refusal(format!("a member's name is missing before '{name}'")));
                 }
                 if members.iter().any(|m| m.name == name) {
-                    return Err(self.refusal(format!("the member '{name}' is there twice")));
+                    return Err(self.refusal(format!("the member '{name}' appears twice")));
                 }
                 let member_type = self.dimensions(base.clone())?;
                 members.push(Member { name: name.to_owned(), member_type });

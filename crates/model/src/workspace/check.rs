@@ -27,15 +27,15 @@ pub fn check_workspace(of: &Workspace) -> Refusals {
     }
     for (what, text) in [("title", &of.title), ("doc", &of.doc)] {
         if text.chars().any(|c| c.is_control() && c != '\n') || text.chars().count() > 10 * CHARACTERS_MAX {
-            check.refuse(format!("the {what} of workspace '{}' cannot be shown", of.name), "write one short text".to_owned());
+            check.refuse(format!("the {what} of workspace '{}' is too long, or contains control characters", of.name), "write a short text".to_owned());
         }
     }
     check.region(&of.layout, 1);
     if check.panels > PANELS_MAX {
-        check.refuse(format!("workspace '{}' has {} panels", of.name, check.panels), format!("at most {PANELS_MAX} are shown; divide it"));
+        check.refuse(format!("workspace '{}' cannot have {} panels", of.name, check.panels), format!("show at most {PANELS_MAX}; divide it if you need more"));
     }
     if check.plots > PLOTS_MAX {
-        check.refuse(format!("workspace '{}' has {} plots", of.name, check.plots), format!("at most {PLOTS_MAX} are shown; put several names into one"));
+        check.refuse(format!("workspace '{}' cannot have {} plots", of.name, check.plots), format!("show at most {PLOTS_MAX}; put several names into one"));
     }
     check.refusals
 }
@@ -71,16 +71,16 @@ impl Check {
             return self.wrong(of, what, format!("write one: \"row\": […], \"column\": […], \"tabs\": […], or \"panel\": one of {}", words.join(", ")));
         }
         if depth > DEPTH_MAX {
-            return self.wrong(of, format!("it lies {depth} rows and columns deep"), format!("at most {DEPTH_MAX} are shown"));
+            return self.wrong(of, format!("it is nested {depth} rows and columns deep"), format!("nest it at most {DEPTH_MAX} deep"));
         }
         if of.share.is_some_and(|share| !(share.is_finite() && (0.01..=100.0).contains(&share))) {
-            self.wrong(of, format!("its share is {}", of.share.unwrap_or_default()), "take 0.01 to 100; its neighbours have 1");
+            self.wrong(of, format!("its share cannot be {}", of.share.unwrap_or_default()), "give 0.01 to 100; its neighbours have 1");
         }
         if let Some(inner) = of.tabs.iter().find(|inner| inner.panel.is_none()) {
-            self.wrong(inner, "it is a tab, and is no panel", "put rows and columns around tabs, not into them");
+            self.wrong(inner, "it is a tab, but not a panel", "put rows and columns around tabs, not into them");
         }
         if !is_line(&of.title) {
-            self.wrong(of, "its title cannot be shown", format!("give at most {CHARACTERS_MAX} characters on one line"));
+            self.wrong(of, "its title is too long or not on one line", format!("give at most {CHARACTERS_MAX} characters on one line"));
         }
         for (has, word, belongs) in [
             (!of.names.is_empty(), "names", PanelKind::Plot),
@@ -91,7 +91,7 @@ impl Check {
             (!of.buttons.is_empty(), "buttons", PanelKind::Buttons),
         ] {
             if has && of.panel != Some(belongs) {
-                self.wrong(of, format!("it has '{word}', which only a panel '{}' has", belongs.word()), format!("leave '{word}' out"));
+                self.wrong(of, format!("it has '{word}', which only a '{}' panel has", belongs.word()), format!("leave '{word}' out"));
             }
         }
         match of.panel {
@@ -107,7 +107,7 @@ impl Check {
                 self.plots += 1;
                 self.several(of, of.names.len(), "names", "the SVVs that it shows");
                 if of.seconds.is_some_and(|seconds| !(0.1..=SECONDS_MAX).contains(&seconds)) {
-                    self.wrong(of, format!("it looks back {} s", of.seconds.unwrap_or_default()), format!("take 0.1 to {SECONDS_MAX} s"));
+                    self.wrong(of, format!("it cannot look back {} s", of.seconds.unwrap_or_default()), format!("give 0.1 to {SECONDS_MAX} s"));
                 }
             }
             PanelKind::Values => {
@@ -118,7 +118,7 @@ impl Check {
             PanelKind::Verb if of.verb.is_none() => self.wrong(of, "it names no 'verb'", "name the verb whose state diagram it shows"),
             PanelKind::Buttons => {
                 if of.buttons.is_empty() || of.buttons.len() > BUTTONS_MAX {
-                    self.wrong(of, format!("it has {} buttons", of.buttons.len()), format!("give 1 to {BUTTONS_MAX}"));
+                    self.wrong(of, format!("it cannot have {} buttons", of.buttons.len()), format!("give 1 to {BUTTONS_MAX}"));
                 }
                 of.buttons.iter().for_each(|button| self.button(of, button));
             }
@@ -128,34 +128,38 @@ impl Check {
 
     fn several(&mut self, of: &Region, count: usize, word: &str, which: &str) {
         if count == 0 || count > NAMES_MAX {
-            self.wrong(of, format!("it has {count} '{word}'"), format!("name {which}, 1 to {NAMES_MAX}"));
+            self.wrong(of, format!("it cannot have {count} '{word}'"), format!("name {which}, 1 to {NAMES_MAX}"));
         }
     }
 
     fn value(&mut self, of: &Region, value: &ShownValue) {
         if !is_line(&value.label) {
-            self.wrong(of, format!("the label of '{}' cannot be shown", value.name), format!("give at most {CHARACTERS_MAX} characters on one line"));
+            self.wrong(
+                of,
+                format!("the label of '{}' is too long or not on one line", value.name),
+                format!("give at most {CHARACTERS_MAX} characters on one line"),
+            );
         }
         let (low, high) = (value.minimum.unwrap_or(f64::NEG_INFINITY), value.maximum.unwrap_or(f64::INFINITY));
         // NaN limits compare as `None` and are refused too.
         if low.partial_cmp(&high).is_none_or(std::cmp::Ordering::is_ge) {
-            self.wrong(of, format!("the limits of '{}' are {low} and {high}", value.name), "the minimum lies below the maximum");
+            self.wrong(of, format!("the limits of '{}' cannot be {low} and {high}", value.name), "give a minimum below the maximum");
         }
     }
 
     fn button(&mut self, of: &Region, button: &Button) {
         let label = &button.label;
         if label.trim().is_empty() || !is_line(label) {
-            self.wrong(of, format!("a button has the label {label:?}"), format!("give 1 to {CHARACTERS_MAX} characters on one line"));
+            self.wrong(of, format!("a button cannot have the label {label:?}"), format!("give 1 to {CHARACTERS_MAX} characters on one line"));
         } else if !self.labels.insert(label.clone()) {
-            self.wrong(of, format!("there are two buttons '{label}'"), "the name of what a button starts is its label: give each another");
+            self.wrong(of, format!("there are two buttons '{label}'"), "give each a different label: it names what the button starts");
         }
         match (&button.start, &button.instance) {
             (Some(_), None) if button.values.is_empty() => {}
-            (Some(_), None) => self.wrong(of, format!("button '{label}' has 'values' beside 'start'"), "write them into 'start'"),
+            (Some(_), None) => self.wrong(of, format!("button '{label}' has both 'values' and 'start'"), "write them into 'start'"),
             (None, Some(_)) => {}
-            (Some(_), Some(_)) => self.wrong(of, format!("button '{label}' has 'start' and 'instance'"), "give one of them"),
-            (None, None) => self.wrong(of, format!("button '{label}' starts nothing"), "give 'start' with a verb, or 'instance' with the name of one"),
+            (Some(_), Some(_)) => self.wrong(of, format!("button '{label}' has both 'start' and 'instance'"), "give one of them"),
+            (None, None) => self.wrong(of, format!("button '{label}' starts nothing"), "give 'start' with a verb, or 'instance' with the name of an instance"),
         }
     }
 }

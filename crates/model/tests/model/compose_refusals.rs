@@ -53,10 +53,10 @@ fn a_composition_has_parts_that_are_verbs_with_plain_labels() {
     let dotted = refused(json!({"output_values": {"last.y": "s.y"}}), plain(), plain());
     assert_eq!(
         dotted,
-        "DefinitionError: part 'a' of 'whole' has a condition or output 'last.y', and a dot parts a name from its part; give it a plain name in its verb at p.py:3"
+        "DefinitionError: part 'a' of 'whole' has a condition or output 'last.y', but a dot separates a name from its part; give it a plain name in its verb at p.py:3"
     );
     let label = refused(plain(), plain(), json!({"parts": {"c.d": part("third", plain())}}));
-    assert_eq!(label, "DefinitionError: the label 'c.d' of a part of 'whole' is empty or has a dot; give the part a plain name at c.py:9");
+    assert_eq!(label, "DefinitionError: the label 'c.d' of a part of 'whole' is empty or contains a dot; give the part a plain name at c.py:9");
 }
 
 #[test]
@@ -64,20 +64,20 @@ fn rename_and_preset_name_something_of_a_part() {
     let given = json!({"a.limt": "x", "c.limit": "x", "limit": "x", "b.limit": "x.y", "b.enough": "completed"});
     assert_eq!(
         refused(plain(), plain(), json!({"rename": given})),
-        "UnknownName: rename names 'a.limt', and part 'a' (verb 'first') has no parameter, object, output or condition 'limt'; did you mean 'limit'? at c.py:9\n\
-         UnknownName: rename names 'c.limit', and no part of 'whole' is 'c'; there are a, b at c.py:9\n\
-         UnknownName: rename names 'limit', and no part of 'whole' is 'limit'; write part.name at c.py:9\n\
-         DefinitionError: rename gives 'b.limit' the name 'x.y', which is empty or has a dot; give it a plain name at c.py:9\n\
-         DefinitionError: rename makes the condition 'b.enough' 'completed', and a system condition keeps its name and stands for itself; give it another name at c.py:9"
+        "UnknownName: rename= names 'a.limt', but part 'a' (verb 'first') has no parameter, object, output or condition 'limt'; did you mean 'limit'? at c.py:9\n\
+         UnknownName: rename= names 'c.limit', but no part of 'whole' is called 'c'; there are a, b at c.py:9\n\
+         UnknownName: rename= names 'limit', but no part of 'whole' is called 'limit'; write part.name at c.py:9\n\
+         DefinitionError: rename= gives 'b.limit' the name 'x.y', which is empty or contains a dot; give it a plain name at c.py:9\n\
+         DefinitionError: rename= calls the condition 'b.enough' 'completed', but a system condition keeps its name and stands for itself; give it another name at c.py:9"
     );
     assert_eq!(
         refused(plain(), plain(), json!({"rename": {"a.y": "limit"}})),
-        "CompositionConflict: rename makes two parameters of part 'a' (verb 'first') one: 'y' and 'limit' are both 'limit'; give them two names at c.py:9"
+        "CompositionConflict: rename= merges two parameters of part 'a' (verb 'first'): 'y' and 'limit' would both be 'limit'; give them different names at c.py:9"
     );
     assert_eq!(
         refused(plain(), plain(), json!({"preset": {"a.y": 1, "b.limit": "red"}})),
-        "UnknownName: preset names 'a.y', and part 'a' (verb 'first') has no input parameter 'y'; there is only limit at c.py:9\n\
-         ValueRefused: the preset of 'limit' of part 'b' (verb 'second'): 'red' is not a number with a unit; write a number, or for example '20 ms' or '90 deg' at c.py:9"
+        "UnknownName: preset= names 'a.y', but part 'a' (verb 'first') has no input parameter 'y'; there is only limit at c.py:9\n\
+         ValueRefused: the preset of 'limit' of part 'b' (verb 'second'): 'red' is not a number with a unit; write a number, or, for example, '20 ms' or '90 deg' at c.py:9"
     );
 }
 
@@ -85,7 +85,7 @@ fn rename_and_preset_name_something_of_a_part() {
 fn what_has_one_name_is_one_thing() {
     assert_eq!(
         refused(plain(), plain(), json!({"rename": {"b.limit": "y", "b.y": "z"}})),
-        "CompositionConflict: 'y' is an instantiation parameter in part 'a' and an input parameter in part 'b'; rename one: rename={'b.limit': 'b_y'} at c.py:9"
+        "CompositionConflict: 'y' is an instantiation parameter in part 'a' but an input parameter in part 'b'; rename one: rename={'b.limit': 'b_y'} at c.py:9"
     );
     let narrow = one(
         "second",
@@ -95,11 +95,11 @@ fn what_has_one_name_is_one_thing() {
     );
     assert_eq!(
         refused_of(part("first", plain()), narrow.clone(), json!({"rename": {"b.z": "y", "b.last": "b_last"}})),
-        "TypeMismatch: 'y' of part 'a' and part 'b' cannot be one: it is output 'a.s.y' (double) and output 'b.b.y' (float): types differ; rename one: rename={'b.z': 'b_y'} at c.py:9"
+        "TypeMismatch: 'y' of part 'a' and part 'b' cannot be merged: it is output 'a.s.y' (double) and output 'b.b.y' (float): types differ; rename one: rename={'b.z': 'b_y'} at c.py:9"
     );
     assert_eq!(
         refused_of(part("first", plain()), narrow, plain()),
-        "TypeMismatch: 'last' of part 'a' and part 'b' cannot be one: it is output 'a.s.y' (double) and output 'b.b.y' (float): types differ; rename one: rename={'b.last': 'b_last'} at c.py:9"
+        "TypeMismatch: 'last' of part 'a' and part 'b' cannot be merged: it is output 'a.s.y' (double) and output 'b.b.y' (float): types differ; rename one: rename={'b.last': 'b_last'} at c.py:9"
     );
     let near = |name: &str, port: &str, other: &str| {
         one(name, "lib.near", "1ms", json!({"instantiation_parameters": {"q": [port]}, "input_parameters": {"g": {"targets": [other]}}}))
@@ -113,7 +113,7 @@ fn what_has_one_name_is_one_thing() {
     );
     assert_eq!(
         refused_of(near("first", "b.sensed", "b.goal"), servo, json!({"rename": {"b.g": "m"}})),
-        "UnitMismatch: 'q' of part 'a' and part 'b' cannot be one: it is input 'a.b.sensed' (double[n], rad) and output 'b.b.effort' (double, N.m): units differ; rename one: rename={'b.q': 'b_q'} at c.py:9"
+        "UnitMismatch: 'q' of part 'a' and part 'b' cannot be merged: it is input 'a.b.sensed' (double[n], rad) and output 'b.b.effort' (double, N.m): units differ; rename one: rename={'b.q': 'b_q'} at c.py:9"
     );
     let channel = |name: &str, block: &str| one(name, block, "1ms", json!({"instantiation_parameters": {"drive.x": ["b.channel"]}}));
     let mut writing = channel("second", "lib.write_channel");
@@ -121,13 +121,13 @@ fn what_has_one_name_is_one_thing() {
     writing["modes"] = json!({"b.u": "asynchronous"});
     assert_eq!(
         refused_of(channel("first", "lib.read_channel"), writing, plain()),
-        "TypeMismatch: 'drive.x' of part 'a' and part 'b' cannot be one: it is device 'a.b.channel' (double) and device 'b.b.channel' (double): one takes a channel that is read, the other a channel that is written; rename one: rename={'b.drive': 'b_drive'} at c.py:9"
+        "TypeMismatch: 'drive.x' of part 'a' and part 'b' cannot be merged: it is device 'a.b.channel' (double) and device 'b.b.channel' (double): one takes a channel that is read, the other a channel that is written; rename one: rename={'b.drive': 'b_drive'} at c.py:9"
     );
     let mut single = movement();
     single["objects"]["arm"]["each"] = json!(false);
     assert_eq!(
         refused_of(movement(), single, plain()),
-        "TypeMismatch: the object 'arm' is several of 'Joint' in part 'a' and one 'Joint' in part 'b'; rename one: rename={'b.arm': 'b_arm'} at c.py:9"
+        "TypeMismatch: the object 'arm' is several of 'Joint' in part 'a' but one 'Joint' in part 'b'; rename one: rename={'b.arm': 'b_arm'} at c.py:9"
     );
 }
 
@@ -135,11 +135,11 @@ fn what_has_one_name_is_one_thing() {
 fn an_input_of_one_name_has_one_default_and_unit() {
     assert_eq!(
         refused(plain(), json!({"input_parameters": {"limit": {"default": 4.0}}}), plain()),
-        "CompositionConflict: the input 'limit' defaults to 3.0 in part 'a' and to 4.0 in part 'b'; rename one: rename={'b.limit': 'b_limit'}, or fix one: preset={'b.limit': 4.0} at c.py:9"
+        "CompositionConflict: the input 'limit' defaults to 3.0 in part 'a' but to 4.0 in part 'b'; rename one: rename={'b.limit': 'b_limit'}, or fix one: preset={'b.limit': 4.0} at c.py:9"
     );
     assert_eq!(
         refused(json!({"input_parameters": {"limit": {"unit": "N"}}}), json!({"input_parameters": {"limit": {"unit": "rad"}}}), plain()),
-        "UnitMismatch: the input 'limit' is in N in part 'a' and in rad in part 'b'; rename one: rename={'b.limit': 'b_limit'} at c.py:9"
+        "UnitMismatch: the input 'limit' is in N in part 'a' but in rad in part 'b'; rename one: rename={'b.limit': 'b_limit'} at c.py:9"
     );
 }
 
@@ -148,8 +148,8 @@ fn shared_blocks_are_the_same_use_with_the_same_bindings() {
     let share = json!({"share": ["s"]});
     assert_eq!(
         refused(plain(), plain(), json!({"share": ["a", "t"]})),
-        "CompositionConflict: share names the block 'a', and a part of 'whole' has that label; give the part another label at c.py:9\n\
-         UnknownName: share names the block 't', which no part has; there is only s at c.py:9"
+        "CompositionConflict: share= names the block 'a', but a part of 'whole' has that label; give the part another label at c.py:9\n\
+         UnknownName: share= names the block 't', which no part has; there is only s at c.py:9"
     );
     assert_eq!(
         refused(json!({"blocks": {"s": {"constants": {"frequency": 2.0}}}}), plain(), share.clone()),
@@ -179,7 +179,7 @@ fn transitions_lead_from_what_ends_a_part_to_a_part() {
     let line = |from: &str, condition: &str, to: &str| refused(plain(), plain(), json!({"transitions": [{"from": from, "condition": condition, "to": to}]}));
     assert_eq!(
         line("c", "enough", "b"),
-        "UnknownName: the transition ('c', 'enough') → 'b' begins at 'c', which is no part or list of 'whole'; there are a, b, a.start, b.start at c.py:9"
+        "UnknownName: the transition ('c', 'enough') → 'b' begins at 'c', which is not a part or list of 'whole'; there are a, b, a.start, b.start at c.py:9"
     );
     assert_eq!(
         line("a", "enogh", "b"),
@@ -187,20 +187,20 @@ fn transitions_lead_from_what_ends_a_part_to_a_part() {
     );
     assert_eq!(
         line("a", "enough", "b.back"),
-        "UnknownName: the transition ('a', 'enough') → 'b.back' leads to 'b.back', which is no part or list of 'whole'; there are a, b, a.start, b.start at c.py:9"
+        "UnknownName: the transition ('a', 'enough') → 'b.back' leads to 'b.back', which is not a part or list of 'whole'; there are a, b, a.start, b.start at c.py:9"
     );
     assert_eq!(
         refused(plain(), plain(), json!({"initial": "c"})),
-        "UnknownName: initial names 'c', which is no part or list of 'whole'; there are a, b, a.start, b.start at c.py:9"
+        "UnknownName: initial= names 'c', which is not a part or list of 'whole'; there are a, b, a.start, b.start at c.py:9"
     );
     let own = json!({"command_lists": {"start": list(&["+s 1ms"]), "back": list(&["+s 2ms"])}, "initial": "start", "transitions": [{"from": "start", "condition": "enough", "to": "back"}]});
     assert_eq!(
         refused(own, plain(), json!({"transitions": [{"from": "a.start", "condition": "enough", "to": "b"}]})),
-        "CompositionConflict: the transition ('a.start', 'enough') → 'b' changes nothing: 'enough' does not end 'a.start' of part 'a' (verb 'first'): in 'a.start' it leads to 'a.back' already; leave the line out, or name a list that it ends at c.py:9"
+        "CompositionConflict: the transition ('a.start', 'enough') → 'b' changes nothing: 'enough' does not end 'a.start' of part 'a' (verb 'first'): in 'a.start' it already leads to 'a.back'; leave the line out, or name a list that it ends at c.py:9"
     );
     assert_eq!(
         refused(plain(), plain(), json!({"transitions": [{"from": "a", "condition": "enough", "to": "b"}, {"from": "a", "condition": "enough", "to": "a"}]})),
-        "CompositionConflict: the transition ('a', 'enough') → 'a' is there twice: ('a.start', 'enough') leads to two lists; a condition leads from a list to one list at c.py:9"
+        "CompositionConflict: the transition ('a', 'enough') → 'a' appears twice: ('a.start', 'enough') leads to two lists; let a condition lead from a list to only one list at c.py:9"
     );
     assert_eq!(
         refused(plain(), plain(), json!({"transitions": []})),
@@ -222,7 +222,7 @@ fn a_line_that_would_lead_from_an_ending_back_to_work_is_refused() {
     };
     assert_eq!(
         lines(json!([{"from": "a", "condition": "rests", "to": "b"}])),
-        "CompositionConflict: the transition ('a', 'rests') → 'b' is never made: 'a.stop' follows 'halted', which tells the verb to end, so 'rests' ends it there and 'b.start' does not begin; leave the line out, or name what tells the verb to end, if 'b' is how it ends: ('a', 'halted') at c.py:9"
+        "CompositionConflict: the transition ('a', 'rests') → 'b' is never taken: 'a.stop' follows 'halted', which tells the verb to end, so 'rests' ends it there and 'b.start' does not begin; leave the line out, or name what tells the verb to end, if 'b' is how it ends: ('a', 'halted') at c.py:9"
     );
     assert_eq!(lines(json!([{"from": "b", "condition": "halted", "to": "a.stop"}])), "", "a list of ending may be shared");
     assert_eq!(lines(json!([{"from": "a", "to": "b"}])), "", "every normal end leads on from the others");
@@ -237,15 +237,15 @@ fn a_part_finds_what_it_needs_when_it_begins() {
     };
     assert_eq!(
         refused_of(goal("first", "one"), goal("second", "two"), plain()),
-        "CompositionConflict: the inputs 'one' and 'two' of part 'a' and part 'b' are both stored in 'u' at the start; give them one name with rename=, or each an object of its own at c.py:9"
+        "CompositionConflict: the inputs 'one' and 'two' of part 'a' and part 'b' are both stored in 'u' at the start; give them one name with rename=, or give each its own object at c.py:9"
     );
     assert_eq!(
         refused_of(goal("first", "one"), goal("second", "one"), json!({"preset": {"b.one": 3}})),
-        "CompositionConflict: the inputs 'one' and 'b.one' of part 'a' and part 'b' are both stored in 'u' at the start; give them one name with rename=, or each an object of its own at c.py:9"
+        "CompositionConflict: the inputs 'one' and 'b.one' of part 'a' and part 'b' are both stored in 'u' at the start; give them one name with rename=, or give each its own object at c.py:9"
     );
     assert_eq!(
         refused_of(part("first", plain()), goal("second", "two"), json!({"rename": {"b.u": "y"}})),
-        "CompositionConflict: the input 'two' of part 'b' is stored in 'y' (input 'b.b.u' (double)) at the start, and output 'a.s.y' (double) overwrites it before that part begins; give the input a cell of its own, or rename the parameter of one part at c.py:9"
+        "CompositionConflict: the input 'two' of part 'b' is stored in 'y' (input 'b.b.u' (double)) at the start, but output 'a.s.y' (double) overwrites it before that part begins; give the input its own cell, or rename the parameter of one part at c.py:9"
     );
     let reader = |every: &str, modes: Value| one("second", "lib.gain", every, json!({"instantiation_parameters": {"y": ["b.u"]}, "modes": modes}));
     assert_eq!(
@@ -263,12 +263,12 @@ fn parts_that_run_together_do_not_write_wait_or_end_against_each_other() {
     let own = json!({"command_lists": {"start": list(&["+s 1ms"]), "back": list(&["+s 2ms"])}, "initial": "start", "transitions": [{"from": "start", "condition": "enough", "to": "back"}]});
     assert_eq!(
         together(plain(), plain(), json!({})),
-        "SecondWriter: 'y' has two writers together: output 'a.s.y' (double) and output 'b.s.y' (double); rename one: rename={'b.y': 'b_y'}, or let one follow the other at c.py:9\n\
+        "SecondWriter: 'y' has two writers at the same time: output 'a.s.y' (double) and output 'b.s.y' (double); rename one: rename={'b.y': 'b_y'}, or let one follow the other at c.py:9\n\
          CompositionConflict: the condition 'enough' returns the output 'last' of part 'a' and part 'b', and both run together; rename one: rename={'b.last': 'b_last'} at c.py:9"
     );
     assert_eq!(
         together(waits.clone(), waits, apart()),
-        "CompositionConflict: the initial lists of part 'a' and part 'b' cannot be one: both wait, and one list waits for one thing at a time; let τ of one of them do what its wait does at c.py:9"
+        "CompositionConflict: the initial lists of part 'a' and part 'b' cannot be merged: both wait, but one list waits for only one thing at a time; let τ of one of them do the work of its wait at c.py:9"
     );
     assert_eq!(
         together(json!({"conditions": {"enough": {"priority": 2}}}), plain(), apart()),
@@ -276,11 +276,11 @@ fn parts_that_run_together_do_not_write_wait_or_end_against_each_other() {
     );
     assert_eq!(
         together(json!({"conditions": {"enough": {"raises": true}}}), plain(), apart()),
-        "CompositionConflict: the condition 'enough' of part 'a' and part 'b' is a normal end in one and not in the other, and both run together; rename one: rename={'b.enough': '…'}, or make them alike at c.py:9"
+        "CompositionConflict: the condition 'enough' of part 'a' and part 'b' is a normal end in one but not in the other, and both run together; rename one: rename={'b.enough': '…'}, or make them alike at c.py:9"
     );
     assert_eq!(
         together(own.clone(), own, apart()),
-        "CompositionConflict: the condition 'enough' leads part 'a' and part 'b' to different lists, and their initial lists are one; rename one: rename={'b.enough': 'b_enough'} at c.py:9"
+        "CompositionConflict: the condition 'enough' leads part 'a' and part 'b' to different lists, but they have the same initial list; rename one: rename={'b.enough': 'b_enough'} at c.py:9"
     );
     assert_eq!(
         refused(plain(), json!({"command_lists": start(&["+s 2ms"])}), json!({"together": true, "transitions": [], "share": ["s"]})),
@@ -295,11 +295,11 @@ fn parts_that_are_all_awaited_come_to_an_end_in_one_list() {
     let goes_on = json!([{"from": "start", "condition": "enough", "to": "back"}]);
     assert_eq!(
         all(json!({"command_lists": lists, "initial": "start", "transitions": goes_on})),
-        "CompositionConflict: all parts are awaited in 'start', and part 'a' (verb 'first') goes on to its list 'back' by 'enough'; compose it so that it needs one list, or leave until='all' out at c.py:9"
+        "CompositionConflict: all parts are awaited in 'start', but part 'a' (verb 'first') proceeds to its list 'back' on 'enough'; compose it so that it needs only one list, or leave until='all' out at c.py:9"
     );
     assert_eq!(
         all(json!({"conditions": {"enough": {"raises": true}}})),
-        "CompositionConflict: all parts are awaited, and part 'a' (verb 'first') has no condition with returns= that ends its list 'start'; give it one: conditions={'arrived': on('near.done', returns=[])} at c.py:9"
+        "CompositionConflict: all parts are awaited, but part 'a' (verb 'first') has no condition with returns= that ends its list 'start'; give it one: conditions={'arrived': on('near.done', returns=[])} at c.py:9"
     );
 }
 

@@ -127,7 +127,7 @@ fn an_edge_against_the_order_is_a_remark() {
     let rest = json!({"cells": {"c": ["a.y", "b.u"], "d": ["b.y", "a.u"]}, "command_lists": start(&["+a 1ms", "+b 1ms"])});
     let plan = plan(verb(&[("a", "lib.relaxed"), ("b", "lib.relaxed")], rest), json!({}));
     assert_eq!(plan.order[0].1, [0, 1]);
-    assert!(plan.remarks.iter().any(|r| r.text == "'a' reads 'b' of the firing before: a delay of one firing of 'rtp0.fast'"), "{:?}", plan.remarks);
+    assert!(plan.remarks.iter().any(|r| r.text == "'a' reads 'b' as the previous firing left it: a delay of one firing of 'rtp0.fast'"), "{:?}", plan.remarks);
 }
 
 #[test]

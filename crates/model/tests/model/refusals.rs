@@ -37,24 +37,27 @@ fn arm() -> Value {
 #[test]
 fn names_that_are_not_there() {
     check(v(&[("a", "lib.gian")], json!({})), "UnknownName: there is no block 'lib.gian'; did you mean 'lib.gain'?");
-    check(two(json!({"cells": {"d": ["gg.y"]}})), "UnknownName: 'gg.y' names the block 'gg', which is not there; did you mean 'g'?");
+    check(two(json!({"cells": {"d": ["gg.y"]}})), "UnknownName: 'gg.y' names the block 'gg', which does not exist; did you mean 'g'?");
     check(two(json!({"cells": {"d": ["g.yy"]}})), "UnknownName: 'g' (lib.gain) has no 'yy'; did you mean 'y'?");
     check(two(json!({"cells": {"d": ["g"]}})), "UnknownName: 'g' does not name a port; write label.port");
-    check(two(json!({"command_lists": start(&["+s 1ms", "+q"])})), "UnknownName: command list 'start' names the block 'q', which is not there; there are g, s");
-    check(two(json!({"command_lists": start(&["!x1"])})), "UnknownName: command list 'start' names the block 'x1', which is not there; there are g, s");
-    check(two(json!({"command_lists": start(&["-x1"])})), "UnknownName: command list 'start' names the block 'x1', which is not there; there are g, s");
-    check(two(json!({"command_lists": start(&["*x1"])})), "UnknownName: command list 'start' names the block 'x1', which is not there; there are g, s");
+    check(
+        two(json!({"command_lists": start(&["+s 1ms", "+q"])})),
+        "UnknownName: command list 'start' names the block 'q', which does not exist; there are g, s",
+    );
+    check(two(json!({"command_lists": start(&["!x1"])})), "UnknownName: command list 'start' names the block 'x1', which does not exist; there are g, s");
+    check(two(json!({"command_lists": start(&["-x1"])})), "UnknownName: command list 'start' names the block 'x1', which does not exist; there are g, s");
+    check(two(json!({"command_lists": start(&["*x1"])})), "UnknownName: command list 'start' names the block 'x1', which does not exist; there are g, s");
     check(two(json!({"command_lists": start(&["? s.abov"])})), "UnknownName: 's' (lib.signal) has no 'abov'; did you mean 'above'?");
-    check(two(json!({"command_lists": start(&["? gone"])})), "UnknownName: a wait of command list 'start' names the condition 'gone', which is not there");
-    check(two(json!({"command_lists": start(&["? s.y"])})), "UnknownName: 's.y' is no condition: it is output 's.y' (double); there is only above");
+    check(two(json!({"command_lists": start(&["? gone"])})), "UnknownName: a wait of command list 'start' names the condition 'gone', which does not exist");
+    check(two(json!({"command_lists": start(&["? s.y"])})), "UnknownName: 's.y' is not a condition: it is output 's.y' (double); there is only above");
     check(two(json!({"modes": {"g.v": "asynchronous"}})), "UnknownName: 'g' (lib.gain) has no 'v'; there are u, y, k");
     check(two(json!({"input_parameters": {"p": {"targets": ["g.kk"]}}})), "UnknownName: 'g' (lib.gain) has no 'kk'; did you mean 'k'?");
     check(two(json!({"output_values": {"p": "g.z"}})), "UnknownName: 'g' (lib.gain) has no 'z'; there are u, y, k");
-    check(two(json!({"initial": "begin"})), "UnknownName: the initial command list 'begin' of verb 'v' is not there; there is only start");
+    check(two(json!({"initial": "begin"})), "UnknownName: the initial command list 'begin' of verb 'v' does not exist; there is only start");
     check(two(json!({"blocks": {"g": {"constants": {"kk": 2.0}}}})), "UnknownName: 'g' (lib.gain) has no parameter 'kk'; did you mean 'k'?");
     check(
         (json!({"name": "v", "blocks": {}, "objects": {"arm": {"device_type": "Jiont"}}, "command_lists": start(&[])}), json!({})),
-        "UnknownName: the object 'arm' is of the device type 'Jiont', which is not there; did you mean 'Joint'?",
+        "UnknownName: the object 'arm' has the device type 'Jiont', which does not exist; did you mean 'Joint'?",
     );
     check(
         with(movement(), json!({"instantiation_parameters": {"arm.sense": ["near.sensed"], "arm.sensed": []}}), arm()),
@@ -66,7 +69,7 @@ fn names_that_are_not_there() {
     );
     check(
         with(movement(), json!({"input_parameters": {"leg.max_speed": {"targets": []}}}), arm()),
-        "UnknownName: the input parameter 'leg.max_speed' names the object 'leg', which is not there; there is only arm",
+        "UnknownName: the input parameter 'leg.max_speed' names the object 'leg', which does not exist; there is only arm",
     );
 }
 
@@ -74,27 +77,27 @@ fn names_that_are_not_there() {
 fn conditions_and_transitions() {
     check(
         two(json!({"conditions": {"done": {}}})),
-        "UnknownName: the condition 'done' stands for no block condition and is no system condition; say on('label.condition'), or name one of completed, halted, fault, processor_lost, device_lost, device_disabled, aborted, emergency_stop, time_limit, overrun, late, link_lost, time_lost",
+        "UnknownName: the condition 'done' stands for no block condition and is not a system condition; write on('label.condition'), or name one of completed, halted, fault, processor_lost, device_lost, device_disabled, aborted, emergency_stop, time_limit, overrun, late, link_lost, time_lost",
     );
-    check(two(json!({"conditions": {"done": {"on": ["s.y"]}}})), "UnknownName: 's.y' is no condition: it is output 's.y' (double); there is only above");
+    check(two(json!({"conditions": {"done": {"on": ["s.y"]}}})), "UnknownName: 's.y' is not a condition: it is output 's.y' (double); there is only above");
     check(
         two(json!({"conditions": {"done": {"on": ["s.above"], "returns": ["r"]}}})),
-        "UnknownName: the condition 'done' returns 'r', which is no output value",
+        "UnknownName: the condition 'done' returns 'r', which is not an output value",
     );
     check(
         two(json!({"conditions": {"done": {"on": ["s.above"], "during": "strat"}}})),
-        "UnknownName: the condition 'done' holds during 'strat', which is no command list; there is only start"
+        "UnknownName: the condition 'done' holds during 'strat', which is not a command list; there is only start"
             .replace("there is only start", "did you mean 'start'?")
             .as_str(),
     );
     let from = |from: &str, condition: &str, to: &str| json!({"from": from, "condition": condition, "to": to});
     check(
         two(json!({"transitions": [from("begin", "fault", "start")]})),
-        "UnknownName: the transition ('begin', 'fault') → 'start' names the command list 'begin', which is not there; there is only start",
+        "UnknownName: the transition ('begin', 'fault') → 'start' names the command list 'begin', which does not exist; there is only start",
     );
     check(
         two(json!({"transitions": [from("start", "fault", "end")]})),
-        "UnknownName: the transition ('start', 'fault') → 'end' names the command list 'end', which is not there; there is only start",
+        "UnknownName: the transition ('start', 'fault') → 'end' names the command list 'end', which does not exist; there is only start",
     );
     check(
         two(json!({"transitions": [from("start", "falt", "start")]})),
@@ -102,16 +105,16 @@ fn conditions_and_transitions() {
     );
     check(
         two(json!({"transitions": [from("start", "fault", "start"), from("start", "fault", "start")]})),
-        "DefinitionError: the transition ('start', 'fault') → 'start' is there already, to 'start'; a condition leads from a list to one list",
+        "DefinitionError: the transition ('start', 'fault') → 'start' conflicts with the one to 'start'; let a condition lead from a list to only one list",
     );
     check(
         two(json!({"command_lists": {"other": list(&[])}, "initial": "start", "conditions": {"c": {"on": ["s.above"], "during": "other"}},
         "transitions": [from("start", "c", "other")]})),
-        "DefinitionError: the transition ('start', 'c') → 'other' cannot happen: 'c' holds only during 'other'; leave one of them out",
+        "DefinitionError: the transition ('start', 'c') → 'other' can never be taken: 'c' holds only during 'other'; leave one of them out",
     );
     check(
         two(json!({"command_lists": {"other": list(&[])}})),
-        "DefinitionError: verb 'v' has 2 command lists and no initial one; say initial= one of start, other",
+        "DefinitionError: verb 'v' has 2 command lists but no initial one; set initial= to one of start, other",
     );
     check(
         (json!({"name": "v", "blocks": {}, "command_lists": {}}), json!({})),
@@ -131,21 +134,21 @@ fn covers() {
     );
     check(
         two(json!({"cells": {"d": ["g.k"]}})),
-        "CoverError: 'd' covers parameter 'g.k' (double), which is no port or device; parameters and conditions are reached by input parameters",
+        "CoverError: 'd' covers parameter 'g.k' (double), which is not a port or device; reach parameters and conditions by input parameters",
     );
     check(v(&[("r", "lib.read_channel")], json!({})), "CoverError: device 'r.channel' (double) has no channel; name it in an instantiation parameter");
     check(
         two(json!({"blocks": {"g": {"constants": {"u": 1.0}}}})),
-        "CoverError: input 'g.u' (double) is given a constant and bound to 'c'; leave one of them out",
+        "CoverError: input 'g.u' (double) is both given a constant and bound to 'c'; leave one of them out",
     );
-    check(two(json!({"instantiation_parameters": {"c": []}})), "CoverError: 'c' is an instantiation parameter and a cell; give them two names");
+    check(two(json!({"instantiation_parameters": {"c": []}})), "CoverError: 'c' is both an instantiation parameter and a cell; give them different names");
     check(
         v(&[("r", "lib.read_channel")], json!({"cells": {"c": ["r.channel"]}})),
         "TypeMismatch: device 'r.channel' (double) is covered by the cell 'c'; a device item takes a channel: make it an instantiation parameter",
     );
     check(
         two(json!({"input_parameters": {"c": {"targets": ["g.k"]}}, "instantiation_parameters": {"c": []}, "cells": {"c": [], "d": ["s.y", "g.u"]}})),
-        "CoverError: 'c' is an instantiation parameter and a cell; give them two names\nDefinitionError: 'c' is an input parameter and an instantiation parameter or object; give them two names",
+        "CoverError: 'c' is both an instantiation parameter and a cell; give them different names\nDefinitionError: 'c' is both an input parameter and an instantiation parameter or object; give them different names",
     );
 }
 
@@ -156,7 +159,7 @@ fn graphs() {
     graph_check(graph(json!({})), "");
     graph_check(
         graph(json!({"inputs": {"v": ["h.y"]}})),
-        "CoverError: the graph input 'v' covers the output 'h.y'; a graph input leads to inputs; make it an output or a cell",
+        "CoverError: the graph input 'v' covers the output 'h.y'; make it an output or a cell: a graph input leads only to inputs",
     );
     graph_check(
         graph(json!({"outputs": {"v": []}, "cells": {"c": ["s.y"]}, "inputs": {"w": []}})),
@@ -164,15 +167,15 @@ fn graphs() {
     );
     graph_check(
         graph(json!({"outputs": {"y": ["g.y", "h.y"]}})),
-        "SecondWriter: 'y' has two writers: output 'g.y' (double) and output 'h.y' (double); give each a cell of its own",
+        "SecondWriter: 'y' has two writers: output 'g.y' (double) and output 'h.y' (double); give each its own cell",
     );
     graph_check(
         graph(json!({"cells": {"d": ["g.y", "h.y"]}})),
-        "SecondWriter: 'd' has two writers: output 'g.y' (double) and output 'h.y' (double); give each a cell of its own",
+        "SecondWriter: 'd' has two writers: output 'g.y' (double) and output 'h.y' (double); give each its own cell",
     );
-    graph_check(graph(json!({"outputs": {"u": ["g.y"]}})), "CoverError: 'u' is an input and an output of graph 'g'; give them two names");
-    graph_check(graph(json!({"divide": {"x1": 2}})), "UnknownName: divide of graph 'g' names 'x1', which is no block of it; there are s, g, h");
-    graph_check(graph(json!({"divide": {"s": 0}})), "SchedulingError: divide of 's' is 0; give 1 or more");
+    graph_check(graph(json!({"outputs": {"u": ["g.y"]}})), "CoverError: 'u' is both an input and an output of graph 'g'; give them different names");
+    graph_check(graph(json!({"divide": {"x1": 2}})), "UnknownName: divide= of graph 'g' names 'x1', which is not one of its blocks; there are s, g, h");
+    graph_check(graph(json!({"divide": {"s": 0}})), "SchedulingError: divide= of 's' is 0; give 1 or more");
     graph_check(
         graph(json!({"inputs": {"u": []}, "cells": {"c": ["g.y", "h.u"], "d": ["h.y", "g.u"]}})),
         "SynchronousCycle: synchronous ports make a cycle: 'g' → 'h' → 'g'; relax one of the inputs, for example with modes={'g.u': 'asynchronous'}",
@@ -198,7 +201,7 @@ fn graphs() {
     graph_check(two_modes("lib.slow_in", json!({"u": "asynchronous"})), "");
     graph_check(
         json!({"name": "g", "blocks": {"a.b": {"block": {"subroutine": "lib.signal"}}}}),
-        "DefinitionError: the label 'a.b' of a block is empty or has a dot",
+        "DefinitionError: the label 'a.b' of a block is empty or contains a dot",
     );
 }
 
@@ -245,7 +248,7 @@ fn types_and_units() {
     );
     check(
         vector(json!({"svvs": ["j1.sensed", "j1.sensed", "j1.goal", "j2.goal", "j2.sensed", "j2.commanded"]})),
-        "SecondWriter: SVV 'j1.sensed' is twice in the list for 'x', which is written; give each SVV once",
+        "SecondWriter: SVV 'j1.sensed' appears twice in the list for 'x', which is written to; give each SVV once",
     );
     check(
         (verb(&[("h", "lib.vector")], json!({"instantiation_parameters": {"x": ["h.q"]}})), json!({"arguments": {"x": {"svvs": ["j1.sensed", "j2.sensed"]}}})),
@@ -270,15 +273,15 @@ fn types_and_units() {
     );
     check(
         channel("lib.read_channel", "channel", "j1.effort"),
-        "TypeMismatch: cannot bind channel 'ur5e.j1.effort' (double, N.m) to device 'r.channel' (double): the channel is written, and the block reads it; give a channel that is read",
+        "TypeMismatch: cannot bind channel 'ur5e.j1.effort' (double, N.m) to device 'r.channel' (double): the channel is written, but the block reads it; give a channel that is read",
     );
     check(
         channel("lib.write_channel", "channel", "j1.position"),
-        "TypeMismatch: cannot bind channel 'ur5e.j1.position' (double, rad) to device 'r.channel' (double): the channel is read, and the block writes it; give a channel that is written",
+        "TypeMismatch: cannot bind channel 'ur5e.j1.position' (double, rad) to device 'r.channel' (double): the channel is read, but the block writes it; give a channel that is written",
     );
     check(
         channel("lib.relaxed", "u", "j1.position"),
-        "TypeMismatch: cannot bind channel 'ur5e.j1.position' (double, rad) to input 'r.u' (double): a channel is bound to a device item; put library.read_channel or library.write_channel between them",
+        "TypeMismatch: cannot bind channel 'ur5e.j1.position' (double, rad) to input 'r.u' (double): only a device item can be bound to a channel; put library.read_channel or library.write_channel between them",
     );
     check(
         channel("lib.read_channel", "channel", "j3.position"),
@@ -290,11 +293,11 @@ fn types_and_units() {
     );
     check(
         two(json!({"blocks": {"g": {"constants": {"k": "fast"}}}})),
-        "ValueRefused: the constant for parameter 'g.k' (double): 'fast' is not a number with a unit; write a number, or for example '20 ms' or '90 deg'",
+        "ValueRefused: the constant for parameter 'g.k' (double): 'fast' is not a number with a unit; write a number, or, for example, '20 ms' or '90 deg'",
     );
     check(
         two(json!({"blocks": {"s": {"constants": {"frequency": "5 ms"}}}})),
-        "UnitMismatch: the constant for parameter 's.frequency' (double, Hz): cannot take '5 ms' where the unit is Hz: the dimensions differ; give a number or a quantity in Hz",
+        "UnitMismatch: the constant for parameter 's.frequency' (double, Hz): cannot convert '5 ms' to Hz: the dimensions differ; give a number or a quantity in Hz",
     );
     check(
         two(json!({"input_parameters": {"p": {"targets": ["g.k"], "default": [1.0]}}})),
@@ -306,7 +309,7 @@ fn types_and_units() {
     );
     check(
         v(&[("g", "lib.generator")], json!({"cells": {"c": ["g.coefficients"]}, "blocks": {"g": {"constants": {"n": 9}}}})),
-        "ValueRefused: the size 'n' of 'g' is 9, and lib.generator takes 1 to 8; give another number of elements",
+        "ValueRefused: the size 'n' of 'g' is 9, but lib.generator takes 1 to 8; give another number of elements",
     );
 }
 
@@ -320,7 +323,7 @@ fn what_never_ends_a_verb_returns_nothing() {
     let way = |from: &str, to: &str| json!({"from": from, "condition": "high", "to": to});
     check(
         leads_on(json!([way("start", "back"), way("back", "start")])),
-        "DefinitionError: the condition 'high' has returns and never ends the verb: every command list in which it holds has a transition for it; leave returns out, or give them to the condition that ends it",
+        "DefinitionError: the condition 'high' has returns= but never ends the verb: every command list in which it holds has a transition for it; leave returns= out, or give it to the condition that ends the verb",
     );
     let (verb, application) = leads_on(json!([way("start", "back")]));
     assert!(apply_json(verb, application).is_ok(), "it ends the second list");
@@ -337,14 +340,14 @@ fn words_of_a_call_are_no_names_of_parameters() {
         check(
             two(json!({"input_parameters": {name: {"targets": ["g.k"]}}})),
             &format!(
-                "DefinitionError: an input parameter of verb 'v' cannot be named '{name}': that is a word of a call; choose another name, for example '{name}_value'"
+                "DefinitionError: an input parameter of verb 'v' cannot be named '{name}': calls use that name themselves; choose another name, for example '{name}_value'"
             ),
         );
     }
     let (verb, application) = two(json!({"instantiation_parameters": {"time_limit": ["g.y"]}}));
     check(
         (verb, application),
-        "DefinitionError: an argument of verb 'v' cannot be named 'time_limit': that is a word of a call; choose another name, for example 'time_limit_value'",
+        "DefinitionError: an argument of verb 'v' cannot be named 'time_limit': calls use that name themselves; choose another name, for example 'time_limit_value'",
     );
 }
 

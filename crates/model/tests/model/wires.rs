@@ -64,8 +64,8 @@ fn a_wire_goes_or_the_reason_is_said() {
     let both = compatible(&drawing(of.clone()), &cell(), &port("s.y"), &port("t.y")).expect("there");
     assert_eq!(both.as_deref(), Some("cannot bind output 's.y' (double) to output 't.y' (double): both write"));
     assert!(compatible(&drawing(of.clone()), &cell(), &port("g.u"), &port("r.u")).expect("there").is_some_and(|why| why.ends_with("neither of them writes")));
-    assert_eq!(why(&of, "t.y", "g.u").as_deref(), Some("'c' has two writers: output 's.y' (double) and output 't.y' (double); give each a cell of its own"));
-    assert_eq!(why(&of, "g.y", "g.u").as_deref(), Some("'c' has two writers: output 's.y' (double) and output 'g.y' (double); give each a cell of its own"));
+    assert_eq!(why(&of, "t.y", "g.u").as_deref(), Some("'c' has two writers: output 's.y' (double) and output 't.y' (double); give each its own cell"));
+    assert_eq!(why(&of, "g.y", "g.u").as_deref(), Some("'c' has two writers: output 's.y' (double) and output 'g.y' (double); give each its own cell"));
     assert_eq!(why(&of, "v.y", "near.goal"), None, "a size that is not known yet takes any");
     assert!(why(&of, "v.y", "r.u").is_some_and(|why| why.contains("types differ")));
     assert!(why(&of, "inner.y", "inner.u").is_some_and(|why| why.contains("make a cycle: 'inner.k' → 'inner.k'")));
@@ -203,7 +203,7 @@ fn constants_with_units_are_judged_by_the_unit_of_what_they_are_for() {
     assert_eq!(
         told(of(json!("3 rad"))),
         [
-            r#"UnitMismatch: the constant for parameter 's.frequency' (double, Hz): cannot take '3 rad' where the unit is Hz: the dimensions differ: [{"block":"s","port":"frequency"}]"#
+            r#"UnitMismatch: the constant for parameter 's.frequency' (double, Hz): cannot convert '3 rad' to Hz: the dimensions differ: [{"block":"s","port":"frequency"}]"#
         ]
     );
     // Known only from its neighbour.
@@ -221,9 +221,7 @@ fn an_input_parameter_is_judged_by_what_it_goes_to() {
     assert_eq!(told(of(json!({"targets": "s.frequency", "default": "2 Hz"}))), Vec::<String>::new());
     assert_eq!(
         told(of(json!({"targets": "s.frequency", "default": "2 rad"}))),
-        [
-            r#"UnitMismatch: the default of the input parameter 'speed': cannot take '2 rad' where the unit is Hz: the dimensions differ: [{"parameter":"speed"}]"#
-        ]
+        [r#"UnitMismatch: the default of the input parameter 'speed': cannot convert '2 rad' to Hz: the dimensions differ: [{"parameter":"speed"}]"#]
     );
     assert_eq!(
         told(of(json!({"targets": ["s.frequency", "n.u"]}))),

@@ -36,15 +36,15 @@ fn each_fault_names_its_panel() {
     let cases = [
         (json!({}), "a region: it has neither a panel nor regions"),
         (json!({ "panel": "alarms", "row": [{ "panel": "alarms" }] }), "panel 'alarms': it is more than one of row, column, tabs and panel"),
-        (json!({ "panel": "alarms", "names": ["a"] }), "panel 'alarms': it has 'names', which only a panel 'plot' has"),
-        (json!({ "panel": "plot", "title": "Joint" }), "panel 'Joint': it has 0 'names'"),
-        (json!({ "panel": "plot", "names": ["a"], "seconds": 0.0 }), "panel 'plot': it looks back 0 s"),
-        (json!({ "panel": "alarms", "share": 0.0 }), "panel 'alarms': its share is 0"),
-        (json!({ "panel": "values", "values": [{ "name": "a", "minimum": 2.0, "maximum": 1.0 }] }), "panel 'values': the limits of 'a' are 2 and 1"),
-        (json!({ "tabs": [{ "row": [{ "panel": "alarms" }] }] }), "a region: it is a tab, and is no panel"),
+        (json!({ "panel": "alarms", "names": ["a"] }), "panel 'alarms': it has 'names', which only a 'plot' panel has"),
+        (json!({ "panel": "plot", "title": "Joint" }), "panel 'Joint': it cannot have 0 'names'"),
+        (json!({ "panel": "plot", "names": ["a"], "seconds": 0.0 }), "panel 'plot': it cannot look back 0 s"),
+        (json!({ "panel": "alarms", "share": 0.0 }), "panel 'alarms': its share cannot be 0"),
+        (json!({ "panel": "values", "values": [{ "name": "a", "minimum": 2.0, "maximum": 1.0 }] }), "panel 'values': the limits of 'a' cannot be 2 and 1"),
+        (json!({ "tabs": [{ "row": [{ "panel": "alarms" }] }] }), "a region: it is a tab, but not a panel"),
         (json!({ "panel": "scene" }), "panel 'scene': it names no 'device'"),
         (json!({ "panel": "verb" }), "panel 'verb': it names no 'verb'"),
-        (json!({ "panel": "buttons" }), "panel 'buttons': it has 0 buttons"),
+        (json!({ "panel": "buttons" }), "panel 'buttons': it cannot have 0 buttons"),
         (json!({ "panel": "buttons", "buttons": [{ "label": "Go" }] }), "panel 'buttons': button 'Go' starts nothing"),
         (
             json!({ "panel": "buttons", "buttons": [{ "label": "Go", "instance": "a" }, { "label": "Go", "instance": "b" }] }),
@@ -59,9 +59,9 @@ fn each_fault_names_its_panel() {
 #[test]
 fn it_is_bounded() {
     let nested = (0..8).fold(json!({ "panel": "alarms" }), |inner, _| json!({ "row": [inner] }));
-    assert_eq!(wrong(nested), ["workspace 'cell', panel 'alarms': it lies 9 rows and columns deep"]);
+    assert_eq!(wrong(nested), ["workspace 'cell', panel 'alarms': it is nested 9 rows and columns deep"]);
     let many = json!({ "row": (0..65).map(|_| json!({ "panel": "alarms" })).collect::<Vec<_>>() });
-    assert_eq!(wrong(many), ["workspace 'cell' has 65 panels"]);
+    assert_eq!(wrong(many), ["workspace 'cell' cannot have 65 panels"]);
     let unknown = serde_json::from_value::<Workspace>(json!({ "name": "cell", "layout": { "panel": "clock" } })).expect_err("no such panel");
     assert!(unknown.to_string().contains("expected one of `plot`, `scene`"), "{unknown}");
 }

@@ -50,13 +50,13 @@ fn commands_in_short_are_commands_in_long() {
 #[test]
 fn what_is_neither_says_so() {
     assert!(refused(with_commands(json!([{"executes": "a"}]))).contains("a command has none of install, execute, activate, deactivate, wait, ready"));
-    assert!(refused(with_commands(json!([{"activate": "a", "every": "20 mm"}]))).contains("is no command"));
+    assert!(refused(with_commands(json!([{"activate": "a", "every": "20 mm"}]))).contains("is not a command"));
     assert!(refused(with_commands(json!([{"command": "activate"}]))).contains("missing field `block`"));
     assert!(refused(with_commands(json!([{"command": "activates", "block": "a"}]))).contains("unknown variant `activates`"));
     assert!(refused(with_commands(json!("a"))).contains("commands, or an object with commands"));
     assert!(refused(json!({"name": "v", "blocks": {"a": 5}, "command_lists": {}})).contains("a name or an object"));
     assert!(refused(json!({"name": "v", "blocks": {"a": ["b"]}, "command_lists": {}})).contains("a name or an object"));
-    assert!(refused(json!({"name": "v", "blocks": {}, "command_lists": {}, "requires": {"m": "Nothing"}})).contains("'Nothing' is no class of refusals"));
+    assert!(refused(json!({"name": "v", "blocks": {}, "command_lists": {}, "requires": {"m": "Nothing"}})).contains("'Nothing' is not a class of refusals"));
 }
 
 #[test]

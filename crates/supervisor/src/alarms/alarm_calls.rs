@@ -15,7 +15,7 @@ impl System {
             return Err(refuse(Class::DefinitionError, format!("alarm '{code}' has no code or no text"), "give both"));
         }
         if printable(code) != code {
-            return Err(refuse(Class::DefinitionError, format!("the code of an alarm cannot be {code:?}"), "use characters that are printed"));
+            return Err(refuse(Class::DefinitionError, format!("the code of an alarm cannot be {code:?}"), "use printable characters"));
         }
         let said = AlarmText { text: printable(said.text), remedy: printable(said.remedy), ..said };
         self.shared.command(|core| {

@@ -24,14 +24,14 @@ pub(crate) fn raise(core: &mut Core, raised: RaisedAlarm<'_>) {
     let now_ns = core.host.now_ns();
     core.observation.log.add(now_ns, "alarm", raised.source, format!("{}: {}", raised.code, raised.text));
     if let Some(gone) = core.safety.alarms.raise(raised, now_ns) {
-        let text = format!("there is no place for more than {CURRENT_MAX} alarms: '{}' of '{}' left before it was over", gone.code, gone.source);
+        let text = format!("there is no room for more than {CURRENT_MAX} alarms: '{}' of '{}' was dropped before it was cleared", gone.code, gone.source);
         core.observation.log.add(now_ns, "lost", &gone.source, text);
     }
 }
 
 /// Raises the alarm for conditions of a source that were lost because its kernel had no room for them.
 pub(crate) fn alarm_events_lost(core: &mut Core, source: &str, count: u64) {
-    let text = format!("{count} conditions or other events of source '{source}' were lost: more came than there is room for");
+    let text = format!("{count} conditions or other events of source '{source}' were lost: more arrived than there is room for");
     let remedy = "report less often, or spread the verbs over more sources";
     raise(core, RaisedAlarm { code: "events_lost", source, block: None, text, remedy, severity: Severity::High, cause: Cause::Event });
     alarm_returns(core, "events_lost", source);
@@ -57,7 +57,7 @@ pub(crate) fn alarm_reset(core: &mut Core) {
 
 /// Raises the alarm of a lost physical device.
 pub(crate) fn alarm_lost(core: &mut Core, device: &str, message: &str) {
-    let (text, remedy) = (format!("physical device '{device}' was lost: {message}"), "look at its power and cable, then open it again");
+    let (text, remedy) = (format!("physical device '{device}' was lost: {message}"), "check its power and cable, then open it again");
     raise(core, RaisedAlarm { code: "device_lost", source: device, block: None, text, remedy, severity: Severity::Critical, cause: Cause::Loss });
 }
 
@@ -67,7 +67,7 @@ pub(crate) fn alarm_processor(core: &mut Core, place: &str, message: &str) {
     if core.safety.alarms.current.iter().any(|a| a.active && a.cause == Cause::Processor && a.source == place) {
         return;
     }
-    let (text, remedy) = (message.to_owned(), "see the log for why, then call reset()");
+    let (text, remedy) = (message.to_owned(), "see the log for the reason, then call reset()");
     raise(core, RaisedAlarm { code: "processor_lost", source: place, block: None, text, remedy, severity: Severity::Critical, cause: Cause::Processor });
 }
 

@@ -33,7 +33,7 @@ impl Alarm {
     fn unshelvable(&self) -> Option<&'static str> {
         match self.cause {
             Cause::Latch => Some("it is an emergency stop"),
-            Cause::Loss | Cause::Processor => Some("what it tells of is lost"),
+            Cause::Loss | Cause::Processor => Some("the device or processor that it reports is lost"),
             Cause::Forced => Some("it lasts as long as the signal is forced"),
             Cause::Event | Cause::Fault => (self.severity == Severity::Critical).then_some("its severity is critical"),
         }
@@ -76,11 +76,11 @@ impl Core {
         let reason = printable(asked.reason.trim());
         if reason.is_empty() || reason.chars().count() > REASON_MAX {
             let what = if reason.is_empty() { "has no reason".to_owned() } else { format!("has a reason of more than {REASON_MAX} characters") };
-            return Err(refuse(Class::CallError, format!("the shelving of alarm {} {what}", asked.number), "say in a sentence why it may be out of the list"));
+            return Err(refuse(Class::CallError, format!("the shelving of alarm {} {what}", asked.number), "explain in a sentence why it may leave the list"));
         }
         if !(1..=FOR_MAX_NS).contains(&asked.for_ns) {
-            let message = format!("an alarm cannot be shelved for {} s: its range is above 0 s, to 24 h", asked.for_ns as f64 * 1e-9);
-            return Err(refuse(Class::OutOfRange, message, "give a time of 24 h at most; it can be shelved again then"));
+            let message = format!("an alarm cannot be shelved for {} s: the range is above 0 s, up to 24 h", asked.for_ns as f64 * 1e-9);
+            return Err(refuse(Class::OutOfRange, message, "give at most 24 h; shelve it again after that"));
         }
         let now_ns = self.host.now_ns();
         let wall_ns = self.safety.alarms.wall_ns(now_ns);
@@ -124,7 +124,7 @@ impl Core {
         let is_due = |alarm: &&mut Alarm| alarm.is_shelved() && alarm.shelvings.last().is_some_and(|shelving| shelving.until_ns <= now_ns);
         for alarm in self.safety.alarms.current.iter_mut().filter(is_due) {
             alarm.unshelve(now_ns, "");
-            self.observation.log.add(now_ns, "alarm", &alarm.source, format!("{}: its time on the shelf is over", alarm.code));
+            self.observation.log.add(now_ns, "alarm", &alarm.source, format!("{}: its time on the shelf has expired", alarm.code));
         }
         self.safety.alarms.sweep();
     }

@@ -72,7 +72,7 @@ impl System {
         if let Some((device, _)) = device {
             return Err(refuse_at(
                 Class::InUse,
-                format!("cannot redefine device type '{}': device '{device}' is of it", of.name),
+                format!("cannot redefine device type '{}': device '{device}' is of this type", of.name),
                 format!("delete '{device}' first"),
                 of.place,
             ));

@@ -30,8 +30,8 @@ pub fn check_name(what: &str, name: &str) -> Result<(), Refusals> {
     if name.chars().any(is_hidden) {
         let shown: String = name.chars().take(80).collect();
         return refused(
-            format!("'{}', which holds characters that cannot be shown", shown.escape_debug()),
-            "leave out line ends and control characters".to_owned(),
+            format!("'{}', which contains characters that cannot be printed", shown.escape_debug()),
+            "remove line breaks and control characters".to_owned(),
         );
     }
     if name.chars().nth(CHARACTERS_MAX).is_some() {
@@ -51,7 +51,7 @@ pub(crate) fn svv(called: &str, asked: &SvvSpecification, size: usize) -> Result
     check_name("the name of an SVV", called)?;
     if size > VALUE_MAX {
         let message = format!("a value of SVV '{called}' ({}) would have {size} bytes", asked.type_text);
-        return Err(refuse(Class::ValueRefused, message, format!("at most {VALUE_MAX} are possible: take a shorter array")));
+        return Err(refuse(Class::ValueRefused, message, format!("use a shorter array: at most {VALUE_MAX} bytes are possible")));
     }
     let row = size as u64 + STAMP;
     if u64::from(asked.history) * row > PAST_MAX {

@@ -57,7 +57,7 @@ impl Definitions {
             let (own, sharing) = if *location == Location::Process { (name, other.as_str()) } else { (other.as_str(), name) };
             return Err(refuse(
                 Class::InUse,
-                format!("processor '{own}' has a process of its own, which is called '{own}'; processor '{sharing}' names that too"),
+                format!("processor '{own}' has its own process, which is called '{own}', but processor '{sharing}' names that process too"),
                 format!("give the process of '{sharing}' another name, or let '{own}' share it: process=\"{process}\""),
             ));
         }

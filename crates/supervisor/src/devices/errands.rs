@@ -34,7 +34,7 @@ impl Errands {
             self.out.retain(|_, errand| !errand.is_over());
         }
         if self.out.len() >= ERRANDS_MAX {
-            let message = format!("drivers carry out {ERRANDS_MAX} services already, and {of} is asked for {what}");
+            let message = format!("{of} cannot be asked for {what}: drivers are carrying out {ERRANDS_MAX} services already");
             return Err(refuse(Class::InvalidState, message, "wait for one of them"));
         }
         self.last += 1;
@@ -68,7 +68,7 @@ impl Errand {
         match why {
             ServiceError::Unknown(why) => refuse(Class::UnknownName, format!("{of}: {why}"), ""),
             ServiceError::Arguments(why) => refuse(Class::CallError, format!("{of}: {why}"), ""),
-            ServiceError::Failed(why) => refuse(Class::DeviceFailed, format!("{of} has not carried out {what}: {why}"), ""),
+            ServiceError::Failed(why) => refuse(Class::DeviceFailed, format!("{of} did not carry out {what}: {why}"), ""),
         }
     }
 }

@@ -50,7 +50,7 @@ impl Core {
         let mut movements = self.prepare(&request);
         movements.extend(turn_over(&self.registry, (&self.instances[&old], &self.instances[&new]), &request.stores));
         let untold = untold(&self.instances[&old], &self.instances[&new]);
-        self.observation.log.add(self.host.now_ns(), "exchange", device, format!("its verb is '{}'{untold}", plan.verb));
+        self.observation.log.add(self.host.now_ns(), "exchange", device, format!("its verb is now '{}'{untold}", plan.verb));
         self.registry.keep_with(device, new);
         self.course(new).append_sequence(movements);
         self.course(old).end_exchanged(&plan.verb);
@@ -124,7 +124,7 @@ fn untold(from: &Instance, to: &Instance) -> String {
     blocks.sort_unstable();
     blocks.dedup();
     let labels: Vec<String> = blocks.iter().map(|block| format!("'{}'", to.plan.blocks[*block].label)).collect();
-    if labels.is_empty() { String::new() } else { format!("; the states of {} are initial", labels.join(", ")) }
+    if labels.is_empty() { String::new() } else { format!("; the states of {} are back at their initial values", labels.join(", ")) }
 }
 
 /// Returns the cell that an input of an old block reads, and its type.
@@ -145,8 +145,8 @@ fn check_exchange((instances, registry): (&Instances, &Registry), device: &str, 
     if from.installed.sources != to.installed.sources || to.installed.sources.len() != 1 {
         return Err(refuse(
             Class::PlacementError,
-            format!("cannot exchange '{}' for '{}' in one firing: they lie in several interrupt sources", from.name, to.name),
-            "place both in one source, or disable the device first",
+            format!("cannot exchange '{}' for '{}' in one firing: they run on several interrupt sources", from.name, to.name),
+            "place both on one source, or disable the device first",
         ));
     }
     let writes = |svv: &str| from.plan.cells.iter().any(|c| !c.writers.is_empty() && matches!(&c.kind, CellKind::Svv { name, .. } if name == svv));
@@ -155,7 +155,7 @@ fn check_exchange((instances, registry): (&Instances, &Registry), device: &str, 
     match drivers.find(|(_, _, svv)| writes(svv)) {
         Some((reader, block, svv)) => Err(refuse(
             Class::InvalidState,
-            format!("cannot exchange '{}': block '{block}' of '{}' takes SVV '{svv}' of it synchronously", from.name, reader.name),
+            format!("cannot exchange '{}': block '{block}' of '{}' reads its SVV '{svv}' synchronously", from.name, reader.name),
             format!("relax that input of verb '{}' with modes=, or delete '{}' first", reader.plan.verb, reader.name),
         )),
         None => Ok(()),

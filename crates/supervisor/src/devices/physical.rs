@@ -28,7 +28,7 @@ impl System {
         crate::definitions::sane::check_name("the name of a physical device", name)?;
         let configuration = &definitions.configuration;
         if configuration.devices.contains_key(name) {
-            return Err(refuse_at(Class::InUse, format!("there is a physical device '{name}' already"), "give it another name", place));
+            return Err(refuse_at(Class::InUse, format!("there is already a physical device '{name}'"), "give it another name", place));
         }
         match configuration.sources.get(source) {
             None => return Err(unknown("source", source, configuration.sources.keys().map(String::as_str))),
@@ -62,7 +62,7 @@ impl System {
             Ok(about) => about,
             Err(why) => {
                 self.shut(processor, name);
-                let message = format!("cannot open device '{name}': what its driver says of it is not of the right form: {why}");
+                let message = format!("cannot open device '{name}': its driver describes it in a form that is not valid: {why}");
                 return Err(refuse_at(Class::DeviceFailed, message, "", place));
             }
         };
@@ -90,11 +90,13 @@ impl System {
         let ms = |ns: u64| ns as f64 * 1e-6;
         let why = match definitions.configuration.sources[source].kind {
             SourceKind::Timer { period_ns } if 2 * period_ns <= timeout_ns => return Ok(()),
-            SourceKind::Timer { period_ns } => format!("source '{source}' commands it every {} ms, so that one late firing would make it safe", ms(period_ns)),
-            _ => format!("source '{source}' is no timer, so that the times of its commands are not known"),
+            SourceKind::Timer { period_ns } => {
+                format!("source '{source}' commands it every {} ms, so one late firing would put it into that state", ms(period_ns))
+            }
+            _ => format!("source '{source}' is not a timer, so the times of its commands are not known"),
         };
-        let message = format!("device '{name}' goes to its safe state without a command for {} ms, and {why}", ms(timeout_ns));
-        Err(refuse(Class::PlacementError, message, "exchange it with a timer of half its timeout or less, or give it a longer timeout="))
+        let message = format!("device '{name}' goes to its safe state after {} ms without a command, but {why}", ms(timeout_ns));
+        Err(refuse(Class::PlacementError, message, "exchange it with a timer whose period is at most half its timeout, or give it a longer timeout="))
     }
 
     /// Closes a physical device that nothing is bound to.
@@ -117,8 +119,8 @@ impl System {
             if core.safety.emergency.inputs.iter().any(|input| input.device == name)
                 || core.safety.modes.enabling.as_ref().is_some_and(|(device, _)| device == name)
             {
-                let what = "needed: a channel of it is an emergency stop input or the enabling switch";
-                return Err(invalid_state(&format!("physical device '{name}'"), what, "delete", "keep it as long as the system"));
+                let what = "needed: one of its channels is an emergency stop input or the enabling switch";
+                return Err(invalid_state(&format!("physical device '{name}'"), what, "delete", "keep it until the system is closed"));
             }
             let (source, device) = (physical.source, physical.device.clone());
             core.registry.physical.shift_remove(name);

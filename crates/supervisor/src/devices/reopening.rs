@@ -29,7 +29,7 @@ impl System {
             }
             if core.safety.lost.contains(&physical.source) {
                 let what = format!("lost with source '{}'", core.registry.source_name(physical.source));
-                return Err(invalid_state(&format!("physical device '{name}'"), &what, "open", "call reset(), which starts its processor anew"));
+                return Err(invalid_state(&format!("physical device '{name}'"), &what, "open", "call reset(), which restarts its processor"));
             }
             (physical.device.clone(), physical.source, physical.driver.clone())
         };
@@ -49,7 +49,7 @@ impl System {
             }
             Ok(())
         })?;
-        opened.map_err(|why| refuse(Class::DeviceFailed, format!("cannot open device '{name}' again: {why}"), "look at its power and cable, and try again"))
+        opened.map_err(|why| refuse(Class::DeviceFailed, format!("cannot open device '{name}' again: {why}"), "check its power and cable, and try again"))
     }
 
     /// Reopens a device of this process, and returns the services and counters of its new driver. The inner error is that of the driver.
@@ -88,7 +88,7 @@ impl System {
         })?;
         match self.shared.wait_for(None, BOUNDARY, |_| Ok(done.load(Ordering::Acquire).then_some(())))? {
             WaitResult::Done(()) => Ok(()),
-            _ => Err(refuse(Class::InvalidState, "a kernel did not answer", "is its processor overloaded? see statistics()")),
+            _ => Err(refuse(Class::InvalidState, "a kernel did not answer", "check with statistics() whether its processor is overloaded")),
         }
     }
 

@@ -74,13 +74,13 @@ impl System {
 
     /// Waits at most `slice` for the answer of a service call. The answer is returned only once.
     pub fn served(&self, errand: u64, slice: Duration) -> Result<WaitResult<Option<Value>>, Refusals> {
-        let gone = || refuse(Class::InvalidState, format!("errand {errand} is over, and its answer was taken"), "ask for the service again");
+        let gone = || refuse(Class::InvalidState, format!("service call {errand} has ended, and its answer was already fetched"), "ask for the service again");
         let of = self.errands().get(errand).ok_or_else(gone)?;
         let until = Instant::now() + slice;
         let mut answer = of.answer.lock().unwrap_or_else(PoisonError::into_inner);
         while answer.is_none() {
             if self.shared.closing.load(Ordering::Acquire) {
-                let message = format!("system '{}' is closed, and the wait for {} of {} has ended", self.name, of.what, of.of);
+                let message = format!("system '{}' was closed during the wait for {} of {}", self.name, of.what, of.of);
                 return Err(refuse(Class::InvalidState, message, ""));
             }
             let left = until.saturating_duration_since(Instant::now());
@@ -91,7 +91,7 @@ impl System {
         }
         let answer = answer.take().ok_or_else(gone)?;
         self.errands().remove(errand);
-        let wrong = |why: serde_json::Error| ServiceError::Failed(format!("its answer is of no form that is known: {why}"));
+        let wrong = |why: serde_json::Error| ServiceError::Failed(format!("its answer does not have a known form: {why}"));
         let value = answer.and_then(|answer| serde_json::from_value(answer).map_err(wrong));
         value.map(WaitResult::Done).map_err(|why| of.refused(why))
     }
@@ -101,7 +101,7 @@ impl System {
 fn carry_out(errand: &Arc<Errand>, does: impl FnOnce() -> Result<Json, ServiceError> + Send + 'static) {
     let ends = errand.clone();
     if let Err(why) = std::thread::Builder::new().name("service".to_owned()).spawn(move || ends.end(does())) {
-        errand.end(Err(ServiceError::Failed(format!("no thread for it: {why}"))));
+        errand.end(Err(ServiceError::Failed(format!("cannot start a thread for it: {why}"))));
     }
 }
 

@@ -97,7 +97,7 @@ impl Course<'_> {
             }
             Some(source) => {
                 let (list, source) = (&instance.plan.lists[list].name, self.core.registry.source_name(source));
-                cause.message = format!("{}; command list '{list}' cannot follow: it runs on '{source}', which is gone too", cause.message);
+                cause.message = format!("{}; command list '{list}' cannot follow: it runs on '{source}', which is lost too", cause.message);
                 self.end_of_loss(cause);
             }
         }

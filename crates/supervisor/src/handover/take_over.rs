@@ -76,7 +76,7 @@ impl System {
         for processor in remote {
             let taken = processor.take_over().map_err(|why| {
                 let message = format!("cannot take over what runs on {}: {why}", self.shared.locked().remote.called(&processor));
-                refuse(Class::InvalidState, message, "or close this system: what runs there ends in order when its patience is over")
+                refuse(Class::InvalidState, message, "close this system instead: what runs there ends in order when its patience has run out")
             })?;
             let of =
                 OfProcessor { name: processor.name().to_owned(), processors: self.shared.locked().remote.processors_in(&processor), ..OfProcessor::default() };
@@ -94,7 +94,7 @@ impl System {
         let mut core = self.shared.locked();
         let now_ns = core.host.now_ns();
         for of in taken_over.iter().filter(|of| of.is_adopted) {
-            let what = format!("taken over: {} blocks go on, {} begin anew, {} have ended", of.carried.len(), of.anew.len(), of.ended.len());
+            let what = format!("taken over: {} blocks continue, {} start again, {} have ended", of.carried.len(), of.anew.len(), of.ended.len());
             core.observation.log.add(now_ns, "processor", &of.name, what);
         }
         drop(core);

@@ -85,7 +85,7 @@ impl System {
         if let Some(name) = &application.name
             && self.shared.locked().instances.values().any(|i| i.name == *name)
         {
-            return Err(refuse_at(Class::InUse, format!("there is a verb instance '{name}' already"), "give it another name", application.place.clone()));
+            return Err(refuse_at(Class::InUse, format!("there is already a verb instance '{name}'"), "give it another name", application.place.clone()));
         }
         let catalog = &definitions.catalog;
         self.send_code(catalog, &plan, &application.place)?;
@@ -132,7 +132,7 @@ impl System {
         if definitions.configuration.logical_devices.contains_key(name) {
             return Err(refuse_at(
                 Class::InUse,
-                format!("there is a logical device '{name}' already"),
+                format!("there is already a logical device '{name}'"),
                 "give it another name, or delete that one first",
                 place,
             ));
@@ -377,7 +377,7 @@ fn in_kind_of(default: &Value, unit: &str, value: &Value) -> Result<Value, model
         (Value::Record(_), Value::Record(_)) => Ok(value.clone()),
         _ => Err(model::refusal::Refusal::new(
             Class::ValueRefused,
-            format!("it takes a value like its default, {}, not {}", default.described(), value.described()),
+            format!("it must be a value like its default, {}, not {}", default.described(), value.described()),
         )),
     }
 }

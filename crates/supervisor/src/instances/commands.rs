@@ -18,7 +18,7 @@ impl Course<'_> {
         let id = self.id;
         let instance = self.core.instances.known(id)?;
         if !matches!(instance.state(), State::Running | State::Suspended | State::Queued) {
-            return Err(invalid_state(&format!("'{}'", instance.name), instance.state().name(), "halt", "only one that was started can be halted"));
+            return Err(invalid_state(&format!("'{}'", instance.name), instance.state().name(), "halt", "halt only an instance that was started"));
         }
         if let Some(condition) = instance.system(SystemCondition::Halted) {
             self.come(condition, String::new(), true);

@@ -85,7 +85,7 @@ impl Core {
                 return Err(refuse(
                     Class::InvalidState,
                     format!("cannot install '{}': module '{module}' {why}", block.label),
-                    "mend the block, download it again, and call reset()",
+                    "fix the block, download it again, and call reset()",
                 ));
             }
         }

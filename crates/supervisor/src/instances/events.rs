@@ -98,8 +98,9 @@ impl Core {
             }
             Event::Ended { source, time_ns } => {
                 let name = self.registry.source_name(source).to_owned();
-                let why =
-                    format!("the system has ended the thread of source '{name}', as it does where a block gives up rights by seccomp; start the program again");
+                let why = format!(
+                    "the operating system has ended the thread of source '{name}', as it does if a block gives up rights by seccomp; start the program again"
+                );
                 give_up_for_good(self, source, &why, time_ns);
             }
             Event::Replaced { text, time_ns } => self.observation.log.add(time_ns, "fault", "system", text),
@@ -112,7 +113,7 @@ impl Core {
             }
             Event::Late { source, member, time_ns } => {
                 let reader = self.registry.source_name(source).to_owned();
-                self.observation.log.add(time_ns, "late", &reader, format!("ratio input {member}: the value was not there yet, the old one is kept"));
+                self.observation.log.add(time_ns, "late", &reader, format!("ratio input {member}: the new value had not arrived, so the old one was kept"));
             }
             Event::Gone { source, block, message, .. } => {
                 let culprit = block.and_then(|block| self.instances.culprit(block));
@@ -124,11 +125,16 @@ impl Core {
             Event::StoodStill { source, late_ns, is_unattended, time_ns } => stood_still(self, source, late_ns, is_unattended, time_ns),
             Event::Unconnected { writer, reader, message } => {
                 let (writer, reader) = (self.registry.source_name(writer).to_owned(), self.registry.source_name(reader).to_owned());
-                self.observation.log.add(self.host.now_ns(), "unconnected", &reader, format!("nothing comes from '{writer}' to '{reader}': {message}"));
+                self.observation.log.add(self.host.now_ns(), "unconnected", &reader, format!("nothing arrives from '{writer}' at '{reader}': {message}"));
             }
             Event::Lost { source, count } => {
                 let name = self.registry.source_name(source).to_owned();
-                self.observation.log.add(self.host.now_ns(), "lost", &name, format!("{count} conditions or other events of the source found no place"));
+                self.observation.log.add(
+                    self.host.now_ns(),
+                    "lost",
+                    &name,
+                    format!("{count} conditions or other events of the source were lost for want of room"),
+                );
                 alarm_events_lost(self, &name, count);
             }
         }

@@ -19,6 +19,6 @@ pub(crate) fn floats_text(instances: &Instances, registry: &Registry, source: So
     match names.as_slice() {
         [] => format!("something {FLOATS_CHANGED}"),
         [one] => format!("block {one} {FLOATS_CHANGED}"),
-        several => format!("one of the blocks {} {FLOATS_CHANGED}; from now on each is looked at, and a fault names it", several.join(", ")),
+        several => format!("one of the blocks {} {FLOATS_CHANGED}; each is now checked, so that a fault can name it", several.join(", ")),
     }
 }

@@ -65,12 +65,12 @@ pub(crate) fn lost_beyond(report: &Report, gap_max_s: Option<f64>) -> Option<f64
 /// Returns the message for verbs that used a joint whose servo has brought it to rest after a gap.
 pub(crate) fn gap_text(device: &str, lost_s: f64, gap_max_s: Option<f64>) -> String {
     let moved = match gap_max_s {
-        Some(most) if lost_s > most => format!(", more than max_gap ({}) of '{device}' allows, and it moved on meanwhile", quantity(most, "s")),
-        _ => format!(", and '{device}' moved on by more than max_following_error meanwhile"),
+        Some(most) if lost_s > most => format!(", more than max_gap ({}) of '{device}' allows, and it moved on in that time", quantity(most, "s")),
+        _ => format!(", and '{device}' moved on by more than max_following_error in that time"),
     };
     format!(
-        "{} were lost at once{moved}: its servo has brought it to rest from where it was then, and it is enabled; find what delayed the servo \
-         (statistics), see where the joint stands and start again",
+        "{} were lost at once{moved}: its servo brought it to rest from where it was then, and it is still enabled; find what delayed the servo \
+         (statistics), check where the joint stands and start again",
         quantity(lost_s, "s")
     )
 }
@@ -79,8 +79,8 @@ pub(crate) fn gap_text(device: &str, lost_s: f64, gap_max_s: Option<f64>) -> Str
 pub(crate) fn motion_gap_text(lost_s: f64, gap_max_s: Option<f64>) -> String {
     let most = gap_max_s.map_or_else(|| "max_gap".to_owned(), |most| format!("max_gap ({})", quantity(most, "s")));
     format!(
-        "{} were lost at once, more than {most} allows: a block ran for too long, or the machine stood still; the joints have come to rest: \
-         start the motion again, or allow more by max_gap= of the joint",
+        "{} were lost at once, more than {most} allows: a block ran for too long, or the machine stood still; the joints have come to rest: start the \
+         motion again, or raise max_gap= of the joint",
         quantity(lost_s, "s")
     )
 }
@@ -88,8 +88,8 @@ pub(crate) fn motion_gap_text(lost_s: f64, gap_max_s: Option<f64>) -> String {
 fn unstable_text(owner: Option<&str>, frequency: f64) -> String {
     let joint = owner.map_or_else(String::new, |name| format!(" of joint '{name}'"));
     format!(
-        "the servo{joint} is unstable: it swings at {}: lower kd= and kp=, take delay out of its loop (a faster source, a drive that answers sooner), \
-         or look for play between drive and joint",
+        "the servo{joint} is unstable: it oscillates at {}: lower kd= and kp=, remove delay from its loop (a faster source, a drive that answers \
+         sooner), or check for play between drive and joint",
         quantity(frequency, "Hz")
     )
 }
@@ -115,9 +115,9 @@ fn following_text(registry: &Registry, owner: Option<&str>, error: f64, outputs:
 impl FollowingError<'_> {
     fn text(&self) -> String {
         let joint = self.joint.map_or("the position".to_owned(), |name| format!("joint '{name}'"));
-        let mut text = format!("{joint} is {} from where it is commanded to be", quantity(self.error.abs(), self.unit));
+        let mut text = format!("{joint} is {} from its commanded position", quantity(self.error.abs(), self.unit));
         if let Some(limit) = self.error_limit {
-            text += &format!(", and max_following_error is {}", quantity(limit, self.unit));
+            text += &format!(", but max_following_error is {}", quantity(limit, self.unit));
         }
         let state = |is_saturated: bool| if is_saturated { "saturated" } else { "not saturated" };
         if let (Some(motor), Some(limit)) = (self.motor, self.motor_limit) {
@@ -146,20 +146,20 @@ impl FollowingError<'_> {
     /// Returns the remedy for the most likely cause.
     fn remedy(&self) -> &'static str {
         if self.error_limit.is_none() {
-            return "move more slowly, look for what blocks the joint, or raise the preset of the condition";
+            return "move more slowly, find what blocks the joint, or raise the preset of the condition";
         }
         if self.lost_s == 0.0 && self.is_motor_saturated() {
-            return "move with less speed= or acceleration=, take load off, look for what blocks the joint, or give its motor more effort in the model";
+            return "move with less speed= or acceleration=, reduce the load, find what blocks the joint, or give its motor more effort in the model";
         }
         match (self.lost_s > 0.0, self.effort.is_some(), self.is_saturated()) {
-            (true, ..) => "find what delayed the servo (statistics), or allow more by max_following_error=",
+            (true, ..) => "find what delayed the servo (statistics), or raise max_following_error=",
             (_, _, true) => {
-                "move with less speed= or acceleration=, take load off, look for what blocks the joint, or raise max_effort= if the drive can give more"
+                "move with less speed= or acceleration=, reduce the load, find what blocks the joint, or raise max_effort= if the drive can give more"
             }
-            (_, true, false) => "move with less speed= or acceleration=, raise kp= and kd=, or allow more by max_following_error=",
+            (_, true, false) => "move with less speed= or acceleration=, raise kp= and kd=, or raise max_following_error=",
             (_, false, false) => {
-                "move with less speed= or acceleration=, look for what blocks the joint and at the load and torque limit of its drive, \
-                 or allow more by max_following_error="
+                "move with less speed= or acceleration=, find what blocks the joint, check the load and the torque limit of its drive, or raise \
+                 max_following_error="
             }
         }
     }
@@ -200,8 +200,8 @@ mod tests {
 
     #[test]
     fn a_message_has_size_limit_effort_and_remedy() {
-        let expected = "joint 'arm.x' is 0.0213 rad from where it is commanded to be, and max_following_error is 0.02 rad; its servo's effort is -28 of \
-                        max_effort 28 N.m (saturated): move with less speed= or acceleration=, take load off, look for what blocks the joint, or \
+        let expected = "joint 'arm.x' is 0.0213 rad from its commanded position, but max_following_error is 0.02 rad; its servo's effort is -28 of \
+                        max_effort 28 N.m (saturated): move with less speed= or acceleration=, reduce the load, look for what blocks the joint, or \
                         raise max_effort= if the drive can give more";
         assert_eq!(found().text(), expected);
         let weak = FollowingError { effort: Some(3.123_456), ..found() }.text();
@@ -212,7 +212,7 @@ mod tests {
     fn the_effort_of_the_motor_is_told_where_it_is_known() {
         let motor = FollowingError { motor: Some(28.0), motor_limit: Some(28.0), ..found() };
         let said = motor.text();
-        assert!(said.contains("0.02 rad; its motor is at 28 of 28 N.m (saturated): move with less speed= or acceleration=, take load off"), "{said}");
+        assert!(said.contains("0.02 rad; its motor is at 28 of 28 N.m (saturated): move with less speed= or acceleration=, reduce the load"), "{said}");
         assert!(said.ends_with("or give its motor more effort in the model") && !said.contains("max_effort"), "{said}");
         let idle = FollowingError { effort: Some(3.0), motor: Some(2.5), ..motor }.text();
         assert!(idle.contains("; its motor is at 2.5 of 28 N.m (not saturated): move with less speed= or acceleration=, raise kp="), "{idle}");
@@ -224,17 +224,17 @@ mod tests {
     #[test]
     fn an_unstable_servo_is_named_with_its_frequency() {
         let said = unstable_text(Some("arm.x"), 124.96);
-        assert!(said.starts_with("the servo of joint 'arm.x' is unstable: it swings at 125 Hz: lower kd= and kp="), "{said}");
+        assert!(said.starts_with("the servo of joint 'arm.x' is unstable: it oscillates at 125 Hz: lower kd= and kp="), "{said}");
     }
 
     #[test]
     fn a_gap_is_told_with_its_bound_and_what_became_of_the_joint() {
         let said = gap_text("arm.x", 0.7004, Some(0.5));
-        assert!(said.starts_with("0.7004 s were lost at once, more than max_gap (0.5 s) of 'arm.x' allows, and it moved on meanwhile: "), "{said}");
+        assert!(said.starts_with("0.7004 s were lost at once, more than max_gap (0.5 s) of 'arm.x' allows, and it moved on in that time: "), "{said}");
         let said = motion_gap_text(20.04, Some(0.5));
         assert!(said.starts_with("20.04 s were lost at once, more than max_gap (0.5 s) allows: a block ran"), "{said}");
         let said = gap_text("arm.x", 0.3, Some(0.5));
-        assert!(said.starts_with("0.3 s were lost at once, and 'arm.x' moved on by more than max_following_error meanwhile: "), "{said}");
+        assert!(said.starts_with("0.3 s were lost at once, and 'arm.x' moved on by more than max_following_error in that time: "), "{said}");
     }
 
     #[test]
@@ -248,6 +248,6 @@ mod tests {
         let drive = FollowingError { effort: None, effort_limit: None, ..found() }.text();
         assert!(!drive.contains("effort is") && drive.contains("torque limit of its drive"), "{drive}");
         let bare = FollowingError { error: 12_345.6, ..FollowingError::default() }.text();
-        assert!(bare.starts_with("the position is 12346 from where it is commanded to be: move more slowly"), "{bare}");
+        assert!(bare.starts_with("the position is 12346 from its commanded position: move more slowly"), "{bare}");
     }
 }

@@ -93,7 +93,7 @@ impl Limits {
     pub fn check(&self) -> Result<(), Refusals> {
         for (name, limit) in [("time_limit", self.time_limit_ns), ("age_max", self.age_max_ns)] {
             if let Some(ns) = limit.filter(|ns| *ns <= 0) {
-                let message = format!("'{name}' cannot be {} s: its range is above 0 s", ns as f64 * 1e-9);
+                let message = format!("'{name}' must be above 0 s, not {} s", ns as f64 * 1e-9);
                 return Err(refuse(Class::OutOfRange, message, "give a time above 0, for example '10 s', or leave it out"));
             }
         }

@@ -72,7 +72,7 @@ impl System {
         let waited = self.shared.wait_for(None, SETTLE_MAX, |core| Ok(core.instances.get(&instance).is_none_or(&holds).then_some(())))?;
         match waited {
             WaitResult::Done(()) => Ok(()),
-            _ => Err(refuse(Class::InvalidState, "a kernel did not answer", "is its processor overloaded? see statistics()")),
+            _ => Err(refuse(Class::InvalidState, "a kernel did not answer", "check with statistics() whether its processor is overloaded")),
         }
     }
 }

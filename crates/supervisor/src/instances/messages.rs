@@ -27,7 +27,7 @@ impl Instance {
             None => {
                 let item = index.and_then(|b| item_name(self, b, item)).unwrap_or_default();
                 let label = index.map_or("?", |b| self.plan.blocks[b].label.as_str());
-                format!("'{label}' reported '{item}', which no termination condition stands for now")
+                format!("'{label}' reported '{item}', which no termination condition covers at present")
             }
         }
     }

@@ -50,7 +50,7 @@ impl Instances {
 
     /// Returns an instance that has not been deleted.
     pub fn known(&self, id: u64) -> Result<&Instance, Refusals> {
-        self.get(&id).ok_or_else(|| invalid_state("the verb instance", "deleted", "use", "make a new one with new_instance(…)"))
+        self.get(&id).ok_or_else(|| invalid_state("the verb instance", "deleted", "use", "create a new one with new_instance(…)"))
     }
 
     /// Returns a name for the next instance of a verb: `move#1`, `move#2`, …

@@ -95,15 +95,15 @@ impl Arms {
     pub fn enter(&mut self, arm: ArmDescription) -> Result<(), Refusals> {
         let name = &arm.name;
         if name.is_empty() || arm.joints.is_empty() {
-            return Err(refuse(Class::CallError, "an arm has a name and at least one joint", "give both"));
+            return Err(refuse(Class::CallError, "an arm must have a name and at least one joint", "give both"));
         }
         let fits = |of: &ChainDescription| of.joints == arm.joints.len() && of.chain().is_some_and(|chain| chain.read(of.joints).is_some());
         if !arm.chain.as_ref().is_none_or(fits) {
-            let remedy = "its axes are unit vectors, its frames poses, and its lists of 16 joints";
-            return Err(refuse(Class::CallError, format!("the chain of arm '{name}' is not one of its {} joints", arm.joints.len()), remedy));
+            let remedy = "give unit vectors as axes, poses as frames, and lists for 16 joints";
+            return Err(refuse(Class::CallError, format!("the chain of arm '{name}' does not fit its {} joints", arm.joints.len()), remedy));
         }
         if self.by_name.len() == ARMS_MAX && !self.by_name.contains_key(name) {
-            return Err(refuse(Class::LimitExceeded, format!("there are {ARMS_MAX} arms already"), "describe fewer"));
+            return Err(refuse(Class::LimitExceeded, format!("there are already {ARMS_MAX} arms"), "describe fewer arms"));
         }
         self.by_name.insert(name.clone(), arm);
         Ok(())
@@ -159,12 +159,12 @@ mod tests {
 
     #[test]
     fn a_chain_is_one_of_the_joints_of_its_arm() {
-        let fits_not = "the chain of arm 'arm' is not one of its 2 joints";
+        let fits_not = "the chain of arm 'arm' does not fit its 2 joints";
         assert_eq!(refused(|arm| arm.chain.as_mut().expect("a chain").joints = 3), fits_not);
         assert_eq!(refused(|arm| arm.chain.as_mut().expect("a chain").axis[1] = vec![0.0, 2.0, 0.0]), fits_not);
         assert_eq!(refused(|arm| arm.chain.as_mut().expect("a chain").home[3] = f64::NAN), fits_not);
         assert_eq!(refused(|arm| arm.chain.as_mut().expect("a chain").anchor.truncate(2)), fits_not);
-        assert_eq!(refused(|arm| arm.joints.clear()), "an arm has a name and at least one joint");
+        assert_eq!(refused(|arm| arm.joints.clear()), "an arm must have a name and at least one joint");
     }
 
     #[test]

@@ -40,8 +40,8 @@ impl System {
     /// Fails if the source does not exist or the time exceeds an hour.
     pub fn probe(&self, source: Option<&str>, for_ns: u64) -> Result<(), Refusals> {
         if for_ns > PROBE_MAX_NS {
-            let asked = format!("block times are asked for during {} s", for_ns / 1_000_000_000);
-            return Err(refuse(Class::LimitExceeded, &asked, "an hour at most; ask again while you look"));
+            let asked = format!("block times cannot be measured for {} s", for_ns / 1_000_000_000);
+            return Err(refuse(Class::LimitExceeded, &asked, "ask for at most an hour, and ask again as long as you need them"));
         }
         let core = self.shared.locked();
         let sources: Vec<SourceId> = match source {

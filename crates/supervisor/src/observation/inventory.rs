@@ -138,7 +138,7 @@ impl System {
             refuse(
                 Class::InvalidState,
                 format!("device '{device}' has no shape: its driver is '{}'", driver.0),
-                "ask for one whose machine is simulated from a model",
+                "name a device whose machine is simulated from a model",
             )
         };
         let mut geometry = found.ok_or_else(none)?;

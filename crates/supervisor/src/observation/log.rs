@@ -138,7 +138,7 @@ mod tests {
     #[test]
     fn what_comes_often_pushes_out_itself_and_not_what_came_before() {
         let mut log = Log::default();
-        log.add(0, "fault", "arm.elbow", "the position is 0.3 from where it is commanded to be");
+        log.add(0, "fault", "arm.elbow", "the position is 0.3 from its commanded position");
         for press in 0..10_000 {
             log.add(press, "start", &format!("jog#{press}"), "");
             log.add(press, "end", &format!("jog#{press}"), "halted");

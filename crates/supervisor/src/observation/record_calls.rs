@@ -14,12 +14,12 @@ impl System {
     pub fn record(&self, names: CodeNames) -> Result<Arc<Trace>, Refusals> {
         self.shared.host.record(names).ok_or_else(|| {
             let what = if self.shared.host.trace().is_some() {
-                "it has such a recording already"
+                "it already has such a recording"
             } else {
-                "it has interrupt sources already, and what they did before would be missing"
+                "it already has interrupt sources, and what they did before would be missing"
             };
-            let message = format!("cannot record system '{}' so that it can be replayed: {what}", self.name);
-            refuse(Class::InvalidState, message, "begin the recording before the first source is made, and only once")
+            let message = format!("cannot record system '{}' for replay: {what}", self.name);
+            refuse(Class::InvalidState, message, "begin the recording before you create the first source, and only once")
         })
     }
 }

@@ -78,7 +78,7 @@ impl System {
         })?;
         match begun {
             WaitResult::Done(()) => Ok(tap),
-            _ => Err(refuse(Class::InvalidState, "a kernel did not answer", "is its processor overloaded? see statistics()")),
+            _ => Err(refuse(Class::InvalidState, "a kernel did not answer", "check with statistics() whether its processor is overloaded")),
         }
     }
 }

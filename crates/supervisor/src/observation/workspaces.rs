@@ -43,13 +43,13 @@ impl Workspaces {
         let name = &workspace.name;
         match self.by_name.get(name) {
             Some(kept) if kept.shipped && !shipped => {
-                return Err(refuse(Class::InUse, format!("workspace '{name}' is one that a program has shipped"), "keep this one under another name"));
+                return Err(refuse(Class::InUse, format!("workspace '{name}' was shipped by a program"), "save this one under another name"));
             }
             Some(kept) if shipped && !kept.shipped => {
-                return Err(refuse(Class::InUse, format!("workspace '{name}' is one that a person keeps"), "ship it under another name, or forget that one"));
+                return Err(refuse(Class::InUse, format!("workspace '{name}' was saved by a person"), "ship it under another name, or forget that one"));
             }
             None if self.by_name.len() == WORKSPACES_MAX => {
-                return Err(refuse(Class::LimitExceeded, format!("there are {WORKSPACES_MAX} workspaces already"), "forget one"));
+                return Err(refuse(Class::LimitExceeded, format!("there are already {WORKSPACES_MAX} workspaces"), "forget one"));
             }
             _ => {}
         }
@@ -61,8 +61,8 @@ impl Workspaces {
     /// Removes a workspace of this kind. Fails if it does not exist or is of the other kind.
     pub fn remove(&mut self, name: &str, shipped: bool) -> Result<(), Refusals> {
         if self.known(name)?.shipped != shipped {
-            let (is, remedy) = if shipped { ("that a person keeps", "forget it") } else { ("that a program has shipped", "the program withdraws it") };
-            return Err(refuse(Class::InUse, format!("workspace '{name}' is one {is}"), remedy));
+            let (is, remedy) = if shipped { ("was saved by a person", "forget it") } else { ("was shipped by a program", "let the program withdraw it") };
+            return Err(refuse(Class::InUse, format!("workspace '{name}' {is}"), remedy));
         }
         self.by_name.shift_remove(name);
         Ok(())

@@ -29,7 +29,7 @@ impl System {
         self.shared.command(|core| {
             let index = read_channel(&core.registry, device, channel)?;
             if core.safety.emergency.inputs.iter().any(|i| i.device == device && i.channel == index) {
-                return Err(refuse(Class::InUse, format!("channel '{device}.{channel}' is an emergency stop input"), "give the switch a channel of its own"));
+                return Err(refuse(Class::InUse, format!("channel '{device}.{channel}' is an emergency stop input"), "use another channel for the switch"));
             }
             core.refuse_forced_switch(device, index)?;
             let physical = &core.registry.physical[device];

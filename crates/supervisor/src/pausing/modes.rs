@@ -44,7 +44,7 @@ impl Modes {
         }
         let what = &instance.name;
         if !instance.plan.manual {
-            let message = format!("cannot start '{what}': the system is in manual mode and verb '{}' is not declared for it", instance.plan.verb);
+            let message = format!("cannot start '{what}': the system is in manual mode, but verb '{}' is not declared for it", instance.plan.verb);
             return Err(refuse(Class::InvalidState, message, "change to automatic mode, or declare the verb with manual=True"));
         }
         match self.enabling_switch(registry) {

@@ -67,7 +67,7 @@ fn begin_after_pause(core: &mut Core, id: u64) {
 /// Refuses to resume one instance of a paused program by itself.
 pub(crate) fn refuse_paused(core: &Core, id: u64) -> Result<(), Refusals> {
     match core.instances.get(&id).filter(|i| core.safety.pause.covers(i)) {
-        Some(paused) => Err(invalid_state(&format!("'{}'", paused.name), "paused with the program", "resume", "take the pause back where it was made")),
+        Some(paused) => Err(invalid_state(&format!("'{}'", paused.name), "paused with the program", "resume", "resume the program where it was paused")),
         None => Ok(()),
     }
 }

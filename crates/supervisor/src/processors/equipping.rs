@@ -48,7 +48,7 @@ impl System {
             return Ok(());
         }
         let cannot = |why: String| refuse(Class::InvalidState, format!("system '{}' cannot listen for other hosts: {why}", self.name), "");
-        let Some(places) = self.shared.places.get() else { return Err(cannot("it was made without a way to reach any".to_owned())) };
+        let Some(places) = self.shared.places.get() else { return Err(cannot("it has no link to any".to_owned())) };
         places.listen(options, self.shared.host.epoch_ns()).map_err(cannot)
     }
 
@@ -95,19 +95,19 @@ impl System {
         let mut core = self.shared.locked();
         let there = core.remote.processors[beside].clone();
         if !there.is_up() {
-            let message = format!("cannot start processor '{name}': its process '{}', of processor '{beside}' too, is lost", there.name());
-            return Err(refuse(Class::InvalidState, message, "see the log for why, then call reset()"));
+            let message = format!("cannot start processor '{name}': its process '{}', which processor '{beside}' uses too, is lost", there.name());
+            return Err(refuse(Class::InvalidState, message, "see the log for the reason, then call reset()"));
         }
         if bounds != Bounds::default() && bounds != *there.bounds() {
-            let message = format!("processor '{name}' shares process '{}', which was made with another lost_after= or patience=", there.name());
-            return Err(refuse(Class::InUse, message, format!("say it where processor '{beside}' is made: a process has one of each")));
+            let message = format!("processor '{name}' shares process '{}', which was created with a different lost_after= or patience=", there.name());
+            return Err(refuse(Class::InUse, message, format!("set it where processor '{beside}' is created: a process has only one of each")));
         }
         core.remote.processors.insert(name.to_owned(), there);
         Ok(())
     }
 
     fn attach(&self, processor: &Arc<Processor>) -> Result<(), String> {
-        let Some(places) = self.shared.places.get() else { return Err("this system was made without a way to start processes".to_owned()) };
+        let Some(places) = self.shared.places.get() else { return Err("this system has no way to start processes".to_owned()) };
         let name = processor.name();
         let started: StartedProcessor = match runtime::Remote::host(&**processor) {
             Some(host) => places.host(host, name)?,
@@ -174,7 +174,7 @@ impl System {
             return Ok((device, beside, description, None));
         };
         let opened = remote.open(name, kind, &options.to_string())?;
-        let description = serde_json::from_str(&opened.description).map_err(|why| format!("what its driver says of itself is no JSON: {why}"))?;
+        let description = serde_json::from_str(&opened.description).map_err(|why| format!("its driver's description of itself is not JSON: {why}"))?;
         Ok((remote.device(name, opened.channels)?, Beside::default(), description, Some((kind.to_owned(), options.to_string()))))
     }
 
@@ -225,7 +225,7 @@ impl System {
     }
 
     fn cannot_revive(&self, remote: &Processor, why: &str) -> Refusals {
-        refuse(Class::InvalidState, format!("cannot start {} again: {why}", self.shared.locked().remote.called(remote)), "mend that and call reset() again")
+        refuse(Class::InvalidState, format!("cannot start {} again: {why}", self.shared.locked().remote.called(remote)), "fix that and call reset() again")
     }
 
     /// Refuses to replace a process that was lost too often, however many processors it has: people must find the reason.
@@ -238,7 +238,7 @@ impl System {
         }
         let (most, seconds) = (RESTARTS_MAX, RESTARTS_WITHIN.as_secs());
         let message = format!("{} was lost more than {most} times within {seconds} s", core.remote.called(remote));
-        Err(refuse(Class::InvalidState, message, "see the log for why, mend that, and call reset() later"))
+        Err(refuse(Class::InvalidState, message, "see the log for the reason, fix that, and call reset() later"))
     }
 
     /// Ends the processes of processors without a source, which no kernel knows; the others have ended with the host.
@@ -264,7 +264,7 @@ impl System {
             for (device, mirror, (kind, options)) in devices {
                 remote
                     .open(&device, &kind, &options)
-                    .map_err(|why| refuse(Class::DeviceFailed, format!("cannot open device '{device}' again: {why}"), "mend it and call reset() again"))?;
+                    .map_err(|why| refuse(Class::DeviceFailed, format!("cannot open device '{device}' again: {why}"), "fix that and call reset() again"))?;
                 runtime::remote_device::renew(&mirror);
             }
             self.send_code_again(&remote)?;
@@ -283,5 +283,5 @@ const RESTARTS_MAX: u32 = 20;
 const RESTARTS_WITHIN: Duration = Duration::from_secs(60);
 
 fn cannot(processor: &str, why: &str) -> Refusals {
-    refuse(Class::InvalidState, format!("cannot start processor '{processor}': {why}"), "mend that and try again")
+    refuse(Class::InvalidState, format!("cannot start processor '{processor}': {why}"), "fix that and try again")
 }

@@ -81,7 +81,7 @@ impl ProcessGuard {
                     std::thread::park_timeout(BEAT);
                 }
             };
-            *heart = Some(std::thread::Builder::new().name("heart".into()).spawn(body).map_err(|why| format!("a heart cannot be started: {why}"))?);
+            *heart = Some(std::thread::Builder::new().name("heart".into()).spawn(body).map_err(|why| format!("cannot start the heartbeat thread: {why}"))?);
         }
         Ok(())
     }
@@ -97,7 +97,7 @@ impl ProcessGuard {
             locked(&self.state.held).entry(processor.to_owned()).or_insert(held);
         }
         // This waits for the guard's answer, which the heart must not do.
-        let holds = locked(&self.state.held).get(processor).map(|held| held.holder()).ok_or("it was closed meanwhile")?;
+        let holds = locked(&self.state.held).get(processor).map(|held| held.holder()).ok_or("it was closed in the meantime")?;
         holds(device, handles)
     }
 }

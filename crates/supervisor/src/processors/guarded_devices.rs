@@ -13,7 +13,7 @@ impl System {
         }
         let held = match self.shared.places.get() {
             Some(places) => self.shared.guarded.hold(&**places, &self.shared.host, processor, device.name(), &handles),
-            None => Err("this system was made without a way to start processes".to_owned()),
+            None => Err("this system has no way to start processes".to_owned()),
         };
         if let Err(why) = held {
             let mut core = self.shared.locked();

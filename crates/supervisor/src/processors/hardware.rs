@@ -27,12 +27,12 @@ impl System {
         let mut definitions = self.shared.definitions();
         crate::definitions::sane::check_name("the name of a processor", name)?;
         if definitions.configuration.processors.iter().any(|p| p == name) {
-            return Err(refuse(Class::InUse, format!("there is a processor '{name}' already"), "give it another name"));
+            return Err(refuse(Class::InUse, format!("there is already a processor '{name}'"), "give it another name"));
         }
         if let Some(core) = core.filter(|c| *c >= cores()) {
             return Err(refuse(
                 Class::PlacementError,
-                format!("processor '{name}' asks for core {core}, this machine has cores 0 to {}", cores() - 1),
+                format!("processor '{name}' asks for core {core}, but this machine has cores 0 to {}", cores() - 1),
                 "give one of those, or leave it out",
             ));
         }
@@ -40,7 +40,7 @@ impl System {
             return Err(refuse(
                 Class::InUse,
                 format!("processor '{name}' cannot be the supervisor: '{other}' is"),
-                "a system has one supervisor; leave supervisor= out",
+                "leave supervisor= out: a system has only one supervisor",
             ));
         }
         self.settle(&definitions, name, supervisor, &location, bounds)?;
@@ -62,17 +62,21 @@ impl System {
         crate::definitions::sane::check_name("the name of a source", name)?;
         let full = format!("{processor}.{name}");
         if definitions.configuration.sources.contains_key(&full) {
-            return Err(refuse(Class::InUse, format!("there is a source '{full}' already"), "give it another name"));
+            return Err(refuse(Class::InUse, format!("there is already a source '{full}'"), "give it another name"));
         }
         if !(1..=98).contains(&priority) {
-            return Err(refuse(Class::ValueRefused, format!("priority {priority} of source '{full}' is not in 1 to 98"), "1 is the lowest"));
+            return Err(refuse(
+                Class::ValueRefused,
+                format!("the priority of source '{full}' must be 1 to 98, not {priority}"),
+                "choose one in this range; 1 is the lowest",
+            ));
         }
         if let SourceKind::Timer { period_ns } = kind
             && period_ns < PERIOD_NS_MIN
         {
             return Err(refuse(
                 Class::ValueRefused,
-                format!("the period of source '{full}' is {} ms, shorter than 10 us", period_ns as f64 * 1e-6),
+                format!("the period of source '{full}' cannot be {} ms, which is shorter than 10 us", period_ns as f64 * 1e-6),
                 "give at least \"10 us\"",
             ));
         }
@@ -118,11 +122,11 @@ impl System {
         match definitions.configuration.sources.get(source) {
             None => Err(unknown("source", source, definitions.configuration.sources.keys().map(String::as_str))),
             Some(Source { kind: SourceKind::Timer { .. }, .. }) => {
-                Err(refuse(Class::InvalidState, format!("source '{source}' is a timer"), "only triggers and software sources can be requested"))
+                Err(refuse(Class::InvalidState, format!("source '{source}' is a timer"), "request only triggers and software sources"))
             }
             Some(_) => self.shared.command(|core| {
                 if core.host.is_full() {
-                    let message = format!("source '{source}' takes no request: 10,000 requests wait for their firings at this instant");
+                    let message = format!("source '{source}' cannot be requested again: 10,000 requests already wait for their firings at this instant");
                     return Err(refuse(Class::SchedulingError, message, "let time pass between requests: advance() serves them"));
                 }
                 core.host.request(core.registry.sources[source]);

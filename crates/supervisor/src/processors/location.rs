@@ -69,24 +69,20 @@ impl Patience {
     /// # Errors
     /// `PlacementError` if nothing can be bounded at the location. `OutOfRange` if a time is too short or too long.
     pub(crate) fn bounds(&self, name: &str, location: &Location) -> Result<Bounds, Refusals> {
-        let misplaced = |word: &str, why: &str, remedy: &str| refuse(Class::PlacementError, format!("processor '{name}' has {word}=, and {why}"), remedy);
+        let misplaced = |word: &str, why: &str, remedy: &str| refuse(Class::PlacementError, format!("processor '{name}' has {word}=, but {why}"), remedy);
         match location {
             Location::Thread if self.patience_ns.is_some() => {
-                return Err(misplaced("patience", "runs in threads of the supervisor's own process", "add process=True, or leave it out"));
+                return Err(misplaced("patience", "it runs in threads of the supervisor's own process", "add process=True, or leave it out"));
             }
             Location::Host(_) if self.lost_after_ns.is_some() => {
-                return Err(misplaced(
-                    "lost_after",
-                    "runs on another host, where no guard watches it",
-                    "leave it out: a link to a host that is silent is closed",
-                ));
+                return Err(misplaced("lost_after", "it runs on another host, where no guard watches it", "leave it out: the link to a silent host is closed"));
             }
             _ => {}
         }
         let within = |word: &str, given: Option<u64>, min: Duration| match given.map(Duration::from_nanos) {
             Some(given) if given < min || given > BOUND_MAX => Err(refuse(
                 Class::OutOfRange,
-                format!("{word} {} s of processor '{name}' is not in {} s to {} s", given.as_secs_f64(), min.as_secs_f64(), BOUND_MAX.as_secs()),
+                format!("{word} of processor '{name}' must be {} s to {} s, not {} s", min.as_secs_f64(), BOUND_MAX.as_secs(), given.as_secs_f64()),
                 "",
             )),
             given => Ok(given),
@@ -107,8 +103,8 @@ impl Location {
         match (process, host) {
             (InProcess::Named(process), Some(host)) => Err(refuse(
                 Class::PlacementError,
-                format!("processor '{name}' is to run in process '{process}' and on host '{host}'"),
-                "name one of the two: a process is one of this host, and all processors of another host share one already",
+                format!("processor '{name}' is to run both in process '{process}' and on host '{host}'"),
+                "name only one of the two: a process runs on this host, and all processors of another host share one process already",
             )),
             (_, Some(host)) => Ok(Location::Host(host)),
             (InProcess::Own(true), None) => Ok(Location::Process),
@@ -116,8 +112,8 @@ impl Location {
             (InProcess::Named(process), None) if is_name(&process) => Ok(Location::Shared(process)),
             (InProcess::Named(process), None) => Err(refuse(
                 Class::DefinitionError,
-                format!("processor '{name}' is to run in process {process:?}, which is no name"),
-                format!("take letters, digits, '-', '_' and '.', at most {NAME_LEN_MAX} of them"),
+                format!("processor '{name}' is to run in process {process:?}, which is not a valid name"),
+                format!("use letters, digits, '-', '_' and '.', at most {NAME_LEN_MAX} of them"),
             )),
         }
     }

@@ -118,7 +118,7 @@ fn check_sources(core: &Core, instance: &Instance) -> Result<(), Refusals> {
     for &source in &instance.installed.sources {
         if let Some(why) = core.safety.ended_for_good.get(&source) {
             let message = format!("cannot start '{}': {why}", instance.name);
-            return Err(refuse(Class::InvalidState, message, "until then, run it on another source"));
+            return Err(refuse(Class::InvalidState, message, "run it on another source until then"));
         }
         if core.safety.lost.contains(&source) {
             let source = core.registry.source_name(source);
@@ -130,7 +130,7 @@ fn check_sources(core: &Core, instance: &Instance) -> Result<(), Refusals> {
             return Err(refuse(
                 Class::InvalidState,
                 format!("cannot start '{}': source '{source}' was stopped by a fault in a block", instance.name),
-                "mend the block and call reset()",
+                "fix the block and call reset()",
             ));
         }
     }

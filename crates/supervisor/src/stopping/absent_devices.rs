@@ -6,7 +6,7 @@ use crate::registry::Registry;
 use model::plan::CellKind;
 use model::refusal::{Class, Refusals};
 
-const REMEDY: &str = "look at its power and cable, then open it again: reset(), or reopen() of the device";
+const REMEDY: &str = "check its power and cable, then open it again: reset(), or reopen() of the device";
 
 impl Instance {
     /// Returns the physical devices whose channels the instance is bound to.

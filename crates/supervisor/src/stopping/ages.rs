@@ -34,7 +34,7 @@ pub(crate) fn too_old(core: &Core, now_ns: i64) -> Vec<(u64, SystemCondition, St
         let limit_s = instance.times.limits.age_max_ns.unwrap_or_default() as f64 * 1e-9;
         let (writer, reader) = (core.registry.source_name(writer), core.registry.source_name(reader));
         let message = match condition {
-            SystemCondition::Late => format!("a ratio value from '{writer}' to '{reader}' is absent for more than {limit_s} s"),
+            SystemCondition::Late => format!("a ratio value from '{writer}' to '{reader}' has been missing for more than {limit_s} s"),
             _ => format!("nothing has come from '{writer}' to '{reader}' for more than {limit_s} s"),
         };
         (instance.id, condition, message)

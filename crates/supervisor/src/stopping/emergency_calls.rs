@@ -17,7 +17,7 @@ impl System {
         self.shared.command(|core| {
             let index = read_channel(&core.registry, device, channel)?;
             if core.safety.emergency.inputs.iter().any(|i| i.device == device && i.channel == index) {
-                return Err(refuse(Class::InUse, format!("channel '{device}.{channel}' is an emergency stop input already"), "once is enough"));
+                return Err(refuse(Class::InUse, format!("channel '{device}.{channel}' is already an emergency stop input"), "leave the second one out"));
             }
             core.refuse_forced_switch(device, index)?;
             core.registry.physical[device].device.ask(index, Ask::Stop, at_zero);

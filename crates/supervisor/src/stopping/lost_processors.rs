@@ -148,7 +148,7 @@ pub(crate) fn refuse_lost_plan(core: &Core, plan: &Plan) -> Result<(), Refusals>
         Some(source) => {
             let remedy = if core.safety.ended_for_good.contains_key(source) { "start the program again" } else { "call reset()" };
             let message = format!("cannot create '{}': source '{}' is lost", plan.verb, core.registry.source_name(*source));
-            Err(refuse(Class::InvalidState, message, format!("see the log for why, then {remedy}")))
+            Err(refuse(Class::InvalidState, message, format!("see the log for the reason, then {remedy}")))
         }
     }
 }

@@ -12,15 +12,16 @@ const TIME_LOST: &str = "time_lost";
 /// Records that a source was at a standstill until `time_ns`. If several sources were, the first one raises the alarm.
 pub(crate) fn stood_still(core: &mut Core, source: SourceId, late_ns: i64, is_unattended: bool, time_ns: i64) {
     let name = core.registry.source_name(source).to_owned();
-    let text = format!("source '{name}' stood still for {:.1} s (its process was stopped, or the machine)", late_ns as f64 * 1e-9);
+    let text = format!("source '{name}' stood still for {:.1} s (its process or the machine was stopped)", late_ns as f64 * 1e-9);
     core.observation.log.add(time_ns, "late", &name, text.clone());
     if !is_unattended || core.safety.stood_still_until_ns.is_some_and(|until_ns| time_ns - late_ns < until_ns) {
         return;
     }
     core.safety.stood_still_until_ns = Some(time_ns);
-    let text =
-        format!("{text}, and nobody attended to outputs: devices that were commanded are safe, and lost; time limits ran on, and what uses no device goes on");
-    let remedy = "see what paused it, look at the machine, then call reset()";
+    let text = format!(
+        "{text}, and nothing served the outputs: devices that were commanded are in their safe states, and lost; time limits ran on, and verbs without devices continue"
+    );
+    let remedy = "find what paused it, check the machine, then call reset()";
     raise(core, RaisedAlarm { code: TIME_LOST, source: "system", block: None, text, remedy, severity: Severity::High, cause: Cause::Event });
     alarm_returns(core, TIME_LOST, "system");
 }

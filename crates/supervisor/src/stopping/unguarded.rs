@@ -17,8 +17,8 @@ pub(crate) fn describe(name: &str, host: Option<&str>, description: &mut Value) 
         None => ("its process".to_owned(), "the guard cannot reach it".to_owned()),
     };
     let why = format!(
-        "device '{name}' goes on under its last commands when {whose} is gone or hangs: it has no watchdog, and {guard}. Set the watchdog of the device \
-         itself, where it has one (docs/guard.md)"
+        "device '{name}' continues under its last commands if {whose} is gone or hangs: it has no watchdog, and {guard}. Set the watchdog of the \
+         device itself, if it has one (docs/guard.md)"
     );
     described.insert("unguarded".to_owned(), true.into());
     described.insert("unguarded_why".to_owned(), why.into());

@@ -62,7 +62,7 @@ pub(crate) fn check_hold(registry: &Registry, instances: &Instances, plan: &Plan
     let quantity = driving(&unit).unwrap_or("value");
     Err(refuse(
         Class::DefinitionError,
-        format!("verb '{}' has suspend='hold', and it writes {output} in {unit}: a machine does not stand still under a {quantity} that stays", plan.verb),
-        "leave suspend= out, then such outputs take their idle values; or write suspend='hold_last' where the last value is to stay",
+        format!("verb '{}' has suspend='hold', but it writes {output} in {unit}: a machine does not stand still under a constant {quantity}", plan.verb),
+        "leave suspend= out, so that such outputs take their idle values; or write suspend='hold_last' if they are to keep their last values",
     ))
 }

@@ -24,7 +24,7 @@ impl Course<'_> {
         let instance = self.core.instances.known(id)?;
         if !instance.is_running() || instance.leaving.departure.is_some() {
             let state = if instance.leaving.departure.is_some() { "ending" } else { instance.state().name() };
-            return Err(invalid_state(&format!("'{}'", instance.name), state, "suspend", "only a running instance can be suspended"));
+            return Err(invalid_state(&format!("'{}'", instance.name), state, "suspend", "suspend only a running instance"));
         }
         if instance.comes_to_rest() {
             let ops = rest_ops(&self.core.registry, instance, true);
@@ -143,7 +143,7 @@ impl Course<'_> {
         let now_ns = self.core.host.now_ns();
         let instance = self.core.instances.known(id)?;
         if !instance.is_suspended() {
-            return Err(invalid_state(&format!("'{}'", instance.name), instance.state().name(), "resume", "only a suspended instance can be resumed"));
+            return Err(invalid_state(&format!("'{}'", instance.name), instance.state().name(), "resume", "resume only a suspended instance"));
         }
         self.core.safety.emergency.refuse("resume", &instance.name)?;
         if instance.is_under_way() {

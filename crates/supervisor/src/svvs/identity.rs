@@ -20,8 +20,8 @@ impl Registry {
         match self.svvs.get(name) {
             Some(svv) if svv.id.0 == number => Ok(name),
             Some(_) => {
-                let why = format!("the SVV '{name}' that was asked for is gone: it was deleted, and another has its name");
-                Err(refuse(Class::UnknownName, why, "ask for the one that is there now"))
+                let why = format!("the SVV '{name}' that was asked for no longer exists: it was deleted, and another SVV has its name");
+                Err(refuse(Class::UnknownName, why, "ask for the present one"))
             }
             None => Err(unknown("SVV", name, self.svvs.keys().map(String::as_str))),
         }

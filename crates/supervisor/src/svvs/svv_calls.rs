@@ -39,7 +39,7 @@ impl System {
         place: Option<SourceLocation>,
     ) -> Result<(), Refusals> {
         if definitions.configuration.svvs.contains_key(name) {
-            return Err(refuse_at(Class::InUse, format!("there is an SVV '{name}' already"), "give it another name, or delete that one first", place));
+            return Err(refuse_at(Class::InUse, format!("there is already an SVV '{name}'"), "give it another name, or delete that one first", place));
         }
         let asked = &request.specification;
         let of = Type::parse(&asked.type_text, &request.types).map_err(|r| vec![crate::starting::psi::named(r, name)])?;
@@ -129,12 +129,12 @@ fn range_of(name: &str, asked: &SvvSpecification) -> Result<Option<Range>, Refus
         Some(Within::Range(range)) => *range,
         Some(Within::Between(Bound::Number(least), Bound::Number(most))) => Range::closed(*least, *most),
         Some(Within::Between(..)) => {
-            let message = format!("the range of SVV '{name}' names a parameter, and it is no SVV of a device");
+            let message = format!("the range of SVV '{name}' names a parameter, but it is not an SVV of a device");
             return Err(refuse(Class::ValueRefused, message, "give two numbers: within=(0, 1)"));
         }
     };
     if let Some((least, most)) = range.reversed() {
-        let message = format!("the range of SVV '{name}' is {least} to {most}");
+        let message = format!("the range of SVV '{name}' is reversed: {least} to {most}");
         return Err(refuse(Class::ValueRefused, message, format!("give the lower end first: within=({most}, {least})")));
     }
     if let Some(Initial::Value(value)) = &asked.initial {

@@ -51,7 +51,7 @@ pub(crate) fn ask_for(core: &mut Core, names: &[String]) -> Result<Snapshot, Ref
             let named = other_cell(core, name).ok_or_else(|| unknown("SVV", name, core.registry.svvs.keys().map(String::as_str)))?;
             if core.safety.lost.contains(&named.source) {
                 let why = format!("cannot read '{name}': source '{}' is lost", core.registry.source_name(named.source));
-                return Err(refuse(Class::InvalidState, why, "see the log for why, then call reset()"));
+                return Err(refuse(Class::InvalidState, why, "see the log for the reason, then call reset()"));
             }
             check_channel(core, name)?;
             by_source.entry(named.source).or_default().push((index, named.cell, named.stamp));
@@ -60,7 +60,7 @@ pub(crate) fn ask_for(core: &mut Core, names: &[String]) -> Result<Snapshot, Ref
         match svv.home.and_then(|home| Some((home, svv.cells.get(&home)?))) {
             Some((home, _)) if core.safety.lost.contains(&home) => {
                 let why = format!("cannot read SVV '{name}': source '{}', which writes it, is lost", core.registry.source_name(home));
-                return Err(refuse(Class::InvalidState, why, "see the log for why, then call reset()"));
+                return Err(refuse(Class::InvalidState, why, "see the log for the reason, then call reset()"));
             }
             Some((home, cell)) => {
                 // The value is stamped where it is stored, even behind a ratio output.
@@ -98,7 +98,7 @@ fn check_channel(core: &Core, name: &str) -> Result<(), Refusals> {
     }
     if channel.direction == Direction::Read && !has_reading(core, record) {
         let source = core.registry.source_name(record.source);
-        let why = format!("cannot read channel '{name}': there is no reading yet, source '{source}' has not fired since device '{device}' was opened");
+        let why = format!("cannot read channel '{name}': there is no reading yet, because source '{source}' has not fired since device '{device}' was opened");
         return Err(refuse(Class::InvalidState, why, "let time pass first, for example advance(\"10 ms\")"));
     }
     Ok(())
@@ -154,7 +154,7 @@ pub(crate) fn unanswered(core: &Core, snapshot: &Snapshot) -> Refusals {
     refuse(
         Class::InvalidState,
         format!("{source} did not answer{runs}"),
-        "a value is read between invocations: read it again later, or its history, which needs none; see statistics() for how long a firing takes",
+        "read it again later, or read its history, which needs no answer; see statistics() for the duration of a firing",
     )
 }
 

@@ -104,7 +104,7 @@ impl System {
         let single = sources(&core).flat_map(|(source, table)| {
             let remote = core.remote.at(core.registry.source_name(source)).map(|remote| format!("it runs in the process of {}", core.remote.called(remote)));
             table.steps.iter().filter_map(move |record| {
-                let watched = || floats::are_looked_at(&record.block).then(|| "its floating-point state is looked at after each invocation".to_owned());
+                let watched = || floats::are_looked_at(&record.block).then(|| "its floating-point state is checked after each invocation".to_owned());
                 let why = remote.clone().or_else(|| fit(record.block.descriptor()).err().map(|why| why.to_string())).or_else(watched);
                 Some(SingleBlock { block: record.block.name().to_owned(), why: why? })
             })

@@ -80,7 +80,7 @@ pub(crate) fn install(
     let site = Site { plan, catalog, block_source, activation_source, queued };
     for block in &plan.blocks {
         if !catalog.blocks.contains_key(&block.block) {
-            return Err(refuse(Class::UnknownName, format!("block '{}' is not downloaded any more", block.block), "download its module again"));
+            return Err(refuse(Class::UnknownName, format!("block '{}' is no longer downloaded", block.block), "download its module again"));
         }
     }
     let places = lay_out(&site);

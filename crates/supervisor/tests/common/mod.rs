@@ -257,7 +257,7 @@ fn command(text: &str) -> Json {
         "*" => json!({"command": "install", "blocks": words}),
         "?" if words.first().is_some_and(|w| w.ends_with("ms")) => json!({"command": "wait", "time_ns": duration(words[0])}),
         "?" => json!({"command": "wait", "conditions": words}),
-        _ => panic!("'{text}' is no command"),
+        _ => panic!("'{text}' is not a command"),
     }
 }
 

@@ -204,8 +204,8 @@ fn an_ending_list_that_cannot_be_is_refused() {
         let refusals = rig.try_define(braked("v", rest)).unwrap_err();
         assert!(refusals.iter().any(|r| r.class == class && r.message.contains(words)), "{}", text(&refusals));
     };
-    refused(json!({"ending": "relase"}), Class::UnknownName, "the ending list 'relase' of verb 'v' is not there");
-    refused(json!({"ending": "go"}), Class::DefinitionError, "is its initial one too");
+    refused(json!({"ending": "relase"}), Class::UnknownName, "the ending list 'relase' of verb 'v' does not exist");
+    refused(json!({"ending": "go"}), Class::DefinitionError, "is also its initial one");
     refused(json!({"transitions": tau(&["go, halted -> release"])}), Class::DefinitionError, "enters the ending list");
     refused(json!({"transitions": tau(&["release, completed -> go"])}), Class::DefinitionError, "leaves the ending list");
     refused(json!({"ending_limit_ns": 0}), Class::DefinitionError, "an ending limit of 0 ns");

@@ -135,7 +135,7 @@ fn an_exchange_that_is_refused_changes_nothing() {
         );
         rig.define(reads);
         let reader = rig.instance("reads", &["u=j1.sensed", "*@rtp0.fast"]);
-        refused("stiff", Class::InvalidState, "of it synchronously");
+        refused("stiff", Class::InvalidState, "reads its SVV");
         rig.system.delete(reader).unwrap();
         rig.advance(5);
         assert_eq!((check_trace(0.002), rig.system.state(id)), (10, "running"));

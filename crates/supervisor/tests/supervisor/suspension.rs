@@ -137,7 +137,7 @@ fn a_way_to_suspend_that_cannot_be_is_refused() {
         assert!(refusals.iter().any(|r| r.class == class && r.message.contains(words)), "{}", text(&refusals));
     };
     refused("ramp.holdin", "ramp.held", Class::UnknownName, "holdin");
-    refused("count.limit", "ramp.held", Class::TypeMismatch, "no input or parameter of type bool");
-    refused("ramp.holding", "ramp.v", Class::UnknownName, "is no condition");
+    refused("count.limit", "ramp.held", Class::TypeMismatch, "not an input or parameter of type bool");
+    refused("ramp.holding", "ramp.v", Class::UnknownName, "is not a condition");
     refused("ramp.holding", "count.reached", Class::DefinitionError, "stands for it too");
 }

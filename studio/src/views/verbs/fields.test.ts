@@ -54,7 +54,7 @@ test("an array is filled element by element", () => {
 
 test("refusals are shown at the input that they name", () => {
   const refusals = [
-    { class: "OutOfRange", message: "'goal' for 'arm.elbow' is 90 rad and its range is -3 to 3 rad" },
+    { class: "OutOfRange", message: "'goal' for 'arm.elbow' is 90 rad, but its range is -3 to 3 rad" },
     { class: "NotEnabled", message: "'arm.elbow' is disabled" },
   ];
   const { of, rest } = byField(refusals, ["goal", "speed"]);
