@@ -65,7 +65,7 @@ def test_wrong_endings_are_refused_where_they_are_written(memory_rig: Rig) -> No
         braked(memory_rig, ending="relase", initial="start")
     with pytest.raises(gpac.DefinitionError, match="enters the ending list"):
         braked(memory_rig, transitions={("start", "enough"): "release"})
-    with pytest.raises(gpac.DefinitionError, match="suspend='stop'"):
+    with pytest.raises(gpac.DefinitionError, match="suspend= of verb 'braked' must be a policy, not 'stop'"):
         braked(memory_rig, suspend="stop")
 
 

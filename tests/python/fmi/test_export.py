@@ -113,7 +113,7 @@ def test_an_exported_graph_is_valid_and_gives_the_bits_of_the_virtual_clock(tmp_
 
 
 def test_what_fmi_has_not_is_refused(tmp_path: Path, cell: gpac.System) -> None:
-    with pytest.raises(gpac.FileFailed, match=r"no .*none\.so"):
+    with pytest.raises(gpac.FileFailed, match=r"none\.so, .* does not exist"):
         export_fmu(graph(tmp_path, cell), tmp_path / "x.fmu", "5 ms", library=tmp_path / "none.so")
     silent = gpac.Graph("silent", blocks={"filter": lib.lowpass}, inputs={"u": "filter.u"})
     with pytest.raises(gpac.CallError, match="has no output"):
