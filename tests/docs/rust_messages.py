@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Lint of messages in Rust and in C headers: `rust_messages.py` prints file, line and a better form for each turn of phrase that is not English.
+"""Lint of messages in Rust and in C headers: `rust_messages.py` prints file, line and a better form for each turn of phrase that is not
+English.
 
 A message is a string literal outside tests: errors, refusals and their remedies, alarms, log lines, descriptions of options. Reasons of
 `expect`, of assertions and of `allow` are for developers, and are not checked. Rules are word lists, as those of `words.py`.

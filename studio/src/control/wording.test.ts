@@ -36,8 +36,6 @@ test("remedies are sentences of the page", () => {
   expect(said("write activate('sum', every='1 ms'), or place it on a trigger")).toBe(
     "give the command activate of 'sum' an interval, for example 1 ms, or place it on a trigger",
   );
-  expect(said("raise kp= and kd=, or raise max_following_error=")).toBe(
-    "raise 'kp' and 'kd', or raise 'max_following_error'",
-  );
+  expect(said("raise kp= and kd=, or raise max_following_error=")).toBe("raise 'kp' and 'kd', or raise 'max_following_error'");
   expect(said("units differ: x = 3, y == 4")).toBe("units differ: x = 3, y == 4");
 });

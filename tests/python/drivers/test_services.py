@@ -62,8 +62,7 @@ def test_a_service_says_what_it_is(drives: PhysicalDevice) -> None:
     place = drives.services.place
     assert str(inspect.signature(place)) == "(part: str, position: float | None = None) -> None"
     assert (
-        inspect.getdoc(place)
-        == "Moves a part to a position at once.\n\npart: name of the part.\n"
+        inspect.getdoc(place) == "Moves a part to a position at once.\n\npart: name of the part.\n"
         "position: its position from the next reading on, rad; default: 0."
     )
     assert repr(drives.services) == "services of drives: place, hold"
