@@ -2,7 +2,7 @@
 # make run     the main job: a simulated UR5e moves, in real time; report and plot in out/
 # make test    every test: Rust, Python, and the studio's page in a browser
 # make test-fast   what a change to one crate needs, CRATE=supervisor, or else what git says has changed: minutes
-# make faults  the whole fault campaign, 1,000 attacks on those who watch, the fuzzers, 10^5 budgets that end at any instant, 10^5 takeovers of motions, 10^5 sequences of commands to an arm, 1,000 trees of links, 500 damaged files of arms and the cell of 16 processors: hours; reports in out/
+# make faults  the whole fault campaign, 1,000 attacks on those who watch, the fuzzers, 10^5 budgets that end at any instant, 10^5 takeovers of motions, 10^5 programs of a queue of moves, 10^5 sequences of commands to an arm, 1,000 trees of links, 500 damaged files of arms and the cell of 16 processors: hours; reports in out/
 # make soak    1,000 blocks at 1 kHz, verbs, a recorder and a scope for two hours, or MINUTES=…: nothing is lost, memory stays level; report in out/
 # make simulate   whole systems under the virtual clock, one a seed, with everything that can go wrong: MINUTES=60, or SEEDS=10000, or SEED=17 for one again
 # make bench   ratios against hand-written loops and peers, taken in one run
@@ -219,6 +219,7 @@ faults: setup-hosts $(VENV)/tests
 	$(BIN)/python tests/faults/fuzz.py
 	OPENGPAC_BUDGET_FAULTS=100000 cargo test -p kernel --profile checked --test stores -- --nocapture
 	OPENGPAC_TAKEOVERS=100000 cargo test -p library --profile checked --test takeover -- --nocapture
+	OPENGPAC_QUEUES=100000 cargo test -p library --profile checked --test queue -- --nocapture
 	OPENGPAC_FUSED=1000 cargo test -p kernel --profile checked --test fused -- --nocapture
 	OPENGPAC_FUSED_GRAPHS=all $(BIN)/python -m pytest -q tests/python/mappings/test_fused.py
 	OPENGPAC_LOOPS=1000 cargo test -p kernel --profile checked --test foreign -- --nocapture --test-threads=1

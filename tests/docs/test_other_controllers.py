@@ -37,7 +37,7 @@ def known() -> dict[str, object]:
     arm = gpac.robots.load("ur5e", clock="virtual").enable()
     moving = motion.move_relative.asynch(arm["wrist_3"], 0.1)
     device = arm.system.physical_devices["ur5e"]
-    named = {"gpac": gpac, "arm": arm, "vi": moving, "cell": arm.system, "device": device, "motion": motion}
+    named = {"gpac": gpac, "arm": arm, "vi": moving, "cell": arm.system, "device": device, "motion": motion, "moves": arm.queue()}
     try:
         return named
     finally:

@@ -43,6 +43,12 @@ def test_the_program_ends_as_it_should_by_the_driver_of_a_controller(programs: A
     assert "should be" not in done.printed and done.trace, "the values that it recorded are written"
 
 
+def test_parts_are_palletised_and_the_replay_is_the_same(programs: Any) -> None:
+    done = programs.script("examples/palletising.py")
+    assert done.code == 0, done.printed
+    assert "4 parts" in done.printed and "the replay is the same" in done.printed
+
+
 def test_an_option_that_is_unknown_is_an_error(programs: Any) -> None:
     done = programs.run("guarded_move", "--clocks", "none")
     assert done.code == 2 and "--clocks" in done.printed

@@ -10,6 +10,7 @@ pub mod online;
 pub mod pace;
 pub mod path;
 pub mod profile;
+pub mod queue;
 pub mod reference;
 pub mod ripple;
 pub mod section;

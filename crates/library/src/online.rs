@@ -48,12 +48,13 @@ struct Phase {
     jerk: f64,
 }
 
-/// A motion that ends at rest: seven phases. Before its start time its state is the start.
+/// A motion that ends without acceleration, mostly at rest: seven phases. Before its start time its state is the start.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Profile {
     start: State,
     phases: [Phase; 7],
     end: f64,
+    end_velocity: f64,
 }
 
 /// A change of speed: its phases, and the distance that it takes.
@@ -74,14 +75,15 @@ impl Profile {
         // An endless phase without jerk: the state is that of its start until a motion is planned.
         let mut phases = [Phase::default(); 7];
         phases[0].span_s = f64::MAX;
-        Profile { start: state, phases, end: state.position }
+        Profile { start: state, phases, end: state.position, end_velocity: 0.0 }
     }
 
     /// Brakes to rest as soon as possible.
     pub fn stop(state: State, limits: Limits) -> Profile {
         let change = change(state.velocity, state.acceleration, 0.0, limits);
         let [a, b, c] = change.phases;
-        Profile { start: state, phases: [a, b, c, Phase::default(), Phase::default(), Phase::default(), Phase::default()], end: state.position + change.way }
+        let phases = [a, b, c, Phase::default(), Phase::default(), Phase::default(), Phase::default()];
+        Profile { start: state, phases, end: state.position + change.way, end_velocity: 0.0 }
     }
 
     /// Comes to rest at `goal`. Limits are positive, all numbers finite: the caller has checked.
@@ -103,6 +105,31 @@ impl Profile {
         }
     }
 
+    /// Passes `goal`, which lies ahead, without acceleration: at the speed `wanted`, or as near to it as the distance allows, but never
+    /// above `most`. Returns `None` if the distance is too short for slowing down to `most`.
+    pub fn passing(state: State, goal: f64, wanted: f64, most: f64, limits: Limits) -> Option<Profile> {
+        let way = goal - state.position;
+        let to = |speed: f64| change(state.velocity, state.acceleration, speed, limits);
+        let fits = |speed: f64| to(speed).way <= way;
+        let wanted = wanted.min(most);
+        let present = (state.velocity + state.acceleration * state.acceleration.abs() / (2.0 * limits.jerk)).max(0.0);
+        let end = if fits(wanted) {
+            wanted
+        } else if present < wanted {
+            fits(present).then(|| nearest(present, wanted, fits))?
+        } else {
+            let high = present.min(most);
+            fits(high).then(|| nearest(high, wanted, fits))?
+        };
+        let way_by = |speed: f64| to(speed).way + change(speed, 0.0, end, limits).way;
+        let speed = if end >= limits.speed { end } else { nearest(end, limits.speed, |speed| way_by(speed) <= way) };
+        let (up, down) = (to(speed), change(speed, 0.0, end, limits));
+        let rest = (way - up.way - down.way).max(0.0);
+        let cruise = Phase { span_s: if speed > 0.0 { rest / speed } else { 0.0 }, jerk: 0.0 };
+        let ([a, b, c], [d, e, f]) = (up.phases, down.phases);
+        Some(Profile { start: state, phases: [a, b, c, cruise, d, e, f], end: goal, end_velocity: end })
+    }
+
     /// Returns the duration.
     pub fn duration_s(&self) -> f64 {
         self.phases.iter().map(|phase| phase.span_s).sum()
@@ -113,10 +140,15 @@ impl Profile {
         self.end
     }
 
-    /// Returns the state at `time_s` after the start: exactly at rest at the end from the duration on.
+    /// Returns the speed at the end.
+    pub fn end_velocity(&self) -> f64 {
+        self.end_velocity
+    }
+
+    /// Returns the state at `time_s` after the start: exactly that of the end from the duration on.
     pub fn at(&self, time_s: f64) -> State {
         if time_s >= self.duration_s() {
-            return State { position: self.end, velocity: 0.0, acceleration: 0.0 };
+            return State { position: self.end, velocity: self.end_velocity, acceleration: 0.0 };
         }
         let mut state = self.start;
         let mut left_s = time_s.max(0.0);
@@ -198,8 +230,24 @@ impl Course {
         let [a, b, c] = up.phases;
         let [d, e, f] = down.phases;
         let phases = [a, b, c, cruise, d, e, f].map(|phase| Phase { jerk: self.sign * phase.jerk, ..phase });
-        Profile { start: self.state, phases, end: self.goal }
+        Profile { start: self.state, phases, end: self.goal, end_velocity: 0.0 }
     }
+}
+
+/// Returns the speed nearest to `ideal` that fits, by bisection from `sure`, which fits.
+fn nearest(sure: f64, ideal: f64, fits: impl Fn(f64) -> bool) -> f64 {
+    if fits(ideal) {
+        return ideal;
+    }
+    let (mut good, mut bad) = (sure, ideal);
+    for _ in 0..HALVINGS {
+        let middle = good.midpoint(bad);
+        if middle == good || middle == bad {
+            break;
+        }
+        if fits(middle) { good = middle } else { bad = middle }
+    }
+    good
 }
 
 /// Computes the fastest change from a speed and acceleration to the speed `to` with acceleration 0. An acceleration beyond the limit is

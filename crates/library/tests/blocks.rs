@@ -137,6 +137,13 @@ fn the_names_of_the_interface_stay() {
             "n start start_velocity last_velocity last_acceleration last_time braking points blend speed speed_max acceleration_max position_min position_max path \
              target duration refused lead waits limit",
         ),
+        (
+            "queue_generator",
+            "n start start_velocity last_velocity last_acceleration last_time braking moves rate override cell_override holding gap_max speed_max \
+             acceleration_max jerk_max position_min position_max setpoint setpoint_velocity setpoint_acceleration setpoint_time progress target complete \
+             path lead chain held refused gap",
+        ),
+        ("queue_outputs", "n progress start y"),
         ("payload_effort", "n q effort held chain mass centre gravity rate"),
         ("channel_sum", "channel u y"),
         ("flag", "y value"),

@@ -42,7 +42,8 @@ BOUNDS: dict[str, Any] = {
 HOLDING: dict[str, list[str]] = {"holding": ["hold.y", "generator.holding"]}
 """Cell of the motion."""
 
-_REST: list[Command] = [execute("hold"), activate("generator", every=PERIOD)]
+RESTING: list[Command] = [execute("hold"), activate("generator", every=PERIOD)]
+"""Command list in which a motion comes to rest on its path."""
 
 LISTS: dict[str, list[Command]] = {
     "start": [
@@ -51,8 +52,8 @@ LISTS: dict[str, list[Command]] = {
         activate("generator", every=PERIOD),
         activate("near", every=PERIOD),
     ],
-    "stop": _REST,
-    "give_up": _REST,
+    "stop": RESTING,
+    "give_up": RESTING,
 }
 """The command lists: the motion, and two premature ends."""
 

@@ -9,7 +9,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from types import MappingProxyType
-from typing import Any, Self, TypeVar
+from typing import TYPE_CHECKING, Any, Self, TypeVar
 
 import numpy as np
 
@@ -28,6 +28,10 @@ from .joints import Joint
 from .kinematics import Kinematics
 from .touching import touching
 from .urdf import Interfaces
+
+if TYPE_CHECKING:
+    from ..cell.signals import DigitalOutput
+    from ..motion.queue import MoveQueue
 
 V = TypeVar("V")
 
@@ -235,6 +239,16 @@ class Arm(Group[Joint]):
             self._carrying.delete()
         self._carrying = carry.new_instance(self)
         self._carrying.start(payload.mass, payload.centre)
+
+    def queue(self, *, outputs: Sequence[DigitalOutput] = (), tolerance: float = 0.002) -> MoveQueue:
+        """Returns a queue of moves, for a `with` statement: moves are appended while earlier ones run, and blend into each other.
+
+        outputs: digital outputs that moves switch at places of the path; tolerance of each joint at the end: rad. The arm follows one
+        path through all moves, at any speed.
+        """
+        from ..motion.queue import MoveQueue
+
+        return MoveQueue(self, tolerance, outputs)
 
     def pose(self) -> Pose:
         """Returns the present pose of the tool, from one consistent snapshot of the sensed joint positions.

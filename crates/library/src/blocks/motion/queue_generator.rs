@@ -1,0 +1,231 @@
+// SPDX-License-Identifier: Apache-2.0
+use crate::kinematics::chain::Chain;
+use crate::kinematics::inverse::Ranges;
+use crate::kinematics::{BAD_CHAIN, BAD_LIMIT, BAD_POSE};
+use crate::pace;
+use crate::profile::Limits;
+use crate::queue::{CLOSE, QueueProgress, QueuedMove, QueuedPath, Refusal, Run, Surroundings, WAITING_MAX};
+use crate::span::Span;
+use crate::takeover::Brake;
+use opengpac::{Condition, ConditionOf, FunctionBlock, InPlaceMut, Invocation, Outcome, Step, Type};
+
+/// Queue of moves: setpoint = q(s(t)), a path of lines, arcs and blends, and a jerk-limited motion s(t) along it.
+///
+/// Each invocation takes one waiting move, that with the number after the last one taken, and appends it to the path: a line of the
+/// joints, a straight line or an arc of the tool, blended with the move before. Speed, acceleration and jerk of each joint stay within
+/// their limits. `rate`, overrides and `holding` change the speed along the path, down to 0 and back along it, and never the path: a
+/// position on the path is the state, not a time. A move that the arm cannot make is refused before anything of it moves; the moves
+/// before it are completed, then `refused` is reported. `complete` is true at rest at the end, once a move of kind 3 has been taken,
+/// which says that no others come. If joints move at the start, they are braked first, each on its own. Time lost because releases were skipped is not made up
+/// for; if more than `gap_max` was lost at once, the motion comes to rest on its path and reports `gap`. The path holds some 40 lines of
+/// the joints or 16 of the tool ahead; further moves wait. Faults: 1 the chain is not one for n joints; 2 a number of a move is not
+/// valid; 3 a limit is not above 0, or an override is not within 0 and 1.
+#[derive(FunctionBlock)]
+pub struct QueueGenerator {
+    /// number of joints
+    #[size(1, 16)]
+    n: u32,
+    /// present commanded positions of the joints, rad or m
+    #[input(asynchronous, sized)]
+    start: [f64; 16],
+    /// speeds at which the servos move the joints now
+    #[input(asynchronous, default = [0.0; 16], sized, unit = "rad/s|m/s", range = "[-inf, inf)")]
+    start_velocity: [f64; 16],
+    /// speeds of the last set-points, whichever motion stored them
+    #[input(asynchronous, default = [0.0; 16], sized, unit = "rad/s|m/s", range = "[-inf, inf)")]
+    last_velocity: [f64; 16],
+    /// accelerations of the last set-points
+    #[input(asynchronous, default = [0.0; 16], sized, unit = "rad/s^2|m/s^2", range = "[-inf, inf)")]
+    last_acceleration: [f64; 16],
+    /// time at which they were stored, ns of the system clock
+    #[input(asynchronous, default = [i64::MIN; 16], sized, range = "[-inf, inf)")]
+    last_time: [i64; 16],
+    /// braking of the servos on their own because set-points did not arrive in time: see `joint_servo`
+    #[input(asynchronous, default = [[0.0; 4]; 16], sized, range = "[-inf, inf)")]
+    braking: [[f64; 4]; 16],
+    /// moves that wait: that with number k is in row k modulo 16
+    #[input(asynchronous)]
+    moves: [QueuedMove; WAITING_MAX],
+    /// fraction of the programmed speed; below 0 back along the path
+    #[input(asynchronous, default = 1.0, range = "[-1, 1]")]
+    rate: f64,
+    /// permitted fraction of the speed, 0 to 1; the minimum over the joints applies to all
+    #[input(asynchronous, default = [1.0; 16], sized, range = "[0, 1]")]
+    r#override: [f64; 16],
+    /// override of the whole cell; the two are multiplied
+    #[input(asynchronous, default = [1.0; 16], sized, range = "[0, 1]")]
+    cell_override: [f64; 16],
+    /// true: bring the motion to rest on its path
+    #[input(asynchronous, default = false)]
+    holding: bool,
+    /// maximum time that may be lost at once; if more is lost, the motion comes to rest
+    #[input(asynchronous, default = [0.5; 16], sized, unit = "s", range = "(0, inf)")]
+    gap_max: [f64; 16],
+    /// maximum speed of each joint
+    #[input(asynchronous, default = [std::f64::consts::PI; 16], sized, range = "(0, inf)")]
+    speed_max: [f64; 16],
+    /// maximum acceleration of each joint
+    #[input(asynchronous, default = [5.0; 16], sized, range = "(0, inf)")]
+    acceleration_max: [f64; 16],
+    /// maximum jerk of each joint
+    #[input(asynchronous, default = [50.0; 16], sized, range = "(0, inf)")]
+    jerk_max: [f64; 16],
+    /// minimum position of each joint
+    #[input(asynchronous, default = [-1e6; 16], sized, range = "[-inf, inf)")]
+    position_min: [f64; 16],
+    /// maximum position of each joint
+    #[input(asynchronous, default = [1e6; 16], sized, range = "[-inf, inf)")]
+    position_max: [f64; 16],
+    /// commanded positions of the joints, rad or m
+    #[output(sized)]
+    setpoint: [f64; 16],
+    /// commanded speeds at those positions, rad/s or m/s
+    #[output(sized)]
+    setpoint_velocity: [f64; 16],
+    /// commanded accelerations at those positions, rad/s^2 or m/s^2
+    #[output(sized)]
+    setpoint_acceleration: [f64; 16],
+    /// time at which they are stored, ns of the system clock
+    #[output(sized)]
+    setpoint_time: [i64; 16],
+    /// where the set-point is, what has been taken, and the ends of the last moves
+    #[output]
+    progress: QueueProgress,
+    /// joint positions at the end of the path, for blocks that compare
+    #[output(sized)]
+    target: [f64; 16],
+    /// true if the end of the last move has been stored as set-point
+    #[output]
+    complete: bool,
+    /// the path
+    #[output(in_place)]
+    path: InPlaceMut<QueuedPath>,
+    /// time between two set-points
+    #[param(default = 0.02, unit = "s", range = "[0, inf)")]
+    lead: f64,
+    /// the arm
+    #[param(default = Chain::NOTHING)]
+    chain: Chain,
+    /// the motion is at rest because of `holding`
+    #[condition]
+    held: Condition,
+    /// a move was refused, and those before it are completed; the value is its number
+    #[condition]
+    refused: ConditionOf<i32>,
+    /// the motion is at rest because more time than `gap_max` was lost at once; the value is the time lost, s
+    #[condition]
+    gap: ConditionOf<f64>,
+    /// progress along the path
+    #[state(opaque)]
+    way: Way,
+}
+
+/// Progress along the path.
+#[derive(Clone, Copy, Debug, Default)]
+struct Way {
+    /// Joints that are braked to rest first.
+    brake: Brake,
+    run: Run,
+    span: Span,
+    has_begun: bool,
+    /// The last move has been taken.
+    is_closed: bool,
+    /// The motion comes to rest because time was lost.
+    is_lost: bool,
+}
+
+impl Step for QueueGenerator {
+    fn step(&mut self, invocation: &Invocation) -> Outcome {
+        let n = self.n as usize;
+        let last = crate::takeover::last_setpoints!(self, n);
+        let passed = self.way.span.pass(invocation);
+        if let Some(now) = self.way.brake.step(&last, &self.acceleration_max[..n], &self.jerk_max[..n], self.lead, true, invocation) {
+            (self.setpoint, self.setpoint_velocity, self.setpoint_acceleration) = (now.setpoint, now.velocity, now.acceleration);
+            (self.setpoint_time, self.complete) = ([invocation.now_ns; 16], false);
+            if now.is_at_rest && self.holding {
+                self.held.report();
+            }
+            return Outcome::Done;
+        }
+        if !self.way.has_begun {
+            if !self.start[..n].iter().all(|q| q.is_finite()) {
+                return Outcome::Fault(BAD_POSE);
+            }
+            self.path.clear(&std::array::from_fn(|i| if i < n { self.start[i] } else { 0.0 }), n);
+            (self.way.has_begun, self.progress) = (true, <QueueProgress as Type>::zero());
+        }
+        let Some(allowed) = pace::allowed(&self.r#override[..n], &self.cell_override[..n]) else { return Outcome::Fault(BAD_LIMIT) };
+        if let Err(code) = self.take_one(n) {
+            return Outcome::Fault(code);
+        }
+        self.way.is_lost |= pace::note_lost(passed, &self.gap_max[..n], &mut self.progress.lost);
+        let rate = if self.holding || self.way.is_lost { 0.0 } else { self.rate.clamp(-1.0, 1.0) * allowed };
+        self.way.run.advance(&self.path, passed.cycle_s(), rate);
+        self.store(invocation);
+        self.report();
+        Outcome::Done
+    }
+}
+
+impl QueueGenerator {
+    /// Appends the next waiting move, if there is one and it has room; the error is the code of a fault.
+    fn take_one(&mut self, n: usize) -> Result<(), u32> {
+        let number = self.progress.taken + 1;
+        let next = self.moves[number.rem_euclid(WAITING_MAX as i64) as usize];
+        if next.number != number || self.progress.refused != 0 {
+            return Ok(());
+        }
+        if next.kind == CLOSE {
+            (self.progress.taken, self.way.is_closed) = (number, true);
+            return Ok(());
+        }
+        let chain = self.chain;
+        let arm = chain.read(n).ok_or(BAD_CHAIN)?;
+        let joints: [Limits; 16] =
+            std::array::from_fn(|i| Limits { speed: self.speed_max[i], acceleration: self.acceleration_max[i], jerk: self.jerk_max[i] });
+        if !joints[..n].iter().all(Limits::are_positive) {
+            return Err(BAD_LIMIT);
+        }
+        let ranges = Ranges { min: &self.position_min[..n], max: &self.position_max[..n] };
+        let around = Surroundings { arm: &arm, joints: &joints[..n], ranges };
+        match self.path.append(&next, &around, &self.way.run) {
+            Ok(()) => {
+                self.progress.taken = number;
+                self.way.run.renew();
+            }
+            Err(Refusal::Full) => {}
+            Err(Refusal::Bad) => return Err(BAD_POSE),
+            Err(refusal) => {
+                (self.progress.reason, self.progress.value) = refusal.numbers();
+                self.progress.refused = number;
+            }
+        }
+        Ok(())
+    }
+
+    fn store(&mut self, invocation: &Invocation) {
+        let now = self.way.run.sample(&self.path);
+        (self.setpoint, self.setpoint_velocity, self.setpoint_acceleration) = (now.q, now.velocity, now.acceleration);
+        (self.setpoint_time, self.progress.number, self.progress.fraction) = ([invocation.now_ns; 16], now.number, now.fraction);
+        (self.target, self.progress.ends) = (self.path.end, self.path.ends);
+        let outputs = self.path.outputs(&now);
+        (self.progress.switched, self.progress.on) = (outputs.switched, outputs.on);
+    }
+
+    fn report(&mut self) {
+        let run = &self.way.run;
+        let is_at_end = run.is_at_end(&self.path);
+        self.complete = is_at_end && self.way.is_closed;
+        if self.holding && run.is_at_rest() {
+            self.held.report();
+        }
+        if self.way.is_lost && run.is_at_rest() {
+            // The motion may resume, if the gap does not end it.
+            self.way.is_lost = false;
+            self.gap.report(self.progress.lost);
+        }
+        if self.progress.refused != 0 && is_at_end {
+            self.refused.report(i32::try_from(self.progress.refused).unwrap_or(i32::MAX));
+        }
+    }
+}

@@ -1,0 +1,296 @@
+// SPDX-License-Identifier: Apache-2.0
+//! Queue of moves of an arm: a path in space, and a motion along it.
+//!
+//! The path is geometry only: lines in joint space, courses of the tool, and blends of continuous curvature, all as polynomials of the
+//! joints by a path coordinate ([`span`]). When a move is appended, its pieces get scalar limits such that any state of the path
+//! coordinate within them keeps every joint within its own limits ([`law`]), and a pass backward gives the speed at each boundary from
+//! which the end of the path can be reached. The motion is a jerk-limited state of the path coordinate ([`run`]). Overrides, pauses and
+//! steps back change this state and never the path, so the path is the same however it is travelled.
+//!
+//! A change of speed ends at the boundary of two pieces: there the acceleration of the path coordinate is 0. Memory is fixed: moves that
+//! do not fit wait until others have passed.
+mod append;
+mod blend;
+pub mod law;
+pub mod marks;
+pub mod run;
+pub mod shape;
+pub mod span;
+
+use crate::kinematics::line::Obstacle;
+use crate::kinematics::pose::Numbers;
+use crate::profile::JOINTS_MAX;
+pub use append::Surroundings;
+use marks::{MARKS_MAX, MARKS_OF_MOVE, Mark, MarkWish};
+use opengpac::Type;
+pub use run::{Run, Sample};
+use span::{Joints, Span};
+
+/// Number of spans, of pieces, and of the spans of one move.
+pub const SPANS_MAX: usize = 256;
+pub const PIECES_MAX: usize = 128;
+pub const SPANS_OF_MOVE: usize = 32;
+/// Number of moves that wait to be taken into the path.
+pub const WAITING_MAX: usize = 16;
+/// Kind of a row that says that no further moves come.
+pub const CLOSE: i32 = 3;
+/// Number of moves whose ends are kept.
+pub const ENDS_MAX: usize = 32;
+
+/// A request for a move.
+#[derive(Clone, Copy, Debug, PartialEq, Type)]
+#[repr(C)]
+pub struct QueuedMove {
+    /// 1, 2, …
+    pub number: i64,
+    /// 0: the joints on a straight line in joint space; 1: the tool on a straight line; 2: the tool on an arc; 3: no move, and no further
+    /// ones come.
+    pub kind: i32,
+    /// 0: after the move before has come to rest (buffered); 1: blended with it (blending).
+    pub mode: i32,
+    /// Orientation of an arc: 0 via, 1 goal, 2 path.
+    pub orientation: i32,
+    /// Unit of `blend`: 0 share of the way, 1 rad (or m) of the joint that moves furthest, 2 m of the tool.
+    pub blend_unit: i32,
+    /// Radius of the blend with the move that follows; 0: none.
+    pub blend: f64,
+    /// Angle of an arc, rad; 0: to the goal.
+    pub angle: f64,
+    /// Goal of the joints, rad or m.
+    pub joints: Joints,
+    /// Goal of the tool, and a pose on an arc to it.
+    pub pose: Numbers,
+    pub via: Numbers,
+    /// Speed and acceleration of each joint.
+    pub speed: Joints,
+    pub acceleration: Joints,
+    /// Speed, acceleration and jerk of the tool's position, m/s, m/s², m/s³, and of its orientation, rad/s, rad/s², rad/s³.
+    pub linear: [f64; 3],
+    pub angular: [f64; 3],
+    /// Outputs that are switched on the way, in the order of their places.
+    pub marks: [MarkWish; MARKS_OF_MOVE],
+}
+
+/// Reason why a blend is smaller than requested, or missing.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Shrunk {
+    /// It is as requested.
+    No = 0,
+    /// A blend takes at most half of its move.
+    HalfOfMove = 1,
+    /// A blend takes at most half of the move that follows.
+    HalfOfNext = 2,
+    /// The arm was too near to the corner when the next move came.
+    Late = 3,
+    /// A larger blend would have taken longer than a stop.
+    Slower = 4,
+    /// The move that follows is not blended, or there is none.
+    Stopped = 5,
+    /// A larger blend would have left the range of a joint.
+    Range = 6,
+}
+
+/// End of a move.
+#[derive(Clone, Copy, Debug, PartialEq, Type)]
+#[repr(C)]
+pub struct MoveEnd {
+    /// Number of the move; 0: none yet.
+    pub number: i64,
+    /// Fraction of the requested radius that was blended, 0 to 1.
+    pub kept: f64,
+    /// Reason, in the numbers of [`Shrunk`].
+    pub reason: i32,
+}
+
+/// Progress of a queue of moves.
+#[derive(Clone, Copy, Debug, PartialEq, Type)]
+#[repr(C)]
+pub struct QueueProgress {
+    /// Number of the move in which the set-point is; a blend belongs to the move before up to its middle, then to the next one.
+    pub number: i64,
+    /// Completed fraction of that move, 0 to 1.
+    pub fraction: f64,
+    /// Number of the last move that was taken from the waiting ones.
+    pub taken: i64,
+    /// Number of a move that was refused, or 0; the reason, and its value, in the numbers of [`Refusal::numbers`].
+    pub refused: i64,
+    pub reason: i32,
+    pub value: f64,
+    /// Maximum time lost at once, s.
+    pub lost: f64,
+    /// Outputs that were switched, and those that are on; output i is bit i - 1.
+    pub switched: i64,
+    pub on: i64,
+    /// Ends of the last moves; that of move k is in row k modulo 32.
+    pub ends: [MoveEnd; ENDS_MAX],
+}
+
+/// Reason why a move cannot be appended. Nothing has changed then.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Refusal {
+    /// There is no room before other moves have passed.
+    Full,
+    /// The goal is out of reach; the value is the distance, m.
+    Unreachable(f64),
+    /// The move leaves the range of this joint.
+    Limit(i32),
+    /// The arm comes so near to a singularity that only this fraction of the speed is possible.
+    Singular(f64),
+    /// Three poses define no arc; the value is the number of the reason.
+    NoArc(i32),
+    /// A number of the move is not finite, or a limit is not above 0.
+    Bad,
+}
+
+impl Refusal {
+    /// Returns the number of the reason and its value: 1 unreachable (m), 2 limit (joint), 3 singular (fraction of the speed), 4 no arc
+    /// (the reason, as in `arc_planner`), 0 others.
+    pub fn numbers(&self) -> (i32, f64) {
+        match self {
+            Refusal::Unreachable(distance) => (1, *distance),
+            Refusal::Limit(joint) => (2, f64::from(*joint)),
+            Refusal::Singular(part) => (3, *part),
+            Refusal::NoArc(reason) => (4, f64::from(*reason)),
+            Refusal::Full | Refusal::Bad => (0, 0.0),
+        }
+    }
+}
+
+impl From<Obstacle> for Refusal {
+    fn from(obstacle: Obstacle) -> Refusal {
+        match obstacle {
+            Obstacle::Unreachable(distance) => Refusal::Unreachable(distance),
+            Obstacle::Limit(joint) => Refusal::Limit(joint as i32),
+            Obstacle::Singular(part) => Refusal::Singular(part),
+        }
+    }
+}
+
+/// A piece of the path with limits of its own: a move without its blends, or half of a blend.
+#[derive(Clone, Copy, Debug, PartialEq, Type)]
+#[repr(C)]
+pub struct Piece {
+    /// Number of the move to which it belongs.
+    pub number: i64,
+    /// Number of its first span, and how many there are.
+    pub first: i64,
+    pub spans: i64,
+    /// Length in the path coordinate.
+    pub length: f64,
+    /// Maximum speed, acceleration and jerk of the path coordinate.
+    pub speed: f64,
+    pub acceleration: f64,
+    pub jerk: f64,
+    /// Maximum speed at its end on the way forward, and at its start on the way back.
+    pub exit: f64,
+    pub entry: f64,
+    /// 1: the motion comes to rest at its end, where the path has a corner.
+    pub stops: i64,
+    /// Fraction of the move at its start and at its end.
+    pub from: f64,
+    pub to: f64,
+}
+
+/// The last move of the path, with which the next one may be blended.
+#[derive(Clone, Copy, Debug, PartialEq, Type)]
+#[repr(C)]
+pub struct Tip {
+    /// Number of the move; 0: the path is empty.
+    pub number: i64,
+    pub kind: i32,
+    /// Length of the whole move in the path coordinate, and of its requested blend.
+    pub length: f64,
+    pub blend: f64,
+    /// Length in the path coordinate of 1 m (or rad) of a course.
+    pub scale: f64,
+    /// Maximum speed of the path coordinate that was requested.
+    pub speed: f64,
+    /// Maximum acceleration of the tool, m/s²; 0: none.
+    pub linear: f64,
+    /// Maximum acceleration of each joint.
+    pub acceleration: Joints,
+}
+
+/// The path: spans and pieces in rings, addressed by numbers that only grow.
+#[derive(Clone, Copy, Debug, PartialEq, Type)]
+#[repr(C)]
+pub struct QueuedPath {
+    /// Number of joints.
+    pub joints: i64,
+    pub spans: [Span; SPANS_MAX],
+    pub pieces: [Piece; PIECES_MAX],
+    /// Spans of a move before it is appended.
+    pub draft: [Span; SPANS_OF_MOVE],
+    pub first_span: i64,
+    pub end_span: i64,
+    pub first_piece: i64,
+    pub end_piece: i64,
+    pub tip: Tip,
+    /// Joints where the path ends.
+    pub end: Joints,
+    /// Places at which outputs are switched, in a ring, and the state of the outputs before the first of them.
+    pub marks: [Mark; MARKS_MAX],
+    pub first_mark: i64,
+    pub end_mark: i64,
+    pub switched: i64,
+    pub on: i64,
+    /// Ends of the last moves; that of move k is at k modulo their number.
+    pub ends: [MoveEnd; ENDS_MAX],
+}
+
+impl QueuedPath {
+    /// Empties the path; it begins with `n` joints at `q`.
+    pub fn clear(&mut self, q: &Joints, n: usize) {
+        self.joints = n as i64;
+        (self.first_span, self.end_span, self.first_piece, self.end_piece) = (0, 0, 0, 0);
+        (self.first_mark, self.end_mark, self.switched, self.on) = (0, 0, 0, 0);
+        (self.tip, self.end) = (<Tip as Type>::zero(), *q);
+        self.ends = [<MoveEnd as Type>::zero(); ENDS_MAX];
+    }
+
+    /// Returns a piece by its number.
+    pub fn piece(&self, number: i64) -> &Piece {
+        &self.pieces[number.rem_euclid(PIECES_MAX as i64) as usize]
+    }
+
+    fn piece_mut(&mut self, number: i64) -> &mut Piece {
+        &mut self.pieces[number.rem_euclid(PIECES_MAX as i64) as usize]
+    }
+
+    /// Returns a span by its number.
+    pub fn span(&self, number: i64) -> &Span {
+        &self.spans[number.rem_euclid(SPANS_MAX as i64) as usize]
+    }
+
+    fn span_mut(&mut self, number: i64) -> &mut Span {
+        &mut self.spans[number.rem_euclid(SPANS_MAX as i64) as usize]
+    }
+
+    /// Returns the place at `s` from the start of a piece.
+    pub fn place(&self, piece: &Piece, s: f64) -> span::Place {
+        let (number, rest) = self.span_at(piece, s);
+        self.span(number).at(rest, self.joints as usize)
+    }
+
+    /// Returns the span of a piece at `s` from its start, and the distance from the start of the span.
+    fn span_at(&self, piece: &Piece, s: f64) -> (i64, f64) {
+        let mut rest = s;
+        let last = piece.first + piece.spans - 1;
+        for number in piece.first..last {
+            let length = self.span(number).length;
+            if rest < length {
+                return (number, rest);
+            }
+            rest -= length;
+        }
+        // The end of the piece is exactly that of its last span.
+        (last, if s >= piece.length { self.span(last).length } else { rest })
+    }
+
+    /// Returns the record of the end of a move.
+    pub fn end_of(&mut self, number: i64) -> &mut MoveEnd {
+        &mut self.ends[number.rem_euclid(ENDS_MAX as i64) as usize]
+    }
+}
+
+const _: () = assert!(JOINTS_MAX == crate::kinematics::JOINTS_MAX);

@@ -1,0 +1,155 @@
+// SPDX-License-Identifier: Apache-2.0
+//! Blends: curves in joint space of continuous curvature from the end of one move to the start of the next.
+//!
+//! A blend leaves a move at a distance before its goal and joins the next at the same distance behind it, in the path coordinate. Between
+//! straight lines its second derivative rises and falls linearly, which is the fastest turn within a limit of jerk; between courses of the
+//! tool two polynomials have the places of both moves at their ends. A blend becomes smaller if it would take more than half of a move or
+//! if the arm is too near, and there is none if a stop would be faster; the reason is reported.
+use super::append::{Draft, Surroundings};
+use super::law::{self, OF_BLENDS};
+use super::span::{Place, Span};
+use super::{Piece, QueuedMove, QueuedPath, Run, Shrunk};
+use crate::online::Profile;
+use crate::profile::{JOINTS_MAX, Limits};
+use opengpac::Type;
+
+/// Fraction of a move that a blend may take: a little less than half, so that something remains between two blends.
+const HALF: f64 = 0.5 - 1e-6;
+/// Number of times that a blend is halved before the path stops instead.
+const HALVINGS: u32 = 6;
+/// Maximum curvature of a blend, in its middle, for a change of direction of 1 within a length of 1.
+const CURVATURE: f64 = 2.0;
+
+/// Corner between two moves.
+pub(super) struct Corner {
+    /// Length of both moves that the blend takes; 0: the path stops at the corner.
+    pub reach: f64,
+    pub reason: Shrunk,
+    pub halves: [Span; 2],
+    pub limits: [Limits; 2],
+}
+
+impl Corner {
+    /// Returns a corner at which the path stops.
+    pub fn stop(reason: Shrunk) -> Corner {
+        let none = Limits { speed: 0.0, acceleration: 0.0, jerk: 0.0 };
+        Corner { reach: 0.0, reason, halves: [<Span as Type>::zero(); 2], limits: [none; 2] }
+    }
+}
+
+impl QueuedPath {
+    /// Returns the corner between the last move and the draft.
+    pub(super) fn corner(&self, asked: &QueuedMove, draft: &Draft, around: &Surroundings, run: &Run) -> Corner {
+        let last = *self.piece(self.end_piece - 1);
+        let (mut reach, mut reason) = (self.tip.blend, Shrunk::No);
+        for (most, half) in [(self.tip.length, Shrunk::HalfOfMove), (draft.length, Shrunk::HalfOfNext)] {
+            if reach > HALF * most {
+                // Exactly half is what was requested.
+                reason = if reach > 0.5 * most * (1.0 + 1e-9) { half } else { reason };
+                reach = HALF * most;
+            }
+        }
+        for _ in 0..=HALVINGS {
+            let corner = self.blended(reach, reason, asked, draft, around);
+            if leaves_range(&corner, around) {
+                reason = Shrunk::Range;
+            } else if !self.can_turn(&corner, &last, draft, run) {
+                reason = Shrunk::Late;
+            } else if is_slower(&corner, &last, draft) {
+                // A smaller one is passed even more slowly.
+                return Corner::stop(Shrunk::Slower);
+            } else {
+                return corner;
+            }
+            reach /= 2.0;
+        }
+        Corner::stop(reason)
+    }
+
+    fn blended(&self, reach: f64, reason: Shrunk, asked: &QueuedMove, draft: &Draft, around: &Surroundings) -> Corner {
+        let last = self.piece(self.end_piece - 1);
+        let (from, to) = (self.place(last, last.length - reach), self.place_of_draft(draft, reach));
+        let whole = 2.0 * reach;
+        let middle = middle(&self.place(last, last.length), &self.place_of_draft(draft, 0.0), reach);
+        let halves = [Span::between(&from, &middle, reach), Span::between(&middle, &to, reach)];
+        let joints: [Limits; JOINTS_MAX] = std::array::from_fn(|i| match around.joints.get(i) {
+            Some(joint) => Limits { acceleration: self.tip.acceleration[i].min(draft.acceleration[i]), ..*joint },
+            None => Limits { speed: f64::INFINITY, acceleration: f64::INFINITY, jerk: f64::INFINITY },
+        });
+        let mut most = Limits { speed: self.tip.speed.max(draft.speed), acceleration: f64::INFINITY, jerk: f64::INFINITY };
+        if self.tip.linear > 0.0 || asked.kind != 0 {
+            // The tool turns within its own acceleration, too.
+            let limit =
+                [self.tip.linear, if asked.kind == 0 { 0.0 } else { asked.linear[1] }].into_iter().filter(|limit| *limit > 0.0).fold(f64::INFINITY, f64::min);
+            let curvature = CURVATURE * change_of_tool(around, &from, &to) / whole;
+            most.speed = most.speed.min((OF_BLENDS.acceleration * limit / curvature).sqrt());
+        }
+        let n = around.joints.len();
+        let limits = halves.map(|half| law::limits(&half.bounds(), &joints[..n], most, OF_BLENDS));
+        Corner { reach, reason, halves, limits }
+    }
+
+    fn place_of_draft(&self, draft: &Draft, s: f64) -> Place {
+        let each = draft.length / draft.count as f64;
+        let k = ((s / each) as usize).min(draft.count - 1);
+        self.draft[k].at(s - k as f64 * each, self.joints as usize)
+    }
+
+    /// Returns true if the motion can still take the blend: it is before it, and slow enough when it arrives there.
+    fn can_turn(&self, corner: &Corner, last: &Piece, draft: &Draft, run: &Run) -> bool {
+        if run.piece < self.end_piece - 1 {
+            return true;
+        }
+        let way = last.length - corner.reach;
+        if run.s >= way {
+            return false;
+        }
+        let [first, second] = corner.limits;
+        let leaving = law::reach(0.0, draft.length - corner.reach, draft.limits).min(draft.limits.speed).min(second.speed);
+        let middle = law::reach(leaving, corner.reach, second).min(second.speed).min(first.speed);
+        let exit = law::reach(middle, corner.reach, first).min(first.speed).min(last.speed);
+        run.direction < 0.0 || Profile::passing(run.state(), way, exit, exit, last.limits()).is_some()
+    }
+}
+
+/// Returns the middle of a blend, from the places of both moves at their corner.
+fn middle(before: &Place, after: &Place, reach: f64) -> Place {
+    let change = |i: usize| after.first[i] - before.first[i];
+    Place {
+        q: std::array::from_fn(|i| before.q[i] + change(i) * reach / 6.0),
+        first: std::array::from_fn(|i| before.first[i].midpoint(after.first[i])),
+        second: std::array::from_fn(|i| change(i) / reach + before.second[i].midpoint(after.second[i])),
+    }
+}
+
+/// Returns true if a joint leaves its range in the blend.
+fn leaves_range(corner: &Corner, around: &Surroundings) -> bool {
+    let [before, after] = &corner.halves;
+    (0..around.joints.len()).any(|i| {
+        // Joints that are outside their range already may stay there.
+        let (low, high) = (before.points[i][0].min(after.points[i][5]), before.points[i][0].max(after.points[i][5]));
+        let (least, most) = (around.ranges.min[i].min(low), around.ranges.max[i].max(high));
+        corner.halves.iter().any(|half| half.range(i).0 < least || half.range(i).1 > most)
+    })
+}
+
+/// Returns true if the blend takes longer than a stop at the corner, between two stops at the other ends of the moves.
+fn is_slower(corner: &Corner, last: &Piece, draft: &Draft) -> bool {
+    let (before, after) = (last.length - corner.reach, draft.length - corner.reach);
+    let [first, second] = corner.limits;
+    let reachable = law::reach(0.0, before, last.limits()).min(law::reach(0.0, after, draft.limits));
+    let speed = first.speed.min(second.speed).min(last.speed).min(draft.limits.speed).min(reachable);
+    let blended = law::time_s(before, 0.0, speed, last.limits()) + 2.0 * corner.reach / speed + law::time_s(after, speed, 0.0, draft.limits);
+    blended > law::time_s(last.length, 0.0, 0.0, last.limits()) + law::time_s(draft.length, 0.0, 0.0, draft.limits)
+}
+
+/// Returns the magnitude of the change of the tool's velocity over a blend, per unit of the path coordinate.
+fn change_of_tool(around: &Surroundings, from: &Place, to: &Place) -> f64 {
+    let n = around.joints.len();
+    let velocity = |place: &Place| -> [f64; 3] {
+        let rows = around.arm.jacobian(&around.arm.posture(&place.q[..n]));
+        std::array::from_fn(|k| rows.iter().zip(&place.first).map(|(row, rate): (&[f64; 6], &f64)| row[k] * rate).sum())
+    };
+    let (a, b): ([f64; 3], [f64; 3]) = (velocity(from), velocity(to));
+    crate::kinematics::pose::length(crate::kinematics::pose::subtract(b, a))
+}

@@ -1,0 +1,176 @@
+// SPDX-License-Identifier: Apache-2.0
+//! Motion along a path: a jerk-limited state of the path coordinate, forward and back.
+//!
+//! On each piece a motion is planned from the present state to the boundary ahead, where its acceleration is 0, and followed until
+//! something changes. The speed at the boundary is one from which the end of the path can be reached, so a plan that was made can always
+//! be followed; a new one replaces it only if it can be met.
+use super::span::Joints;
+use super::{Piece, QueuedPath};
+use crate::online::{Profile, State};
+use crate::profile::Limits;
+
+/// Place and motion on a path.
+#[derive(Clone, Copy, Debug)]
+pub struct Run {
+    /// Number of the piece.
+    pub piece: i64,
+    /// Path coordinate from the start of the piece, its speed and its acceleration.
+    pub s: f64,
+    pub velocity: f64,
+    pub acceleration: f64,
+    /// 1 forward, -1 back.
+    pub direction: f64,
+    /// Permitted fraction of the speed in this direction.
+    share: f64,
+    /// Motion to the boundary ahead, its coordinate being the distance from the boundary behind, and the time since it was planned.
+    leg: Profile,
+    time_s: f64,
+    /// Length of the piece for which it was planned.
+    length: f64,
+    /// True if something has changed since.
+    is_stale: bool,
+}
+
+impl Default for Run {
+    fn default() -> Run {
+        let (direction, share, time_s, length) = (1.0, 0.0, 0.0, 0.0);
+        Run { piece: 0, s: 0.0, velocity: 0.0, acceleration: 0.0, direction, share, leg: Profile::beginning(State::default()), time_s, length, is_stale: true }
+    }
+}
+
+/// Set-points of one cycle, and where they are.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Sample {
+    pub q: Joints,
+    pub velocity: Joints,
+    pub acceleration: Joints,
+    /// Number of the move, and the completed fraction of it.
+    pub number: i64,
+    pub fraction: f64,
+    /// Speed of that fraction, 1/s.
+    pub place_rate: f64,
+}
+
+impl Sample {
+    /// Returns the number of completed moves, with the fraction of the present one.
+    pub fn place(&self) -> f64 {
+        (self.number - 1) as f64 + self.fraction
+    }
+}
+
+impl Run {
+    /// Returns true if the path coordinate is at rest.
+    pub fn is_at_rest(&self) -> bool {
+        self.velocity == 0.0 && self.acceleration == 0.0
+    }
+
+    /// Returns true if the motion rests at the end of the path.
+    pub fn is_at_end(&self, path: &QueuedPath) -> bool {
+        path.end_piece == path.first_piece || (self.is_at_rest() && self.piece == path.end_piece - 1 && self.s == path.piece(self.piece).length)
+    }
+
+    /// Notes that the path has changed.
+    pub fn renew(&mut self) {
+        self.is_stale = true;
+    }
+
+    /// Returns the state of the path coordinate on its piece.
+    pub(super) fn state(&self) -> State {
+        State { position: self.s, velocity: self.velocity, acceleration: self.acceleration }
+    }
+
+    /// Advances by a time at a fraction `rate` of the planned speed, -1 to 1: below 0 back along the path, 0 to rest on it.
+    pub fn advance(&mut self, path: &QueuedPath, span_s: f64, rate: f64) {
+        if path.end_piece == path.first_piece {
+            return;
+        }
+        if self.is_at_rest() && rate * self.direction < 0.0 {
+            (self.direction, self.is_stale) = (-self.direction, true);
+        }
+        let share = (rate * self.direction).max(0.0);
+        self.is_stale |= share != self.share;
+        self.share = share;
+        if self.is_stale {
+            self.plan(path);
+        }
+        let mut left_s = span_s;
+        loop {
+            let rest_s = self.leg.duration_s() - self.time_s;
+            if left_s < rest_s {
+                self.time_s += left_s;
+                return self.take(self.leg.at(self.time_s));
+            }
+            left_s -= rest_s.max(0.0);
+            self.time_s += rest_s.max(0.0);
+            self.take(self.leg.at(f64::INFINITY));
+            if !self.enter_next(path) {
+                return;
+            }
+            self.plan(path);
+        }
+    }
+
+    /// Takes a state of the leg.
+    fn take(&mut self, state: State) {
+        let forward = self.direction > 0.0;
+        self.s = if forward { state.position } else { self.length - state.position };
+        (self.velocity, self.acceleration) = (self.direction * state.velocity, self.direction * state.acceleration);
+    }
+
+    /// Goes on to the next piece, if the motion has reached the boundary and there is one.
+    fn enter_next(&mut self, path: &QueuedPath) -> bool {
+        let is_there = self.leg.end() == self.length && self.length == path.piece(self.piece).length;
+        let next = self.piece + if self.direction > 0.0 { 1 } else { -1 };
+        if !is_there || !(path.first_piece..path.end_piece).contains(&next) || (self.velocity == 0.0 && self.share == 0.0) {
+            return false;
+        }
+        self.piece = next;
+        self.s = if self.direction > 0.0 { 0.0 } else { path.piece(next).length };
+        true
+    }
+
+    /// Plans the motion to the boundary ahead, or keeps the present one if a new one could not be met.
+    fn plan(&mut self, path: &QueuedPath) {
+        let piece = path.piece(self.piece);
+        let forward = self.direction > 0.0;
+        let position = if forward { self.s } else { piece.length - self.s };
+        let state = State { position, velocity: self.direction * self.velocity, acceleration: self.direction * self.acceleration };
+        if let Some(leg) = self.leg_from(state, piece, path) {
+            (self.leg, self.time_s, self.length, self.is_stale) = (leg, 0.0, piece.length, false);
+        }
+    }
+
+    fn leg_from(&self, state: State, piece: &Piece, path: &QueuedPath) -> Option<Profile> {
+        let forward = self.direction > 0.0;
+        let bound = if forward { piece.exit } else { piece.entry };
+        if self.share == 0.0 {
+            if self.is_at_rest() {
+                return Some(Profile::beginning(state));
+            }
+            let stop = Profile::stop(state, piece.limits());
+            return if stop.end() <= piece.length { Some(stop) } else { Profile::passing(state, piece.length, 0.0, bound, piece.limits()) };
+        }
+        let next = self.piece + if forward { 1 } else { -1 };
+        let ahead = if (path.first_piece..path.end_piece).contains(&next) { path.piece(next).speed } else { f64::INFINITY };
+        let limits = Limits { speed: self.share * piece.speed, ..piece.limits() };
+        Profile::passing(state, piece.length, self.share * piece.speed.min(ahead), bound, limits)
+    }
+
+    /// Returns the set-points at the present place.
+    pub fn sample(&self, path: &QueuedPath) -> Sample {
+        if path.end_piece == path.first_piece {
+            return Sample { q: path.end, ..Sample::default() };
+        }
+        let piece = path.piece(self.piece);
+        let place = path.place(piece, self.s);
+        let (v, a) = (self.velocity, self.acceleration);
+        Sample {
+            q: place.q,
+            velocity: place.first.map(|first| first * v),
+            acceleration: std::array::from_fn(|i| place.second[i] * v * v + place.first[i] * a),
+            number: piece.number,
+            fraction: piece.from + (piece.to - piece.from) * (self.s / piece.length),
+            place_rate: v * (piece.to - piece.from) / piece.length,
+        }
+    }
+}

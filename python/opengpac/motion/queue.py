@@ -1,0 +1,243 @@
+# SPDX-License-Identifier: Apache-2.0
+"""A queue of moves of an arm: `with arm.queue() as moves:` appends moves while earlier ones run."""
+
+from __future__ import annotations
+
+import contextlib
+import time
+from collections.abc import Callable, Sequence
+from types import TracebackType
+from typing import TYPE_CHECKING, Any, Literal, Self
+
+import numpy as np
+
+from .. import library
+from ..application.instances import VerbInstance
+from ..cell.signals import DigitalOutput
+from ..definition.modules import StructType
+from ..devices.groups import Group
+from ..errors import InvalidState, OutOfRange, refuse
+from ..robots.generators import Values
+from ..values.frames import Pose
+from ..values.numbers import number
+from . import queue_rows as rows
+from .queue_rows import At
+from .queue_verb import MoveEnd, Queued, ends_of, move_queue, move_queue_switching
+
+if TYPE_CHECKING:
+    from ..robots.arm import Arm
+    from ..system.svvs import SVV
+
+Mode = Literal["blending", "buffered"]
+_LOOK_S = 0.002
+"""Interval at which a program looks for a free place, under the monotonic clock."""
+
+
+class MoveQueue:
+    """A queue of moves of an arm, which moves as soon as the first one is appended. Made by `arm.queue()`, for a `with` statement.
+
+    At the end of the statement the program waits for the end of the last move; `report` is the end report. An exception in the
+    statement halts the arm on its path.
+
+    Each move is appended at the end of the path: `joints`, `linear` and `circular` return its number, from 1. `blend` is the radius
+    with which its goal is rounded off if the next move is appended in time; without one the arm stops there. Sixteen moves may wait;
+    then a call waits until one is taken. What a move names wrongly is refused at its call. A move that the arm cannot make is refused
+    before anything of it moves, and raises `MoveRefused`, at the latest at the end of the statement.
+
+    `rate`, between -1 and 1, scales the speed along the path: 0 pauses on it, below 0 the arm goes back along it. `arm.override` and
+    `cell.override` scale it, too. None of them changes the path.
+    """
+
+    def __init__(self, arm: Arm, tolerance: float = 0.002, outputs: Sequence[DigitalOutput] = ()) -> None:
+        self.arm = arm
+        self.outputs = tuple(outputs)
+        self.report: Queued | None = None
+        self._tolerance = tolerance
+        self._rows = [rows.empty_row() for _ in range(rows.WAITING_MAX)]
+        self._count = 0
+        self._joints: Sequence[float] | None = None
+        self._instance: VerbInstance[Queued] | None = None
+
+    def __enter__(self) -> Self:
+        if self._instance is not None:
+            refuse(InvalidState, f"the queue of '{self.arm.name}' was used before", "make another: arm.queue()")
+        self._joints = [float(q) for q in self.arm.values("commanded")]
+        if self.outputs:
+            outputs = Group(f"outputs of {self.arm.name}", *self.outputs)
+            self._instance = move_queue_switching.asynch(self.arm, outputs, self.svv, self._rows, tolerance=self._tolerance)
+        else:
+            self._instance = move_queue.asynch(self.arm, self.svv, self._rows, tolerance=self._tolerance)
+        return self
+
+    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None) -> None:
+        if kind is None:
+            self.report = self._close()
+            return
+        instance = self._instance
+        if instance is not None and instance.state in ("queued", "running", "suspended"):
+            with contextlib.suppress(InvalidState):
+                instance.halt()
+        if instance is not None and instance.state != "deleted":
+            instance.delete()
+
+    @property
+    def svv(self) -> SVV[np.ndarray]:
+        """SVV with the progress: the `number` of the move, its completed `fraction`, and the `ends` of the last 32 moves."""
+        types = library.queue_generator.types
+        kind = StructType("queue_progress", types["queue_progress"], types)
+        return self.arm.system.svv(f"{self.arm.name}.queue", kind)
+
+    @property
+    def number(self) -> int:
+        """Number of the move in which the arm is, from 1; 0 before the first. A blend belongs to both its moves, half each."""
+        return int(self.svv.value["number"])
+
+    @property
+    def fraction(self) -> float:
+        """Completed fraction of that move."""
+        return float(self.svv.value["fraction"])
+
+    @property
+    def ends(self) -> list[MoveEnd]:
+        """Ends of the last 32 moves: the fraction of the requested blend that is made, and the reason."""
+        return ends_of(self.svv.value)
+
+    @property
+    def rate(self) -> float:
+        """Fraction of the programmed speed, -1 to 1; settable. 0 pauses, a negative number goes back along the path."""
+        return float(self._running().inputs["rate"])
+
+    @rate.setter
+    def rate(self, rate: float) -> None:
+        self._running().set(rate=rate)
+
+    def joints(
+        self,
+        goal: Values | dict[str, float | str],
+        speed: Values = "30 %",
+        acceleration: Values = "100 %",
+        *,
+        blend: float | str = 0.0,
+        mode: Mode = "blending",
+        marks: Sequence[At] = (),
+    ) -> int:
+        """Appends a move of the joints on a straight line in joint space. Returns its number.
+
+        goal: rad (m), one for each joint, or some by name after a move of the joints; speed: rad/s (m/s) or a fraction of
+        `max_speed`; acceleration: rad/s² or a fraction of `max_acceleration`; blend: rad of the joint that moves furthest, or a share
+        of the way, `"20 %"`, at most half of this move and of the next; mode: `"buffered"` stops before this move, whatever the blend
+        of the one before; marks: outputs that are switched on the way, `gpac.motion.at(…)`, at most four.
+        """
+        arm = self.arm
+        goals = rows.goals_of(arm, goal, self._joints)
+        row = {
+            "kind": rows.JOINTS, "joints": rows.padded(goals), **rows.blend_of(blend, rows.JOINTS),
+            "marks": rows.marks_of(marks, self.outputs, rows.JOINTS),
+            "speed": rows.padded(rows.shares_of(arm, speed, "max_speed", "rad/s", "speed")),
+            "acceleration": rows.padded(rows.shares_of(arm, acceleration, "max_acceleration", "rad/s^2", "acceleration")),
+        }  # fmt: skip
+        found = self._append(row, mode)
+        self._joints = goals
+        return found
+
+    def linear(
+        self,
+        pose: Pose | Sequence[float] | np.ndarray,
+        speed: float | str = 0.25,
+        angular_speed: float | str = 1.0,
+        acceleration: float | str = 1.0,
+        *,
+        blend: float | str = 0.0,
+        mode: Mode = "blending",
+        marks: Sequence[At] = (),
+    ) -> int:
+        """Appends a move of the tool along a straight line to a pose, turning it uniformly about one axis. Returns its number.
+
+        pose: `gpac.Pose`, or x y z (m) and quaternion w x y z; speed: m/s; angular_speed: rad/s; acceleration: m/s²; blend: m of the
+        tool, `"10 mm"`, or a share of the way, at most half of this move and of the next; mode and marks: those of `joints`.
+        """
+        row = {"kind": rows.LINE, "pose": rows.pose_of(pose), **rows.blend_of(blend, rows.LINE)}
+        row["marks"] = rows.marks_of(marks, self.outputs, rows.LINE)
+        return self._append({**row, **rows.tool_row(speed, angular_speed, acceleration)}, mode)
+
+    def circular(
+        self,
+        via: Pose | Sequence[float] | np.ndarray,
+        goal: Pose | Sequence[float] | np.ndarray,
+        speed: float | str = 0.25,
+        angular_speed: float | str = 1.0,
+        acceleration: float | str = 1.0,
+        *,
+        angle: float | str = 0.0,
+        orientation: Literal["via", "goal", "path"] = "via",
+        blend: float | str = 0.0,
+        mode: Mode = "blending",
+        marks: Sequence[At] = (),
+    ) -> int:
+        """Appends a move of the tool along an arc through an intermediate pose to a goal. Returns its number.
+
+        via, goal, angle and orientation are those of `gpac.motion.move_circular`; the others are those of `linear`.
+        """
+        turned = rows.value_of(angle, "rad", "angle", -1e-300)
+        row = {
+            "kind": rows.ARC, "via": rows.pose_of(via), "pose": rows.pose_of(goal), "angle": turned,
+            "orientation": rows.orientation_of(orientation), **rows.blend_of(blend, rows.ARC),
+            "marks": rows.marks_of(marks, self.outputs, rows.ARC),
+        }  # fmt: skip
+        return self._append({**row, **rows.tool_row(speed, angular_speed, acceleration)}, mode)
+
+    def wait(self, move: int, fraction: float = 1.0, within: float | str = "1 h") -> None:
+        """Waits until the arm has completed a move, or a fraction of it. Raises the error of the queue if it ends before."""
+        if not 1 <= number(move) <= self._count:
+            refuse(OutOfRange, f"'move' is {move}, and {self._count} moves were appended", "give the number that a move returned")
+
+        def is_there() -> bool:
+            now = self.svv.value
+            return (int(now["number"]), float(now["fraction"])) >= (move, min(fraction, 1.0))
+
+        self._wait(is_there, within)
+
+    def halt(self) -> None:
+        """Brings the arm to rest on its path and ends the queue. Returns when it rests; moves that were not completed are dropped."""
+        self._running().halt()
+
+    def _append(self, row: dict[str, Any], mode: str) -> int:
+        given = rows.mode_of(mode)
+        self._running()
+        count = self._count + 1
+        self._wait(lambda: int(self.svv.value["taken"]) >= count - rows.WAITING_MAX, "1 h")
+        if row["kind"] in (rows.LINE, rows.ARC):
+            self._joints = None
+        self._rows[count % rows.WAITING_MAX] = {**rows.empty_row(), **row, "number": count, "mode": given}
+        self._running().set(moves=self._rows)
+        self._count = count
+        return count
+
+    def _close(self) -> Queued:
+        instance = self._running()
+        if not instance.done:
+            self._append({"kind": rows.CLOSE}, "buffered")
+        return instance.wait()
+
+    def _running(self) -> VerbInstance[Queued]:
+        """Returns the verb instance; raises its error if it has ended."""
+        instance = self._instance
+        if instance is None:
+            refuse(InvalidState, f"the queue of '{self.arm.name}' is not in use", "write: with arm.queue() as moves: …")
+        return instance
+
+    def _wait(self, until: Callable[[], bool], within: float | str) -> None:
+        """Waits until a predicate is true; raises the error of the queue if it ends before."""
+        instance, system = self._running(), self.arm.system
+
+        def is_over() -> bool:
+            return until() or instance.done
+
+        if system.virtual:
+            system.advance(until=is_over, within=within)
+        else:
+            while not is_over():
+                time.sleep(_LOOK_S)
+        if not until():
+            instance.wait()
+            refuse(InvalidState, f"the queue of '{self.arm.name}' has ended", "make another: arm.queue()")
