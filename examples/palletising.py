@@ -33,11 +33,11 @@ def palletise(arm: gpac.robots.Arm, gripper: gpac.cell.DigitalOutput) -> list[fl
         with arm.queue(outputs=[gripper]) as moves:
             # The valve needs 40 ms: it is switched that much before the part is reached.
             moves.linear(belt, speed="300 mm/s", marks=[motion.at(gripper, True, ahead="40 ms")])
-            moves.linear(above_belt, speed="400 mm/s", blend="60 mm")
-            moves.linear(above, speed="600 mm/s", blend="60 mm")
+            moves.linear(above_belt, speed="500 mm/s", acceleration=3.0, blend="60 mm")
+            moves.linear(above, speed="800 mm/s", acceleration=3.0, blend="60 mm")
             moves.linear(place, speed="300 mm/s", marks=[motion.at(gripper, False)])
-            moves.linear(above, speed="400 mm/s", blend="60 mm")
-            moves.linear(above_belt, speed="600 mm/s")
+            moves.linear(above, speed="500 mm/s", acceleration=3.0, blend="60 mm")
+            moves.linear(above_belt, speed="800 mm/s", acceleration=3.0)
         times.append(arm.system.now - begun)
     return times
 

@@ -99,10 +99,10 @@ pub struct MoveEnd {
     /// Fraction of the requested radius that was blended, 0 to 1.
     pub kept: f64,
     /// Reason, in the numbers of [`Shrunk`].
-    pub reason: i32,
+    pub reason: i64,
 }
 
-/// Progress of a queue of moves.
+/// Progress of a queue of moves. It has no padding, whose bytes would differ between a run and its replay.
 #[derive(Clone, Copy, Debug, PartialEq, Type)]
 #[repr(C)]
 pub struct QueueProgress {
@@ -114,7 +114,7 @@ pub struct QueueProgress {
     pub taken: i64,
     /// Number of a move that was refused, or 0; the reason, and its value, in the numbers of [`Refusal::numbers`].
     pub refused: i64,
-    pub reason: i32,
+    pub reason: i64,
     pub value: f64,
     /// Maximum time lost at once, s.
     pub lost: f64,
@@ -145,7 +145,7 @@ pub enum Refusal {
 impl Refusal {
     /// Returns the number of the reason and its value: 1 unreachable (m), 2 limit (joint), 3 singular (fraction of the speed), 4 no arc
     /// (the reason, as in `arc_planner`), 0 others.
-    pub fn numbers(&self) -> (i32, f64) {
+    pub fn numbers(&self) -> (i64, f64) {
         match self {
             Refusal::Unreachable(distance) => (1, *distance),
             Refusal::Limit(joint) => (2, f64::from(*joint)),
@@ -197,7 +197,7 @@ pub struct Piece {
 pub struct Tip {
     /// Number of the move; 0: the path is empty.
     pub number: i64,
-    pub kind: i32,
+    pub kind: i64,
     /// Length of the whole move in the path coordinate, and of its requested blend.
     pub length: f64,
     pub blend: f64,

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Random programs of moves of arms with 6 and 7 joints, travelled at overrides that jump, with pauses, steps back and halts: no limit is
-//! exceeded, nothing jumps, and the path is the same. `OPENGPAC_QUEUES=100000` runs more than the thousand of `make test`.
+//! exceeded, nothing jumps, and the path is the same. `OPENGPAC_QUEUES=100000` runs more than the thousand of `make test`,
+//! `OPENGPAC_QUEUES_FROM=seed` others.
 use library::kinematics::chain::{Arm, Chain, HINGE};
 use library::kinematics::inverse::Ranges;
 use library::kinematics::pose::Pose;
@@ -9,7 +10,31 @@ use library::profile::{JOINTS_MAX, Limits};
 use library::queue::marks::{MarkWish, Outputs};
 use library::queue::{QueuedMove, QueuedPath, Refusal, Run, Sample, Shrunk, Surroundings};
 use opengpac::Type;
+use std::alloc::{GlobalAlloc, Layout, System};
+use std::cell::Cell;
 use std::f64::consts::FRAC_PI_2;
+
+struct Counting;
+
+thread_local! {
+    static ALLOCATIONS: Cell<u64> = const { Cell::new(0) };
+}
+
+// SAFETY: every call goes to the system's allocator unchanged.
+unsafe impl GlobalAlloc for Counting {
+    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
+        ALLOCATIONS.with(|count| count.set(count.get() + 1));
+        // SAFETY: the caller's contract is the one that is required.
+        unsafe { System.alloc(layout) }
+    }
+    unsafe fn dealloc(&self, place: *mut u8, layout: Layout) {
+        // SAFETY: as above.
+        unsafe { System.dealloc(place, layout) }
+    }
+}
+
+#[global_allocator]
+static COUNTING: Counting = Counting;
 
 const CYCLE_S: f64 = 1e-3;
 
@@ -254,7 +279,8 @@ fn random_travel(program: &Program, seed: u64) -> (u64, u64) {
 #[test]
 fn no_limit_is_exceeded_whatever_happens_and_a_second_run_has_the_same_bits() {
     let (mut moves, mut steps) = (0, 0);
-    for seed in 1..=cases() {
+    let first = std::env::var("OPENGPAC_QUEUES_FROM").map_or(1, |seed| seed.parse().expect("a number"));
+    for seed in first..first + cases() {
         let program = Program::random(seed);
         moves += program.moves.len();
         let first = random_travel(&program, seed);
@@ -297,6 +323,29 @@ fn the_path_is_the_same_at_every_override_and_through_pauses_and_steps_back() {
             }
         }
         assert_eq!(first.path.spans, second.path.spans, "seed {seed}: the geometry has the same bits");
+    }
+}
+
+#[test]
+fn neither_a_move_nor_a_cycle_allocates() {
+    let before = ALLOCATIONS.with(Cell::get);
+    drop(std::hint::black_box(Box::new(1)));
+    assert_eq!(ALLOCATIONS.with(Cell::get), before + 1, "the counter counts");
+    for seed in 1..40 {
+        let program = Program::random(seed);
+        let arm = program.chain.read(program.n).expect("a chain");
+        let (mut path, mut run) = (new_path(), Run::default());
+        let before = ALLOCATIONS.with(Cell::get);
+        path.clear(&program.start, program.n);
+        for asked in &program.moves {
+            path.append(asked, &program.around(&arm), &run).expect("a move");
+            run.renew();
+            for k in 0..300 {
+                run.advance(&path, CYCLE_S, if k == 100 { 0.3 } else { 1.0 });
+                std::hint::black_box(run.sample(&path));
+            }
+        }
+        assert_eq!(ALLOCATIONS.with(Cell::get), before, "seed {seed}");
     }
 }
 
@@ -350,13 +399,13 @@ fn a_blend_that_does_not_fit_is_smaller_and_says_why() {
         let end = *path.end_of(1);
         (end.reason, (end.kept * 1000.0).round() / 1000.0)
     };
-    assert_eq!(reason(0.1, 1.0, 1.0, 1, 0), (Shrunk::No as i32, 1.0));
-    assert_eq!(reason(0.5, 1.0, 1.0, 1, 0), (Shrunk::No as i32, 1.0));
-    assert_eq!(reason(0.8, 1.0, 2.0, 1, 0), (Shrunk::HalfOfMove as i32, 0.625));
-    assert_eq!(reason(0.4, 1.0, 0.2, 1, 0), (Shrunk::HalfOfNext as i32, 0.25));
-    assert_eq!(reason(0.0, 1.0, 1.0, 1, 0), (Shrunk::No as i32, 0.0));
-    assert_eq!(reason(0.1, 1.0, 1.0, 0, 0), (Shrunk::Stopped as i32, 0.0));
-    assert_eq!(reason(0.2, 1.0, 1.0, 1, 2000), (Shrunk::Late as i32, 0.0));
+    assert_eq!(reason(0.1, 1.0, 1.0, 1, 0), (Shrunk::No as i64, 1.0));
+    assert_eq!(reason(0.5, 1.0, 1.0, 1, 0), (Shrunk::No as i64, 1.0));
+    assert_eq!(reason(0.8, 1.0, 2.0, 1, 0), (Shrunk::HalfOfMove as i64, 0.625));
+    assert_eq!(reason(0.4, 1.0, 0.2, 1, 0), (Shrunk::HalfOfNext as i64, 0.25));
+    assert_eq!(reason(0.0, 1.0, 1.0, 1, 0), (Shrunk::No as i64, 0.0));
+    assert_eq!(reason(0.1, 1.0, 1.0, 0, 0), (Shrunk::Stopped as i64, 0.0));
+    assert_eq!(reason(0.2, 1.0, 1.0, 1, 2000), (Shrunk::Late as i64, 0.0));
 }
 
 #[test]

@@ -17,14 +17,14 @@ from .path import PathRefused, follow, follow_long
 from .payload import carry
 from .queue import MoveQueue
 from .queue_rows import at
-from .queue_verb import MoveEnd, MoveRefused, Queued, move_queue, move_queue_switching
+from .queue_verb import MoveEnd, MoveRefused, QueueReport, move_queue, move_queue_switching
 from .tables import speeds
 from .tool_jog import JogBlocked, jog_linear
 from .velocity import LimitReached, Stopped, jog, move_velocity, stop
 
 __all__ = [
     "ArcRefused", "Homed", "HomingFailed", "JogBlocked", "LimitReached", "LineRefused", "MoveEnd", "MoveQueue", "MoveRefused",
-    "MoveTimeout", "Moved", "PathRefused", "Queued", "Stopped", "TimeLost", "at", "carry", "follow", "follow_linear",
+    "MoveTimeout", "Moved", "PathRefused", "QueueReport", "Stopped", "TimeLost", "at", "carry", "follow", "follow_linear",
     "follow_linear_long", "follow_long", "gear", "home", "home_here", "jog", "jog_linear", "move_absolute", "move_circular",
     "move_linear", "move_queue", "move_queue_switching", "move_relative", "move_velocity", "return_to_range", "speeds", "stop",
 ]  # fmt: skip

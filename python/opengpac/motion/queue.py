@@ -22,7 +22,7 @@ from ..values.frames import Pose
 from ..values.numbers import number
 from . import queue_rows as rows
 from .queue_rows import At
-from .queue_verb import MoveEnd, Queued, ends_of, move_queue, move_queue_switching
+from .queue_verb import MoveEnd, QueueReport, ends_of, move_queue, move_queue_switching, no_progress
 
 if TYPE_CHECKING:
     from ..robots.arm import Arm
@@ -51,17 +51,19 @@ class MoveQueue:
     def __init__(self, arm: Arm, tolerance: float = 0.002, outputs: Sequence[DigitalOutput] = ()) -> None:
         self.arm = arm
         self.outputs = tuple(outputs)
-        self.report: Queued | None = None
+        self.report: QueueReport | None = None
         self._tolerance = tolerance
         self._rows = [rows.empty_row() for _ in range(rows.WAITING_MAX)]
         self._count = 0
         self._joints: Sequence[float] | None = None
-        self._instance: VerbInstance[Queued] | None = None
+        self._instance: VerbInstance[QueueReport] | None = None
 
     def __enter__(self) -> Self:
         if self._instance is not None:
             refuse(InvalidState, f"the queue of '{self.arm.name}' was used before", "make another: arm.queue()")
         self._joints = [float(q) for q in self.arm.values("commanded")]
+        # The progress of the queue before would count for this one until the arm begins.
+        self.svv.value = no_progress()
         if self.outputs:
             outputs = Group(f"outputs of {self.arm.name}", *self.outputs)
             self._instance = move_queue_switching.asynch(self.arm, outputs, self.svv, self._rows, tolerance=self._tolerance)
@@ -213,13 +215,13 @@ class MoveQueue:
         self._count = count
         return count
 
-    def _close(self) -> Queued:
+    def _close(self) -> QueueReport:
         instance = self._running()
         if not instance.done:
             self._append({"kind": rows.CLOSE}, "buffered")
         return instance.wait()
 
-    def _running(self) -> VerbInstance[Queued]:
+    def _running(self) -> VerbInstance[QueueReport]:
         """Returns the verb instance; raises its error if it has ended."""
         instance = self._instance
         if instance is None:

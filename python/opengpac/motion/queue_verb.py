@@ -34,6 +34,9 @@ REASONS = (
 )
 """Reasons for a blend of another size than requested, by their numbers in the block."""
 
+ENDS_MAX = 32
+"""Number of moves whose ends are kept."""
+
 _REFUSED = ("", "unreachable", "limit", "singular", "no_arc")
 """Reasons for a refusal, by their numbers in the block."""
 
@@ -73,7 +76,7 @@ class MoveRefused(LineRefused):
         return f"near a singularity on it only {self.value:.2%} of the speed would be possible; turn the tool, or go another way"
 
 
-class Queued(Report):
+class QueueReport(Report):
     """End of a queue of moves: positions of the joints, largest distance from a goal, and the ends of the last 32 moves."""
 
     position: np.ndarray
@@ -83,6 +86,13 @@ class Queued(Report):
     def moves(self) -> list[MoveEnd]:
         """Ends of the last 32 moves, in their order."""
         return ends_of(self.outputs["progress"])
+
+
+def no_progress() -> Any:
+    """Returns the progress of a queue that has not begun."""
+    end = {"number": 0, "kept": 0.0, "reason": 0}
+    counts = dict.fromkeys(("number", "taken", "refused", "reason", "switched", "on"), 0)
+    return {**counts, "fraction": 0.0, "value": 0.0, "lost": 0.0, "ends": [end] * ENDS_MAX}
 
 
 def ends_of(progress: Mapping[str, Any] | Any) -> list[MoveEnd]:
@@ -151,7 +161,7 @@ def move_queue(
     moves: Sequence[Mapping[str, Any]],
     rate: float = 1.0,
     tolerance: float = 0.002,
-) -> Queued:
+) -> QueueReport:
     """Moves an arm along the path of a queue of moves, which `arm.queue()` fills while it runs.
 
     progress: an SVV of the type `queue_progress`; moves: the rows of the waiting moves, that of move k in row k modulo 16, can be set
@@ -182,7 +192,7 @@ def move_queue_switching(
     moves: Sequence[Mapping[str, Any]],
     rate: float = 1.0,
     tolerance: float = 0.002,
-) -> Queued:
+) -> QueueReport:
     """Moves an arm along the path of a queue of moves, like `move_queue`, and switches digital outputs at places of the path.
 
     outputs: those that the marks of the rows name by their indices, from 1. The others are those of `move_queue`.

@@ -3,7 +3,7 @@
 //!
 //! The path coordinate is scaled so that the joints' derivatives by it have equal magnitudes on both sides of a corner: then the speed
 //! needs no step where a blend begins and ends.
-use super::blend::Corner;
+use super::blend::{Corner, SPANS_OF_BLEND};
 use super::law::{self, OF_MOVES};
 use super::marks::{Mark, MarkWish, OUTPUTS_MAX};
 use super::shape::{CourseWish, Shape};
@@ -54,11 +54,11 @@ impl QueuedPath {
         let Some(draft) = self.draft(asked, around, is_blended)? else {
             self.make_room_for_marks(run.sample(self).place())?;
             self.mark(asked, |_, _| 0.0);
-            *self.end_of(asked.number) = MoveEnd { number: asked.number, kept: 0.0, reason: Shrunk::No as i32 };
+            *self.end_of(asked.number) = MoveEnd { number: asked.number, kept: 0.0, reason: Shrunk::No as i64 };
             return Ok(());
         };
         self.make_room_for_marks(run.sample(self).place())?;
-        self.make_room(draft.count as i64 + 2, run)?;
+        self.make_room(draft.count as i64 + SPANS_OF_BLEND, run)?;
         self.mark(asked, |before, unit| draft.reach(before, unit) / draft.length);
         let corner = if is_blended { self.corner(asked, &draft, around, run) } else { Corner::stop(Shrunk::Stopped) };
         self.close_tip(&corner);
@@ -139,7 +139,7 @@ impl QueuedPath {
     }
 
     /// Adds the marks of a move; `part` returns the fraction of the move that a distance in a unit is.
-    fn mark(&mut self, asked: &QueuedMove, part: impl Fn(f64, i32) -> f64) {
+    fn mark(&mut self, asked: &QueuedMove, part: impl Fn(f64, i64) -> f64) {
         let wishes = asked.marks.iter().filter(|wish| wish.output != 0);
         self.add_marks(wishes.map(|wish| Mark {
             place: asked.number as f64 - part(wish.before, wish.unit).clamp(0.0, 1.0),
@@ -183,7 +183,7 @@ impl QueuedPath {
         }
         let (kept, reason) = if blend > 0.0 { (corner.reach / blend, corner.reason) } else { (0.0, Shrunk::No) };
         let kept = if reason == Shrunk::No && blend > 0.0 { 1.0 } else { kept };
-        *self.end_of(number) = MoveEnd { number, kept, reason: reason as i32 };
+        *self.end_of(number) = MoveEnd { number, kept, reason: reason as i64 };
     }
 
     /// Shortens the last move and adds the blend, or marks a stop. Returns the length of the next move that the blend takes.
@@ -208,9 +208,12 @@ impl QueuedPath {
         let shares = [(self.tip.number, piece.to, 1.0), (asked.number, 0.0, corner.reach / draft.length)];
         for ((half, limits), (number, from, to)) in corner.halves.iter().zip(&corner.limits).zip(shares) {
             let first = self.end_span;
-            *self.span_mut(first) = *half;
-            self.end_span += 1;
-            self.add_piece(Piece { number, first, spans: 1, length: half.length, from, to, ..with(limits) });
+            for span in half {
+                let end = self.end_span;
+                *self.span_mut(end) = *span;
+                self.end_span += 1;
+            }
+            self.add_piece(Piece { number, first, spans: half.len() as i64, length: corner.reach, from, to, ..with(limits) });
         }
         corner.reach
     }
@@ -233,10 +236,10 @@ impl QueuedPath {
         self.add_piece(Piece { number: asked.number, first, spans: self.end_span - first, length, from, to: 1.0, ..with(&draft.limits) });
         let last = *self.span(self.end_span - 1);
         self.end = std::array::from_fn(|i| last.points[i][5]);
-        let blend = draft.reach(asked.blend, asked.blend_unit);
+        let blend = draft.reach(asked.blend, i64::from(asked.blend_unit));
         self.tip = Tip {
             number: asked.number,
-            kind: asked.kind,
+            kind: i64::from(asked.kind),
             length: draft.length,
             blend,
             scale: draft.scale,
@@ -244,7 +247,7 @@ impl QueuedPath {
             linear: if asked.kind == 0 { 0.0 } else { asked.linear[1] },
             acceleration: draft.acceleration,
         };
-        *self.end_of(asked.number) = MoveEnd { number: asked.number, kept: 0.0, reason: if blend > 0.0 { Shrunk::Stopped } else { Shrunk::No } as i32 };
+        *self.end_of(asked.number) = MoveEnd { number: asked.number, kept: 0.0, reason: if blend > 0.0 { Shrunk::Stopped } else { Shrunk::No } as i64 };
     }
 
     fn add_piece(&mut self, piece: Piece) {
@@ -283,7 +286,7 @@ impl QueuedPath {
 impl Draft {
     /// Returns the length in the path coordinate of a distance in a unit: 0 share of the way, 1 rad of the joint that moves furthest, 2 m
     /// of the tool.
-    fn reach(&self, distance: f64, unit: i32) -> f64 {
+    fn reach(&self, distance: f64, unit: i64) -> f64 {
         match unit {
             0 => distance * self.length,
             1 => distance / self.bounds.of.iter().fold(0.0, |most: f64, of| most.max(of[0])),

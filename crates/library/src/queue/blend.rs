@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Blends: curves in joint space of continuous curvature from the end of one move to the start of the next.
 //!
-//! A blend leaves a move at a distance before its goal and joins the next at the same distance behind it, in the path coordinate. Between
-//! straight lines its second derivative rises and falls linearly, which is the fastest turn within a limit of jerk; between courses of the
-//! tool two polynomials have the places of both moves at their ends. A blend becomes smaller if it would take more than half of a move or
-//! if the arm is too near, and there is none if a stop would be faster; the reason is reported.
+//! A blend leaves a move at a distance before its goal and joins the next at the same distance behind it, in the path coordinate. It is
+//! the path with the corner, and a kink of its first derivative that is spread over the blend: its second derivative rises linearly,
+//! stays, and falls linearly. The rises are as short as jerk and acceleration of the joints make it best. A blend becomes smaller if it
+//! would take more than half of a move or if the arm is too near, and there is none if a stop would be faster; the reason is reported.
 use super::append::{Draft, Surroundings};
 use super::law::{self, OF_BLENDS};
-use super::span::{Place, Span};
+use super::span::{Joints, Place, Span};
 use super::{Piece, QueuedMove, QueuedPath, Run, Shrunk};
 use crate::online::Profile;
 use crate::profile::{JOINTS_MAX, Limits};
@@ -17,15 +17,17 @@ use opengpac::Type;
 const HALF: f64 = 0.5 - 1e-6;
 /// Number of times that a blend is halved before the path stops instead.
 const HALVINGS: u32 = 6;
-/// Maximum curvature of a blend, in its middle, for a change of direction of 1 within a length of 1.
-const CURVATURE: f64 = 2.0;
+/// Fractions of a blend in which its second derivative rises, and falls; the fastest is used.
+const RISES: [f64; 5] = [0.4, 0.3, 0.2, 0.12, 0.06];
+/// Number of spans of a blend.
+pub(super) const SPANS_OF_BLEND: i64 = 4;
 
 /// Corner between two moves.
 pub(super) struct Corner {
     /// Length of both moves that the blend takes; 0: the path stops at the corner.
     pub reach: f64,
     pub reason: Shrunk,
-    pub halves: [Span; 2],
+    pub halves: [[Span; 2]; 2],
     pub limits: [Limits; 2],
 }
 
@@ -33,7 +35,12 @@ impl Corner {
     /// Returns a corner at which the path stops.
     pub fn stop(reason: Shrunk) -> Corner {
         let none = Limits { speed: 0.0, acceleration: 0.0, jerk: 0.0 };
-        Corner { reach: 0.0, reason, halves: [<Span as Type>::zero(); 2], limits: [none; 2] }
+        Corner { reach: 0.0, reason, halves: [[<Span as Type>::zero(); 2]; 2], limits: [none; 2] }
+    }
+
+    /// Returns the speed at which it is passed.
+    fn speed(&self) -> f64 {
+        self.limits[0].speed.min(self.limits[1].speed)
     }
 }
 
@@ -50,7 +57,7 @@ impl QueuedPath {
             }
         }
         for _ in 0..=HALVINGS {
-            let corner = self.blended(reach, reason, asked, draft, around);
+            let corner = self.fastest(reach, reason, asked, draft, around);
             if leaves_range(&corner, around) {
                 reason = Shrunk::Range;
             } else if !self.can_turn(&corner, &last, draft, run) {
@@ -66,12 +73,36 @@ impl QueuedPath {
         Corner::stop(reason)
     }
 
-    fn blended(&self, reach: f64, reason: Shrunk, asked: &QueuedMove, draft: &Draft, around: &Surroundings) -> Corner {
+    /// Returns the blend of this size that is passed fastest.
+    fn fastest(&self, reach: f64, reason: Shrunk, asked: &QueuedMove, draft: &Draft, around: &Surroundings) -> Corner {
+        let mut best = self.blended(reach, reason, RISES[0], asked, draft, around);
+        for rise in &RISES[1..] {
+            let other = self.blended(reach, reason, *rise, asked, draft, around);
+            if other.speed() > best.speed() {
+                best = other;
+            }
+        }
+        best
+    }
+
+    /// Returns the blend of a size whose second derivative rises over a fraction of it.
+    fn blended(&self, reach: f64, reason: Shrunk, rise: f64, asked: &QueuedMove, draft: &Draft, around: &Surroundings) -> Corner {
         let last = self.piece(self.end_piece - 1);
-        let (from, to) = (self.place(last, last.length - reach), self.place_of_draft(draft, reach));
+        let (before, after) = (|s: f64| self.place(last, last.length - s), |s: f64| self.place_of_draft(draft, s));
+        let (from, to, ends, begins) = (before(reach), after(reach), before(0.0), after(0.0));
+        let change: Joints = std::array::from_fn(|i| begins.first[i] - ends.first[i]);
+        // The kink spread over the blend: its second derivative on the plateau, and place and slope where it begins and in the middle.
         let whole = 2.0 * reach;
-        let middle = middle(&self.place(last, last.length), &self.place_of_draft(draft, 0.0), reach);
-        let halves = [Span::between(&from, &middle, reach), Span::between(&middle, &to, reach)];
+        let (step, peak) = (rise * whole, 1.0 / (whole * (1.0 - rise)));
+        let flat = reach - step;
+        let (low, slope) = (peak * step * step / 6.0, peak * step / 2.0);
+        let middle = Place { second: std::array::from_fn(|i| ends.second[i].midpoint(begins.second[i])), ..ends };
+        let middle = added(&middle, &change, [low + slope * flat + peak * flat * flat / 2.0, 0.5, peak]);
+        let (rising, falling) = (added(&before(flat), &change, [low, slope, peak]), added(&after(flat), &change, [low, -slope, peak]));
+        let halves = [
+            [Span::between(&from, &rising, step), Span::between(&rising, &middle, flat)],
+            [Span::between(&middle, &falling, flat), Span::between(&falling, &to, step)],
+        ];
         let joints: [Limits; JOINTS_MAX] = std::array::from_fn(|i| match around.joints.get(i) {
             Some(joint) => Limits { acceleration: self.tip.acceleration[i].min(draft.acceleration[i]), ..*joint },
             None => Limits { speed: f64::INFINITY, acceleration: f64::INFINITY, jerk: f64::INFINITY },
@@ -81,11 +112,14 @@ impl QueuedPath {
             // The tool turns within its own acceleration, too.
             let limit =
                 [self.tip.linear, if asked.kind == 0 { 0.0 } else { asked.linear[1] }].into_iter().filter(|limit| *limit > 0.0).fold(f64::INFINITY, f64::min);
-            let curvature = CURVATURE * change_of_tool(around, &from, &to) / whole;
-            most.speed = most.speed.min((OF_BLENDS.acceleration * limit / curvature).sqrt());
+            most.speed = most.speed.min((OF_BLENDS.acceleration * limit / (peak * change_of_tool(around, &ends.q, &change))).sqrt());
         }
         let n = around.joints.len();
-        let limits = halves.map(|half| law::limits(&half.bounds(), &joints[..n], most, OF_BLENDS));
+        let limits = halves.map(|half| {
+            let mut bounds = half[0].bounds();
+            bounds.include(&half[1].bounds());
+            law::limits(&bounds, &joints[..n], most, OF_BLENDS)
+        });
         Corner { reach, reason, halves, limits }
     }
 
@@ -112,13 +146,12 @@ impl QueuedPath {
     }
 }
 
-/// Returns the middle of a blend, from the places of both moves at their corner.
-fn middle(before: &Place, after: &Place, reach: f64) -> Place {
-    let change = |i: usize| after.first[i] - before.first[i];
+/// Adds a multiple of a change of the first derivative to a place, to its second derivative and to its position.
+fn added(place: &Place, change: &Joints, [position, first, second]: [f64; 3]) -> Place {
     Place {
-        q: std::array::from_fn(|i| before.q[i] + change(i) * reach / 6.0),
-        first: std::array::from_fn(|i| before.first[i].midpoint(after.first[i])),
-        second: std::array::from_fn(|i| change(i) / reach + before.second[i].midpoint(after.second[i])),
+        q: std::array::from_fn(|i| place.q[i] + position * change[i]),
+        first: std::array::from_fn(|i| place.first[i] + first * change[i]),
+        second: std::array::from_fn(|i| place.second[i] + second * change[i]),
     }
 }
 
@@ -127,9 +160,9 @@ fn leaves_range(corner: &Corner, around: &Surroundings) -> bool {
     let [before, after] = &corner.halves;
     (0..around.joints.len()).any(|i| {
         // Joints that are outside their range already may stay there.
-        let (low, high) = (before.points[i][0].min(after.points[i][5]), before.points[i][0].max(after.points[i][5]));
+        let (low, high) = (before[0].points[i][0].min(after[1].points[i][5]), before[0].points[i][0].max(after[1].points[i][5]));
         let (least, most) = (around.ranges.min[i].min(low), around.ranges.max[i].max(high));
-        corner.halves.iter().any(|half| half.range(i).0 < least || half.range(i).1 > most)
+        corner.halves.iter().flatten().any(|half| half.range(i).0 < least || half.range(i).1 > most)
     })
 }
 
@@ -143,13 +176,9 @@ fn is_slower(corner: &Corner, last: &Piece, draft: &Draft) -> bool {
     blended > law::time_s(last.length, 0.0, 0.0, last.limits()) + law::time_s(draft.length, 0.0, 0.0, draft.limits)
 }
 
-/// Returns the magnitude of the change of the tool's velocity over a blend, per unit of the path coordinate.
-fn change_of_tool(around: &Surroundings, from: &Place, to: &Place) -> f64 {
-    let n = around.joints.len();
-    let velocity = |place: &Place| -> [f64; 3] {
-        let rows = around.arm.jacobian(&around.arm.posture(&place.q[..n]));
-        std::array::from_fn(|k| rows.iter().zip(&place.first).map(|(row, rate): (&[f64; 6], &f64)| row[k] * rate).sum())
-    };
-    let (a, b): ([f64; 3], [f64; 3]) = (velocity(from), velocity(to));
-    crate::kinematics::pose::length(crate::kinematics::pose::subtract(b, a))
+/// Returns the magnitude of the change of the tool's velocity at a corner, per unit of the path coordinate.
+fn change_of_tool(around: &Surroundings, q: &Joints, change: &Joints) -> f64 {
+    let rows = around.arm.jacobian(&around.arm.posture(&q[..around.joints.len()]));
+    let velocity: [f64; 3] = std::array::from_fn(|k| rows.iter().zip(change).map(|(row, rate): (&[f64; 6], &f64)| row[k] * rate).sum());
+    crate::kinematics::pose::length(velocity)
 }

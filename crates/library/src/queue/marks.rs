@@ -20,7 +20,7 @@ pub struct MarkWish {
     pub on: i32,
     /// Distance before the goal along the path of the move, in `unit`: 0 share of the way, 1 rad, 2 m of the tool.
     pub before: f64,
-    pub unit: i32,
+    pub unit: i64,
     /// Time by which it is switched ahead of the place, s.
     pub ahead: f64,
 }

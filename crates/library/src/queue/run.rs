@@ -169,7 +169,8 @@ impl Run {
             velocity: place.first.map(|first| first * v),
             acceleration: std::array::from_fn(|i| place.second[i] * v * v + place.first[i] * a),
             number: piece.number,
-            fraction: piece.from + (piece.to - piece.from) * (self.s / piece.length),
+            // The end of a move is exact.
+            fraction: if self.s >= piece.length { piece.to } else { piece.from + (piece.to - piece.from) * (self.s / piece.length) },
             place_rate: v * (piece.to - piece.from) / piece.length,
         }
     }
