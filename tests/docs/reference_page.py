@@ -73,6 +73,10 @@ GROUPS: dict[str, tuple[str, str]] = {
         "carry follow_long follow_linear_long speeds return_to_range "
         "Moved Stopped Homed MoveTimeout LimitReached TimeLost HomingFailed LineRefused ArcRefused PathRefused JogBlocked",
     ),
+    "Queues of moves": (
+        "opengpac.motion",
+        "MoveQueue at move_queue move_queue_switching QueueReport MoveEnd MoveRefused",
+    ),
     "Arms and grippers": (
         "opengpac.robots",
         "load Arm Joint joint_servo joint_decoupled_servo joint_follower "

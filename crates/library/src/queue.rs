@@ -11,6 +11,7 @@
 //! do not fit wait until others have passed.
 mod append;
 mod blend;
+mod draft;
 pub mod law;
 pub mod marks;
 pub mod run;
@@ -20,7 +21,7 @@ pub mod span;
 use crate::kinematics::line::Obstacle;
 use crate::kinematics::pose::Numbers;
 use crate::profile::JOINTS_MAX;
-pub use append::Surroundings;
+pub use draft::Surroundings;
 use marks::{MARKS_MAX, MARKS_OF_MOVE, Mark, MarkWish};
 use opengpac::Type;
 pub use run::{Run, Sample};

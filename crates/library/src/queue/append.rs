@@ -4,14 +4,13 @@
 //! The path coordinate is scaled so that the joints' derivatives by it have equal magnitudes on both sides of a corner: then the speed
 //! needs no step where a blend begins and ends.
 use super::blend::{Corner, SPANS_OF_BLEND};
+use super::draft::{Draft, Surroundings};
 use super::law::{self, OF_MOVES};
 use super::marks::{Mark, MarkWish, OUTPUTS_MAX};
 use super::shape::{CourseWish, Shape};
-use super::span::{Bounds, Joints};
+use super::span::Joints;
 use super::{MoveEnd, PIECES_MAX, Piece, QueuedMove, QueuedPath, Refusal, Run, SPANS_MAX, Shrunk, Tip};
-use crate::kinematics::chain::Arm;
 use crate::kinematics::course::{self, Course, Orientation};
-use crate::kinematics::inverse::Ranges;
 use crate::kinematics::pose::{Pose, length};
 use crate::profile::{JOINTS_MAX, Limits};
 use opengpac::Type;
@@ -25,27 +24,6 @@ const LEVER: f64 = 0.25;
 /// Number of pieces that a move adds: its body and the two halves of a blend.
 const PIECES_OF_MOVE: i64 = 3;
 const UNBOUNDED: Limits = Limits { speed: f64::INFINITY, acceleration: f64::INFINITY, jerk: f64::INFINITY };
-
-/// The arm of a path. Slices have one element per joint.
-#[derive(Clone, Copy, Debug)]
-pub struct Surroundings<'a> {
-    pub arm: &'a Arm<'a>,
-    pub joints: &'a [Limits],
-    pub ranges: Ranges<'a>,
-}
-
-/// A move before it is appended: its shape is the draft of the path.
-pub(super) struct Draft {
-    pub count: usize,
-    pub bounds: Bounds,
-    /// Length in the path coordinate, and that of 1 m of a course.
-    pub length: f64,
-    pub scale: f64,
-    pub limits: Limits,
-    /// Requested maximum speed of the path coordinate.
-    pub speed: f64,
-    pub acceleration: Joints,
-}
 
 impl QueuedPath {
     /// Appends a move at the end of the path, on which `run` is the present state. A refused move changes nothing.
@@ -279,18 +257,6 @@ impl QueuedPath {
                 if before.stops != 0 { 0.0 } else { law::reach(before.entry, before.length, before.limits()).min(before.speed).min(self.piece(number).speed) }
             };
             self.piece_mut(number).entry = entry;
-        }
-    }
-}
-
-impl Draft {
-    /// Returns the length in the path coordinate of a distance in a unit: 0 share of the way, 1 rad of the joint that moves furthest, 2 m
-    /// of the tool.
-    fn reach(&self, distance: f64, unit: i64) -> f64 {
-        match unit {
-            0 => distance * self.length,
-            1 => distance / self.bounds.of.iter().fold(0.0, |most: f64, of| most.max(of[0])),
-            _ => distance * self.scale,
         }
     }
 }

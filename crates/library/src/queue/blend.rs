@@ -5,7 +5,7 @@
 //! the path with the corner, and a kink of its first derivative that is spread over the blend: its second derivative rises linearly,
 //! stays, and falls linearly. The rises are as short as jerk and acceleration of the joints make it best. A blend becomes smaller if it
 //! would take more than half of a move or if the arm is too near, and there is none if a stop would be faster; the reason is reported.
-use super::append::{Draft, Surroundings};
+use super::draft::{Draft, Surroundings};
 use super::law::{self, OF_BLENDS};
 use super::span::{Joints, Place, Span};
 use super::{Piece, QueuedMove, QueuedPath, Run, Shrunk};
