@@ -63,8 +63,8 @@ def _made(component: Component) -> str:
     block: Block = component.value
     given: dict[str, Any] = {}
     for item in items_of(block).values():
-        # A struct is the result of another block, too long to be written.
-        if item.kind in ("input", "device_read") and not item.has_default and item.type not in block.types:
+        # A struct, or an array of structs, is the result of another block, too long to be written.
+        if item.kind in ("input", "device_read") and not item.has_default and item.type.partition("[")[0] not in block.types:
             given[item.name] = _one(block, item)
     parameters = [i for i in items_of(block).values() if i.kind == "parameter"]
     for item in parameters if any(i.sized for i in parameters) else parameters[:2]:

@@ -1,13 +1,19 @@
 // SPDX-License-Identifier: Apache-2.0
 use crate::kinematics::chain::Chain;
 use crate::kinematics::inverse::Ranges;
-use crate::kinematics::{BAD_CHAIN, BAD_LIMIT, BAD_POSE};
 use crate::pace;
 use crate::profile::Limits;
 use crate::queue::{CLOSE, QueueProgress, QueuedMove, QueuedPath, Refusal, Run, Surroundings, WAITING_MAX};
 use crate::span::Span;
 use crate::takeover::Brake;
 use opengpac::{Condition, ConditionOf, FunctionBlock, InPlaceMut, Invocation, Outcome, Step, Type};
+
+/// The chain is not one for n joints.
+const BAD_CHAIN: u32 = 1;
+/// A number of a move, or a position at the start, is not valid.
+const BAD_MOVE: u32 = 2;
+/// A limit is not above 0, or an override is not within 0 and 1.
+const BAD_LIMIT: u32 = 3;
 
 /// Queue of moves: setpoint = q(s(t)), a path of lines, arcs and blends, and a jerk-limited motion s(t) along it.
 ///
@@ -149,7 +155,7 @@ impl Step for QueueGenerator {
         }
         if !self.way.has_begun {
             if !self.start[..n].iter().all(|q| q.is_finite()) {
-                return Outcome::Fault(BAD_POSE);
+                return Outcome::Fault(BAD_MOVE);
             }
             self.path.clear(&std::array::from_fn(|i| if i < n { self.start[i] } else { 0.0 }), n);
             (self.way.has_begun, self.progress) = (true, <QueueProgress as Type>::zero());
@@ -194,7 +200,7 @@ impl QueueGenerator {
                 self.way.run.renew();
             }
             Err(Refusal::Full) => {}
-            Err(Refusal::Bad) => return Err(BAD_POSE),
+            Err(Refusal::Bad) => return Err(BAD_MOVE),
             Err(refusal) => {
                 (self.progress.reason, self.progress.value) = refusal.numbers();
                 self.progress.refused = number;
