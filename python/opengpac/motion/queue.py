@@ -20,6 +20,7 @@ from ..errors import InvalidState, OutOfRange, refuse
 from ..robots.generators import Values
 from ..values.frames import Pose
 from ..values.numbers import number
+from ..values.quantities import span_ns
 from . import queue_rows as rows
 from .queue_rows import At
 from .queue_verb import MoveEnd, QueueReport, ends_of, move_queue, move_queue_switching, no_progress
@@ -189,7 +190,8 @@ class MoveQueue:
         return self._append({**row, **rows.tool_row(speed, angular_speed, acceleration)}, mode)
 
     def wait(self, move: int, fraction: float = 1.0, within: float | str = "1 h") -> None:
-        """Waits until the arm has completed a move, or a fraction of it. Raises the error of the queue if it ends before."""
+        """Waits until the arm has completed a move, or a fraction of it. Raises `TimeoutError` after `within`, and the error of the
+        queue if it ends before."""
         if not 1 <= number(move) <= self._count:
             refuse(OutOfRange, f"'move' is {move}, and {self._count} moves were appended", "give the number that a move returned")
 
@@ -238,7 +240,10 @@ class MoveQueue:
         if system.virtual:
             system.advance(until=is_over, within=within)
         else:
+            deadline = system.now + span_ns(within, "within") * 1e-9
             while not is_over():
+                if system.now > deadline:
+                    raise TimeoutError(f"the queue of '{self.arm.name}' has not come so far within {within}")
                 time.sleep(_LOOK_S)
         if not until():
             instance.wait()

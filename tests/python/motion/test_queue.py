@@ -187,6 +187,15 @@ def test_a_suspended_queue_goes_on_where_it_stood(arm: gpac.robots.Arm) -> None:
     assert (arm.values("commanded") == HOME + 0.5).all()
 
 
+def test_a_wait_ends_in_its_time(arm: gpac.robots.Arm) -> None:
+    with arm.queue() as moves:
+        moves.joints(by(0.5), speed="10 %")
+        with pytest.raises(TimeoutError):
+            moves.wait(1, within="200 ms")
+        with pytest.raises(gpac.OutOfRange, match="1 moves were appended"):
+            moves.wait(2)
+
+
 def test_a_queue_is_used_once_and_only_in_its_statement(arm: gpac.robots.Arm) -> None:
     moves = arm.queue()
     with pytest.raises(gpac.InvalidState, match="is not in use"):
@@ -195,6 +204,25 @@ def test_a_queue_is_used_once_and_only_in_its_statement(arm: gpac.robots.Arm) ->
         moves.joints(HOME + 0.05)
     with pytest.raises(gpac.InvalidState, match="was used before"), moves:
         pass
+
+
+def test_a_processor_in_a_process_gives_the_same_bits() -> None:
+    found = []
+    for process in (False, True):
+        with gpac.System("mapped", clock="virtual", seed=1) as cell:
+            rtp = cell.processor("rtp0", process=process)
+            fast = rtp.timer("fast", period="1 ms", priority=80)
+            rtp.timer("slow", period="20 ms", priority=60)
+            made = gpac.robots.load("ur5e", on=fast)
+            with made.enabled():
+                motion.move_absolute(made, HOME)
+                start = made.forward(HOME)
+                with made.queue() as moves:
+                    moves.linear(away((0.15, 0, 0), start), speed=0.4, acceleration=3.0, blend="50 mm")
+                    moves.linear(away((0.15, 0.15, 0), start), speed=0.4, acceleration=3.0, blend="50 mm")
+                    moves.joints(HOME, speed="50 %")
+                found.append(commanded(made, 0.0))
+    assert len(found[0]) > 50 and np.array_equal(*found)
 
 
 @pytest.fixture
