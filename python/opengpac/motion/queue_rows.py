@@ -116,7 +116,7 @@ def blend_of(given: Any, kind: int) -> dict[str, Any]:
     if isinstance(given, str) and given.strip().endswith("%"):
         share = value_of(given.strip()[:-1].strip() or given, "", "blend", -1e-300) / 100
         if share > 1:
-            refuse(OutOfRange, f"'blend' is {given}, and its range is 0 to 100 %", "give a share of the way")
+            refuse(OutOfRange, f"'blend' is {given},, but its range is 0 to 100 %", "give a share of the way")
         return {"blend": share, "blend_unit": 0}
     return {"blend": value_of(given, unit, "blend", -1e-300), "blend_unit": 1 if kind == JOINTS else 2}
 
@@ -144,7 +144,7 @@ def _within(joint: Joint, given: Any) -> float:
         in_degrees = unit == "rad" and not isinstance(given, str) and low <= np.deg2rad(value) <= high
         refuse(
             OutOfRange,
-            f"'goal' for '{joint.name}' is {value:.6g} {unit} and its range is {low:.6g} to {high:.6g} {unit} "
+            f"'goal' for '{joint.name}' is {value:.6g} {unit}, but its range is {low:.6g} to {high:.6g} {unit} "
             "(position_min to position_max)",
             f"did you mean '{given} deg'?" if in_degrees else "give a position within it",
         )
@@ -163,7 +163,7 @@ def _share(joint: Joint, given: Any, limit: str, unit: str, what: str) -> float:
     else:
         value = value_of(given, unit if joint.sensed.unit != "m" else unit.replace("rad", "m"), what)
     if value > most * (1 + 1e-9):
-        refuse(OutOfRange, f"'{what}' for '{joint.name}' is {given} and its range is 0 to {most:.6g} ({limit})", "give a lower one")
+        refuse(OutOfRange, f"'{what}' for '{joint.name}' is {given}, but its range is 0 to {most:.6g} ({limit})", "give a lower one")
     return value
 
 
