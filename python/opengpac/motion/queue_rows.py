@@ -116,7 +116,7 @@ def blend_of(given: Any, kind: int) -> dict[str, Any]:
     if isinstance(given, str) and given.strip().endswith("%"):
         share = value_of(given.strip()[:-1].strip() or given, "", "blend", -1e-300) / 100
         if share > 1:
-            refuse(OutOfRange, f"'blend' is {given},, but its range is 0 to 100 %", "give a share of the way")
+            refuse(OutOfRange, f"'blend' is {given}, but its range is 0 to 100 %", "give a share of the way")
         return {"blend": share, "blend_unit": 0}
     return {"blend": value_of(given, unit, "blend", -1e-300), "blend_unit": 1 if kind == JOINTS else 2}
 

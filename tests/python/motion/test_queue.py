@@ -130,7 +130,7 @@ def test_what_is_wrong_in_a_call_is_refused_there(arm: gpac.robots.Arm) -> None:
             moves.joints(HOME, speed="100 rad/s")
         with pytest.raises(gpac.CallError, match="'mode' is 'aborted'"):
             moves.joints(HOME, mode="aborted")  # type: ignore[arg-type]
-        with pytest.raises(gpac.OutOfRange, match="0 to 100 %"):
+        with pytest.raises(gpac.OutOfRange, match="is 120 %, but its range is 0 to 100 %"):
             moves.joints(HOME, blend="120 %")
         with pytest.raises(gpac.UnknownName, match="'elbwo'"):
             moves.joints({"elbwo": 1.0})
