@@ -154,7 +154,7 @@ def test_a_goal_that_is_no_number_is_refused_in_words(what: str) -> None:
     with pytest.raises(gpac.Error) as caught:
         gpac.motion.move_absolute(arm, goal)
     assert said in str(caught.value)
-    for word in ("List(", "Bool(", "Number(", "Record(", "none of the forms"):
+    for word in ("List(", "Bool(", "Number(", "Record(", "none of the accepted forms"):
         assert word not in str(caught.value)
 
 

@@ -165,7 +165,7 @@ fn a_call_that_lasts_answers_slice_by_slice() {
     assert_eq!(arguments["duration_ns"].as_i64().expect("ns") + passed, 1_000_000_000_000);
     let halted = begin(&system, "halt", &json!({ "instance": instance }).to_string(), Duration::from_secs(60)).expect("it halts");
     assert!(matches!(&halted, CallResult::Done(report) if report["condition"] == "halted"), "{halted:?}");
-    assert!(refused(&system, "wait", r#"{"instance": 1, "timeout_ns": 1, "until_ns": 1}"#).contains("not both"));
+    assert!(refused(&system, "wait", r#"{"instance": 1, "timeout_ns": 1, "until_ns": 1}"#).contains("cannot have both"));
 }
 
 #[test]

@@ -243,7 +243,7 @@ fn objects_are_read_and_written_beside_the_cycle() {
     assert_eq!(read(&rig, 0x5555).unwrap_err(), "axis 'y' (node 6): it refuses with 0x06020000, the object does not exist");
     assert_eq!(rig.call("read_object", json!({ "axis": "z", "index": 1 })).unwrap_err(), "there is no axis 'z'; the axes are x, y");
     let wrong = rig.call("nmt", json!({ "axis": "x", "command": "go" })).unwrap_err();
-    assert_eq!(wrong, "command is start, stop, pre_operational, reset or reset_communication");
+    assert_eq!(wrong, "command must be start, stop, pre_operational, reset or reset_communication");
     rig.exchange(&[]).unwrap();
 }
 
@@ -267,7 +267,7 @@ fn wrong_options_are_refused_with_their_remedy() {
     };
     assert!(refused(axis(json!({ "node": 128 })), json!({})).contains("option 'axes.x.node': it cannot be 128: its range is 1 to 127"));
     assert!(refused(axis(json!({ "node": 127 })), json!({})).contains("127 is the number of this controller (own_node)"));
-    assert!(refused(axis(json!({ "counts": 0 })), json!({})).contains("counts is 0"));
+    assert!(refused(axis(json!({ "counts": 0 })), json!({})).contains("counts cannot be 0"));
     assert!(refused(axis(json!({ "mode": "torque" })), json!({})).contains("needs its rated_torque"));
     assert!(refused(axis(json!({})), json!({ "cycle_ns": 1 })).contains("it cannot be 1 ns: its range is 250 us to 1 s; give 1000000 for 1 ms"));
     assert!(refused(axis(json!({})), json!({ "timeout_ns": 70_000_000_000_i64 })).contains("65.535 s"));

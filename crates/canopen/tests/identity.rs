@@ -37,5 +37,5 @@ fn the_serial_number_of_the_options_is_compared() {
     let mut rig = Rig::on(drives(70, 80), with_serial(70), json!({}));
     rig.exchange(&[]).unwrap();
     let refused = rig.open_again(with_serial(80)).expect_err("another one");
-    assert!(refused.contains("its serial is 70 (0x46) and not 80 (0x50); the right one is connected as node 6 (axis 'y')"), "{refused}");
+    assert!(refused.contains("its serial is 70 (0x46), not 80 (0x50); the right one is connected as node 6 (axis 'y')"), "{refused}");
 }

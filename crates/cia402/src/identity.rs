@@ -137,6 +137,6 @@ mod tests {
         let mut devices = [opened("asked", "x", 1), opened("asked", "y", 2)];
         devices[0].expected.serial = Some(2);
         let refused = check(&devices).expect_err("swapped");
-        assert!(refused.contains("its serial is 1 (0x1) and not 2 (0x2); the right one is connected as axis 'y'"), "{refused}");
+        assert!(refused.contains("its serial is 1 (0x1), not 2 (0x2); the right one is connected as axis 'y'"), "{refused}");
     }
 }

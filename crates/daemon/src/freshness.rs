@@ -39,7 +39,7 @@ mod tests {
     #[test]
     fn a_refusal_names_the_age_or_the_earlier_run() {
         let said = |then_ms| judge("start", 5_000_000_000, then_ms).expect_err("it is refused").refusals[0].message.clone();
-        assert!(said(4_999_995_700).contains("came 4300 ms after"), "{}", said(4_999_995_700));
+        assert!(said(4_999_995_700).contains("arrived 4300 ms after"), "{}", said(4_999_995_700));
         assert!(said(5_000_100_000).contains("an earlier run") && said(0).contains("an earlier run"));
     }
 }

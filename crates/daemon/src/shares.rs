@@ -123,7 +123,7 @@ mod tests {
         for number in 0..20 {
             let (own, said) = fill(&shares, &caller(&format!("token o{number}"), Role::Observe));
             assert!(!own.is_empty(), "observer {number} got none");
-            assert!(said.starts_with(&format!("token o{number} has {} waits at a time already", own.len())), "{said}");
+            assert!(said.starts_with(&format!("token o{number} already has {} waits at a time", own.len())), "{said}");
             held.push(own);
         }
         let (own, _) = fill(&shares, &caller("token panel", Role::Operate));

@@ -153,7 +153,7 @@ mod tests {
             let options: CountsOptions = serde_json::from_value(options).expect("options");
             options.problem(is_digital, is_output).unwrap_or_default()
         };
-        assert!(problem(json!({ "unit": "V" }), true, false).contains("one bit"));
+        assert!(problem(json!({ "unit": "V" }), true, false).contains("a single bit"));
         assert!(problem(json!({ "scale": 0 }), false, false).contains("scale 0"));
         assert!(problem(json!({ "safe": 1 }), false, false).contains("an input"));
         assert!(problem(json!({ "safe": 1 }), true, true).contains("true or false"));

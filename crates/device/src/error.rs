@@ -26,7 +26,7 @@ pub enum DriverError {
     #[error("service '{service}' of driver '{kind}': argument '{argument}': {problem}")]
     Argument { kind: String, service: String, argument: String, problem: String },
     /// The driver cannot search for devices.
-    #[error("driver '{kind}' cannot search for devices; see its manual for the options that open one")]
+    #[error("driver '{kind}' cannot look for devices; see its manual for the options that open one")]
     NoScan { kind: String },
     /// Another driver of that name is registered.
     #[error("there is already a driver '{kind}'; register this one under another name")]

@@ -119,10 +119,7 @@ mod tests {
             assert_eq!((parsed.to_string(), parsed.len()), (text.to_owned(), len));
         }
         assert_eq!(Type::doubles(1), Type::DOUBLE);
-        assert_eq!(
-            "complex".parse::<Type>(),
-            Err("there is no type 'complex'; use double, float, bool, int8_t to int64_t or uint8_t to uint64_t".to_owned())
-        );
-        assert_eq!("double[x]".parse::<Type>(), Err("no type 'double[x]'".to_owned()));
+        assert_eq!("complex".parse::<Type>(), Err("there is no type 'complex'; use double, float, bool, int8_t to int64_t or uint8_t to uint64_t".to_owned()));
+        assert_eq!("double[x]".parse::<Type>(), Err("there is no type 'double[x]'".to_owned()));
     }
 }

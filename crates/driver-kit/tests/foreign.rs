@@ -144,7 +144,7 @@ fn the_example_moves_counts_and_answers() {
     driver.close();
     assert!(services.call("place", &json!({})).is_err_and(|why| why.message == "the device is closed"));
     assert!(open(&kind, &json!({ "gain": -1 })).err().expect("refused").contains("option 'gain': it cannot be -1 m/s: its range is above 0 m/s to 100 m/s"));
-    assert!(open(&kind, &json!({ "gain": "fast" })).err().expect("refused").contains("option 'gain': a number in m/s is asked for"));
+    assert!(open(&kind, &json!({ "gain": "fast" })).err().expect("refused").contains("option 'gain': it must be a number in m/s"));
 }
 
 #[test]

@@ -33,7 +33,7 @@ fn sources(folder: &Path, found: &mut Vec<PathBuf>) {
 
 #[test]
 fn an_option_whose_words_speak_of_a_file_or_a_program_reaches_beyond_its_device() {
-    let speaks = |doc: &str| ["file", "module with", "library", "command line", "modules"].iter().any(|word| doc.contains(word));
+    let speaks = |doc: &str| ["file", "module that", "library", "command line", "modules"].iter().any(|word| doc.contains(word));
     // None of these names a file of this machine.
     let others = [("canopen", "axes"), ("canopen", "modules"), ("canopen", "object")];
     let mut seen = 0;

@@ -38,7 +38,7 @@ fn a_loopback_device_fails_when_it_is_told_to() {
     assert_eq!(machine.get("a.position"), [0.0]);
     machine.read(5 * MS);
     assert!(machine.get("a.position")[0].is_nan());
-    assert!(machine.try_read(10 * MS).is_err_and(|e| e.contains("told to fail")));
+    assert!(machine.try_read(10 * MS).is_err_and(|e| e.contains("the loopback device fails")));
 }
 
 #[test]

@@ -111,7 +111,7 @@ fn attacked(seed: u64, writes: usize) -> usize {
             drop(here.sender(number, &SPEC).map_err(|error| assert!(error.message.contains("connection"), "{error}")));
         }
         let news: Vec<_> = here.lost().into_iter().chain(there.lost()).collect();
-        assert!(news.len() <= 2 && news.iter().all(|news| (news.writer, news.reader) == (3, 5) && news.message.contains("written over")), "{news:?}");
+        assert!(news.len() <= 2 && news.iter().all(|news| (news.writer, news.reader) == (3, 5) && news.message.contains("overwritten")), "{news:?}");
         lost += news.len();
         assert_eq!(there.lost(), [], "it is told once");
     }

@@ -118,7 +118,7 @@ fn what_cannot_be_used_is_refused_and_left_alone() {
         (head(units) + "a = {joints = [1, 2], frame = \"table\", position = [0, 0, 0]}\n", "'table'"),
         (head(units) + "a = {joints = [1, 2], position = [0, 0, 0]}\n", "position in its frame"),
         (head(units).replace("\"slide\"", "\"lift\""), "turn, lift"),
-        (head(units).replace("\"m\"\njoints", "\"other\"\njoints"), "another model"),
+        (head(units).replace("\"m\"\njoints", "\"other\"\njoints"), "a different model"),
         (format!("{}a = {}1{}\n", head(units), "[".repeat(5000), "]".repeat(5000)), "cannot be used"),
     ] {
         fs::write(&file.path, &wrong).expect("a file");

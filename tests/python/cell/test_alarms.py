@@ -269,7 +269,7 @@ def test_an_alarm_that_leaves_for_want_of_a_place_is_counted_and_told() -> None:
         assert len(cell.alarms) == 1000 and cell.alarms.dropped == 1
         assert cell.alarms["grave"].active, "a severe one stays"
         assert [alarm.source for alarm in cell.alarms.history] == ["s0"]
-        assert [(e["about"], "no place" in e["text"]) for e in cell.log() if e["kind"] == "lost"] == [("s0", True)]
+        assert [(e["about"], "no room" in e["text"]) for e in cell.log() if e["kind"] == "lost"] == [("s0", True)]
         assert "1 more were dropped before they ended" in repr(cell.alarms)
 
 

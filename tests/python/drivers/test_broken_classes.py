@@ -208,7 +208,7 @@ BROKEN |= {
         "else 0.0\n        self.belt.velocity",
         "else 0.3\n        self.belt.velocity",
         "class-parts",
-        "and nothing commands it",
+        "although nothing commands it",
     ),
     "position frozen late": (
         "self.belt.position += 0.01 * push",

@@ -100,5 +100,5 @@ def test_a_processor_of_a_host_without_listening() -> None:
 
 
 def test_who_listens_already(listening: gpac.System) -> None:
-    with pytest.raises(gpac.InvalidState, match="listens already"):
+    with pytest.raises(gpac.InvalidState, match="is already listening"):
         listening.listen(free_endpoint(), LISTENER)

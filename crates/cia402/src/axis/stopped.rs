@@ -44,7 +44,7 @@ mod tests {
         for drive in 0..8 {
             assert_eq!(at(0x6040 + drive * OF_A_DRIVE), Some("its control word"));
             assert_eq!(at(0x60FE + drive * OF_A_DRIVE), Some("its outputs, which may control a brake"));
-            assert_eq!(at(0x605A + drive * OF_A_DRIVE), Some("how it stops"));
+            assert_eq!(at(0x605A + drive * OF_A_DRIVE), Some("its stopping behaviour"));
         }
         assert_eq!((at(0x1600), at(0x1016)), (Some("its process data mapping"), Some("its behaviour without its controller")));
     }

@@ -345,7 +345,7 @@ mod tests {
             (json!({ "holding": 1, "scale": 0.0 }), "its scale cannot be 0"),
             (json!({ "holding": 1, "safe": 1.0 }), "cannot have \"safe\" or \"slew\""),
             (json!({ "holding": 1, "write": "each", "safe": 70000 }), "does not fit the register"),
-            (json!({ "holding": 1, "write": "each", "raw": true, "safe": -1 }), "is no uint16_t"),
+            (json!({ "holding": 1, "write": "each", "raw": true, "safe": -1 }), "is not of type uint16_t"),
             (json!({ "input": 1, "write": true }), "a client cannot write to the table \"input\""),
             (json!({ "holding": 1, "write": "often" }), "give true or \"changed\""),
             (json!({ "holding": 1, "typ": "int16" }), "unknown field `typ`"),

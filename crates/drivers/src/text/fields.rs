@@ -191,7 +191,7 @@ pub(super) mod tests {
     fn what_is_wrong_is_told() {
         use serde_json::json;
         for (asked, written, why) in [
-            (json!({ "text": 4, "when": "x" }), false, "not both"),
+            (json!({ "text": 4, "when": "x" }), false, "cannot be both"),
             (json!({ "text": 4, "scale": 2.0 }), false, "only numbers can have"),
             (json!({ "when": "x" }), true, "can only be read, not written"),
             (json!({ "base": 8 }), false, "10 or 16"),

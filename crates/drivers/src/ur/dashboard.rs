@@ -123,6 +123,6 @@ mod tests {
         assert_eq!(why.message, "the controller refuses: Cannot unlock protective stop until 5s after occurrence");
         served.join().unwrap();
         let nobody = panel.call("mode", &Value::Null).unwrap_err();
-        assert!(nobody.message.contains("has not answered"), "{}", nobody.message);
+        assert!(nobody.message.contains("did not answer"), "{}", nobody.message);
     }
 }

@@ -87,6 +87,6 @@ mod tests {
         assert!(interruption(&Sample { runtime: 1, ..GOOD }, 9).is_some_and(|why| why.contains("stopped on the pendant")));
         assert!(interruption(&Sample { runtime: 4, ..GOOD }, 9).is_some_and(|why| why.contains("paused")));
         assert!(interruption(&Sample { script: SILENT, runtime: 1, ..GOOD }, 9).is_some_and(|why| why.contains("no setpoint")));
-        assert!(interruption(&Sample { script: 8, ..GOOD }, 9).is_some_and(|why| why.contains("another program")));
+        assert!(interruption(&Sample { script: 8, ..GOOD }, 9).is_some_and(|why| why.contains("a program other than")));
     }
 }

@@ -200,7 +200,7 @@ faulty! {
     return OK;"# => r#"    extern void *malloc(size_t); if (*self->exchanges % 5000 == 4999) { void *volatile block = malloc(1 << 20); (void)block; }
     count(self->exchanges, 1);
     return OK;"#,
-        ["memory"], "bytes more";
+        ["memory"], "more bytes";
     counter_falls: "    count(self->exchanges, 1);" => "    *self->exchanges = (*self->exchanges + 1) % 50;",
         ["counters-grow"], "'exchanges' goes from 49 to 0";
     no_safe_state: "{ self->speed = 0.0; }" => "{ (void)self; }",

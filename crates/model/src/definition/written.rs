@@ -126,7 +126,7 @@ impl Short for Requirement {
     const SEVERAL: bool = false;
     fn of(names: Vec<String>) -> Result<Self, String> {
         let name = single(names);
-        let raises: Class = serde_json::from_value(name.clone().into()).map_err(|_| format!("'{name}' is not a class of refusals"))?;
+        let raises: Class = serde_json::from_value(name.clone().into()).map_err(|_| format!("'{name}' is not an error class"))?;
         Ok(Requirement { when: None, raises, remedy: String::new(), place: None })
     }
 }

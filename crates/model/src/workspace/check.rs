@@ -32,7 +32,7 @@ pub fn check_workspace(of: &Workspace) -> Refusals {
     }
     check.region(&of.layout, 1);
     if check.panels > PANELS_MAX {
-        check.refuse(format!("workspace '{}' cannot have {} panels", of.name, check.panels), format!("show at most {PANELS_MAX}; divide it if you need more"));
+        check.refuse(format!("workspace '{}' cannot have {} panels", of.name, check.panels), format!("show at most {PANELS_MAX}, or divide the workspace"));
     }
     if check.plots > PLOTS_MAX {
         check.refuse(format!("workspace '{}' cannot have {} plots", of.name, check.plots), format!("show at most {PLOTS_MAX}; put several names into one"));

@@ -56,7 +56,7 @@ fn what_is_neither_says_so() {
     assert!(refused(with_commands(json!("a"))).contains("commands, or an object with commands"));
     assert!(refused(json!({"name": "v", "blocks": {"a": 5}, "command_lists": {}})).contains("a name or an object"));
     assert!(refused(json!({"name": "v", "blocks": {"a": ["b"]}, "command_lists": {}})).contains("a name or an object"));
-    assert!(refused(json!({"name": "v", "blocks": {}, "command_lists": {}, "requires": {"m": "Nothing"}})).contains("'Nothing' is not a class of refusals"));
+    assert!(refused(json!({"name": "v", "blocks": {}, "command_lists": {}, "requires": {"m": "Nothing"}})).contains("'Nothing' is not an error class"));
 }
 
 #[test]
