@@ -63,7 +63,7 @@ fn the_safe_state_is_a_quick_stop_that_lasts_until_somebody_engages_the_axis_ane
 
 #[test]
 fn a_pulled_cable_is_named_in_the_third_cycle() {
-    for (cut, named) in [(0, "the cable to 'x' is out"), (1, "axis 'y' at place 1 does not answer")] {
+    for (cut, named) in [(0, "the cable to 'x' is unplugged"), (1, "axis 'y' at place 1 does not answer")] {
         let mut rig = Rig::new();
         rig.exchange(&[]).unwrap();
         rig.server.lock().cut(cut);

@@ -33,7 +33,7 @@ fn a_segment_on_an_interface_moves_and_its_cable_goes_out_and_in() {
         rig.read().err()
     });
     let lost = lost.expect("lost within three cycles").message;
-    assert!(lost.contains("the cable to 'x' is out"), "{lost}");
+    assert!(lost.contains("the cable to 'x' is unplugged"), "{lost}");
     ip("link set ec1 up");
     rig.reset();
     rig.until(&[Some(1.6)], "there again", |rig| rig.double("x.position") == 1.6);
