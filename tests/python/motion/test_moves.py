@@ -116,7 +116,7 @@ def test_a_goal_outside_the_range_is_refused_before_anything_moves(axes: gpac.Gr
     said = r"'goal' for 'axes.y' is 90 rad, but its range is -2 to 2 rad.*did you mean '90 deg'\?.*test_moves.py"
     with pytest.raises(gpac.OutOfRange, match=said):
         motion.move_absolute(axes, [0.5, 90])
-    with pytest.raises(gpac.OutOfRange, match=r"'goal' for 'axes.x' is 500 rad .*give a value within the range"):
+    with pytest.raises(gpac.OutOfRange, match=r"'goal' for 'axes.x' is 500 rad, .*give a value within the range"):
         motion.move_absolute(axes[0], 500)
     with pytest.raises(gpac.OutOfRange) as all_at_once:
         motion.move_absolute(axes, [3.0, 1e9])
@@ -124,7 +124,7 @@ def test_a_goal_outside_the_range_is_refused_before_anything_moves(axes: gpac.Gr
     motion.move_absolute(axes, [1.0, 0.0], speed="100 %")
     with pytest.raises(gpac.OutOfRange, match=r"is 1.5 rad from 1, that is 2.5 rad, but its range"):
         motion.move_relative(axes, [1.5, 0.0])
-    with pytest.raises(gpac.OutOfRange, match=r"'speed' for 'axes.x' is 30 rad/s .*did you mean '30 deg/s'\?"):
+    with pytest.raises(gpac.OutOfRange, match=r"'speed' for 'axes.x' is 30 rad/s, .*did you mean '30 deg/s'\?"):
         motion.move_absolute(axes, 0.0, speed=[30, 0.5])
     with pytest.raises(gpac.UnitMismatch):
         motion.move_absolute(axes, "3 mm")
@@ -209,5 +209,5 @@ def test_a_composition_keeps_ranges_and_requirements(axes: gpac.Group[Joint]) ->
     )
     there_and_back(axes, first=0.5, then="-100 mrad", speed="60 %")
     assert axes.values("commanded") == pytest.approx([0.4, 0.4])
-    with pytest.raises(gpac.OutOfRange, match=r"'first' for 'axes.x' is 90 rad .*did you mean '90 deg'\?"):
+    with pytest.raises(gpac.OutOfRange, match=r"'first' for 'axes.x' is 90 rad, .*did you mean '90 deg'\?"):
         there_and_back(axes, first=90, then=0.0)
