@@ -144,7 +144,7 @@ mod tests {
         for (text, why) in [
             ("force", "compares nothing"),
             ("force > much", "'much' is not a number"),
-            ("a[x] > 1", "'x' is not a number of an element"),
+            ("a[x] > 1", "'x' is not the number of an element"),
             ("> 3", "belongs on the left"),
         ] {
             let refused = Condition::read(text).expect_err("it is refused");

@@ -70,7 +70,7 @@ fn a_wire_goes_or_the_reason_is_said() {
     assert!(why(&of, "v.y", "r.u").is_some_and(|why| why.contains("types differ")));
     assert!(why(&of, "inner.y", "inner.u").is_some_and(|why| why.contains("make a cycle: 'inner.k' → 'inner.k'")));
     assert_eq!(why(&of, "h.y", "r.u"), None, "what leaves the graph may be read inside");
-    assert!(why(&of, "in", "g.u").is_some_and(|why| why.contains("a port has one binding")));
+    assert!(why(&of, "in", "g.u").is_some_and(|why| why.contains("a port has only one binding")));
 }
 
 #[test]
@@ -236,7 +236,7 @@ fn an_input_that_nothing_drives_is_found_where_nothing_outside_can() {
     let mut of = json!({"name": "v", "blocks": {"s": "lib.signal", "t": "lib.signal", "m": "lib.sum"}, "cells": {"a": ["s.y", "m.a"], "b": ["t.y", "m.b"]},
         "command_lists": {"start": [{"activate": "s", "every": "1 ms"}, {"activate": "t", "every": "2 ms"}, {"activate": "m"}]}});
     let found = told(json!({"verb": of.clone()}));
-    assert!(found[0].starts_with("SchedulingError: input 'm.a' (double) is driven every 1 ms and input 'm.b' (double) every 2 ms"), "{found:?}");
+    assert!(found[0].starts_with("SchedulingError: input 'm.a' (double) is driven every 1 ms, but input 'm.b' (double) every 2 ms"), "{found:?}");
     of["command_lists"]["start"] = json!([{"activate": "s", "every": "1 ms"}, {"activate": "m"}]);
     let found = told(json!({"verb": of.clone()}));
     assert!(found[0].ends_with(r#"[{"block":"m","port":"b"},{"list":"start"}]"#), "{found:?}");
