@@ -32,6 +32,7 @@ STANDS_ON = {
     "runtime": ["tests/python/test_writers.py", "tests/python/elsewhere/test_values.py"],
     "device": ["tests/python/test_plant_process.py"],
     "guard": ["tests/python/test_guarded_program.py", "tests/python/elsewhere/test_lost.py"],
+    "scheduling": ["tests/python/test_guarded_program.py"],
     "shared-memory": ["tests/python/elsewhere/test_values.py", "tests/python/elsewhere/test_closing.py"],
     "api": ["tests/python/remote/test_calls.py", "tests/python/remote/test_answers.py"],
     "daemon": ["tests/python/test_daemon.py", "tests/python/test_command.py"],

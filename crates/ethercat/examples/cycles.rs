@@ -6,12 +6,9 @@ use serde_json::{Value, json};
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::cell::Cell;
 use std::f64::consts::TAU;
-use std::io;
 
 const PERIOD_NS: i64 = 1_000_000;
 const COUNTS: f64 = 10_000.0;
-/// Time that a thread of real-time priority may compute without blocking, µs: a runaway thread is killed instead of blocking the machine.
-const RTTIME_US: u64 = 5_000_000;
 /// Number of cycles in which all axes are enabled; measurements begin after them.
 const BEGINS: usize = 1_000;
 
@@ -47,7 +44,10 @@ fn main() -> Result<(), String> {
     // Only a minute without any frame ends the exchange, so that delays of a busy machine do not.
     let options = json!({ "interface": interface, "axes": all, "lost_after": 60_000, "timeout_ns": 6_000_000_000_i64 });
     let (mut driver, _) = device::open("ethercat", &options).map_err(|error| error.to_string())?;
-    take_priority(number(priority)? as i32).map_err(|error| format!("priority {priority}: {error}"))?;
+    let wanted = u8::try_from(number(priority)?).map_err(|_| format!("priority {priority}: 0 to 99"))?;
+    if wanted > 0 && !scheduling::prioritise(wanted, scheduling::Children::Ordinary) {
+        return Err(format!("priority {priority}: no right to real-time scheduling"));
+    }
     driver.open(now_ns()).map_err(|error| error.message)?;
     let measured = exchange(&mut *driver, axes, cycles).map_err(|error| error.message)?;
     let counters = driver.counters().into_iter().flat_map(|of| of.all().map(|(word, count)| (word.name, count)).collect::<Vec<_>>());
@@ -120,15 +120,4 @@ fn sleep_until(ns: i64) {
     let until = libc::timespec { tv_sec: ns / 1_000_000_000, tv_nsec: ns % 1_000_000_000 };
     // SAFETY: the struct is valid for the call; an interrupted sleep starts a cycle early, once.
     unsafe { libc::clock_nanosleep(libc::CLOCK_MONOTONIC, libc::TIMER_ABSTIME, &raw const until, std::ptr::null_mut()) };
-}
-
-fn take_priority(priority: i32) -> io::Result<()> {
-    if priority == 0 {
-        return Ok(());
-    }
-    let limit = libc::rlimit { rlim_cur: RTTIME_US, rlim_max: libc::RLIM_INFINITY };
-    let wanted = libc::sched_param { sched_priority: priority };
-    // SAFETY: each call gets a pointer to a struct that is valid for the call; 0 is this thread.
-    let done = unsafe { [libc::setrlimit(libc::RLIMIT_RTTIME, &raw const limit), libc::sched_setscheduler(0, libc::SCHED_FIFO, &raw const wanted)] };
-    if done == [0, 0] { Ok(()) } else { Err(io::Error::last_os_error()) }
 }

@@ -6,6 +6,7 @@
 //! process is detected instead.
 use process_kit::Heartbeat;
 use process_kit::{ended, has_ended};
+use scheduling::Children;
 use std::io;
 use std::os::fd::{AsFd, BorrowedFd, FromRawFd, OwnedFd};
 use std::path::Path;
@@ -13,7 +14,7 @@ use std::sync::Arc;
 use std::time::Duration;
 
 /// Priority above every kernel, so that it ends before anything else runs.
-const PRIORITY: i32 = 98;
+const PRIORITY: u8 = 98;
 /// Flag of `pidfd_open` for a thread instead of a process.
 const PIDFD_THREAD: libc::c_long = libc::O_EXCL as libc::c_long;
 
@@ -72,10 +73,7 @@ pub(crate) fn share(of: &Heartbeat, with: &Heartbeat) {
 /// Fails if no thread can be started.
 pub fn sing(heart: Arc<Heartbeat>) -> io::Result<()> {
     let body = move || {
-        let parameter = libc::sched_param { sched_priority: PRIORITY };
-        let _limited = process_kit::limit_real_time();
-        // SAFETY: this thread's own scheduling; it sleeps for ever.
-        unsafe { libc::sched_setscheduler(0, libc::SCHED_FIFO | libc::SCHED_RESET_ON_FORK, &parameter) };
+        let _granted = scheduling::prioritise(PRIORITY, Children::Ordinary);
         let _sings = Sings::here(&heart);
         loop {
             std::thread::park();

@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Rights that the guard requests from the operating system, so that it outranks every kernel.
+use scheduling::Children;
 
 /// The highest priority. A source at 99 would hold the guard up for at most one firing, since threads of equal priority take turns when
 /// one sleeps.
-const PRIORITY: i32 = 99;
+const PRIORITY: u8 = 99;
 
 /// Requests the rights; returns those not granted, one line each.
 pub(crate) fn take() -> Vec<String> {
@@ -14,12 +15,9 @@ pub(crate) fn take() -> Vec<String> {
         for signal in [libc::SIGTERM, libc::SIGINT, libc::SIGHUP, libc::SIGQUIT, libc::SIGPIPE] {
             libc::signal(signal, libc::SIG_IGN);
         }
-        libc::prctl(libc::PR_SET_TIMERSLACK, 1_u64);
         libc::prctl(libc::PR_SET_NAME, c"opengpac-guard".as_ptr());
     }
-    let first = libc::sched_param { sched_priority: PRIORITY };
-    // SAFETY: this thread's own scheduling.
-    if unsafe { libc::sched_setscheduler(0, libc::SCHED_FIFO | libc::SCHED_RESET_ON_FORK, &first) } != 0 {
+    if !scheduling::prioritise(PRIORITY, Children::Ordinary) {
         missing.push(format!("the guard runs without priority {PRIORITY}: no right to real-time scheduling (set rtprio in limits.conf)"));
     }
     // SAFETY: the memory of this process itself.

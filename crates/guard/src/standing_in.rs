@@ -9,6 +9,7 @@ use crate::serve::Hearts;
 use crate::starting::{launch, send};
 use interconnect::LinkClosed;
 use process_kit::{Child, ChildChange, UnixLink, next_change};
+use scheduling::Children;
 use std::os::fd::{AsFd, OwnedFd};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -16,7 +17,7 @@ use std::thread::JoinHandle;
 
 /// Real-time priority of the waiting thread: above every ordinary thread, so that no load delays the start of another guard; below every
 /// kernel.
-const PRIORITY: i32 = 1;
+const PRIORITY: u8 = 1;
 
 /// Guard process that guards like any other, but does not beat and cannot be found until it is asked to lead.
 pub(crate) struct StandIn {
@@ -66,7 +67,8 @@ impl ChildWait {
         let is_over = Arc::new(AtomicBool::new(false));
         let over = is_over.clone();
         let body = move || {
-            prioritise();
+            // Processes that this thread starts inherit the priority.
+            let _granted = scheduling::prioritise(PRIORITY, Children::Inherit);
             let mut last = ChildChange::Continued;
             while last != ChildChange::Ended {
                 last = next_change(process.as_fd(), last == ChildChange::Stopped);
@@ -87,14 +89,5 @@ impl ChildWait {
     pub fn join(self) {
         // A panic of the thread has been printed already.
         let _ended = self.thread.join();
-    }
-}
-
-/// Takes real-time priority if that is permitted; processes started by this thread inherit it.
-fn prioritise() {
-    let parameter = libc::sched_param { sched_priority: PRIORITY };
-    if process_kit::limit_real_time() {
-        // SAFETY: this thread's own scheduling.
-        unsafe { libc::sched_setscheduler(0, libc::SCHED_FIFO, &parameter) };
     }
 }

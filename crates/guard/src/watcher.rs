@@ -12,6 +12,7 @@ use crate::watch::{Bounds, Cause, ProcessStanding, Pulse};
 use interconnect::Link;
 use process_kit::{Child, UnixLink, now_ns};
 use process_kit::{pid_of, process_descriptor, signal};
+use scheduling::Children;
 use std::io;
 use std::os::fd::{AsFd, AsRawFd, FromRawFd, OwnedFd};
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -23,7 +24,7 @@ const GUARD: Bounds = Bounds { silent_ns: 1_000_000_000, stopped_ns: 100_000_000
 /// Time that the guard is given to report its observation, which may be why it ended the process; after that, the watcher reports.
 const SAID_NS: i64 = 1_000_000_000;
 /// Priority below the guard, and above the plants and every kernel.
-const PRIORITY: i32 = 98;
+const PRIORITY: u8 = 98;
 
 /// State that the watcher's thread shares with threads that register. No lock is held across a wait.
 pub(crate) struct Watcher {
@@ -132,7 +133,8 @@ impl Watcher {
 
     /// Watches until the end. Calls `lost` with each loss, some time after it was noticed.
     pub fn run(&self, lost: impl Fn(Loss)) {
-        prioritise();
+        // Without the priority the watcher is only less punctual.
+        let _granted = scheduling::prioritise(PRIORITY, Children::Ordinary);
         let _sings = Sings::here(&self.hearts.supervisor);
         let mut said = Vec::new();
         while !self.ends.load(Ordering::Acquire) {
@@ -189,20 +191,6 @@ impl Watcher {
             *present = None;
         }
         present.as_ref().is_some_and(|guard| guard.guards)
-    }
-}
-
-/// Requests real-time priority; without it, the watcher is only less punctual.
-fn prioritise() {
-    let parameter = libc::sched_param { sched_priority: PRIORITY };
-    // No thread of this process runs at a real-time priority without the limit.
-    let is_limited = process_kit::limit_real_time();
-    // SAFETY: this thread's own scheduling and timers.
-    unsafe {
-        libc::prctl(libc::PR_SET_TIMERSLACK, 1_u64);
-        if is_limited {
-            libc::sched_setscheduler(0, libc::SCHED_FIFO | libc::SCHED_RESET_ON_FORK, &parameter);
-        }
     }
 }
 

@@ -8,6 +8,7 @@ use crate::options::Options;
 use crate::peers::{MessageMeaning, Peers};
 use crate::slots::{BridgeWork, Slots};
 use crate::timebase::Timebase;
+use scheduling::Children;
 use std::collections::HashMap;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
@@ -231,17 +232,6 @@ impl Core {
     }
 }
 
-/// Schedules the calling thread ahead of ordinary programs and behind every source, if permitted, because values wait for it. The thread
-/// sleeps whenever there is nothing to send.
-fn hasten() {
-    let parameter = libc::sched_param { sched_priority: 1 };
-    // SAFETY: both calls set how this thread is scheduled; the parameter lives through the call. A refusal is harmless.
-    unsafe {
-        libc::prctl(libc::PR_SET_TIMERSLACK, 1_u64);
-        libc::sched_setscheduler(0, libc::SCHED_FIFO | libc::SCHED_RESET_ON_FORK, &parameter);
-    }
-}
-
 /// A host with its thread.
 pub(crate) struct Bridge {
     pub(crate) core: Arc<Core>,
@@ -261,7 +251,9 @@ impl Bridge {
         core.keep(subscription);
         let serving = core.clone();
         let thread = std::thread::Builder::new().name("hosts".to_owned()).spawn(move || {
-            hasten();
+            // Ahead of ordinary programs and behind every source, if permitted, because values wait for this thread, which sleeps whenever
+            // there is nothing to send.
+            let _granted = scheduling::prioritise(1, Children::Ordinary);
             serving.serve();
         });
         let thread = thread.map_err(|error| NetworkError { message: format!("cannot start a thread for the bridge: {error}") })?;

@@ -102,7 +102,11 @@ fn who_has_no_core_is_not_deaf() {
     let watching = std::thread::spawn(|| {
         let one = Loop::begin(spins, || {
             pin_to(a_core());
-            unsafe { libc::sched_setscheduler(0, libc::SCHED_IDLE, &libc::sched_param { sched_priority: 0 }) };
+            #[expect(clippy::disallowed_methods, reason = "not a real-time priority")]
+            // SAFETY: lowers this thread.
+            unsafe {
+                libc::sched_setscheduler(0, libc::SCHED_IDLE, &libc::sched_param { sched_priority: 0 })
+            };
         });
         pin_to(a_core());
         assert!((0..1000).all(|_| !one.containment.watch(monotonic_ns(), waits_for_a_core)), "it could only not run");

@@ -10,7 +10,7 @@
 //! | [`Silence`] | time since the last message of the other side, without standstills of this side |
 //! | [`Restarts`] | limit on restarting a lost process |
 //! | [`ChildChange`], [`next_change`] | stop, continuation or end of a child |
-//! | [`may_lock_all`], [`limit_real_time`], [`stand_back`] | a right that a process requests from the operating system, a limit, and a right that it gives up |
+//! | [`may_lock_all`], [`stand_back`] | a right that a process requests from the operating system, and one that it gives up |
 //!
 //! This crate does not depend on devices, kernels or text formats.
 mod child;
@@ -37,7 +37,7 @@ pub use listener::{Listener, connect, fresh_folder, is_abandoned, run_folder};
 pub use passing::DESCRIPTORS_MAX;
 pub use process::{ChildChange, ended, has_ended, next_change, pid_of, process_descriptor, signal, this_process};
 pub use restarts::Restarts;
-pub use rights::{limit_real_time, may_lock_all, stand_back};
+pub use rights::{may_lock_all, stand_back};
 pub use shared_memory::SealedMemory as SharedMemory;
 pub use silence::Silence;
 pub use status::Status;

@@ -12,26 +12,6 @@ pub fn stand_back() {
     }
 }
 
-/// Processor time that a real-time thread may use without sleeping before the operating system signals it: an independent barrier against
-/// a runaway block, behind the time budget of blocks and with the same result (SIGXCPU counts as an exhausted budget).
-const REAL_TIME_US_MAX: u64 = 5_000_000;
-
-/// Sets the limit that is required before a thread runs at a real-time priority. Returns false if it cannot be set.
-pub fn limit_real_time() -> bool {
-    // SAFETY: reads and lowers a limit of this process.
-    unsafe {
-        let mut limit = libc::rlimit { rlim_cur: 0, rlim_max: 0 };
-        if libc::getrlimit(libc::RLIMIT_RTTIME, &mut limit) != 0 {
-            return false;
-        }
-        if limit.rlim_cur <= REAL_TIME_US_MAX {
-            return true;
-        }
-        limit.rlim_cur = REAL_TIME_US_MAX.min(limit.rlim_max);
-        libc::setrlimit(libc::RLIMIT_RTTIME, &limit) == 0
-    }
-}
-
 /// Returns true if this process may lock any amount of memory, since a limit would make later allocations fail. Removes the limit if that
 /// is permitted.
 pub fn may_lock_all() -> bool {

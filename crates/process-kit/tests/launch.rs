@@ -98,11 +98,9 @@ fn the_changes_of_a_child_are_told_in_their_order_and_it_is_not_reaped() {
 
 #[test]
 fn a_process_that_is_started_urgently_has_the_priority_of_the_thread_that_starts_it() {
-    let first = libc::sched_param { sched_priority: 1 };
     // SAFETY: queries a child that has not been reaped.
     let scheduling = |pid| unsafe { libc::sched_getscheduler(pid) };
-    // SAFETY: the scheduling of this thread, which ends with the test.
-    let is_given = process_kit::limit_real_time() && unsafe { libc::sched_setscheduler(0, libc::SCHED_FIFO, &first) } == 0;
+    let is_given = scheduling::prioritise(1, scheduling::Children::Inherit);
     let (urgent, ordinary) = (stand_in(&["parent"]).urgently(), stand_in(&["parent"]));
     let with_link = |launch: Launch| {
         let (link, theirs) = UnixLink::pair().unwrap();

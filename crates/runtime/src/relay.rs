@@ -11,11 +11,11 @@
 //! A publication keeps its number and its time, so the reader knows its age as over any other path.
 use crate::locked::locked;
 use crate::remote::Remote;
-use crate::rights;
 use interconnect::{EndError, Receiver, Sender};
 use kernel::Way;
 use kernel::bell::Bell;
 use kernel::clock::monotonic_ns;
+use scheduling::Children;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, Weak};
 use std::thread::JoinHandle;
@@ -112,7 +112,7 @@ impl Relays {
 impl Thread {
     fn run(&self, epoch_ns: i64) {
         // It also works without the right, only later.
-        let _given = process_kit::limit_real_time() && rights::prioritise(PRIORITY);
+        let _given = scheduling::prioritise(PRIORITY, Children::Ordinary);
         while !self.closing.load(Ordering::Acquire) {
             let seen = self.bell.rings();
             let now_ns = monotonic_ns();

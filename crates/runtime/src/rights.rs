@@ -2,14 +2,13 @@
 //! Rights that a source's thread requests from the operating system: priority, core, locked memory. Without them the source still works,
 //! only later; rights not granted are reported in one line.
 use kernel::SourceSpec;
-use process_kit::{limit_real_time, may_lock_all};
+use process_kit::may_lock_all;
+use scheduling::{Children, pin, prioritise};
 use std::sync::OnceLock;
 
 /// Requests the rights for the calling thread. Returns those not granted, and whether it runs at a real-time priority.
 pub(crate) fn take(spec: &SourceSpec) -> (Vec<String>, bool) {
     let mut missing = Vec::new();
-    // SAFETY: sets the timer slack of this thread.
-    unsafe { libc::prctl(libc::PR_SET_TIMERSLACK, 1_u64) };
     if !lock_memory() {
         missing.push("memory is not locked: no right to lock all of it (set memlock in limits.conf to unlimited)".to_owned());
     }
@@ -18,7 +17,7 @@ pub(crate) fn take(spec: &SourceSpec) -> (Vec<String>, bool) {
     {
         missing.push(format!("source '{}' is not pinned: core {core} is not available to this process", spec.name));
     }
-    let real_time = limit_real_time() && prioritise(spec.priority);
+    let real_time = prioritise(spec.priority, Children::Ordinary);
     if !real_time {
         missing.push(format!("source '{}' runs without priority {}: no right to real-time scheduling (set rtprio in limits.conf)", spec.name, spec.priority));
     }
@@ -28,14 +27,12 @@ pub(crate) fn take(spec: &SourceSpec) -> (Vec<String>, bool) {
 /// Sets `priority` and `core` of the calling thread, which serves reports of kernels, if granted. Returns the rights not granted.
 pub fn take_for_supervisor(priority: u8, core: Option<usize>) -> Vec<String> {
     let mut missing = Vec::new();
-    // SAFETY: sets the timer slack of this thread.
-    unsafe { libc::prctl(libc::PR_SET_TIMERSLACK, 1_u64) };
     if let Some(core) = core
         && !pin(core)
     {
         missing.push(format!("the supervisor is not pinned: core {core} is not available to this process"));
     }
-    if !(limit_real_time() && prioritise(priority)) {
+    if !prioritise(priority, Children::Ordinary) {
         missing.push(format!("the supervisor runs without priority {priority}: no right to real-time scheduling (set rtprio in limits.conf)"));
     }
     missing
@@ -45,7 +42,7 @@ pub fn take_for_supervisor(priority: u8, core: Option<usize>) -> Vec<String> {
 /// real-time programs hold it up.
 pub fn take_for_heart() {
     const PRIORITY: u8 = 98;
-    let _given = limit_real_time() && prioritise(PRIORITY);
+    let _given = prioritise(PRIORITY, Children::Ordinary);
 }
 
 /// Locks all memory of the process.
@@ -57,22 +54,3 @@ fn lock_memory() -> bool {
 
 /// Locks a page when it is first touched, so that large reservations cost nothing; images are touched when they are made.
 const MCL_ONFAULT: i32 = 4;
-
-fn pin(core: usize) -> bool {
-    if core >= libc::CPU_SETSIZE as usize {
-        return false;
-    }
-    // SAFETY: a set of our own, for this thread.
-    unsafe {
-        let mut cores: libc::cpu_set_t = std::mem::zeroed();
-        libc::CPU_SET(core, &mut cores);
-        libc::sched_setaffinity(0, size_of::<libc::cpu_set_t>(), &cores) == 0
-    }
-}
-
-/// Sets SCHED_FIFO at `priority`, for this thread.
-pub(crate) fn prioritise(priority: u8) -> bool {
-    let parameter = libc::sched_param { sched_priority: i32::from(priority.clamp(1, 99)) };
-    // SAFETY: this thread's own scheduling. Threads that it makes do not inherit it.
-    unsafe { libc::sched_setscheduler(0, libc::SCHED_FIFO | libc::SCHED_RESET_ON_FORK, &parameter) == 0 }
-}

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 //! The watchdog: an ordinary thread that monitors step loops for exceeding their budget.
-use crate::rights;
 use crate::waiting::waits_for_a_core;
 use kernel::shared::HostState;
 use kernel::shared::Source;
 use kernel::{clock::monotonic_ns, containment};
+use scheduling::Children;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Condvar, Mutex, RwLock};
 use std::time::Duration;
@@ -69,7 +69,7 @@ impl Watchdog {
 
     /// Runs the watchdog thread.
     pub(crate) fn run(&self) {
-        rights::prioritise(PRIORITY);
+        let _granted = scheduling::prioritise(PRIORITY, Children::Ordinary);
         let (mut looks, mut looked_ns) = (0, monotonic_ns());
         let mut waiting = self.wait.lock().expect("nobody panics with the lock held");
         while !self.closing.load(Ordering::Acquire) {

@@ -3,6 +3,7 @@
 use crate::bell::{BellNumber, Bells};
 use crate::layout::Layout;
 use interconnect::QueueMemory;
+use scheduling::Children;
 use std::io;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
@@ -10,7 +11,7 @@ use std::thread::{self, JoinHandle};
 use std::time::Duration;
 
 /// Priority of the thread, if the rights are granted: above every source, because it works for all of them; a raise is short.
-const PRIORITY: i32 = 99;
+const PRIORITY: u8 = 99;
 /// Maximum plausible advance of a count: one that is further off than this and than the queue is deep was overwritten, and is ignored.
 const ROWS_MAX: usize = 1 << 10;
 /// Maximum number of consecutive rings without a row before this thread pauses, so that a sender that rings in vain cannot occupy a
@@ -89,9 +90,8 @@ impl Drop for Listener {
 
 impl ListenerState {
     fn listen(&self) {
-        let parameters = libc::sched_param { sched_priority: PRIORITY };
-        // SAFETY: of this thread. Without the rights it listens at an ordinary priority.
-        unsafe { libc::sched_setscheduler(0, libc::SCHED_FIFO | libc::SCHED_RESET_ON_FORK, &parameters) };
+        // Without the right it listens at an ordinary priority.
+        let _granted = scheduling::prioritise(PRIORITY, Children::Ordinary);
         let mut due: Vec<(Raise, usize)> = Vec::new();
         let mut vain = 0;
         while !self.ends.load(Ordering::SeqCst) {

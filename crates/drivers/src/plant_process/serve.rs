@@ -6,6 +6,7 @@ use super::region::{Region, Shape, SharedTripleBuffer};
 use device::{Driver, Slot};
 use interconnect::{LinkClosed, TripleReader, TripleWriter};
 use process_kit::{Listener, UnixLink, inherited, now_ns};
+use scheduling::Children;
 use serde_json::Value;
 use std::os::fd::{AsFd, BorrowedFd};
 use std::sync::atomic::Ordering;
@@ -17,7 +18,7 @@ const HEAR_NS: i64 = 20_000_000;
 /// Number of steps by which a plant must be late to continue from the present: the missed time is dropped.
 const LATE_STEPS_MAX: i64 = 10;
 /// Below the guard, above every kernel: a machine does not wait for software.
-const PRIORITY: i32 = 97;
+const PRIORITY: u8 = 97;
 
 /// Runs the plant process. Returns when it was closed, or no client has been connected for its linger time.
 ///
@@ -32,7 +33,8 @@ pub fn run() -> Result<(), String> {
     match Plant::make(made) {
         Ok(mut plant) => {
             if plant.described.made.rest_ns.is_none() {
-                prioritise();
+                // Without the priority the plant is only less punctual.
+                let _granted = scheduling::prioritise(PRIORITY, Children::Ordinary);
             }
             answer(&link, &Answer::Described(Box::new(plant.described.clone())), &[]);
             plant.links.push((0, link));
@@ -47,16 +49,6 @@ pub fn run() -> Result<(), String> {
             answer(&link, &Answer::Refused(problem), &[]);
             Ok(())
         }
-    }
-}
-
-/// Raises the priority of this thread if permitted; a plant without it is only less punctual.
-fn prioritise() {
-    let parameter = libc::sched_param { sched_priority: PRIORITY };
-    // SAFETY: the calls affect only this thread's scheduling and timers.
-    unsafe {
-        libc::prctl(libc::PR_SET_TIMERSLACK, 1_u64);
-        libc::sched_setscheduler(0, libc::SCHED_FIFO | libc::SCHED_RESET_ON_FORK, &parameter);
     }
 }
 

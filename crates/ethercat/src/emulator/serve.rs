@@ -6,6 +6,7 @@ use crate::frames::FRAME_MAX;
 use crate::link::{Link, Sender};
 use cia402::DriveState;
 use cia402::emulated;
+use scheduling::Children;
 use serde::Deserialize;
 use serde_json::{Value, json};
 use std::io;
@@ -16,7 +17,7 @@ use std::time::{Duration, Instant};
 /// Period at which a server checks for its stop.
 const NOTICE: Duration = Duration::from_millis(50);
 /// Priority above the sources of a system.
-const PRIORITY: i32 = 90;
+const PRIORITY: u8 = 90;
 
 /// A segment that answers until it is dropped.
 pub type Server = emulated::Server<Segment>;
@@ -55,7 +56,8 @@ fn serve_by(interface: &str, segment: Segment, time: impl FnMut() -> u64 + Send 
 }
 
 fn answer(link: &Link, segment: &Mutex<Segment>, stop: &AtomicBool, mut time: impl FnMut() -> u64, idle: Idle) {
-    take_priority();
+    // Above the threads that wait for it, if permitted: it represents hardware, which is never late.
+    let _granted = scheduling::prioritise(PRIORITY, Children::Ordinary);
     let mut frame = [0; FRAME_MAX];
     let mut sender = Sender::nobody();
     while !stop.load(Ordering::Relaxed) {
@@ -79,14 +81,6 @@ fn answer(link: &Link, segment: &Mutex<Segment>, stop: &AtomicBool, mut time: im
             Err(_) => std::thread::sleep(NOTICE),
         }
     }
-}
-
-/// Raises the priority of a segment's thread, if permitted, above the threads that wait for it: it represents hardware, which is never
-/// late.
-fn take_priority() {
-    let wanted = libc::sched_param { sched_priority: PRIORITY };
-    // SAFETY: the struct lives through the call; 0 is this thread. Without the right nothing changes.
-    unsafe { libc::sched_setscheduler(0, libc::SCHED_FIFO, &raw const wanted) };
 }
 
 #[derive(Deserialize)]

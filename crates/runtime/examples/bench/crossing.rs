@@ -99,7 +99,7 @@ fn by_futex() -> f64 {
     let word = Word::default();
     std::thread::scope(|scope| {
         let reader = scope.spawn(|| {
-            pin(core(), i32::from(PRIORITY));
+            pin(core(), PRIORITY);
             let mut gaps = Vec::with_capacity(VALUES);
             for count in 0..VALUES as u32 {
                 await_change(&word.rings, count);
@@ -109,7 +109,7 @@ fn by_futex() -> f64 {
             median(gaps)
         });
         scope.spawn(|| {
-            pin(core() - 1, i32::from(PRIORITY));
+            pin(core() - 1, PRIORITY);
             for count in 0..VALUES as u32 {
                 await_change(&word.asked, count);
                 word.sent_ns.store(now_ns(), Ordering::Relaxed);

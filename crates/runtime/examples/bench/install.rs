@@ -11,7 +11,7 @@ use std::sync::Arc;
 use std::sync::atomic::Ordering;
 
 /// Priority of the thread that installs.
-const PRIORITY: i32 = 50;
+const PRIORITY: u8 = 50;
 /// Number of blocks that already run.
 const RUNNING: usize = 100;
 

@@ -8,11 +8,9 @@ use std::sync::Arc;
 use std::sync::atomic::Ordering;
 
 /// Priority of the measuring thread: above its sources, so that requests pile up while it makes them.
-const PRIORITY: i32 = 70;
+const PRIORITY: u8 = 70;
 /// Priority of the sources.
 const SOURCE_PRIORITY: u8 = 60;
-/// Limit of real-time computation, µs, as the kernel sets it: no thread runs at a real-time priority without it.
-const RTTIME_MAX_US: u64 = 5_000_000;
 
 /// Time that is longer than most bursts, ns.
 pub const BURST_NS: i64 = 8_000_000;
@@ -29,19 +27,9 @@ pub fn core() -> usize {
 }
 
 /// Pins this thread to `core`, and gives it a real-time priority if permitted. Returns false if it is not.
-pub fn pin(core: usize, priority: i32) -> bool {
-    // SAFETY: passes local structs; affects the affinity and scheduling of this thread and a limit of this process.
-    unsafe {
-        let mut cores: libc::cpu_set_t = std::mem::zeroed();
-        libc::CPU_SET(core, &mut cores);
-        libc::sched_setaffinity(0, size_of::<libc::cpu_set_t>(), &cores);
-        let mut limit: libc::rlimit = std::mem::zeroed();
-        libc::getrlimit(libc::RLIMIT_RTTIME, &mut limit);
-        limit.rlim_cur = RTTIME_MAX_US.min(limit.rlim_max);
-        let limited = libc::setrlimit(libc::RLIMIT_RTTIME, &limit) == 0;
-        let parameter = libc::sched_param { sched_priority: priority };
-        limited && libc::sched_setscheduler(0, libc::SCHED_FIFO | libc::SCHED_RESET_ON_FORK, &parameter) == 0
-    }
+pub fn pin(core: usize, priority: u8) -> bool {
+    scheduling::pin(core);
+    scheduling::prioritise(priority, scheduling::Children::Ordinary)
 }
 
 /// A host whose sources and measuring thread share one core.

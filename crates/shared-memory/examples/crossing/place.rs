@@ -4,8 +4,7 @@ use std::path::PathBuf;
 use std::ptr::NonNull;
 use std::sync::OnceLock;
 
-const RTTIME_MAX_US: u64 = 5_000_000;
-pub const PRIORITY: i32 = 60;
+pub const PRIORITY: u8 = 60;
 
 /// Returns the last core that this process may use when it starts, which is the core of the far side. This side uses the core below it.
 pub fn core() -> usize {
@@ -20,19 +19,8 @@ pub fn core() -> usize {
 
 /// Pins this thread, and the threads that it starts, to a core, at a real-time priority if permitted.
 pub fn pin(core: usize) {
-    // SAFETY: passes local structs; affects the affinity and scheduling of this thread and a limit of this process.
-    unsafe {
-        let mut cores: libc::cpu_set_t = std::mem::zeroed();
-        libc::CPU_SET(core, &mut cores);
-        libc::sched_setaffinity(0, size_of::<libc::cpu_set_t>(), &cores);
-        let mut limit: libc::rlimit = std::mem::zeroed();
-        libc::getrlimit(libc::RLIMIT_RTTIME, &mut limit);
-        limit.rlim_cur = RTTIME_MAX_US.min(limit.rlim_max);
-        let parameter = libc::sched_param { sched_priority: PRIORITY };
-        if libc::setrlimit(libc::RLIMIT_RTTIME, &limit) == 0 {
-            libc::sched_setscheduler(0, libc::SCHED_FIFO, &parameter);
-        }
-    }
+    scheduling::pin(core);
+    scheduling::prioritise(PRIORITY, scheduling::Children::Inherit);
 }
 
 pub fn now_ns() -> i64 {
