@@ -216,6 +216,20 @@ fn damage_is_told_with_its_times_and_messages() {
 }
 
 #[test]
+fn channels_survive_the_loss_of_the_first_chunk_and_of_the_summary() {
+    for has_end in [true, false] {
+        let (mut bytes, chunks) = recording(true, has_end);
+        let (first, last) = (&chunks[0].0, &chunks[chunks.len() - 1].0);
+        bytes[first.end - 9] ^= 4;
+        // Everything after the last chunk: its index, and the summary with its channels.
+        bytes[last.end..].fill(0);
+        let indexed = IndexedFile::open(file(&bytes)).expect("it is read");
+        let topics: Vec<&str> = indexed.channels.values().map(|channel| channel.topic.as_str()).collect();
+        assert_eq!(topics, ["a", "b", "c"], "with its end: {has_end}");
+    }
+}
+
+#[test]
 fn a_damaged_length_loses_nothing() {
     for (is_packed, has_end) in [(true, true), (true, false), (false, true)] {
         let (bytes, chunks) = recording(is_packed, has_end);

@@ -95,7 +95,13 @@ fn read(bytes: &[u8]) -> (Vec<WrittenRecord>, Result<bool, Unreadable>) {
     };
     loop {
         match reader.next_record() {
-            Ok(Some(record)) => found.push(record.into()),
+            Ok(Some(record)) => {
+                let record = WrittenRecord::from(record);
+                // Chunks repeat channels.
+                if !matches!(record, WrittenRecord::Channel { .. }) || !found.contains(&record) {
+                    found.push(record);
+                }
+            }
             Ok(None) => {
                 assert_ne!(reader.is_whole(), reader.is_cut_off());
                 assert!(reader.next_record().expect("nothing more").is_none());

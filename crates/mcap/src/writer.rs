@@ -43,8 +43,12 @@ pub struct Writer<W: Write> {
     apart: HashSet<u16>,
     /// Numbers of the schemas.
     schemas: HashMap<Schema, u16>,
-    /// Every schema and channel as a record, for the summary.
+    /// Every schema and channel as a record, for the summary, and for repetition.
     described: [Vec<u8>; 2],
+    /// Number of chunks of values written.
+    value_chunks: u64,
+    /// True if the next chunk of values repeats all schemas and channels.
+    repeats: bool,
     channels: u16,
     /// `None` if there are too many.
     chunk_indexes: Option<Vec<u8>>,
@@ -69,6 +73,8 @@ impl<W: Write> Writer<W> {
             apart: HashSet::new(),
             schemas: HashMap::new(),
             described: Default::default(),
+            value_chunks: 0,
+            repeats: false,
             channels: 0,
             chunk_indexes: Some(Vec::new()),
             chunks: 0,
@@ -115,7 +121,11 @@ impl<W: Write> Writer<W> {
 
     /// Adds a message to its chunk. `time` is in ns.
     pub fn put(&mut self, channel: u16, sequence: u32, time: u64, data: &[u8]) {
-        let Chunk { records, index, first, last } = if self.apart.contains(&channel) { &mut self.chunk_apart } else { &mut self.chunk };
+        let is_apart = self.apart.contains(&channel);
+        if !is_apart && std::mem::take(&mut self.repeats) {
+            self.described.iter().for_each(|records| self.chunk.records.extend(records));
+        }
+        let Chunk { records, index, first, last } = if is_apart { &mut self.chunk_apart } else { &mut self.chunk };
         if index.is_empty() {
             (*first, *last) = (time, time);
         }
@@ -164,9 +174,16 @@ impl<W: Write> Writer<W> {
     }
 
     /// Writes the chunk of values. It comes first because it describes channels, so that no description follows its messages.
+    ///
+    /// Chunks 2, 4, 8, … repeat all descriptions, so that a damaged first chunk and a damaged summary do not cost the channels.
     fn finish_values(&mut self) -> io::Result<()> {
         let chunk = std::mem::take(&mut self.chunk);
+        let is_empty = chunk.records.is_empty();
         self.chunk = self.finished(chunk)?;
+        if !is_empty {
+            self.value_chunks += 1;
+            self.repeats = (self.value_chunks + 1).is_power_of_two();
+        }
         Ok(())
     }
 
